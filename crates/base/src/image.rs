@@ -1,0 +1,122 @@
+//! Images in memory.
+
+use thiserror::Error;
+
+/// Pixel data whose length does not fit the size.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("image of {width} x {height} px: expected {expected} bytes, found {found}")]
+pub struct ImageSizeError {
+    width: u32,
+    height: u32,
+    expected: usize,
+    found: usize,
+}
+
+/// An 8-bit color image, rows from top to bottom, three bytes (red, green, blue) a pixel.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RgbImage {
+    width: u32,
+    height: u32,
+    data: Vec<u8>,
+}
+
+impl RgbImage {
+    /// A black image.
+    #[must_use]
+    pub fn new(width: u32, height: u32) -> Self {
+        Self { width, height, data: vec![0; width as usize * height as usize * 3] }
+    }
+
+    /// From bytes, row by row.
+    ///
+    /// # Errors
+    /// If there are not exactly `width * height * 3` bytes.
+    pub fn from_raw(width: u32, height: u32, data: Vec<u8>) -> Result<Self, ImageSizeError> {
+        let expected = width as usize * height as usize * 3;
+        if data.len() != expected {
+            return Err(ImageSizeError { width, height, expected, found: data.len() });
+        }
+        Ok(Self { width, height, data })
+    }
+
+    /// Width, pixels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height, pixels.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All bytes, row by row.
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// All bytes, row by row.
+    pub fn data_mut(&mut self) -> &mut [u8] {
+        &mut self.data
+    }
+
+    /// The bytes, without a copy.
+    #[must_use]
+    pub fn into_raw(self) -> Vec<u8> {
+        self.data
+    }
+
+    /// One pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the image.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, x: u32, y: u32) -> [u8; 3] {
+        let i = (y as usize * self.width as usize + x as usize) * 3;
+        [self.data[i], self.data[i + 1], self.data[i + 2]]
+    }
+
+    /// Sets one pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the image.
+    #[inline]
+    pub fn set(&mut self, x: u32, y: u32, rgb: [u8; 3]) {
+        let i = (y as usize * self.width as usize + x as usize) * 3;
+        self.data[i..i + 3].copy_from_slice(&rgb);
+    }
+
+    /// One row of pixels.
+    ///
+    /// # Panics
+    /// If the row is outside the image.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, y: u32) -> &[u8] {
+        let stride = self.width as usize * 3;
+        &self.data[y as usize * stride..(y as usize + 1) * stride]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_are_row_major() {
+        let mut image = RgbImage::new(3, 2);
+        image.set(2, 1, [1, 2, 3]);
+        assert_eq!(&image.data()[15..], &[1, 2, 3]);
+        assert_eq!(image.get(2, 1), [1, 2, 3]);
+        assert_eq!(&image.row(1)[6..], &[1, 2, 3]);
+    }
+
+    #[test]
+    fn wrong_length_is_refused() {
+        let error = RgbImage::from_raw(2, 2, vec![0; 11]).unwrap_err();
+        assert_eq!(error.to_string(), "image of 2 x 2 px: expected 12 bytes, found 11");
+    }
+}

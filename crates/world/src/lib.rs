@@ -1,0 +1,6 @@
+//! Known maps. A map is a TOML file in `maps/` whose `kind` says which world it describes.
+
+pub mod field;
+mod load;
+
+pub use load::{BUILT_IN_MAPS, Map, MapError};

@@ -1,0 +1,143 @@
+//! Reading a map by name or from a file.
+
+use std::{fs, path::Path};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use crate::field::Field;
+
+/// Maps that are part of the program: name and text.
+pub const BUILT_IN_MAPS: [(&str, &str); 2] = [
+    ("robocup-spl-2010", include_str!("../../../maps/robocup-spl-2010.toml")),
+    ("robocup-spl-2024", include_str!("../../../maps/robocup-spl-2024.toml")),
+];
+
+/// A map that cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MapError {
+    /// The file cannot be read, and it is not the name of a built-in map either.
+    #[error("map {name}: {source}; expected a file or one of: {}", built_in_names())]
+    Unreadable {
+        /// What the user wrote.
+        name: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not TOML, or a key is missing, unknown or of the wrong type.
+    #[error("map {name}{}: {reason}", line.map(|l| format!(", line {l}")).unwrap_or_default())]
+    Syntax {
+        /// File or name.
+        name: String,
+        /// Line of the text, from 1.
+        line: Option<usize>,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// A value that no world can have.
+    #[error("map {name}: {key}: expected {expected}, found {found}")]
+    Value {
+        /// File or name.
+        name: String,
+        /// The key.
+        key: String,
+        /// What is allowed.
+        expected: &'static str,
+        /// What the file says.
+        found: String,
+    },
+}
+
+fn built_in_names() -> String {
+    BUILT_IN_MAPS.map(|(name, _)| name).join(", ")
+}
+
+/// A world that a localizer can work in.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Map {
+    /// A RoboCup field.
+    Field(Field),
+}
+
+#[derive(Deserialize)]
+struct Kind {
+    kind: String,
+}
+
+impl Map {
+    /// A built-in map by name, or else a file.
+    ///
+    /// # Errors
+    /// If there is no such map, or it has mistakes; the error names the file, the line and the key.
+    pub fn load(name_or_path: &str) -> Result<Self, MapError> {
+        if let Some((name, text)) = BUILT_IN_MAPS.iter().find(|(name, _)| *name == name_or_path) {
+            return Self::parse(name, text);
+        }
+        let text = fs::read_to_string(Path::new(name_or_path))
+            .map_err(|source| MapError::Unreadable { name: name_or_path.to_owned(), source })?;
+        Self::parse(name_or_path, &text)
+    }
+
+    /// A map from its text; `name` is used in errors.
+    ///
+    /// # Errors
+    /// As [`Map::load`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, MapError> {
+        let kind: Kind = toml::from_str(text).map_err(|e| syntax_error(name, text, &e))?;
+        match kind.kind.as_str() {
+            "robocup-field" => Ok(Self::Field(Field::parse(name, text)?)),
+            other => Err(MapError::Value {
+                name: name.to_owned(),
+                key: "kind".to_owned(),
+                expected: "\"robocup-field\"",
+                found: format!("{other:?}"),
+            }),
+        }
+    }
+
+    /// The name that the map gives itself.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Field(field) => &field.dimensions().name,
+        }
+    }
+}
+
+pub(crate) fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> MapError {
+    let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    MapError::Syntax { name: name.to_owned(), line, reason: error.message().to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_maps_load() {
+        for (name, _) in BUILT_IN_MAPS {
+            assert_eq!(Map::load(name).unwrap().name(), name);
+        }
+    }
+
+    #[test]
+    fn errors_name_the_place() {
+        let (_, good) = BUILT_IN_MAPS[0];
+        let error = |from: &str, to: &str| {
+            assert!(good.contains(from));
+            Map::parse("m.toml", &good.replace(from, to)).unwrap_err().to_string()
+        };
+        assert_eq!(
+            error("width_m = 4.0", "width_m = -4.0"),
+            "map m.toml: width_m: expected a length above 0, found -4"
+        );
+        assert!(error("border_m = 0.7", "").contains("missing field `border_m`"));
+        assert!(error("border_m", "boarder_m").contains("line 10"));
+        assert!(error("\"robocup-field\"", "\"moon\"").contains("kind: expected \"robocup-field\""));
+        assert!(error("inner_width_m = 1.4", "inner_width_m = 5.0").contains("goals.inner_width_m"));
+        assert!(error("depth_m = 0.6", "depth_m = 3.5").contains("boxes[0].depth_m"));
+        assert!(Map::load("no-such-map").unwrap_err().to_string().contains("robocup-spl-2010"));
+    }
+}
