@@ -1,1 +1,48 @@
-//! placeholder
+//! Pictures of runs as SVG and PNG: the field from above with paths, time series, heat maps, bars and histograms.
+//!
+//! Every picture is a plain struct that the caller fills with numbers, labels and colors, and one function that
+//! turns it into a [`Picture`]:
+//!
+//! ```
+//! use visloc_plot::{Color, Panel, Series, TimeSeriesPicture, time_series};
+//!
+//! let errors = (0..70).map(|i| (f64::from(i), 0.05)).collect();
+//! let picture = time_series(&TimeSeriesPicture {
+//!     title: "Office, 70 s".to_owned(),
+//!     panels: vec![Panel {
+//!         label: "position error [m]".to_owned(),
+//!         series: vec![Series::new("particle filter", Color::BLUE, errors)],
+//!         ..Panel::default()
+//!     }],
+//!     ..TimeSeriesPicture::default()
+//! });
+//! assert!(picture.svg().starts_with("<svg"));
+//! ```
+//!
+//! Not a number breaks a line; empty data gives an empty panel. The same input gives the same bytes. Text in the PNG
+//! is drawn with a font that is part of this crate, so it does not depend on the machine.
+
+mod axis;
+mod bar_chart;
+mod chart;
+mod color;
+mod error;
+mod field;
+mod font;
+mod header;
+mod heat_map;
+mod histogram;
+mod picture;
+mod svg;
+mod time_series;
+
+pub use axis::ValueAxis;
+pub use bar_chart::{Bar, BarChart, BarGroup, BarSeries, bar_chart};
+pub use chart::ReferenceLine;
+pub use color::Color;
+pub use error::PlotError;
+pub use field::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud, field_picture};
+pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
+pub use histogram::{Histogram, HistogramSeries, histogram};
+pub use picture::Picture;
+pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

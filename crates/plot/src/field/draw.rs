@@ -1,0 +1,78 @@
+//! Puts the picture of the field together.
+
+use visloc_geom::PlanarPose;
+use visloc_world::field::Field;
+
+use super::{FieldPath, FieldPicture, GroundView, kidnap, paths};
+use crate::{
+    Color, Picture,
+    header::{Header, LegendEntry, Symbol},
+    svg::{Canvas, Paint},
+};
+
+const RIGHT_PX: f64 = 24.0;
+
+/// The field to scale from above: carpet, lines and goals, the paths of a run, where the robot was carried, and what
+/// a localizer believes. Whatever lies beyond the carpet is cut off.
+#[must_use]
+pub fn field_picture(field: &Field, input: &FieldPicture) -> Picture {
+    let rect = GroundView::of_field(field, 0.0).rect();
+    let header = Header::new((rect.left, rect.right), &input.title, &input.subtitle, legend(input));
+    let view = GroundView::of_field(field, header.height_px() + 8.0);
+    let rect = view.rect();
+    let mut canvas = Canvas::new(rect.right + RIGHT_PX, rect.bottom + GroundView::BELOW_PX);
+    header.draw(&mut canvas);
+    canvas.begin_clip(&rect);
+    view.draw_carpet(&mut canvas);
+    view.draw_lines(&mut canvas, field, 1.0);
+    view.draw_goals(&mut canvas, field);
+    for cloud in &input.clouds {
+        paths::draw_cloud(&mut canvas, &view, cloud);
+    }
+    canvas.begin_part("paths");
+    for path in input.truth.iter().chain(&input.estimates) {
+        paths::draw_path(&mut canvas, &view, path, input.max_step_m);
+    }
+    canvas.end_group();
+    for ellipse in &input.ellipses {
+        paths::draw_ellipse(&mut canvas, &view, ellipse);
+    }
+    kidnap::draw_kidnaps(&mut canvas, &view, &input.kidnaps);
+    if let Some(start) = input.start.filter(PlanarPose::is_finite) {
+        draw_start(&mut canvas, &view, &start);
+    }
+    canvas.end_group();
+    view.draw_frame(&mut canvas);
+    canvas.finish()
+}
+
+fn draw_start(canvas: &mut Canvas, view: &GroundView, start: &PlanarPose) {
+    let arrow = Paint::fill(Color::BLACK).outlined(Color::WHITE, 1.2);
+    paths::draw_pose_arrow(canvas, view, start, 24.0, &arrow);
+    let ring = Paint::fill(Color::WHITE).outlined(Color::BLACK, 2.0);
+    canvas.circle(view.px(start.x_m, start.y_m), 6.0, &ring);
+}
+
+fn legend(input: &FieldPicture) -> Vec<LegendEntry> {
+    let has_points = |path: &&FieldPath| !path.points.is_empty();
+    let mut entries: Vec<LegendEntry> = input
+        .truth
+        .iter()
+        .chain(&input.estimates)
+        .filter(has_points)
+        .map(|path| LegendEntry::new(&path.label, Symbol::Line(path.color)))
+        .collect();
+    let is_faint = |path: &FieldPath| path.points.iter().any(|p| !p.is_localized && p.x_m.is_finite());
+    if input.estimates.iter().any(is_faint) {
+        entries.push(LegendEntry::new("not localized", Symbol::FaintLine(Color::GRAY)));
+    }
+    if !input.kidnaps.is_empty() {
+        entries.push(LegendEntry::new("carried", Symbol::DashedArrow(kidnap::COLOR)));
+    }
+    if input.start.is_some() {
+        entries.push(LegendEntry::new("start", Symbol::Ring(Color::BLACK)));
+    }
+    entries.extend(input.clouds.iter().map(|c| LegendEntry::new(&c.label, Symbol::Arrow(c.color))));
+    entries.extend(input.ellipses.iter().map(|e| LegendEntry::new(&e.label, Symbol::Ring(e.color))));
+    entries
+}

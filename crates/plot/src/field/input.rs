@@ -1,0 +1,132 @@
+//! What a picture of the field shows.
+
+use visloc_geom::PlanarPose;
+
+use crate::Color;
+
+/// What is drawn on the field. All positions in the frame of the field, meters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldPicture {
+    /// Large, at the top.
+    pub title: String,
+    /// Below the title, for instance the mean error.
+    pub subtitle: String,
+    /// Where the robot was.
+    pub truth: Option<FieldPath>,
+    /// Where localizers said that it was.
+    pub estimates: Vec<FieldPath>,
+    /// Numbered from 1 in this order.
+    pub kidnaps: Vec<Kidnap>,
+    /// Where the run starts.
+    pub start: Option<PlanarPose>,
+    /// Particles or hypotheses.
+    pub clouds: Vec<PoseCloud>,
+    /// Uncertainties.
+    pub ellipses: Vec<CovarianceEllipse>,
+    /// Points of a path that are farther apart than this are not connected, meters.
+    pub max_step_m: f64,
+}
+
+impl Default for FieldPicture {
+    /// Nothing on the field. A step of at most 0.5 m: far more than a robot moves between two frames.
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            subtitle: String::new(),
+            truth: None,
+            estimates: Vec::new(),
+            kidnaps: Vec::new(),
+            start: None,
+            clouds: Vec::new(),
+            ellipses: Vec::new(),
+            max_step_m: 0.5,
+        }
+    }
+}
+
+/// A path with its name and color.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FieldPath {
+    /// In the legend.
+    pub label: String,
+    /// Of the line.
+    pub color: Color,
+    /// In order of time. A point that is not finite breaks the line.
+    pub points: Vec<PathPoint>,
+}
+
+impl FieldPath {
+    /// A path of which every point is localized.
+    pub fn new(label: &str, color: Color, poses: impl IntoIterator<Item = PlanarPose>) -> Self {
+        let points = poses.into_iter().map(|pose| PathPoint::localized(&pose)).collect();
+        Self { label: label.to_owned(), color, points }
+    }
+}
+
+/// One point of a path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathPoint {
+    /// Position along x, meters.
+    pub x_m: f64,
+    /// Position along y, meters.
+    pub y_m: f64,
+    /// Whether the localizer trusts it. Others are drawn faint.
+    pub is_localized: bool,
+}
+
+impl PathPoint {
+    /// A point that the localizer trusts.
+    #[must_use]
+    pub fn localized(pose: &PlanarPose) -> Self {
+        Self { x_m: pose.x_m, y_m: pose.y_m, is_localized: true }
+    }
+
+    /// A point that the localizer does not trust.
+    #[must_use]
+    pub fn not_localized(pose: &PlanarPose) -> Self {
+        Self { is_localized: false, ..Self::localized(pose) }
+    }
+
+    /// Breaks the line.
+    #[must_use]
+    pub fn gap() -> Self {
+        Self { x_m: f64::NAN, y_m: f64::NAN, is_localized: false }
+    }
+}
+
+/// The robot was carried away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kidnap {
+    /// Where it was picked up.
+    pub from: PlanarPose,
+    /// Where it was put down.
+    pub to: PlanarPose,
+}
+
+/// Poses drawn as small arrows: particles or hypotheses.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PoseCloud {
+    /// In the legend.
+    pub label: String,
+    /// Of the arrows.
+    pub color: Color,
+    /// Poses that are not finite are left out.
+    pub poses: Vec<PlanarPose>,
+    /// Length of each arrow, meters: about 0.1 for particles, 0.3 for hypotheses.
+    pub arrow_length_m: f64,
+}
+
+/// Where a position may be, as an ellipse.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CovarianceEllipse {
+    /// In the legend.
+    pub label: String,
+    /// Of the outline.
+    pub color: Color,
+    /// Mean of x and y, meters.
+    pub mean_m: [f64; 2],
+    /// Covariance of x and y, square meters. Only the upper triangle is read.
+    pub covariance_m2: [[f64; 2]; 2],
+    /// Half axes in standard deviations.
+    pub num_sigmas: f64,
+}

@@ -1,0 +1,12 @@
+//! The field from above with what happened on it.
+
+mod draw;
+mod ground;
+mod input;
+mod kidnap;
+mod paths;
+
+pub use draw::field_picture;
+pub(crate) use ground::GroundView;
+pub use input::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud};
+pub(crate) use paths::draw_pose_arrow;

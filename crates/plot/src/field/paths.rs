@@ -1,0 +1,155 @@
+//! Paths, arrows and ellipses on the ground.
+
+use visloc_geom::PlanarPose;
+
+use super::{CovarianceEllipse, FieldPath, GroundView, PathPoint, PoseCloud};
+use crate::{
+    Color,
+    svg::{Canvas, Paint, Point},
+};
+
+const PATH_PX: f64 = 2.2;
+const HALO_PX: f64 = 4.4;
+const FAINT_OPACITY: f64 = 0.45;
+
+/// A connected piece of a path, all of it localized or all of it not.
+#[derive(Debug, PartialEq)]
+struct Piece {
+    points: Vec<Point>,
+    is_localized: bool,
+}
+
+pub(super) fn draw_path(canvas: &mut Canvas, view: &GroundView, path: &FieldPath, max_step_m: f64) {
+    let pieces = pieces(view, &path.points, max_step_m);
+    for piece in pieces.iter().filter(|piece| piece.is_localized) {
+        canvas.polyline(&piece.points, &Paint::stroke(Color::WHITE, HALO_PX).opacity(0.55));
+    }
+    for piece in &pieces {
+        let (width_px, opacity) = if piece.is_localized { (PATH_PX, 1.0) } else { (1.4, FAINT_OPACITY) };
+        match piece.points[..] {
+            [point] => {
+                canvas.circle(point, 0.6 * width_px, &Paint::fill(path.color).opacity(opacity));
+            }
+            _ => canvas.polyline(&piece.points, &Paint::stroke(path.color, width_px).opacity(opacity)),
+        }
+    }
+}
+
+/// A step belongs to the piece of the point that it leads to.
+fn pieces(view: &GroundView, points: &[PathPoint], max_step_m: f64) -> Vec<Piece> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut last: Option<&PathPoint> = None;
+    for point in points {
+        if !(point.x_m.is_finite() && point.y_m.is_finite()) {
+            last = None;
+            continue;
+        }
+        let at = view.px(point.x_m, point.y_m);
+        let before = last.filter(|last| (last.x_m - point.x_m).hypot(last.y_m - point.y_m) <= max_step_m);
+        match (before, pieces.last_mut()) {
+            (Some(_), Some(piece)) if piece.is_localized == point.is_localized => piece.points.push(at),
+            (Some(before), _) => {
+                let points = vec![view.px(before.x_m, before.y_m), at];
+                pieces.push(Piece { points, is_localized: point.is_localized });
+            }
+            (None, _) => pieces.push(Piece { points: vec![at], is_localized: point.is_localized }),
+        }
+        last = Some(point);
+    }
+    pieces
+}
+
+pub(super) fn draw_cloud(canvas: &mut Canvas, view: &GroundView, cloud: &PoseCloud) {
+    let length_px = (cloud.arrow_length_m * view.px_per_m()).max(5.0);
+    for pose in cloud.poses.iter().filter(|pose| pose.is_finite()) {
+        draw_pose_arrow(canvas, view, pose, length_px, &Paint::fill(cloud.color).opacity(0.6));
+    }
+}
+
+/// A slim arrow head from a position into its heading.
+pub(crate) fn draw_pose_arrow(
+    canvas: &mut Canvas,
+    view: &GroundView,
+    pose: &PlanarPose,
+    length_px: f64,
+    paint: &Paint,
+) {
+    let (x, y) = view.px(pose.x_m, pose.y_m);
+    let (sin, cos) = pose.yaw_rad.sin_cos();
+    let corner = |along: f64, left: f64| {
+        (x + length_px * (cos * along - sin * left), y - length_px * (sin * along + cos * left))
+    };
+    canvas.polygon(&[corner(1.0, 0.0), corner(0.0, 0.28), corner(0.2, 0.0), corner(0.0, -0.28)], paint);
+}
+
+pub(super) fn draw_ellipse(canvas: &mut Canvas, view: &GroundView, ellipse: &CovarianceEllipse) {
+    let Some((half_axes_m, yaw_rad)) = half_axes(ellipse) else { return };
+    let (sin, cos) = yaw_rad.sin_cos();
+    let [x_m, y_m] = ellipse.mean_m;
+    let outline: Vec<Point> = (0..72)
+        .map(|i| {
+            let (s, c) = (f64::from(i) * std::f64::consts::TAU / 72.0).sin_cos();
+            let (a, b) = (half_axes_m.0 * c, half_axes_m.1 * s);
+            view.px(x_m + cos * a - sin * b, y_m + sin * a + cos * b)
+        })
+        .collect();
+    canvas.polygon(&outline, &Paint::fill(ellipse.color).opacity(0.18));
+    canvas.polygon(&outline, &Paint::stroke(ellipse.color, 1.6));
+}
+
+/// Half axes and direction of the longer one: eigenvalues and eigenvector of a symmetric 2 x 2 matrix.
+fn half_axes(ellipse: &CovarianceEllipse) -> Option<((f64, f64), f64)> {
+    let [[xx, xy], [_, yy]] = ellipse.covariance_m2;
+    let all = [xx, xy, yy, ellipse.num_sigmas, ellipse.mean_m[0], ellipse.mean_m[1]];
+    if !all.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    let (mean, spread) = (f64::midpoint(xx, yy), ((xx - yy) / 2.0).hypot(xy));
+    let half_axis = |variance: f64| ellipse.num_sigmas * variance.max(0.0).sqrt();
+    Some(((half_axis(mean + spread), half_axis(mean - spread)), 0.5 * (2.0 * xy).atan2(xx - yy)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> GroundView {
+        GroundView::new((-3.0, 3.0), (-2.0, 2.0), 0.0)
+    }
+
+    fn at(x_m: f64) -> PathPoint {
+        PathPoint::localized(&PlanarPose::new(x_m, 0.0, 0.0))
+    }
+
+    #[test]
+    fn jumps_and_gaps_break_a_path() {
+        let points = [at(0.0), at(0.1), at(2.0), at(2.1), PathPoint::gap(), at(2.2)];
+        let lengths: Vec<usize> = pieces(&view(), &points, 0.5).iter().map(|p| p.points.len()).collect();
+        assert_eq!(lengths, [2, 2, 1]);
+    }
+
+    #[test]
+    fn faint_pieces_stay_connected() {
+        let faint = PathPoint { is_localized: false, ..at(0.2) };
+        let pieces = pieces(&view(), &[at(0.0), at(0.1), faint, at(0.3)], 0.5);
+        assert_eq!(pieces.iter().map(|p| p.is_localized).collect::<Vec<_>>(), [true, false, true]);
+        assert_eq!(pieces[0].points.last(), pieces[1].points.first());
+        assert_eq!(pieces[1].points.last(), pieces[2].points.first());
+    }
+
+    #[test]
+    fn ellipse_of_a_turned_covariance() {
+        // variances 0.04 and 0.01 along the diagonals
+        let ellipse = |covariance_m2| CovarianceEllipse {
+            label: String::new(),
+            color: Color::BLUE,
+            mean_m: [0.0, 0.0],
+            covariance_m2,
+            num_sigmas: 2.0,
+        };
+        let ((long, short), yaw) = half_axes(&ellipse([[0.025, 0.015], [0.015, 0.025]])).unwrap();
+        assert!((long - 0.4).abs() < 1e-12 && (short - 0.2).abs() < 1e-12);
+        assert!((yaw - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
+        assert!(half_axes(&ellipse([[f64::NAN, 0.0], [0.0, 1.0]])).is_none());
+    }
+}

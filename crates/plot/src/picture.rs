@@ -1,0 +1,68 @@
+//! A finished picture.
+
+use std::{fs, path::Path};
+
+use resvg::{tiny_skia, usvg};
+
+use crate::{PlotError, font};
+
+/// A finished picture.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    svg: String,
+}
+
+impl Picture {
+    /// Pixels of a saved PNG per unit of the SVG: sharp on screens of high resolution and in print.
+    pub const SAVED_PNG_SCALE: f32 = 2.0;
+
+    /// Longest side of a PNG, pixels: 16384 x 16384 x 4 bytes are 1 GB.
+    const MAX_SIDE_PX: f32 = 16384.0;
+
+    pub(crate) fn new(svg: String) -> Self {
+        Self { svg }
+    }
+
+    /// The picture as text of an SVG file.
+    #[must_use]
+    pub fn svg(&self) -> &str {
+        &self.svg
+    }
+
+    /// The picture as bytes of a PNG file, `scale` pixels per unit of the SVG.
+    ///
+    /// # Errors
+    /// If the scale is not a positive number or the result has more than 16384 pixels along a side.
+    pub fn png(&self, scale: f32) -> Result<Vec<u8>, PlotError> {
+        let options = usvg::Options { fontdb: font::database(), ..usvg::Options::default() };
+        let tree = usvg::Tree::from_str(&self.svg, &options)?;
+        let size = tree.size();
+        let (width_px, height_px) = (size.width(), size.height());
+        let refused = PlotError::Scale { scale, width_px, height_px, max_px: Self::MAX_SIDE_PX };
+        let longest_px = scale * width_px.max(height_px);
+        if !(scale > 0.0 && longest_px <= Self::MAX_SIDE_PX) {
+            return Err(refused);
+        }
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let to_pixels = |length: f32| (length * scale).round().max(1.0) as u32;
+        let pixels = tiny_skia::Pixmap::new(to_pixels(width_px), to_pixels(height_px));
+        let mut pixels = pixels.ok_or(refused)?;
+        let transform = tiny_skia::Transform::from_scale(scale, scale);
+        resvg::render(&tree, transform, &mut pixels.as_mut());
+        pixels.encode_png().map_err(|error| PlotError::Png(error.to_string()))
+    }
+
+    /// Writes `name.svg` and `name.png` into `dir`, which is made if missing.
+    ///
+    /// # Errors
+    /// If a file cannot be written or the PNG would be too large.
+    pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
+        fs::create_dir_all(dir).map_err(|source| PlotError::Write { path: dir.to_owned(), source })?;
+        let png = self.png(Self::SAVED_PNG_SCALE)?;
+        for (extension, bytes) in [("svg", self.svg.as_bytes()), ("png", &png)] {
+            let path = dir.join(format!("{name}.{extension}"));
+            fs::write(&path, bytes).map_err(|source| PlotError::Write { path, source })?;
+        }
+        Ok(())
+    }
+}
