@@ -1,7 +1,7 @@
 //! Draws every kind of picture with made-up data of a run of 70 s with two kidnaps:
 //! `cargo run --release -p visloc-plot --example gallery -- <folder>`.
 
-use std::{env, path::Path};
+use std::{env, f64::consts::PI, path::Path};
 
 use visloc_geom::PlanarPose;
 use visloc_plot::{
@@ -139,13 +139,13 @@ fn belief_input() -> FieldPicture {
             PoseCloud {
                 label: "particles".to_owned(),
                 color: Color::BLUE,
-                poses: cloud(2.4, 1.6, 0.5, 1).chain(cloud(-2.4, -1.6, 0.5 + 3.14, 2)).collect(),
+                poses: cloud(2.4, 1.6, 0.5, 1).chain(cloud(-2.4, -1.6, 0.5 + PI, 2)).collect(),
                 arrow_length_m: 0.12,
             },
             PoseCloud {
                 label: "hypotheses".to_owned(),
                 color: Color::VERMILION,
-                poses: vec![PlanarPose::new(2.4, 1.6, 0.5), PlanarPose::new(-2.4, -1.6, 3.64)],
+                poses: vec![PlanarPose::new(2.4, 1.6, 0.5), PlanarPose::new(-2.4, -1.6, 0.5 + PI)],
                 arrow_length_m: 0.45,
             },
         ],
@@ -187,7 +187,7 @@ fn series_input(run: &[Sample]) -> TimeSeriesPicture {
             ),
             panel(
                 "heading error [deg]",
-                ValueAxis::Log { min: 0.1, max: 180.0 },
+                ValueAxis::Log { min: 0.01, max: 180.0 },
                 both(&|s, k| s.truth.heading_difference_rad(&s.estimates[k]).to_degrees()),
                 vec![],
             ),

@@ -109,7 +109,7 @@ fn sane_range((min, max): (f64, f64)) -> (f64, f64) {
 fn round_range(range: Option<(f64, f64)>) -> (f64, f64) {
     let Some((min, max)) = range else { return (0.0, 1.0) };
     let (min, max) = (min.min(0.0), max.max(0.0));
-    if !(max > min) {
+    if min == max {
         return (0.0, 1.0);
     }
     let step = round_step((max - min) / 5.0);

@@ -55,7 +55,7 @@ impl PlotArea {
 
     /// Grid lines of the vertical axis only.
     pub(crate) fn draw_horizontal_grid(&self, canvas: &mut Canvas) {
-        for tick in self.y.ticks(26.0) {
+        for tick in self.y.ticks(self.vertical_spacing_px()) {
             let y = self.y.px(tick.value);
             let color = if tick.label.is_some() { GRID } else { MINOR_GRID };
             canvas.line((self.rect.left, y), (self.rect.right, y), &Paint::stroke(color, 1.0));
@@ -77,13 +77,18 @@ impl PlotArea {
         }
     }
 
+    /// Least distance of the labels of the vertical axis: fewer of them in a tall chart than would fit.
+    fn vertical_spacing_px(&self) -> f64 {
+        (self.rect.height() / 9.0).max(26.0)
+    }
+
     pub(crate) fn draw_border(&self, canvas: &mut Canvas) {
         canvas.rect(&self.rect, &Paint::stroke(FRAME, 1.0));
     }
 
     pub(crate) fn draw_vertical_ticks(&self, canvas: &mut Canvas) {
         let left = self.rect.left;
-        for tick in self.y.ticks(26.0) {
+        for tick in self.y.ticks(self.vertical_spacing_px()) {
             let y = self.y.px(tick.value);
             if let Some(label) = &tick.label {
                 canvas.line((left - 4.0, y), (left, y), &Paint::stroke(FRAME, 1.0));

@@ -6,10 +6,10 @@ use visloc_world::field::Field;
 use crate::{
     Color, Picture,
     axis::{Axis, finite_range},
-    chart::PlotArea,
+    chart::{LABEL_PX, PlotArea},
     field::{GroundView, draw_pose_arrow},
     header::Header,
-    svg::{Canvas, Paint, Rect},
+    svg::{Anchor, Canvas, Paint, Rect, TextStyle},
 };
 
 const BAR_GAP_PX: f64 = 64.0;
@@ -105,7 +105,7 @@ pub fn heat_map(input: &HeatMap, field: Option<&Field>) -> Picture {
     for mark in input.marks.iter().filter(|mark| mark.pose.is_finite()) {
         let paint = Paint::fill(mark.color).outlined(Color::WHITE, 1.5);
         draw_pose_arrow(&mut canvas, &view, &mark.pose, 28.0, &paint);
-        view.draw_label(&mut canvas, view.px(mark.pose.x_m, mark.pose.y_m), &mark.label, mark.color);
+        view.draw_pose_label(&mut canvas, &mark.pose, &mark.label, mark.color);
     }
     canvas.end_group();
     view.draw_frame(&mut canvas);
@@ -157,8 +157,7 @@ fn draw_color_bar(canvas: &mut Canvas, ground: &Rect, bar: Axis, label: &str) {
     area.draw_border(canvas);
     area.draw_vertical_ticks(canvas);
     let middle = f64::midpoint(rect.top, rect.bottom);
-    let style =
-        crate::svg::TextStyle::new(crate::chart::LABEL_PX, Color::BLACK).anchor(crate::svg::Anchor::Middle);
+    let style = TextStyle::new(LABEL_PX, Color::BLACK).anchor(Anchor::Middle);
     canvas.vertical_text((rect.right + 20.0, middle), label, &style);
 }
 

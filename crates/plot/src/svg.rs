@@ -169,6 +169,11 @@ impl Canvas {
         self.raw(&format!("<g class=\"{class}\">\n"));
     }
 
+    /// Everything until [`Canvas::end_group`] lets the background through, evenly where shapes overlap.
+    pub(crate) fn begin_faded(&mut self, opacity: f64) {
+        self.raw(&format!("<g opacity=\"{}\">\n", number(opacity)));
+    }
+
     pub(crate) fn end_group(&mut self) {
         self.raw("</g>\n");
     }

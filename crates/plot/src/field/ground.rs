@@ -1,11 +1,13 @@
 //! Carpet, lines and goals, and the view onto them.
 
+use visloc_geom::PlanarPose;
 use visloc_world::field::{Field, Goal, GoalColor};
 
 use crate::{
     Color,
     axis::Axis,
-    chart::{HorizontalLabels, LABEL_PX, PlotArea, TICK_LABEL_PX},
+    chart::{HorizontalLabels, LABEL_PX, PlotArea},
+    font::{self, Weight},
     svg::{Anchor, Canvas, Paint, Point, Rect, TextStyle},
 };
 
@@ -14,6 +16,9 @@ const POST_OUTLINE: Color = Color::rgb(0x3a, 0x3a, 0x3a);
 
 /// Depth of the net behind the goal line, meters: the files of the fields do not say it and only pictures need it.
 const NET_DEPTH_M: f64 = 0.35;
+
+/// Between a pose and its name, pixels.
+const LABEL_GAP_PX: f64 = 12.0;
 
 /// Meters of the ground to pixels: +x to the right, +y up, the same scale along both.
 #[derive(Debug, Clone, Copy)]
@@ -76,11 +81,12 @@ impl GroundView {
         canvas.rect(&self.area.rect, &Paint::fill(CARPET));
     }
 
-    /// Lines, circle, marks in the color and opacity of `paint_of` a line width in pixels.
+    /// Lines, circle and marks, as wide as they are.
     pub(crate) fn draw_lines(&self, canvas: &mut Canvas, field: &Field, opacity: f64) {
         // thinner than 1 px is invisible on large fields
         let width_px = (field.dimensions().line_width_m * self.px_per_m).max(1.2);
-        let paint = Paint::stroke(Color::WHITE, width_px).opacity(opacity);
+        let paint = Paint::stroke(Color::WHITE, width_px);
+        canvas.begin_faded(opacity);
         let half_m = field.dimensions().line_width_m / 2.0;
         for line in field.lines() {
             let along = line.end - line.start;
@@ -92,6 +98,7 @@ impl GroundView {
             canvas.line(self.px(mark.start.x, mark.start.y), self.px(mark.end.x, mark.end.y), &paint);
         }
         canvas.circle(self.px(0.0, 0.0), field.circle_radius_m() * self.px_per_m, &paint);
+        canvas.end_group();
     }
 
     pub(crate) fn draw_goals(&self, canvas: &mut Canvas, field: &Field) {
@@ -115,12 +122,17 @@ impl GroundView {
         }
     }
 
-    /// A small label with a white shadow beside `at`.
-    pub(crate) fn draw_label(&self, canvas: &mut Canvas, at: Point, label: &str, color: Color) {
-        let is_right = at.0 + 14.0 + label.len() as f64 * 8.0 > self.area.rect.right;
-        let (x, anchor) = if is_right { (at.0 - 13.0, Anchor::End) } else { (at.0 + 13.0, Anchor::Start) };
-        let y = (at.1 - 9.0).max(self.area.rect.top + LABEL_PX);
-        let style = TextStyle::new(TICK_LABEL_PX, color).bold().anchor(anchor);
+    /// The name of a pose behind its arrow, with a white shadow, where the ground leaves room for it.
+    pub(crate) fn draw_pose_label(&self, canvas: &mut Canvas, pose: &PlanarPose, label: &str, color: Color) {
+        let (x, y) = self.px(pose.x_m, pose.y_m);
+        let room_px = font::width_px(label, LABEL_PX, Weight::Bold) + 2.0 * LABEL_GAP_PX;
+        let fits_left = x - room_px > self.area.rect.left;
+        let fits_right = x + room_px < self.area.rect.right;
+        let is_left = fits_left && (pose.yaw_rad.cos() > 0.0 || !fits_right);
+        let (x, anchor) =
+            if is_left { (x - LABEL_GAP_PX, Anchor::End) } else { (x + LABEL_GAP_PX, Anchor::Start) };
+        let y = (y + 0.36 * LABEL_PX).clamp(self.area.rect.top + LABEL_PX, self.area.rect.bottom - 4.0);
+        let style = TextStyle::new(LABEL_PX, color).bold().anchor(anchor);
         let shadow = TextStyle { color: Color::WHITE, ..style };
         for (dx, dy) in [(-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.2)] {
             canvas.text((x + dx, y + dy), label, &shadow);

@@ -15,7 +15,11 @@ const BEND: f64 = 0.22;
 const BADGE_PLACES: [f64; 5] = [0.5, 0.38, 0.62, 0.26, 0.74];
 
 pub(super) fn draw_kidnaps(canvas: &mut Canvas, view: &GroundView, kidnaps: &[Kidnap]) {
-    let mut badges: Vec<Point> = Vec::new();
+    // numbers hide neither each other nor the ends of the arcs
+    let mut taken: Vec<Point> = Vec::new();
+    for kidnap in kidnaps {
+        taken.extend([kidnap.from, kidnap.to].map(|pose| view.px(pose.x_m, pose.y_m)));
+    }
     for (i, kidnap) in kidnaps.iter().enumerate() {
         if !(kidnap.from.is_finite() && kidnap.to.is_finite()) {
             continue;
@@ -27,10 +31,10 @@ pub(super) fn draw_kidnaps(canvas: &mut Canvas, view: &GroundView, kidnaps: &[Ki
         );
         arc.draw(canvas);
         let is_free =
-            |at: &Point| badges.iter().all(|other| (other.0 - at.0).hypot(other.1 - at.1) > 2.5 * BADGE_PX);
+            |at: &Point| taken.iter().all(|other| (other.0 - at.0).hypot(other.1 - at.1) > 2.5 * BADGE_PX);
         let places = BADGE_PLACES.map(|t| arc.at(t));
         let badge = places.into_iter().find(is_free).unwrap_or(places[0]);
-        badges.push(badge);
+        taken.push(badge);
         canvas.circle(badge, BADGE_PX, &Paint::fill(COLOR).outlined(Color::WHITE, 1.5));
         let style = TextStyle::new(12.0, Color::WHITE).bold().anchor(Anchor::Middle);
         canvas.text((badge.0, badge.1 + 4.3), &(i + 1).to_string(), &style);

@@ -10,7 +10,11 @@ use crate::{
 
 const PATH_PX: f64 = 2.2;
 const HALO_PX: f64 = 4.4;
-const FAINT_OPACITY: f64 = 0.45;
+/// A cloud of at most this many poses is drawn opaque: each of them matters.
+const MAX_SPARSE: usize = 20;
+
+const FAINT_PX: f64 = 1.6;
+const FAINT_OPACITY: f64 = 0.6;
 
 /// A connected piece of a path, all of it localized or all of it not.
 #[derive(Debug, PartialEq)]
@@ -25,7 +29,7 @@ pub(super) fn draw_path(canvas: &mut Canvas, view: &GroundView, path: &FieldPath
         canvas.polyline(&piece.points, &Paint::stroke(Color::WHITE, HALO_PX).opacity(0.55));
     }
     for piece in &pieces {
-        let (width_px, opacity) = if piece.is_localized { (PATH_PX, 1.0) } else { (1.4, FAINT_OPACITY) };
+        let (width_px, opacity) = if piece.is_localized { (PATH_PX, 1.0) } else { (FAINT_PX, FAINT_OPACITY) };
         match piece.points[..] {
             [point] => {
                 canvas.circle(point, 0.6 * width_px, &Paint::fill(path.color).opacity(opacity));
@@ -61,8 +65,11 @@ fn pieces(view: &GroundView, points: &[PathPoint], max_step_m: f64) -> Vec<Piece
 
 pub(super) fn draw_cloud(canvas: &mut Canvas, view: &GroundView, cloud: &PoseCloud) {
     let length_px = (cloud.arrow_length_m * view.px_per_m()).max(5.0);
+    let is_sparse = cloud.poses.len() <= MAX_SPARSE;
+    let paint = Paint::fill(cloud.color);
+    let paint = if is_sparse { paint.outlined(Color::WHITE, 1.2) } else { paint.opacity(0.6) };
     for pose in cloud.poses.iter().filter(|pose| pose.is_finite()) {
-        draw_pose_arrow(canvas, view, pose, length_px, &Paint::fill(cloud.color).opacity(0.6));
+        draw_pose_arrow(canvas, view, pose, length_px, &paint);
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{Mark, Panel, SeriesStyle, TimeSeriesPicture, lines};
 use crate::{
     Color, Picture,
-    axis::{Axis, finite_range},
+    axis::{Axis, finite_range, round_step},
     chart::{HorizontalLabels, LABEL_PX, PlotArea, TICK_LABEL_PX, reference_margin_px},
     font::{self, Weight},
     header::{Header, LegendEntry, Symbol},
@@ -68,7 +68,15 @@ fn time_range(input: &TimeSeriesPicture) -> (f64, f64) {
     let times = series.flat_map(|series| &series.points).map(|point| point.0);
     let spans = input.spans.iter().flat_map(|span| [span.start_secs, span.end_secs]);
     let all = times.chain(spans).chain(input.marks.iter().map(|mark| mark.at_secs));
-    input.range_secs.or_else(|| finite_range(all)).unwrap_or((0.0, 1.0))
+    input.range_secs.or_else(|| finite_range(all).map(with_near_ticks)).unwrap_or((0.0, 1.0))
+}
+
+/// Moves the ends to round times that are very near: 70 s of frames end a little before 70 s.
+fn with_near_ticks((start, end): (f64, f64)) -> (f64, f64) {
+    let near = 0.01 * (end - start);
+    let step = round_step((end - start) / 14.0);
+    let (before, after) = ((start / step).floor() * step, (end / step).ceil() * step);
+    (if start - before <= near { before } else { start }, if after - end <= near { after } else { end })
 }
 
 fn legend(input: &TimeSeriesPicture) -> Vec<LegendEntry> {
@@ -109,8 +117,8 @@ fn draw_panel(
         canvas.line((mark.x, rect.top), (mark.x, rect.bottom), &Paint::stroke(MARK, 1.3).dashed());
     }
     area.draw_references(canvas, &panel.references);
-    for series in &panel.series {
-        lines::draw_series(canvas, area, series);
+    for (i, series) in panel.series.iter().enumerate() {
+        lines::draw_series(canvas, area, series, i);
     }
 }
 

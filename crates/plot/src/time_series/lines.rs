@@ -12,8 +12,9 @@ const DOT_PX: f64 = 1.6;
 /// Size and least distance of the marks of values outside the range, pixels.
 const OUTSIDE_PX: f64 = 7.0;
 const OUTSIDE_GAP_PX: f64 = 10.0;
+const MAX_OUTSIDE_ROWS: usize = 4;
 
-pub(super) fn draw_series(canvas: &mut Canvas, area: &PlotArea, series: &Series) {
+pub(super) fn draw_series(canvas: &mut Canvas, area: &PlotArea, series: &Series, index: usize) {
     let rect = &area.rect;
     canvas.begin_clip(rect);
     let place = |&(secs, value): &(f64, f64)| {
@@ -32,23 +33,22 @@ pub(super) fn draw_series(canvas: &mut Canvas, area: &PlotArea, series: &Series)
         }
     }
     canvas.end_group();
-    draw_outside(canvas, area, series);
+    draw_outside(canvas, area, series, index % MAX_OUTSIDE_ROWS);
 }
 
-/// Small triangles at the border that point to values outside the range.
-fn draw_outside(canvas: &mut Canvas, area: &PlotArea, series: &Series) {
+/// Small triangles at the border that point to values outside the range, each series in its own row.
+#[allow(clippy::cast_precision_loss)]
+fn draw_outside(canvas: &mut Canvas, area: &PlotArea, series: &Series, row: usize) {
+    let depth = 1.0 + row as f64 * (OUTSIDE_PX + 1.0);
     let (min, max) = area.y.range();
     let rect = &area.rect;
-    let sides: [(f64, f64, fn(f64, f64, f64) -> bool); 2] = [
-        (rect.top + 1.0, 1.0, |value, _, max| value > max),
-        (rect.bottom - 1.0, -1.0, |value, min, _| value < min),
-    ];
-    for (border, down, is_outside) in sides {
+    for (border, down) in [(rect.top + depth, 1.0), (rect.bottom - depth, -1.0)] {
         let mut last = f64::NEG_INFINITY;
         for &(secs, value) in &series.points {
             let x = area.x.px(secs);
+            let is_outside = if down > 0.0 { value > max } else { value < min };
             let is_visible = x >= rect.left && x <= rect.right;
-            if !is_visible || !is_outside(value, min, max) || x - last < OUTSIDE_GAP_PX {
+            if !is_visible || !is_outside || x - last < OUTSIDE_GAP_PX {
                 continue;
             }
             last = x;
