@@ -50,6 +50,19 @@ pub struct Camera {
     max_radius2: f64,
 }
 
+impl Default for Camera {
+    /// A single pixel with focal length 1: a place holder until a calibration is known.
+    fn default() -> Self {
+        Self {
+            size_px: (1, 1),
+            focal_px: (1.0, 1.0),
+            center_px: (0.0, 0.0),
+            distortion: Distortion::None,
+            max_radius2: f64::INFINITY,
+        }
+    }
+}
+
 impl Camera {
     /// A camera without distortion. Sizes as (width, height), the rest as (x, y), all in pixels.
     ///

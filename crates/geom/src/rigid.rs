@@ -121,6 +121,12 @@ impl<A, B, C> Mul<Rigid3<B, C>> for Rigid3<A, B> {
 }
 
 // Derives would demand the same of the frame types.
+impl<Dst, Src> Default for Rigid3<Dst, Src> {
+    /// The identity.
+    fn default() -> Self {
+        Self::identity()
+    }
+}
 impl<Dst, Src> Clone for Rigid3<Dst, Src> {
     fn clone(&self) -> Self {
         *self

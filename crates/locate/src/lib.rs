@@ -1,1 +1,31 @@
-//! placeholder
+//! Localization with a known map: observation models, motion model, and the localizers that use them.
+//!
+//! A [`Localizer`] turns percepts and odometry into an [`Estimate`]. It knows the world only through an
+//! [`ObservationModel`], so the same localizer runs on every map. [`Pipeline`] ties image analysis, lift detector and
+//! localizer together for a robot's frames.
+//!
+//! Sources: master's thesis of 2010, chapters 4 and 5; doctoral thesis of 2017, chapters 4 and 5.
+
+mod config;
+mod estimate;
+pub mod evolutionary;
+mod lift;
+mod localizer;
+pub mod monte_carlo;
+mod motion;
+pub mod observation;
+mod pipeline;
+mod region;
+mod registry;
+mod reliability;
+
+pub use config::{ConfigError, require};
+pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};
+pub use lift::{LiftConfig, LiftDetector};
+pub use localizer::{Individual, Localizer, StepInput};
+pub use motion::{MotionConfig, MotionModel, PlanarMotion};
+pub use observation::ObservationModel;
+pub use pipeline::{Pipeline, PipelineConfig, PipelineError};
+pub use region::Region;
+pub use registry::{ALGORITHMS, AlgorithmInfo, build_localizer, default_config_toml};
+pub use reliability::{Reliability, ReliabilityConfig};

@@ -1,0 +1,64 @@
+//! What a localizer says about the pose.
+
+use nalgebra::Matrix3;
+use visloc_geom::PlanarPose;
+
+/// From this reliability on a robot counts as localized. Source: 2010 section 5.1.4.
+pub const LOCALIZED_RELIABILITY: f64 = 0.6;
+
+/// One place where the robot may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hypothesis {
+    /// The pose.
+    pub world_from_robot: PlanarPose,
+    /// Covariance over (x, y, heading), meters and radians.
+    pub covariance: Matrix3<f64>,
+    /// Share of the belief, 0 to 1; all hypotheses together have 1.
+    pub probability: f64,
+}
+
+/// The answer of a localizer after one step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The pose of the winning hypothesis.
+    pub world_from_robot: PlanarPose,
+    /// Its covariance over (x, y, heading), meters and radians.
+    pub covariance: Matrix3<f64>,
+    /// How far the pose can be trusted, 0 to 1; localized above [`LOCALIZED_RELIABILITY`].
+    pub reliability: f64,
+    /// Likelihood of the last image at the pose, 0 to 1.
+    pub likelihood: f64,
+    /// All hypotheses, the most probable first.
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+impl Estimate {
+    /// Knows nothing.
+    #[must_use]
+    pub fn unknown() -> Self {
+        Self {
+            world_from_robot: PlanarPose::default(),
+            covariance: Matrix3::identity() * 100.0,
+            reliability: 0.0,
+            likelihood: 0.0,
+            hypotheses: Vec::new(),
+        }
+    }
+
+    /// Whether the pose can be relied on.
+    #[must_use]
+    pub fn is_localized(&self) -> bool {
+        self.reliability > LOCALIZED_RELIABILITY
+    }
+
+    /// Sorts the hypotheses and makes their probabilities sum to 1.
+    pub(crate) fn normalize_hypotheses(&mut self) {
+        let total: f64 = self.hypotheses.iter().map(|h| h.probability).sum();
+        if total > 0.0 {
+            for hypothesis in &mut self.hypotheses {
+                hypothesis.probability /= total;
+            }
+        }
+        self.hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+}

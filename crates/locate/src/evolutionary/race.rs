@@ -1,0 +1,175 @@
+//! One race: a population of exploiters around a hypothesis.
+
+use rand::RngExt;
+use visloc_base::{Rng, gaussian};
+use visloc_geom::{PlanarPose, PoseStatistics, weighted_pose_statistics};
+
+use super::EvolutionaryConfig;
+use crate::{ObservationModel, PlanarMotion, monte_carlo::share};
+
+/// A pose with its health.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Exploiter {
+    pub pose: PlanarPose,
+    pub health: f64,
+}
+
+/// A population around one hypothesis.
+#[derive(Debug, Clone)]
+pub(super) struct Race {
+    /// Names the race for as long as it lives.
+    pub id: u64,
+    /// Weighted mean of the elite.
+    pub pose: PlanarPose,
+    /// Spread of the population.
+    pub covariance: nalgebra::Matrix3<f64>,
+    /// How well the elite explains the images of late, 0 to 1.
+    pub health: f64,
+    /// How well the elite explains the last image, 0 to 1.
+    pub last_health: f64,
+    /// How often it was the best of late.
+    pub victories: u32,
+    /// Iterations in which it cannot be deleted.
+    pub life: u32,
+    pub exploiters: Vec<Exploiter>,
+}
+
+impl Race {
+    /// A race around an explorer: its exploiters are the explorer with thermal noise.
+    pub fn new(id: u64, explorer: Exploiter, config: &EvolutionaryConfig, rng: &mut Rng) -> Self {
+        let mut exploiters = Vec::with_capacity(config.num_exploiters);
+        exploiters.push(explorer);
+        while exploiters.len() < config.num_exploiters {
+            let pose = disturbed(&explorer.pose, config.birth_noise_m, config.birth_noise_rad, rng);
+            exploiters.push(Exploiter { pose, health: 0.0 });
+        }
+        Self {
+            id,
+            pose: explorer.pose,
+            covariance: nalgebra::Matrix3::identity(),
+            health: explorer.health,
+            last_health: explorer.health,
+            victories: 0,
+            life: config.birth_life,
+            exploiters,
+        }
+    }
+
+    /// Moves the race with the robot. The elite, which comes first, moves without noise.
+    pub fn apply_motion(&mut self, motion: &PlanarMotion, config: &EvolutionaryConfig, rng: &mut Rng) {
+        self.pose = motion.apply(&self.pose);
+        let num_elite = share(config.elite_share, self.exploiters.len());
+        for (i, exploiter) in self.exploiters.iter_mut().enumerate() {
+            exploiter.pose = if i < num_elite {
+                motion.apply(&exploiter.pose)
+            } else {
+                motion.sample(&exploiter.pose, rng)
+            };
+        }
+    }
+
+    /// Weighs all exploiters against the last image, sorts them, and takes pose and health from the elite.
+    pub fn weigh(&mut self, model: &dyn ObservationModel, config: &EvolutionaryConfig) {
+        let region = model.region();
+        for exploiter in &mut self.exploiters {
+            let is_possible = region.contains(&exploiter.pose);
+            exploiter.health = if is_possible { model.likelihood(&exploiter.pose) } else { 0.0 };
+        }
+        // Stable, so that equals keep their order and a run can be repeated.
+        self.exploiters.sort_by(|a, b| b.health.total_cmp(&a.health));
+        let num_elite = share(config.elite_share, self.exploiters.len()).max(1);
+        let elite = &self.exploiters[..num_elite];
+        #[allow(clippy::cast_precision_loss)]
+        let health = elite.iter().map(|e| e.health).sum::<f64>() / num_elite as f64;
+        self.last_health = health;
+        self.health += config.health_follow * (health - self.health);
+        let statistics = |members: &[Exploiter]| -> Option<PoseStatistics> {
+            weighted_pose_statistics(members.iter().map(|e| (e.pose, e.health.powf(config.weight_exponent))))
+        };
+        if let Some(statistics) = statistics(elite) {
+            self.pose = statistics.mean;
+        }
+        if let Some(statistics) = statistics(&self.exploiters) {
+            self.covariance = statistics.covariance;
+        }
+    }
+
+    /// The next generation: elite unchanged, crossover, mutation. Expects sorted exploiters.
+    pub fn evolve(&mut self, config: &EvolutionaryConfig, rng: &mut Rng, parents: &mut Vec<Exploiter>) {
+        let count = self.exploiters.len();
+        parents.clear();
+        parents.extend_from_slice(&self.exploiters);
+        let num_elite = share(config.elite_share, count).max(1);
+        let num_crossed = share(config.crossover_share, count).min(count - num_elite);
+        let misfit = (config.fit_health - self.last_health).max(0.0);
+        let growth = 1.0 + config.noise_growth * misfit * 10.0;
+        for (i, child) in self.exploiters.iter_mut().enumerate().skip(num_elite) {
+            let mother = parents[rng.random_range(0..count)].pose;
+            child.pose = if i < num_elite + num_crossed {
+                let father = parents[rng.random_range(0..count)].pose;
+                midpoint(&mother, &father)
+            } else {
+                let (noise_m, noise_rad) = (config.mutation_noise_m, config.mutation_noise_rad);
+                disturbed(&mother, noise_m * growth, noise_rad * growth, rng)
+            };
+        }
+    }
+
+    /// Whether another pose stands for the same place.
+    pub fn is_near(&self, pose: &PlanarPose, config: &EvolutionaryConfig) -> bool {
+        self.pose.distance_m(pose) < config.merge_distance_m
+            && self.pose.heading_difference_rad(pose) < config.merge_turn_rad
+    }
+
+    /// Whether the race may be deleted or replaced.
+    pub fn is_expendable(&self) -> bool {
+        self.life == 0 && self.victories == 0
+    }
+}
+
+/// A pose with thermal noise.
+fn disturbed(pose: &PlanarPose, noise_m: f64, noise_rad: f64, rng: &mut Rng) -> PlanarPose {
+    PlanarPose::new(
+        pose.x_m + gaussian(rng, noise_m),
+        pose.y_m + gaussian(rng, noise_m),
+        pose.yaw_rad + gaussian(rng, noise_rad),
+    )
+}
+
+/// The pose halfway between two poses, the short way around for the heading.
+fn midpoint(a: &PlanarPose, b: &PlanarPose) -> PlanarPose {
+    let turn = visloc_geom::angle::difference(b.yaw_rad, a.yaw_rad);
+    PlanarPose::new(f64::midpoint(a.x_m, b.x_m), f64::midpoint(a.y_m, b.y_m), a.yaw_rad + turn / 2.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+    use visloc_base::RngTree;
+
+    #[test]
+    fn midpoint_takes_the_short_way_around() {
+        let middle = midpoint(&PlanarPose::new(0.0, 2.0, PI - 0.2), &PlanarPose::new(2.0, 0.0, -PI + 0.4));
+        assert!(middle.distance_m(&PlanarPose::new(1.0, 1.0, 0.0)) < 1e-12);
+        assert!(middle.heading_difference_rad(&PlanarPose::new(0.0, 0.0, -PI + 0.1)) < 1e-9);
+    }
+
+    #[test]
+    fn evolution_keeps_the_elite_and_the_size() {
+        let config = EvolutionaryConfig::default();
+        let mut rng = RngTree::new(9).stream("race", 0);
+        let explorer = Exploiter { pose: PlanarPose::new(1.0, -1.0, 0.5), health: 0.9 };
+        let mut race = Race::new(0, explorer, &config, &mut rng);
+        assert_eq!((race.life, race.victories, race.exploiters.len()), (3, 0, 30));
+        let elite: Vec<_> = race.exploiters[..6].to_vec();
+        let crossed_bounds = race.exploiters.clone();
+        race.evolve(&config, &mut rng, &mut Vec::new());
+        assert_eq!(race.exploiters.len(), 30);
+        assert_eq!(race.exploiters[..6], elite);
+        // a child of two parents lies inside the parents' bounds
+        let max_x = crossed_bounds.iter().map(|e| e.pose.x_m).fold(f64::MIN, f64::max);
+        let min_x = crossed_bounds.iter().map(|e| e.pose.x_m).fold(f64::MAX, f64::min);
+        assert!(race.exploiters[6..12].iter().all(|e| (min_x..=max_x).contains(&e.pose.x_m)));
+    }
+}

@@ -1,0 +1,47 @@
+//! The trait of all localizers.
+
+use visloc_base::Rng;
+use visloc_geom::PlanarPose;
+use visloc_vision::Percept;
+
+use crate::Estimate;
+
+/// What a localizer learns in one step.
+#[derive(Debug, Clone, Copy)]
+pub struct StepInput<'a> {
+    /// What was seen.
+    pub percept: &'a Percept,
+    /// Accumulated odometry, `odom_from_robot`; `None` if there is none.
+    pub odometry: Option<PlanarPose>,
+    /// Whether the feet lost the ground: the robot is lifted or has fallen.
+    pub is_lifted: bool,
+}
+
+/// One particle or exploiter, for pictures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Individual {
+    /// Its pose.
+    pub world_from_robot: PlanarPose,
+    /// Likelihood of the last image at its pose, 0 to 1.
+    pub likelihood: f64,
+    /// The population it belongs to: 0 for a particle filter, the race's place for the evolutionary algorithm.
+    pub population: usize,
+}
+
+/// An algorithm that follows the robot's pose.
+///
+/// Laws: the same inputs and the same generator give the same estimates, bit by bit. While `is_lifted`, and after
+/// [`Localizer::reset`], the reliability is 0. The probabilities of the hypotheses sum to 1, or there are none.
+pub trait Localizer: Send {
+    /// Forgets everything: the robot may be anywhere on the map.
+    fn reset(&mut self);
+
+    /// Takes in one image and the motion since the last one.
+    fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate;
+
+    /// The answer of the last step.
+    fn estimate(&self) -> &Estimate;
+
+    /// Appends all particles or exploiters.
+    fn individuals(&self, out: &mut Vec<Individual>);
+}

@@ -1,0 +1,203 @@
+//! The odometry motion model.
+//!
+//! Source: 2010 section 5.1.1 and 2017 section 4.1.2, equations 4.1 to 4.4. Deviation: the correction of the
+//! systematic error acts on the motion in the robot's axes, where a walk's errors live; with one factor for both axes
+//! it is the same as in the documents.
+
+use serde::{Deserialize, Serialize};
+use visloc_base::{Rng, gaussian};
+use visloc_geom::{PlanarPose, angle};
+
+use crate::{ConfigError, require};
+
+/// Parameters of the motion model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotionConfig {
+    /// Correction of the systematic error, true motion over measured motion, for forward, sideways and turning.
+    pub correction: [f64; 3],
+    /// Standard deviation of the position noise, meters per meter of motion.
+    pub noise_m_per_m: f64,
+    /// Standard deviation of the position noise, meters per radian of turning.
+    pub noise_m_per_rad: f64,
+    /// Standard deviation of the heading noise, radians per radian of turning.
+    pub noise_rad_per_rad: f64,
+    /// Standard deviation of the heading noise, radians per meter of motion.
+    pub noise_rad_per_m: f64,
+    /// A smaller motion counts as standing, meters.
+    pub min_motion_m: f64,
+    /// A smaller turn counts as standing, radians.
+    pub min_turn_rad: f64,
+    /// A larger motion between two frames is an error of the odometry and is not believed, meters.
+    pub max_motion_m: f64,
+}
+
+impl Default for MotionConfig {
+    fn default() -> Self {
+        Self {
+            correction: [1.0, 1.0, 1.0],
+            noise_m_per_m: 0.25,
+            noise_m_per_rad: 0.02,
+            noise_rad_per_rad: 0.15,
+            noise_rad_per_m: 0.1,
+            min_motion_m: 1e-4,
+            min_turn_rad: 1e-4,
+            max_motion_m: 1.0,
+        }
+    }
+}
+
+impl MotionConfig {
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        for value in self.correction {
+            require((0.2..=5.0).contains(&value), "motion.correction", "factors from 0.2 to 5", value)?;
+        }
+        for (key, value) in [
+            ("motion.noise_m_per_m", self.noise_m_per_m),
+            ("motion.noise_m_per_rad", self.noise_m_per_rad),
+            ("motion.noise_rad_per_rad", self.noise_rad_per_rad),
+            ("motion.noise_rad_per_m", self.noise_rad_per_m),
+            ("motion.min_motion_m", self.min_motion_m),
+            ("motion.min_turn_rad", self.min_turn_rad),
+        ] {
+            require((0.0..=10.0).contains(&value), key, "0 to 10", value)?;
+        }
+        require(self.max_motion_m > 0.0, "motion.max_motion_m", "a length above 0", self.max_motion_m)
+    }
+}
+
+/// A motion relative to the robot, with the noise that belongs to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanarMotion {
+    /// The new robot pose seen from the old one.
+    pub old_from_new: PlanarPose,
+    /// Standard deviation of x and y, meters.
+    pub position_noise_m: f64,
+    /// Standard deviation of the heading, radians.
+    pub heading_noise_rad: f64,
+}
+
+impl PlanarMotion {
+    /// A pose after the motion, without noise.
+    #[inline]
+    #[must_use]
+    pub fn apply(&self, pose: &PlanarPose) -> PlanarPose {
+        pose.compose(&self.old_from_new)
+    }
+
+    /// A pose after the motion, with noise.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self, pose: &PlanarPose, rng: &mut Rng) -> PlanarPose {
+        let moved = self.apply(pose);
+        PlanarPose::new(
+            moved.x_m + gaussian(rng, self.position_noise_m),
+            moved.y_m + gaussian(rng, self.position_noise_m),
+            moved.yaw_rad + gaussian(rng, self.heading_noise_rad),
+        )
+    }
+}
+
+/// Turns accumulated odometry into motions between steps.
+#[derive(Debug, Clone)]
+pub struct MotionModel {
+    config: MotionConfig,
+    last: Option<PlanarPose>,
+}
+
+impl MotionModel {
+    /// A model that has seen no odometry yet.
+    #[must_use]
+    pub fn new(config: MotionConfig) -> Self {
+        Self { config, last: None }
+    }
+
+    /// The motion since the last call; `None` if the robot stood still, if there is no odometry, or if it jumped.
+    pub fn update(&mut self, odometry: Option<PlanarPose>) -> Option<PlanarMotion> {
+        let now = odometry.filter(PlanarPose::is_finite)?;
+        let Some(last) = self.last else {
+            self.last = Some(now);
+            return None;
+        };
+        let relative = now.relative_to(&last);
+        let (distance_m, turn_rad) = (relative.x_m.hypot(relative.y_m), relative.yaw_rad.abs());
+        if distance_m < self.config.min_motion_m && turn_rad < self.config.min_turn_rad {
+            return None; // keep the reference, so that a slow creep is not lost
+        }
+        self.last = Some(now);
+        if distance_m > self.config.max_motion_m {
+            return None;
+        }
+        let [forward, sideways, turning] = self.config.correction;
+        let config = &self.config;
+        Some(PlanarMotion {
+            old_from_new: PlanarPose {
+                x_m: relative.x_m * forward,
+                y_m: relative.y_m * sideways,
+                yaw_rad: angle::wrap(relative.yaw_rad * turning),
+            },
+            position_noise_m: config.noise_m_per_m * distance_m + config.noise_m_per_rad * turn_rad,
+            heading_noise_rad: config.noise_rad_per_rad * turn_rad + config.noise_rad_per_m * distance_m,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
+    use visloc_base::RngTree;
+
+    fn close(a: PlanarPose, b: PlanarPose) -> bool {
+        a.distance_m(&b) < 1e-9 && a.heading_difference_rad(&b) < 1e-9
+    }
+
+    /// Equations 4.1 to 4.4 by hand: the odometry faces +y (90 degrees) and moves 0.3 m along +y, that is 0.3 m
+    /// ahead; a particle that faces -x ends 0.3 m further along -x.
+    #[test]
+    fn motion_ahead_is_ahead_for_every_particle() {
+        let mut model = MotionModel::new(MotionConfig::default());
+        assert_eq!(model.update(Some(PlanarPose::new(5.0, 5.0, FRAC_PI_2))), None);
+        let motion = model.update(Some(PlanarPose::new(5.0, 5.3, FRAC_PI_2))).unwrap();
+        assert!(close(motion.apply(&PlanarPose::new(1.0, 2.0, PI)), PlanarPose::new(0.7, 2.0, PI)));
+    }
+
+    #[test]
+    fn turn_and_sideways_step_by_hand() {
+        let config = MotionConfig { correction: [1.0, 0.5, 2.0], ..MotionConfig::default() };
+        let mut model = MotionModel::new(config);
+        model.update(Some(PlanarPose::new(0.0, 0.0, 0.0)));
+        let motion = model.update(Some(PlanarPose::new(0.1, 0.2, 0.15))).unwrap();
+        // forward 0.1, left 0.2 * 0.5, turn 0.15 * 2; the particle faces +y, so forward is +y and left is -x
+        let moved = motion.apply(&PlanarPose::new(0.0, 0.0, FRAC_PI_2));
+        assert!(close(moved, PlanarPose::new(-0.1, 0.1, FRAC_PI_2 + 0.3)));
+    }
+
+    #[test]
+    fn standing_jumping_and_missing_odometry_give_no_motion() {
+        let mut model = MotionModel::new(MotionConfig::default());
+        model.update(Some(PlanarPose::new(0.0, 0.0, 0.0)));
+        assert_eq!(model.update(Some(PlanarPose::new(0.000_05, 0.0, 0.0))), None);
+        assert!(model.update(Some(PlanarPose::new(0.000_12, 0.0, 0.0))).is_some(), "a creep adds up");
+        assert_eq!(model.update(None), None);
+        assert_eq!(model.update(Some(PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 })), None);
+        assert_eq!(model.update(Some(PlanarPose::new(30.0, 0.0, 0.0))), None);
+        assert!(model.update(Some(PlanarPose::new(30.1, 0.0, 0.0))).is_some(), "goes on from the new place");
+    }
+
+    #[test]
+    fn noise_grows_with_the_motion() {
+        let mut rng = RngTree::new(2).stream("motion", 0);
+        let spread = |distance: f64, rng: &mut Rng| {
+            let mut model = MotionModel::new(MotionConfig::default());
+            model.update(Some(PlanarPose::default()));
+            let motion = model.update(Some(PlanarPose::new(distance, 0.0, 0.0))).unwrap();
+            let draws = 4000;
+            let squares: f64 =
+                (0..draws).map(|_| motion.sample(&PlanarPose::default(), rng).y_m.powi(2)).sum();
+            (squares / f64::from(draws)).sqrt()
+        };
+        let (near, far) = (spread(0.1, &mut rng), spread(0.4, &mut rng));
+        assert!((near - 0.025).abs() < 0.002 && (far - 0.1).abs() < 0.008, "{near} {far}");
+    }
+}

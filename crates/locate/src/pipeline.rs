@@ -1,0 +1,113 @@
+//! Image analysis, lift detector and localizer for the frames of one robot.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use visloc_base::{Frame, Rng, RngTree};
+use visloc_vision::{
+    AnalysisError, Percept,
+    field::{FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
+};
+use visloc_world::{Map, field::Field};
+
+use crate::{
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StepInput, build_localizer,
+    observation::field::{FieldModelConfig, FieldObservationModel},
+};
+
+/// Parameters of everything but the algorithm.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PipelineConfig {
+    /// Image analysis.
+    pub analysis: FieldAnalysisConfig,
+    /// Observation model.
+    pub observation: FieldModelConfig,
+    /// Lift detector.
+    pub lift: LiftConfig,
+}
+
+/// A pipeline that cannot be built.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PipelineError {
+    /// The algorithm or one of its parameters.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A parameter of the image analysis.
+    #[error(transparent)]
+    Analysis(#[from] FieldAnalysisConfigError),
+}
+
+/// From frames to estimates. The two halves are separate calls, so that a caller can time them and show the percept.
+pub struct Pipeline {
+    analyzer: FieldAnalyzer,
+    lift: LiftDetector,
+    localizer: Box<dyn Localizer>,
+    analysis_rng: Rng,
+    localizer_rng: Rng,
+}
+
+impl Pipeline {
+    /// A pipeline for a map. `algorithm_toml` overrides parameters of the algorithm.
+    ///
+    /// # Errors
+    /// If there is no such algorithm or a parameter is unknown or out of its range.
+    pub fn new(
+        map: &Map,
+        algorithm: &str,
+        algorithm_toml: Option<&str>,
+        config: &PipelineConfig,
+        rng: RngTree,
+    ) -> Result<Self, PipelineError> {
+        let Map::Field(field) = map else {
+            return Err(ConfigError::Value {
+                key: "map".to_owned(),
+                expected: "a RoboCup field",
+                found: map.name().to_owned(),
+            }
+            .into());
+        };
+        config.lift.check()?;
+        let model = FieldObservationModel::new(field, &config.observation)?;
+        Ok(Self {
+            analyzer: FieldAnalyzer::new(analysis_for(field, config.analysis))?,
+            lift: LiftDetector::new(config.lift),
+            localizer: build_localizer(algorithm, algorithm_toml, Box::new(model))?,
+            analysis_rng: rng.stream("analysis", 0),
+            localizer_rng: rng.stream("localizer", 0),
+        })
+    }
+
+    /// First half: the image.
+    ///
+    /// # Errors
+    /// If the image does not belong to its calibration. The frame can be left out and the run go on.
+    pub fn analyze(&mut self, frame: &Frame) -> Result<&Percept, AnalysisError> {
+        self.analyzer.analyze(frame, &mut self.analysis_rng)
+    }
+
+    /// Second half: the pose, from the percept of the last [`Pipeline::analyze`].
+    pub fn localize(&mut self, frame: &Frame) -> &Estimate {
+        let is_lifted = self.lift.update(frame.at, frame.ground_contact.as_ref());
+        let input = StepInput { percept: self.analyzer.percept(), odometry: frame.odometry, is_lifted };
+        self.localizer.step(&input, &mut self.localizer_rng)
+    }
+
+    /// The image analysis, for pictures of what it found.
+    #[must_use]
+    pub fn analyzer(&self) -> &FieldAnalyzer {
+        &self.analyzer
+    }
+
+    /// The localizer, for pictures of its particles.
+    #[must_use]
+    pub fn localizer(&self) -> &dyn Localizer {
+        self.localizer.as_ref()
+    }
+}
+
+/// Lines are visible farther away on a larger field than the documents' 6 m.
+fn analysis_for(field: &Field, config: FieldAnalysisConfig) -> FieldAnalysisConfig {
+    let scale = (field.dimensions().length_m / 6.0).max(1.0);
+    FieldAnalysisConfig { max_line_distance_m: config.max_line_distance_m * scale, ..config }
+}

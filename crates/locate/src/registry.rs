@@ -1,0 +1,167 @@
+//! The algorithms by name. A new algorithm adds its folder and one entry here.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{
+    ConfigError, Localizer, ObservationModel,
+    evolutionary::{Evolutionary, EvolutionaryConfig, ExplorerConfig, ExplorerKind},
+    monte_carlo::{MonteCarlo, MonteCarloConfig},
+};
+
+/// An algorithm that can be chosen by name.
+#[derive(Debug, Clone, Copy)]
+pub struct AlgorithmInfo {
+    /// The name.
+    pub name: &'static str,
+    /// One line about it.
+    pub summary: &'static str,
+    build: fn(&str, Option<&str>, Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>,
+    defaults: fn() -> Result<String, toml::ser::Error>,
+}
+
+/// All algorithms.
+pub const ALGORITHMS: [AlgorithmInfo; 4] = [
+    AlgorithmInfo {
+        name: "evolutionary",
+        summary: "races of exploiters around several hypotheses, random explorers (thesis of 2017)",
+        build: |name, text, model| {
+            Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary())?, model)?))
+        },
+        defaults: || toml::to_string(&evolutionary()),
+    },
+    AlgorithmInfo {
+        name: "evolutionary-grid",
+        summary: "the same with explorers on a fixed grid and a local search (thesis of 2010)",
+        build: |name, text, model| {
+            Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary_grid())?, model)?))
+        },
+        defaults: || toml::to_string(&evolutionary_grid()),
+    },
+    AlgorithmInfo {
+        name: "mce",
+        summary: "Monte Carlo with elitism: the best particles survive unchanged",
+        build: |name, text, model| Ok(Box::new(MonteCarlo::new(parse(name, text, mce())?, model)?)),
+        defaults: || toml::to_string(&mce()),
+    },
+    AlgorithmInfo {
+        name: "mc",
+        summary: "classic Monte Carlo",
+        build: |name, text, model| Ok(Box::new(MonteCarlo::new(parse(name, text, mc())?, model)?)),
+        defaults: || toml::to_string(&mc()),
+    },
+];
+
+fn evolutionary() -> EvolutionaryConfig {
+    EvolutionaryConfig::default()
+}
+
+fn evolutionary_grid() -> EvolutionaryConfig {
+    let explorers = ExplorerConfig { kind: ExplorerKind::Grid, ..ExplorerConfig::default() };
+    EvolutionaryConfig { explorers, ..EvolutionaryConfig::default() }
+}
+
+fn mce() -> MonteCarloConfig {
+    MonteCarloConfig::default()
+}
+
+fn mc() -> MonteCarloConfig {
+    MonteCarloConfig::classic()
+}
+
+/// A localizer by name. `config_toml` overrides some or all of its default parameters.
+///
+/// # Errors
+/// If there is no such algorithm or a parameter is unknown or out of its range.
+pub fn build_localizer(
+    name: &str,
+    config_toml: Option<&str>,
+    model: Box<dyn ObservationModel>,
+) -> Result<Box<dyn Localizer>, ConfigError> {
+    (find(name)?.build)(name, config_toml, model)
+}
+
+/// The default parameters of an algorithm as TOML.
+///
+/// # Errors
+/// If there is no such algorithm.
+pub fn default_config_toml(name: &str) -> Result<String, ConfigError> {
+    (find(name)?.defaults)().map_err(|error| ConfigError::Syntax {
+        name: name.to_owned(),
+        line: None,
+        reason: error.to_string(),
+    })
+}
+
+fn find(name: &str) -> Result<&'static AlgorithmInfo, ConfigError> {
+    ALGORITHMS.iter().find(|algorithm| algorithm.name == name).ok_or_else(|| ConfigError::UnknownAlgorithm {
+        name: name.to_owned(),
+        known: ALGORITHMS.map(|algorithm| algorithm.name).join(", "),
+    })
+}
+
+/// Lays the given parameters over the defaults of the algorithm, so that a file may name only what it changes.
+fn parse<C: Serialize + DeserializeOwned>(
+    name: &str,
+    text: Option<&str>,
+    defaults: C,
+) -> Result<C, ConfigError> {
+    let Some(text) = text else { return Ok(defaults) };
+    let syntax = |line, reason: String| ConfigError::Syntax { name: name.to_owned(), line, reason };
+    // Parsed once on its own, so that an error has the line of the user's text.
+    if let Err(error) = toml::from_str::<C>(text) {
+        let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+        return Err(syntax(line, error.message().to_owned()));
+    }
+    let given: toml::Table =
+        toml::from_str(text).map_err(|error| syntax(None, error.message().to_owned()))?;
+    let mut merged = toml::Table::try_from(&defaults).map_err(|error| syntax(None, error.to_string()))?;
+    overlay(&mut merged, given);
+    merged.try_into().map_err(|error: toml::de::Error| syntax(None, error.message().to_owned()))
+}
+
+fn overlay(base: &mut toml::Table, over: toml::Table) {
+    for (key, value) in over {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(inner)), toml::Value::Table(given)) => overlay(inner, given),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_algorithm_lists_the_known_ones() {
+        let error = default_config_toml("kalman").unwrap_err().to_string();
+        assert_eq!(error, "unknown algorithm \"kalman\"; known: evolutionary, evolutionary-grid, mce, mc");
+    }
+
+    #[test]
+    fn a_file_changes_only_what_it_names() {
+        let text = "num_particles = 500\n[motion]\nnoise_m_per_m = 0.5\n";
+        let config = parse("mc", Some(text), mc()).unwrap();
+        assert_eq!(config.num_particles, 500);
+        assert!((config.motion.noise_m_per_m - 0.5).abs() < 1e-12);
+        assert!(config.elite_share.abs() < 1e-12, "still the classic filter");
+    }
+
+    #[test]
+    fn unknown_keys_are_refused_with_their_line() {
+        let error = parse("mc", Some("\nnum_partikles = 5\n"), mc()).unwrap_err().to_string();
+        assert!(error.contains("line 2") && error.contains("num_particles"), "{error}");
+    }
+
+    #[test]
+    fn defaults_round_trip() {
+        for algorithm in ALGORITHMS {
+            let text = default_config_toml(algorithm.name).unwrap();
+            assert!(text.contains("[motion]"), "{text}");
+        }
+        let text = default_config_toml("evolutionary-grid").unwrap();
+        assert_eq!(parse("evolutionary", Some(&text), evolutionary()).unwrap(), evolutionary_grid());
+    }
+}

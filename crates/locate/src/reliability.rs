@@ -1,0 +1,162 @@
+//! How far the estimate can be trusted: a value that follows quality and likelihood slowly.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ConfigError, require};
+
+/// Thresholds and steps of the reliability.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReliabilityConfig {
+    /// Likelihood above which the reliability grows (`P_max`).
+    pub high_likelihood: f64,
+    /// Likelihood below which it shrinks (`P_min`).
+    pub low_likelihood: f64,
+    /// Quality above which an image counts as good.
+    pub high_quality: f64,
+    /// Quality below which an image changes nothing.
+    pub low_quality: f64,
+    /// Largest change by a good image.
+    pub max_step: f64,
+    /// Largest change by a poor image.
+    pub min_step: f64,
+}
+
+impl ReliabilityConfig {
+    /// The thresholds of the master's thesis, section 5.1.3.
+    #[must_use]
+    pub fn published_2010() -> Self {
+        Self {
+            high_likelihood: 0.8,
+            low_likelihood: 0.7,
+            high_quality: 0.6,
+            low_quality: 0.3,
+            max_step: 0.15,
+            min_step: 0.03,
+        }
+    }
+
+    /// The thresholds of the doctoral thesis, section 4.1.5. It does not say which quality is high; the limits are
+    /// those of 2010.
+    #[must_use]
+    pub fn published_2017() -> Self {
+        Self { high_likelihood: 0.7, low_likelihood: 0.5, ..Self::published_2010() }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), ConfigError> {
+        for (key, value) in [
+            ("reliability.high_likelihood", self.high_likelihood),
+            ("reliability.low_likelihood", self.low_likelihood),
+            ("reliability.high_quality", self.high_quality),
+            ("reliability.low_quality", self.low_quality),
+            ("reliability.max_step", self.max_step),
+            ("reliability.min_step", self.min_step),
+        ] {
+            require((0.0..1.0).contains(&value), key, "at least 0 and below 1", value)?;
+        }
+        require(self.low_likelihood > 0.0, "reliability.low_likelihood", "above 0", self.low_likelihood)?;
+        require(
+            self.low_likelihood <= self.high_likelihood,
+            "reliability.low_likelihood",
+            "at most high_likelihood",
+            self.low_likelihood,
+        )
+    }
+}
+
+impl Default for ReliabilityConfig {
+    fn default() -> Self {
+        Self::published_2010()
+    }
+}
+
+/// The reliability of an estimate, 0 at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reliability {
+    config: ReliabilityConfig,
+    value: f64,
+}
+
+impl Reliability {
+    /// Starts at 0.
+    #[must_use]
+    pub fn new(config: ReliabilityConfig) -> Self {
+        Self { config, value: 0.0 }
+    }
+
+    /// The reliability, 0 to 1.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        self.value
+    }
+
+    /// Back to 0.
+    pub fn reset(&mut self) {
+        self.value = 0.0;
+    }
+
+    /// Follows one image of the given quality whose likelihood at the estimate is given. Equations 4.5 to 4.8 (2017).
+    pub fn update(&mut self, likelihood: f64, quality: f64) {
+        let c = &self.config;
+        if quality < c.low_quality {
+            return;
+        }
+        let step = if quality > c.high_quality { c.max_step } else { c.min_step };
+        if likelihood > c.high_likelihood {
+            self.value += step * (likelihood - c.high_likelihood) / (1.0 - c.high_likelihood);
+        } else if likelihood < c.low_likelihood {
+            self.value -= step * (c.low_likelihood - likelihood) / c.low_likelihood;
+        }
+        self.value = self.value.clamp(0.0, 1.0);
+    }
+
+    /// The estimate jumped by this distance: the reliability shrinks, to 0 at `max_distance_m`. Equation 4.9 (2017).
+    pub fn jump(&mut self, distance_m: f64, max_distance_m: f64) {
+        self.value *= (1.0 - distance_m / max_distance_m).max(0.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_four_cases_of_2017_by_hand() {
+        let mut r = Reliability::new(ReliabilityConfig::published_2017());
+        r.update(0.85, 0.9); // + 0.15 * 0.15 / 0.3
+        assert!((r.value() - 0.075).abs() < 1e-12);
+        r.update(1.0, 0.5); // + 0.03
+        assert!((r.value() - 0.105).abs() < 1e-12);
+        r.update(0.25, 0.4); // - 0.03 * 0.25 / 0.5
+        assert!((r.value() - 0.09).abs() < 1e-12);
+        r.update(0.4, 0.9); // - 0.15 * 0.1 / 0.5
+        assert!((r.value() - 0.06).abs() < 1e-12);
+        r.update(0.6, 0.9); // between the thresholds: unchanged
+        r.update(1.0, 0.1); // too poor an image: unchanged
+        assert!((r.value() - 0.06).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_cases_of_2010_by_hand() {
+        let mut r = Reliability::new(ReliabilityConfig::published_2010());
+        r.update(0.9, 0.7); // + 0.15 * (0.2 - 0.1) / 0.2
+        assert!((r.value() - 0.075).abs() < 1e-12);
+        r.update(0.35, 0.5); // - 0.03 * 0.35 / 0.7
+        assert!((r.value() - 0.06).abs() < 1e-12);
+    }
+
+    #[test]
+    fn stays_between_0_and_1_and_follows_jumps() {
+        let mut r = Reliability::new(ReliabilityConfig::default());
+        for _ in 0..100 {
+            r.update(1.0, 1.0);
+        }
+        assert!((r.value() - 1.0).abs() < 1e-12);
+        r.jump(0.5, 2.0);
+        assert!((r.value() - 0.75).abs() < 1e-12);
+        r.jump(3.0, 2.0);
+        assert!(r.value().abs() < 1e-12);
+        r.update(0.0, 1.0);
+        assert!(r.value().abs() < 1e-12);
+    }
+}

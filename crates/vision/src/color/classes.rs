@@ -1,0 +1,166 @@
+//! The color classes as a person writes them: ranges of hue, saturation and brightness.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// One colored class: a range of hue, and how colorful and bright a pixel must be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HueRange {
+    /// Start of the range on the color circle, degrees (red 0, yellow 60, green 120, blue 240).
+    pub from_deg: f64,
+    /// End of the range, degrees; may be below `from_deg` to cross 0.
+    pub to_deg: f64,
+    /// Least saturation, 0 (gray) to 1 (pure).
+    pub min_saturation: f64,
+    /// Least brightness (largest of red, green, blue), 0 to 255.
+    pub min_brightness: f64,
+}
+
+impl HueRange {
+    /// Whether a color belongs to the class.
+    #[must_use]
+    pub fn contains(&self, hue_deg: f64, saturation: f64, brightness: f64) -> bool {
+        let in_hue = if self.from_deg <= self.to_deg {
+            (self.from_deg..=self.to_deg).contains(&hue_deg)
+        } else {
+            hue_deg >= self.from_deg || hue_deg <= self.to_deg
+        };
+        in_hue && saturation >= self.min_saturation && brightness >= self.min_brightness
+    }
+}
+
+/// All classes of a RoboCup field. Hue and saturation hardly change with brightness, and white is judged against the
+/// carpet beside it, so one calibration holds under changing and uneven light.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ColorConfig {
+    /// The carpet.
+    pub green: HueRange,
+    /// The yellow goal.
+    pub yellow: HueRange,
+    /// The blue goal.
+    pub blue: HueRange,
+    /// The ball.
+    pub orange: HueRange,
+    /// A line's pixels are at most this colorful, 0 to 1.
+    pub white_max_saturation: f64,
+    /// A line is at least this many times as bright as the carpet beside it.
+    pub white_over_green: f64,
+}
+
+impl Default for ColorConfig {
+    fn default() -> Self {
+        let hue = |from_deg, to_deg, min_saturation, min_brightness| HueRange {
+            from_deg,
+            to_deg,
+            min_saturation,
+            min_brightness,
+        };
+        Self {
+            green: hue(85.0, 185.0, 0.28, 22.0),
+            yellow: hue(40.0, 70.0, 0.55, 45.0),
+            blue: hue(200.0, 255.0, 0.5, 35.0),
+            orange: hue(5.0, 32.0, 0.6, 60.0),
+            white_max_saturation: 0.26,
+            white_over_green: 1.35,
+        }
+    }
+}
+
+/// A color calibration with values that no color has.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("colors: {key}: expected {expected}, found {found}")]
+pub struct ColorConfigError {
+    key: String,
+    expected: &'static str,
+    found: f64,
+}
+
+impl ColorConfig {
+    /// Checks the ranges of all values.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn check(&self) -> Result<(), ColorConfigError> {
+        let classes =
+            [("green", self.green), ("yellow", self.yellow), ("blue", self.blue), ("orange", self.orange)];
+        for (name, class) in classes {
+            let key = |part: &str| format!("{name}.{part}");
+            within(key("from_deg"), class.from_deg, 0.0, 360.0, "0 to 360")?;
+            within(key("to_deg"), class.to_deg, 0.0, 360.0, "0 to 360")?;
+            within(key("min_saturation"), class.min_saturation, 0.0, 1.0, "0 to 1")?;
+            within(key("min_brightness"), class.min_brightness, 0.0, 255.0, "0 to 255")?;
+        }
+        within("white_max_saturation".to_owned(), self.white_max_saturation, 0.0, 1.0, "0 to 1")?;
+        within("white_over_green".to_owned(), self.white_over_green, 1.0, 10.0, "1 to 10")
+    }
+}
+
+fn within(
+    key: String,
+    found: f64,
+    low: f64,
+    high: f64,
+    expected: &'static str,
+) -> Result<(), ColorConfigError> {
+    if (low..=high).contains(&found) { Ok(()) } else { Err(ColorConfigError { key, expected, found }) }
+}
+
+/// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
+pub(super) fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
+    let [r, g, b] = rgb.map(f64::from);
+    let (max, min) = (r.max(g).max(b), r.min(g).min(b));
+    let chroma = max - min;
+    if chroma == 0.0 {
+        return (0.0, 0.0, max);
+    }
+    let sextant = if max == r {
+        ((g - b) / chroma).rem_euclid(6.0)
+    } else if max == g {
+        (b - r) / chroma + 2.0
+    } else {
+        (r - g) / chroma + 4.0
+    };
+    (sextant * 60.0, chroma / max, max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hue_of_pure_colors() {
+        for (rgb, hue) in [
+            ([255, 0, 0], 0.0),
+            ([255, 255, 0], 60.0),
+            ([0, 255, 0], 120.0),
+            ([0, 0, 200], 240.0),
+            ([255, 0, 255], 300.0),
+        ] {
+            let (h, s, _) = hue_saturation_brightness(rgb);
+            assert!((h - hue).abs() < 1e-9 && (s - 1.0).abs() < 1e-9, "{rgb:?}");
+        }
+    }
+
+    #[test]
+    fn a_range_may_cross_zero() {
+        let red = HueRange { from_deg: 350.0, to_deg: 10.0, min_saturation: 0.0, min_brightness: 0.0 };
+        assert!(
+            red.contains(355.0, 1.0, 100.0)
+                && red.contains(5.0, 1.0, 100.0)
+                && !red.contains(20.0, 1.0, 100.0)
+        );
+    }
+
+    #[test]
+    fn impossible_values_are_named() {
+        let mut config = ColorConfig::default();
+        config.check().unwrap();
+        config.blue.min_saturation = 1.5;
+        assert_eq!(
+            config.check().unwrap_err().to_string(),
+            "colors: blue.min_saturation: expected 0 to 1, found 1.5"
+        );
+    }
+}

@@ -1,0 +1,10 @@
+//! Color classes: which pixels are carpet, line, goal or ball.
+
+mod calibrate;
+mod classes;
+mod table;
+
+pub use calibrate::{CalibrationError, calibrate_colors};
+pub use classes::{ColorConfig, ColorConfigError, HueRange};
+pub(crate) use table::luma;
+pub use table::{ColorClass, ColorTable};

@@ -1,0 +1,303 @@
+//! The analysis of one image, step by step.
+
+use nalgebra::{Point2, Point3};
+use rand::RngExt;
+use visloc_base::{Frame, Rng};
+use visloc_geom::{Camera, CameraFrame, Distortion, Horizon, Plane, Rigid3, Robot};
+
+use super::{
+    FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
+    blobs::BlobFinder,
+    edges::{Edge, edges_of_runs},
+    obstacles::ObstacleFinder,
+    scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
+};
+use crate::{
+    AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+    color::{ColorTable, luma},
+};
+
+/// Finds border pixels of lines and goals. Keeps its buffers and the carpet's brightness from image to image.
+#[derive(Debug)]
+pub struct FieldAnalyzer {
+    config: FieldAnalysisConfig,
+    table: ColorTable,
+    carpet_luma: u32,
+    lines: Vec<ScanLine>,
+    runs: Vec<Run>,
+    edges: Vec<Edge>,
+    line_pixels: Vec<FeaturePixel>,
+    goal_pixels: Vec<FeaturePixel>,
+    field_end: FieldEnd,
+    blobs: BlobFinder,
+    obstacles: ObstacleFinder,
+    percept: Percept,
+}
+
+/// Brightness of a carpet in ordinary light, until some has been seen.
+const TYPICAL_CARPET_LUMA: u32 = 90;
+
+impl FieldAnalyzer {
+    /// An analyzer with checked parameters.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range.
+    pub fn new(config: FieldAnalysisConfig) -> Result<Self, FieldAnalysisConfigError> {
+        config.check()?;
+        Ok(Self {
+            config,
+            table: ColorTable::new(&config.colors),
+            carpet_luma: TYPICAL_CARPET_LUMA,
+            lines: Vec::new(),
+            runs: Vec::new(),
+            edges: Vec::new(),
+            line_pixels: Vec::new(),
+            goal_pixels: Vec::new(),
+            field_end: FieldEnd::default(),
+            blobs: BlobFinder::default(),
+            obstacles: ObstacleFinder::default(),
+            percept: Percept::default(),
+        })
+    }
+
+    /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
+    ///
+    /// # Errors
+    /// If the image has another size than its camera calibration.
+    pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
+        let found_px = (frame.image.width(), frame.image.height());
+        if found_px != frame.camera.size_px() {
+            return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
+        }
+        let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
+        self.update_carpet_luma(frame);
+        self.scan(frame, &horizon);
+        self.filter(frame, &horizon);
+        self.keep_some(frame, rng);
+        Ok(&self.percept)
+    }
+
+    /// The last percept.
+    #[must_use]
+    pub fn percept(&self) -> &Percept {
+        &self.percept
+    }
+
+    /// The end of the field in the last image.
+    #[must_use]
+    pub fn field_end(&self) -> &FieldEnd {
+        &self.field_end
+    }
+
+    /// Goal blobs of the last image, valid or not.
+    #[must_use]
+    pub fn goal_blobs(&self) -> &[GoalBlob] {
+        self.blobs.blobs()
+    }
+
+    /// Obstacles of the last image.
+    #[must_use]
+    pub fn obstacles(&self) -> &[Obstacle] {
+        self.obstacles.obstacles()
+    }
+
+    /// Follows the brightness of the carpet: the mean over a coarse grid of pixels.
+    fn update_carpet_luma(&mut self, frame: &Frame) {
+        let image = &frame.image;
+        let (mut sum, mut count) = (0, 0);
+        for y in (image.height() / 4..image.height()).step_by(12) {
+            for x in (6..image.width()).step_by(12) {
+                let rgb = image.get(x, y);
+                if self.table.class(rgb[0], rgb[1], rgb[2]) == crate::color::ColorClass::Green {
+                    sum += luma(rgb);
+                    count += 1;
+                }
+            }
+        }
+        if count >= 10 {
+            self.carpet_luma = sum / count;
+        }
+    }
+
+    fn scan(&mut self, frame: &Frame, horizon: &Horizon) {
+        let (image, camera) = (&frame.image, &frame.camera);
+        layout(&self.config, camera.size_px(), horizon, &mut self.lines);
+        self.edges.clear();
+        self.blobs.clear();
+        self.obstacles.clear();
+        let ground = GroundView::new(frame);
+        for line in &self.lines {
+            scan_line(image, &self.table, line, self.carpet_luma, &mut self.runs);
+            edges_of_runs(image, line, &self.runs, &mut self.edges);
+            match line.direction {
+                Direction::Horizontal => self.blobs.add_row(line, &self.runs),
+                Direction::Vertical => {
+                    let distance = |px: &Point2<f64>| ground.distance_m(px);
+                    self.obstacles.add_column(&self.config, line, &self.runs, camera.focal_px().0, distance);
+                }
+            }
+        }
+        let white = self.table.white_threshold(self.carpet_luma);
+        let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
+        self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
+        self.blobs.finish(&self.config, image, &self.table, white);
+        self.obstacles.finish(&self.config, camera.focal_px().0);
+    }
+
+    fn filter(&mut self, frame: &Frame, horizon: &Horizon) {
+        self.percept.dropped.clear();
+        self.line_pixels.clear();
+        self.goal_pixels.clear();
+        let ground = GroundView::new(frame);
+        for edge in &self.edges {
+            let ideal_px = frame.camera.ideal_px(&edge.px);
+            let reason = if edge.kind == FeatureKind::FieldLine {
+                self.line_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
+            } else {
+                self.goal_drop_reason(frame, &ground, edge)
+            };
+            if let Some(reason) = reason {
+                self.percept.dropped.push(DroppedPixel { px: edge.px, kind: edge.kind, reason });
+                continue;
+            }
+            let pixel = FeaturePixel { px: edge.px, ideal_px, kind: edge.kind };
+            if edge.kind == FeatureKind::FieldLine {
+                self.line_pixels.push(pixel);
+            } else {
+                self.goal_pixels.push(pixel);
+            }
+        }
+    }
+
+    fn line_drop_reason(
+        &self,
+        frame: &Frame,
+        ground: &GroundView,
+        edge: &Edge,
+        is_above: bool,
+    ) -> Option<DropReason> {
+        let switches = &self.config.filters;
+        if switches.beside_carpet && !edge.is_beside_carpet {
+            return Some(DropReason::NotBesideCarpet);
+        }
+        if switches.isolated && self.is_isolated(frame, edge) {
+            return Some(DropReason::Isolated);
+        }
+        // Without a ground point a line pixel is of no use, so this part of the filter has no switch.
+        let distance_m = if is_above { None } else { ground.distance_m(&edge.px) };
+        let Some(distance_m) = distance_m else { return Some(DropReason::BeyondHorizon) };
+        if switches.horizon && distance_m > self.config.max_line_distance_m {
+            return Some(DropReason::BeyondHorizon);
+        }
+        if switches.own_body && distance_m < self.config.own_body_distance_m {
+            return Some(DropReason::OwnBody);
+        }
+        if switches.field_end && edge.px.y < self.field_end.row_px(edge.px.x) {
+            return Some(DropReason::BeyondFieldEnd);
+        }
+        let margin = (frame.image.width() / 320).max(1) * 2;
+        let in_obstacle = || self.obstacles.obstacles().iter().any(|o| o.contains(edge.inside_px, margin));
+        (switches.obstacles && in_obstacle()).then_some(DropReason::InObstacle)
+    }
+
+    fn goal_drop_reason(&self, frame: &Frame, ground: &GroundView, edge: &Edge) -> Option<DropReason> {
+        let switches = &self.config.filters;
+        if switches.isolated && self.is_isolated(frame, edge) {
+            return Some(DropReason::Isolated);
+        }
+        let is_near = |d: f64| d < self.config.own_body_distance_m;
+        if switches.own_body && ground.distance_m(&edge.px).is_some_and(is_near) {
+            return Some(DropReason::OwnBody);
+        }
+        let margin = (frame.image.width() / 320).max(1) * 3;
+        let in_blob = || {
+            let mut blobs = self.blobs.blobs().iter();
+            blobs.any(|b| b.is_valid && b.kind == edge.kind && b.contains(edge.inside_px, margin))
+        };
+        (switches.goal_blobs && !in_blob()).then_some(DropReason::NotInGoalBlob)
+    }
+
+    /// Fewer than the wanted number of the eight neighbors have the pixel's color.
+    fn is_isolated(&self, frame: &Frame, edge: &Edge) -> bool {
+        let image = &frame.image;
+        let step = (image.width() / 320).max(1);
+        let (x, y) = edge.inside_px;
+        if x < step || y < step || x + step >= image.width() || y + step >= image.height() {
+            return false; // the ring is cut by the border: not enough to judge
+        }
+        let white = self.table.white_threshold(edge.green_luma);
+        let class = |x, y| self.table.class_beside_carpet(image.get(x, y), white);
+        let own = class(x, y);
+        let (left, right, above, below) = (x - step, x + step, y - step, y + step);
+        let ring = [
+            (left, above),
+            (x, above),
+            (right, above),
+            (left, y),
+            (right, y),
+            (left, below),
+            (x, below),
+            (right, below),
+        ];
+        let same = ring.iter().filter(|(x, y)| class(*x, *y) == own).count();
+        (same as u32) < self.config.min_neighbors
+    }
+
+    /// Random discard and quality.
+    fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
+        let Self { percept, config, line_pixels, goal_pixels, .. } = self;
+        percept.at = frame.at;
+        percept.camera = frame.camera;
+        percept.robot_from_camera = frame.robot_from_camera;
+        percept.pixels.clear();
+        for (pixels, max) in
+            [(&mut *line_pixels, config.max_line_pixels), (&mut *goal_pixels, config.max_goal_pixels)]
+        {
+            if config.filters.random_discard && pixels.len() > max {
+                for i in 0..max {
+                    let other = rng.random_range(i..pixels.len());
+                    pixels.swap(i, other);
+                }
+                percept.dropped.extend(pixels[max..].iter().map(|pixel| DroppedPixel {
+                    px: pixel.px,
+                    kind: pixel.kind,
+                    reason: DropReason::RandomDiscard,
+                }));
+                pixels.truncate(max);
+            }
+            percept.pixels.extend_from_slice(pixels);
+        }
+        percept.is_informative = !goal_pixels.is_empty();
+        percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
+    }
+}
+
+/// Quality of an image, 0 to 1. Source: 2010 section 4.3.3.
+#[allow(clippy::cast_precision_loss)]
+fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> f64 {
+    let part = |base: f64, gain: f64, n: usize, max: usize| {
+        if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }
+    };
+    part(0.2, 0.2, num_lines, config.max_line_pixels) + part(0.2, 0.4, num_goals, config.max_goal_pixels)
+}
+
+/// Distance of the ground seen at a pixel.
+struct GroundView {
+    camera: Camera,
+    robot_from_camera: Rigid3<Robot, CameraFrame>,
+}
+
+impl GroundView {
+    fn new(frame: &Frame) -> Self {
+        Self { camera: frame.camera, robot_from_camera: frame.robot_from_camera }
+    }
+
+    /// Distance along the ground from the robot, meters; `None` above the horizon.
+    fn distance_m(&self, px: &Point2<f64>) -> Option<f64> {
+        debug_assert!(matches!(self.camera.distortion(), Distortion::None | Distortion::RadialTangential(_)));
+        let direction = self.robot_from_camera.rotate(&self.camera.bearing(px));
+        let eye = Point3::from(*self.robot_from_camera.translation());
+        let point = Plane::ground().intersect_ray(&eye, &direction)?;
+        Some(point.x.hypot(point.y))
+    }
+}

@@ -1,0 +1,183 @@
+//! Border pixels: the ends of the runs along a scan line.
+
+use nalgebra::Point2;
+use visloc_base::RgbImage;
+
+use super::scan::{Direction, Run, ScanLine};
+use crate::{
+    FeatureKind,
+    color::{ColorClass, luma},
+};
+
+/// The end of a run, before the filters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Edge {
+    /// Where the color changes, pixels, between pixel centers.
+    pub px: Point2<f64>,
+    /// The last pixel inside of the run.
+    pub inside_px: (u32, u32),
+    pub kind: FeatureKind,
+    /// Brightness of the carpet near the run.
+    pub green_luma: u32,
+    /// For lines: whether the other side of the edge is carpet.
+    pub is_beside_carpet: bool,
+}
+
+/// Most pixels of mixed color between a line and the carpet.
+const MAX_BLEND_PX: u32 = 4;
+/// Shortest run of a goal color.
+const MIN_GOAL_RUN_PX: u32 = 3;
+
+/// Appends the ends of all runs of line and goal colors. Ends at the border of the scan line are no edges.
+pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edges: &mut Vec<Edge>) {
+    for (i, run) in runs.iter().enumerate() {
+        match run.class {
+            ColorClass::White => {
+                let before = carpet_beside(runs[..i].iter().rev());
+                let after = carpet_beside(runs[i + 1..].iter());
+                let peak = (run.start..run.end).map(|p| luma_at(image, line, p)).max().unwrap_or(0);
+                let level = f64::from(peak + run.green_luma) / 2.0;
+                if run.start > line.from {
+                    let position = before.map_or(f64::from(run.start) - 0.5, |gap| {
+                        crossing(image, line, run.start.saturating_sub(gap + 1), run.end, level)
+                            .unwrap_or(f64::from(run.start) - 0.5)
+                    });
+                    edges.push(edge(line, run, run.start, position, before.is_some()));
+                }
+                if run.end < line.to {
+                    let position = after.map_or(f64::from(run.end) - 0.5, |gap| {
+                        crossing_back(image, line, run.start, run.end + gap, level)
+                            .unwrap_or(f64::from(run.end) - 0.5)
+                    });
+                    edges.push(edge(line, run, run.end - 1, position, after.is_some()));
+                }
+            }
+            ColorClass::Yellow | ColorClass::Blue if run.end - run.start >= MIN_GOAL_RUN_PX => {
+                if run.start > line.from {
+                    edges.push(edge(line, run, run.start, f64::from(run.start) - 0.5, false));
+                }
+                if run.end < line.to {
+                    edges.push(edge(line, run, run.end - 1, f64::from(run.end) - 0.5, false));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn edge(line: &ScanLine, run: &Run, inside: u32, position: f64, is_beside_carpet: bool) -> Edge {
+    let fixed = f64::from(line.fixed);
+    Edge {
+        px: match line.direction {
+            Direction::Horizontal => Point2::new(position, fixed),
+            Direction::Vertical => Point2::new(fixed, position),
+        },
+        inside_px: line.pixel(inside),
+        kind: match run.class {
+            ColorClass::Yellow => FeatureKind::YellowGoal,
+            ColorClass::Blue => FeatureKind::BlueGoal,
+            _ => FeatureKind::FieldLine,
+        },
+        green_luma: run.green_luma,
+        is_beside_carpet,
+    }
+}
+
+/// Pixels of mixed color until carpet comes; `None` if something else comes first.
+fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>) -> Option<u32> {
+    let mut gap = 0;
+    for run in neighbors {
+        match run.class {
+            ColorClass::Green => return Some(gap),
+            ColorClass::Unknown | ColorClass::Neutral => gap += run.end - run.start,
+            _ => return None,
+        }
+        if gap > MAX_BLEND_PX {
+            return None;
+        }
+    }
+    None
+}
+
+fn luma_at(image: &RgbImage, line: &ScanLine, position: u32) -> u32 {
+    let (x, y) = line.pixel(position);
+    luma(image.get(x, y))
+}
+
+/// Where the brightness first rises through `level` between two positions, in fractions of a pixel.
+fn crossing(image: &RgbImage, line: &ScanLine, from: u32, to: u32, level: f64) -> Option<f64> {
+    (from..to - 1).find_map(|p| {
+        let (a, b) = (f64::from(luma_at(image, line, p)), f64::from(luma_at(image, line, p + 1)));
+        (a < level && b >= level).then(|| f64::from(p) + (level - a) / (b - a))
+    })
+}
+
+/// Where the brightness last falls through `level`, coming from the end.
+fn crossing_back(image: &RgbImage, line: &ScanLine, from: u32, to: u32, level: f64) -> Option<f64> {
+    let last = to.min(line.to - 1);
+    (from..last).rev().find_map(|p| {
+        let (a, b) = (f64::from(luma_at(image, line, p)), f64::from(luma_at(image, line, p + 1)));
+        (a >= level && b < level).then(|| f64::from(p) + (a - level) / (a - b))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        color::{ColorConfig, ColorTable},
+        field::scan::scan_line,
+    };
+
+    /// One row of carpet with a white stripe between two real-valued borders, antialiased.
+    fn stripe(left: f64, right: f64) -> RgbImage {
+        let mut image = RgbImage::new(60, 1);
+        for x in 0..60 {
+            let (a, b) = (f64::from(x) - 0.5, f64::from(x) + 0.5);
+            let cover = (b.min(right) - a.max(left)).clamp(0.0, 1.0);
+            let mix = |green: f64, white: f64| (green + (white - green) * cover).round() as u8;
+            image.set(x, 0, [mix(60.0, 230.0), mix(140.0, 232.0), mix(80.0, 228.0)]);
+        }
+        image
+    }
+
+    fn edges(image: &RgbImage) -> Vec<Edge> {
+        let line = ScanLine { direction: Direction::Horizontal, fixed: 0, from: 0, to: 60, spacing: 1 };
+        let (mut runs, mut edges) = (Vec::new(), Vec::new());
+        scan_line(image, &ColorTable::new(&ColorConfig::default()), &line, 100, &mut runs);
+        edges_of_runs(image, &line, &runs, &mut edges);
+        edges
+    }
+
+    #[test]
+    fn borders_of_a_stripe_are_found_between_pixels() {
+        for (left, right) in [(20.0, 27.0), (20.3, 27.6), (19.75, 25.1), (30.4, 44.9)] {
+            let found = edges(&stripe(left, right));
+            assert_eq!(found.len(), 2, "{left} {right}");
+            assert!((found[0].px.x - left).abs() < 0.3, "left {left}, found {}", found[0].px.x);
+            assert!((found[1].px.x - right).abs() < 0.3, "right {right}, found {}", found[1].px.x);
+            assert!(found.iter().all(|edge| edge.is_beside_carpet && edge.kind == FeatureKind::FieldLine));
+        }
+    }
+
+    #[test]
+    fn white_beside_something_else_is_marked() {
+        let mut image = stripe(20.0, 30.0);
+        for x in 30..60 {
+            image.set(x, 0, [150, 30, 30]);
+        }
+        let found = edges(&image);
+        assert_eq!(found.iter().map(|edge| edge.is_beside_carpet).collect::<Vec<_>>(), [true, false]);
+    }
+
+    #[test]
+    fn goal_runs_give_both_borders() {
+        let mut image = stripe(100.0, 101.0);
+        for x in 10..18 {
+            image.set(x, 0, [30, 80, 175]);
+        }
+        let found = edges(&image);
+        assert_eq!(found.iter().map(|edge| edge.px.x).collect::<Vec<_>>(), [9.5, 17.5]);
+        assert!(found.iter().all(|edge| edge.kind == FeatureKind::BlueGoal));
+    }
+}

@@ -1,0 +1,141 @@
+//! What the analysis of one image found.
+
+use nalgebra::Point2;
+use thiserror::Error;
+use visloc_base::Timestamp;
+use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
+
+/// What a feature pixel is part of. Observation models compare a pixel with map objects of its kind only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum FeatureKind {
+    /// Border of a white line on the ground.
+    FieldLine,
+    /// Border of a yellow goal.
+    YellowGoal,
+    /// Border of a blue goal.
+    BlueGoal,
+}
+
+impl FeatureKind {
+    /// Whether the pixel belongs to a goal.
+    #[must_use]
+    pub fn is_goal(self) -> bool {
+        matches!(self, Self::YellowGoal | Self::BlueGoal)
+    }
+}
+
+/// A pixel that the localizer weighs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeaturePixel {
+    /// Where it is in the image, pixels.
+    pub px: Point2<f64>,
+    /// Where it would be without lens distortion, pixels.
+    pub ideal_px: Point2<f64>,
+    /// What it is part of.
+    pub kind: FeatureKind,
+}
+
+/// Why a pixel was dropped. In the order in which the filters run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DropReason {
+    /// A white run without carpet beside it is not a field line.
+    NotBesideCarpet,
+    /// Too few of the eight pixels around it have its color.
+    Isolated,
+    /// Its ground point is farther away than any line can be.
+    BeyondHorizon,
+    /// Its ground point is so near that it is the robot's own body.
+    OwnBody,
+    /// Above the end of the carpet.
+    BeyondFieldEnd,
+    /// A goal color outside of every blob that could be a goal.
+    NotInGoalBlob,
+    /// Inside of an obstacle, most likely another robot.
+    InObstacle,
+    /// Taken out at random because enough pixels are left.
+    RandomDiscard,
+}
+
+impl DropReason {
+    /// All reasons, in the order of the filters.
+    pub const ALL: [Self; 8] = [
+        Self::NotBesideCarpet,
+        Self::Isolated,
+        Self::BeyondHorizon,
+        Self::OwnBody,
+        Self::BeyondFieldEnd,
+        Self::NotInGoalBlob,
+        Self::InObstacle,
+        Self::RandomDiscard,
+    ];
+
+    /// Short name for tables and legends.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NotBesideCarpet => "not beside carpet",
+            Self::Isolated => "isolated",
+            Self::BeyondHorizon => "beyond horizon",
+            Self::OwnBody => "own body",
+            Self::BeyondFieldEnd => "beyond end of field",
+            Self::NotInGoalBlob => "not in a goal blob",
+            Self::InObstacle => "in an obstacle",
+            Self::RandomDiscard => "random discard",
+        }
+    }
+}
+
+/// A pixel that a filter took out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DroppedPixel {
+    /// Where it is in the image, pixels.
+    pub px: Point2<f64>,
+    /// What it looked like.
+    pub kind: FeatureKind,
+    /// Which filter took it out.
+    pub reason: DropReason,
+}
+
+/// The input of one localizer step: what was seen, with which camera, from which height and direction.
+#[derive(Debug, Clone, Default)]
+pub struct Percept {
+    /// When the image was taken.
+    pub at: Timestamp,
+    /// The kept pixels.
+    pub pixels: Vec<FeaturePixel>,
+    /// The dropped pixels.
+    pub dropped: Vec<DroppedPixel>,
+    /// Calibration of the camera.
+    pub camera: Camera,
+    /// Pose of the camera relative to the robot.
+    pub robot_from_camera: Rigid3<Robot, CameraFrame>,
+    /// How much the image tells about the pose, 0 to 1.
+    pub quality: f64,
+    /// Whether it holds something that leaves few poses possible (field: a goal; office: a door).
+    pub is_informative: bool,
+}
+
+impl Percept {
+    /// How many pixels a filter dropped.
+    #[must_use]
+    pub fn num_dropped(&self, reason: DropReason) -> usize {
+        self.dropped.iter().filter(|pixel| pixel.reason == reason).count()
+    }
+}
+
+/// An image that cannot be analyzed.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// The image does not belong to the camera's calibration.
+    #[error("image at {at}: expected {expected_px:?} px from the camera calibration, found {found_px:?} px")]
+    Size {
+        /// Stamp of the image.
+        at: Timestamp,
+        /// Width and height of the calibration.
+        expected_px: (u32, u32),
+        /// Width and height of the image.
+        found_px: (u32, u32),
+    },
+}
