@@ -1,1 +1,22 @@
-//! placeholder
+//! Everything visloc reads from and writes to files: recordings of a robot (ROS 2 bags in MCAP), images and
+//! trajectories.
+//!
+//! A recording is read as a stream: memory does not grow with its length, and a damaged or cut file gives every frame
+//! up to the damage.
+//!
+//! ```no_run
+//! use visloc_base::FrameSource;
+//! use visloc_data::bag::{BagReader, BagTopics};
+//!
+//! let mut bag = BagReader::open("recording.mcap", BagTopics::default())?;
+//! while let Some(frame) = bag.next_frame() {
+//!     let frame = frame?.frame;
+//!     println!("{}: {} x {} px", frame.at, frame.image.width(), frame.image.height());
+//! }
+//! println!("{} messages were left out", bag.skipped().len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod bag;
+pub mod image_codec;
+pub mod trajectory;

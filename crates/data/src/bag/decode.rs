@@ -1,0 +1,333 @@
+//! From the bytes of a message to what the robot sensed.
+
+use nalgebra::{Isometry3, Translation3};
+use visloc_base::{RgbImage, Timestamp, Truth};
+use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3, Robot, World};
+
+use crate::{
+    bag::{
+        TopicRole,
+        messages::{self, from_cdr},
+    },
+    image_codec,
+};
+
+/// A picture as it was sent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EncodedImage {
+    /// When it was taken.
+    pub at: Timestamp,
+    /// Frame of the camera that took it.
+    pub frame_id: String,
+    /// The pixels.
+    pub payload: ImagePayload,
+}
+
+/// Pixels as they were sent.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ImagePayload {
+    /// A JPEG or PNG file.
+    Compressed(Vec<u8>),
+    /// Rows of pixels.
+    Raw {
+        /// Width, pixels.
+        width: u32,
+        /// Height, pixels.
+        height: u32,
+        /// Order of the channels: rgb8, bgr8, rgba8, bgra8 or mono8.
+        encoding: String,
+        /// Bytes from the start of a row to the start of the next.
+        step: u32,
+        /// All rows.
+        data: Vec<u8>,
+    },
+}
+
+/// Pose of one frame in another at a time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StampedTransform {
+    /// When.
+    pub at: Timestamp,
+    /// Name of the outer frame.
+    pub parent: String,
+    /// Name of the inner frame.
+    pub child: String,
+    /// Takes points of the inner frame to the outer one, meters.
+    pub parent_from_child: Isometry3<f64>,
+}
+
+/// One message of any topic that the [`Synchronizer`](crate::bag::Synchronizer) joins.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorMessage {
+    /// A picture.
+    Image(EncodedImage),
+    /// Calibration of the camera.
+    CameraInfo(Timestamp, Camera),
+    /// Accumulated odometry, `odom_from_robot`.
+    Odometry(Timestamp, PlanarPose),
+    /// Poses between moving frames.
+    Transforms(Vec<StampedTransform>),
+    /// Poses between frames that never move against each other.
+    StaticTransforms(Vec<StampedTransform>),
+    /// Whether the feet touch the ground. The message has no stamp of its own; this is when it was sent.
+    FootContact(Timestamp, bool),
+    /// Forces under the feet, newtons. The message has no stamp of its own; this is when it was sent.
+    FootPressure(Timestamp, [f64; 8]),
+    /// Where the robot really is.
+    GroundTruth(Timestamp, Truth),
+}
+
+/// A message, or a part of it, that cannot be used.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Reject {
+    pub at: Option<Timestamp>,
+    pub reason: String,
+    /// Whether every further message will have the same fault, so that going on makes no sense.
+    pub is_fatal: bool,
+}
+
+impl Reject {
+    fn new(at: Option<Timestamp>, reason: String) -> Self {
+        Self { at, reason, is_fatal: false }
+    }
+}
+
+/// A message as it stands in the recording.
+#[derive(Debug)]
+pub(super) struct RawMessage {
+    pub role: TopicRole,
+    /// Only of interest where a role has several types.
+    pub is_compressed_image: bool,
+    pub sent_at: Timestamp,
+    pub data: Vec<u8>,
+}
+
+/// Decodes a message. What cannot be used is appended to `rejects`.
+pub(super) fn decode(raw: &RawMessage, rejects: &mut Vec<Reject>) -> Option<SensorMessage> {
+    let decoded = match raw.role {
+        TopicRole::Image => decode_image(raw),
+        TopicRole::CameraInfo => decode_camera_info(&raw.data),
+        TopicRole::Odometry => decode_odometry(&raw.data),
+        TopicRole::Tf => decode_transforms(&raw.data, rejects).map(SensorMessage::Transforms),
+        TopicRole::TfStatic => decode_transforms(&raw.data, rejects).map(SensorMessage::StaticTransforms),
+        TopicRole::FootContact => decode_plain::<messages::Bool>(raw)
+            .map(|message| SensorMessage::FootContact(raw.sent_at, message.data)),
+        TopicRole::FootPressure => decode_pressure(raw),
+        TopicRole::GroundTruth => decode_truth(&raw.data),
+    };
+    decoded.map_err(|reject| rejects.push(reject)).ok()
+}
+
+fn parse<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, Reject> {
+    from_cdr(data).map_err(|reason| Reject::new(None, reason))
+}
+
+fn decode_plain<T: serde::de::DeserializeOwned>(raw: &RawMessage) -> Result<T, Reject> {
+    from_cdr(&raw.data).map_err(|reason| Reject::new(Some(raw.sent_at), reason))
+}
+
+fn decode_image(raw: &RawMessage) -> Result<SensorMessage, Reject> {
+    let (header, payload) = if raw.is_compressed_image {
+        let message: messages::CompressedImage = parse(&raw.data)?;
+        (message.header, ImagePayload::Compressed(message.data))
+    } else {
+        let message: messages::Image = parse(&raw.data)?;
+        let messages::Image { header, height, width, encoding, step, data, .. } = message;
+        (header, ImagePayload::Raw { width, height, encoding, step, data })
+    };
+    Ok(SensorMessage::Image(EncodedImage { at: header.at(), frame_id: header.frame_id, payload }))
+}
+
+fn decode_camera_info(data: &[u8]) -> Result<SensorMessage, Reject> {
+    let info: messages::CameraInfo = parse(data)?;
+    let at = info.header.at();
+    let distortion = distortion(&info.distortion_model, &info.d).map_err(|reason| Reject {
+        at: Some(at),
+        reason,
+        is_fatal: true,
+    })?;
+    let k = &info.k;
+    let camera = Camera::new((info.width, info.height), (k[0], k[4]), (k[2], k[5]), distortion)
+        .map_err(|error| Reject::new(Some(at), error.to_string()))?;
+    Ok(SensorMessage::CameraInfo(at, camera))
+}
+
+fn distortion(model: &str, d: &[f64]) -> Result<Distortion, String> {
+    if d.iter().all(|value| *value == 0.0) {
+        return Ok(Distortion::None);
+    }
+    let is_supported_model = matches!(model, "plumb_bob" | "rational_polynomial" | "");
+    let has_higher_terms = d.iter().skip(5).any(|value| *value != 0.0);
+    if !is_supported_model || has_higher_terms || d.len() < 4 {
+        return Err(format!(
+            "lens distortion '{model}' with coefficients {d:?}: expected 'plumb_bob' (k1, k2, p1, p2, k3) or \
+             'rational_polynomial' with zeros behind these five; calibrate the camera with one of them"
+        ));
+    }
+    let mut coefficients = [0.0; 5];
+    for (coefficient, value) in coefficients.iter_mut().zip(d) {
+        *coefficient = *value;
+    }
+    Ok(Distortion::RadialTangential(coefficients))
+}
+
+fn decode_odometry(data: &[u8]) -> Result<SensorMessage, Reject> {
+    let message: messages::Odometry = parse(data)?;
+    let at = message.header.at();
+    let pose = rigid(&message.pose.pose)
+        .ok_or_else(|| Reject::new(Some(at), not_a_pose("odometry", &message.pose.pose)))?;
+    Ok(SensorMessage::Odometry(at, pose.to_planar()))
+}
+
+fn decode_truth(data: &[u8]) -> Result<SensorMessage, Reject> {
+    let message: messages::PoseStamped = parse(data)?;
+    let at = message.header.at();
+    let pose = rigid(&message.pose)
+        .ok_or_else(|| Reject::new(Some(at), not_a_pose("ground truth", &message.pose)))?;
+    let truth = Truth { world_from_robot: pose.to_planar(), height_m: pose.translation().z };
+    Ok(SensorMessage::GroundTruth(at, truth))
+}
+
+fn decode_pressure(raw: &RawMessage) -> Result<SensorMessage, Reject> {
+    let message: messages::Float64MultiArray = decode_plain(raw)?;
+    let found = message.data;
+    match <[f64; 8]>::try_from(found.as_slice()) {
+        Ok(forces) if forces.iter().all(|force| force.is_finite()) => {
+            Ok(SensorMessage::FootPressure(raw.sent_at, forces))
+        }
+        _ => {
+            let shown = &found[..found.len().min(10)];
+            let reason = format!("expected 8 finite forces, found {} values: {shown:?}", found.len());
+            Err(Reject::new(Some(raw.sent_at), reason))
+        }
+    }
+}
+
+fn decode_transforms(data: &[u8], rejects: &mut Vec<Reject>) -> Result<Vec<StampedTransform>, Reject> {
+    let message: messages::TfMessage = parse(data)?;
+    let mut transforms = Vec::with_capacity(message.transforms.len());
+    for transform in message.transforms {
+        let at = transform.header.at();
+        match isometry(&transform.transform) {
+            Some(parent_from_child) => transforms.push(StampedTransform {
+                at,
+                parent: frame_name(&transform.header.frame_id).to_string(),
+                child: frame_name(&transform.child_frame_id).to_string(),
+                parent_from_child,
+            }),
+            None => {
+                let what = format!("transform {} -> {}", transform.header.frame_id, transform.child_frame_id);
+                rejects.push(Reject::new(Some(at), not_a_pose(&what, &transform.transform)));
+            }
+        }
+    }
+    Ok(transforms)
+}
+
+/// Name of a frame without the slash that old recordings have in front.
+pub(super) fn frame_name(name: &str) -> &str {
+    name.strip_prefix('/').unwrap_or(name)
+}
+
+fn rigid(pose: &messages::Pose) -> Option<Rigid3<World, Robot>> {
+    let (q, p) = (&pose.orientation, &pose.position);
+    Rigid3::from_quaternion([q.x, q.y, q.z, q.w], [p.x, p.y, p.z])
+}
+
+fn isometry(pose: &messages::Pose) -> Option<Isometry3<f64>> {
+    let rigid = rigid(pose)?;
+    let rotation = nalgebra::Rotation3::from_matrix_unchecked(*rigid.rotation());
+    Some(Isometry3::from_parts(Translation3::from(*rigid.translation()), rotation.into()))
+}
+
+fn not_a_pose(what: &str, pose: &messages::Pose) -> String {
+    let (p, q) = (&pose.position, &pose.orientation);
+    format!(
+        "{what}: expected finite numbers and a quaternion of length 1, found position ({}, {}, {}), orientation ({}, \
+         {}, {}, {})",
+        p.x, p.y, p.z, q.x, q.y, q.z, q.w
+    )
+}
+
+impl EncodedImage {
+    /// The picture.
+    ///
+    /// # Errors
+    /// What was expected and what was found.
+    pub fn decode(&self) -> Result<RgbImage, String> {
+        match &self.payload {
+            ImagePayload::Compressed(bytes) => image_codec::decode(bytes).map_err(|error| error.to_string()),
+            ImagePayload::Raw { width, height, encoding, step, data } => {
+                decode_raw((*width, *height), encoding, *step, data)
+            }
+        }
+    }
+}
+
+/// RGB from rows of pixels with another order of channels.
+fn decode_raw(size_px: (u32, u32), encoding: &str, step: u32, data: &[u8]) -> Result<RgbImage, String> {
+    // where red, green and blue stand in a pixel, and how many bytes it has
+    let (order, num_channels) = match encoding {
+        "rgb8" => ([0, 1, 2], 3),
+        "bgr8" => ([2, 1, 0], 3),
+        "rgba8" => ([0, 1, 2], 4),
+        "bgra8" => ([2, 1, 0], 4),
+        "mono8" => ([0, 0, 0], 1),
+        _ => {
+            return Err(format!(
+                "image encoding '{encoding}': expected rgb8, bgr8, rgba8, bgra8 or mono8; convert the recording"
+            ));
+        }
+    };
+    let (width, height, step) = (size_px.0 as usize, size_px.1 as usize, step as usize);
+    let row_bytes = width * num_channels;
+    let is_complete = step.checked_mul(height).is_some_and(|num_bytes| num_bytes <= data.len());
+    if width == 0 || height == 0 || step < row_bytes || !is_complete {
+        return Err(format!(
+            "raw image of {width} x {height} px in {encoding}: expected rows of at least {row_bytes} bytes, found \
+             rows of {step} and {} bytes in all",
+            data.len()
+        ));
+    }
+    let mut rgb = Vec::with_capacity(width * height * 3);
+    for row in data.chunks_exact(step).take(height) {
+        for pixel in row[..row_bytes].chunks_exact(num_channels) {
+            rgb.extend(order.map(|channel| pixel[channel]));
+        }
+    }
+    RgbImage::from_raw(size_px.0, size_px.1, rgb).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn raw_encodings_become_rgb() {
+        let decode = |encoding, step, data: &[u8]| decode_raw((2, 1), encoding, step, data);
+        let rgb = RgbImage::from_raw(2, 1, vec![1, 2, 3, 4, 5, 6]).unwrap();
+        assert_eq!(decode("rgb8", 6, &[1, 2, 3, 4, 5, 6]).unwrap(), rgb);
+        assert_eq!(decode("bgr8", 8, &[3, 2, 1, 6, 5, 4, 0, 0]).unwrap(), rgb);
+        assert_eq!(decode("rgba8", 8, &[1, 2, 3, 0, 4, 5, 6, 0]).unwrap(), rgb);
+        assert_eq!(decode("bgra8", 8, &[3, 2, 1, 0, 6, 5, 4, 0]).unwrap(), rgb);
+        assert_eq!(decode("mono8", 2, &[9, 8]).unwrap().data(), [9, 9, 9, 8, 8, 8]);
+        assert!(decode("mono16", 4, &[0; 4]).unwrap_err().contains("mono16"));
+        assert!(decode("rgb8", 6, &[0; 5]).is_err());
+        assert!(decode("rgb8", 5, &[0; 6]).is_err());
+        assert!(decode_raw((u32::MAX, u32::MAX), "mono8", u32::MAX, &[0]).is_err());
+    }
+
+    #[test]
+    fn distortion_models() {
+        let k = [-0.3, 0.1, 0.0, 0.001, 0.0];
+        assert_eq!(distortion("plumb_bob", &k), Ok(Distortion::RadialTangential(k)));
+        assert_eq!(distortion("plumb_bob", &k[..4]), Ok(Distortion::RadialTangential(k)));
+        let rational = [&k[..], &[0.0; 3]].concat();
+        assert_eq!(distortion("rational_polynomial", &rational), Ok(Distortion::RadialTangential(k)));
+        assert_eq!(distortion("equidistant", &[0.0; 4]), Ok(Distortion::None));
+        assert_eq!(distortion("", &[]), Ok(Distortion::None));
+        assert!(distortion("equidistant", &[0.1; 4]).unwrap_err().contains("equidistant"));
+        assert!(distortion("rational_polynomial", &[0.1; 8]).is_err());
+        assert!(distortion("plumb_bob", &[0.1]).is_err());
+    }
+}

@@ -1,0 +1,94 @@
+//! Why a recording cannot be opened or written.
+
+use std::{fmt::Write as _, io, path::PathBuf};
+
+use thiserror::Error;
+
+use crate::bag::TopicInfo;
+
+/// Why a recording cannot be opened or written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BagError {
+    /// A file or folder cannot be opened, read or written.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was tried.
+        action: &'static str,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is not MCAP, or its beginning is damaged.
+    #[error("{}: expected an MCAP file (.mcap) or a folder with metadata.yaml and .mcap files: {reason}", path.display())]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+        /// What was found.
+        reason: String,
+    },
+    /// A folder has no recording in it, or a part of the recording is missing.
+    #[error("{}: {reason}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What was expected and what was found.
+        reason: String,
+    },
+    /// A topic that is needed is not in the recording.
+    #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; set its name in the topic settings. \
+             Topics there: {}", path.display(), list_topics(available))]
+    MissingTopic {
+        /// The recording.
+        path: PathBuf,
+        /// The topic that is missing.
+        topic: String,
+        /// The type it should have.
+        expected_type: String,
+        /// The topics that are there.
+        available: Vec<TopicInfo>,
+    },
+    /// A topic has messages of a type that cannot be used.
+    #[error("{}: topic '{}' has type '{}' in encoding '{}', expected {expected} in encoding 'cdr'; \
+             set another topic name", path.display(), found.topic, found.type_name, found.message_encoding)]
+    WrongType {
+        /// The recording.
+        path: PathBuf,
+        /// What is there.
+        found: TopicInfo,
+        /// The types that can be used.
+        expected: String,
+    },
+    /// A message cannot be encoded.
+    #[error("{}: frame at {at}: {reason}", path.display())]
+    Encode {
+        /// The recording.
+        path: PathBuf,
+        /// Stamp of the frame.
+        at: visloc_base::Timestamp,
+        /// What went wrong.
+        reason: String,
+    },
+    /// The MCAP library refused to write.
+    #[error("{}: cannot write the recording: {reason}", path.display())]
+    Write {
+        /// The recording.
+        path: PathBuf,
+        /// What the library says.
+        reason: String,
+    },
+}
+
+fn list_topics(topics: &[TopicInfo]) -> String {
+    if topics.is_empty() {
+        return "none".into();
+    }
+    let mut list = String::new();
+    for (i, topic) in topics.iter().enumerate() {
+        let separator = if i == 0 { "" } else { ", " };
+        // Writing to a string cannot fail.
+        let _ = write!(list, "{separator}{} ({})", topic.topic, topic.type_name);
+    }
+    list
+}

@@ -1,0 +1,29 @@
+//! Recordings of a robot: ROS 2 bags in MCAP files.
+//!
+//! [`BagReader`] turns a recording into frames, [`BagWriter`] frames into a recording. In between stands the
+//! [`Synchronizer`], which joins messages of several topics by their stamps in one pass, so it serves live topics too.
+//!
+//! Data flow of the reader: files -> records -> raw messages -> [`SensorMessage`] -> [`Synchronizer`] -> frames.
+
+mod decode;
+mod error;
+mod files;
+mod history;
+mod index;
+mod messages;
+mod metadata;
+mod reader;
+mod records;
+mod schemas;
+mod sync;
+mod tf_tree;
+mod topics;
+mod writer;
+
+pub use decode::{EncodedImage, ImagePayload, SensorMessage, StampedTransform};
+pub use error::BagError;
+pub use index::TopicInfo;
+pub use reader::BagReader;
+pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};
+pub use topics::{BagTopics, TopicRole};
+pub use writer::{BagWriter, BagWriterOptions, ChunkCompression, ImageEncoding};

@@ -1,0 +1,251 @@
+//! Reads a recording as a stream of frames.
+
+use std::{
+    collections::{BTreeMap, VecDeque},
+    path::{Path, PathBuf},
+};
+
+use mcap::records::Record;
+use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame, Timestamp};
+
+use crate::bag::{
+    BagError, BagTopics, ExpectedInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo, TopicRole,
+    decode::{RawMessage, Reject, decode},
+    files::bag_files,
+    index::{check_topics, topics_of_files},
+    records::{RecordError, RecordStream},
+};
+
+/// Frames from a ROS 2 bag: an `.mcap` file or a folder of rosbag2. Memory does not grow with its length.
+pub struct BagReader {
+    path: PathBuf,
+    topics: BagTopics,
+    available: Vec<TopicInfo>,
+    files: VecDeque<PathBuf>,
+    stream: Option<RecordStream>,
+    channels: Channels,
+    synchronizer: Synchronizer,
+    has_truth: bool,
+    end: End,
+    num_frames: usize,
+    num_images: usize,
+    num_held: usize,
+}
+
+/// How far the reading has come to its end.
+enum End {
+    NotReached,
+    /// No more messages; the error, if any, follows after the frames that still wait.
+    NoMoreMessages(Option<SourceError>),
+    Delivered,
+}
+
+/// What the channels of the file at hand are for.
+#[derive(Default)]
+struct Channels {
+    types: BTreeMap<u16, String>,
+    roles: BTreeMap<u16, (TopicRole, bool)>,
+}
+
+impl BagReader {
+    /// Opens a recording and checks that the topics are there with types that can be read.
+    ///
+    /// # Errors
+    /// If nothing can be read, or a topic is missing or has another type. The error lists the topics that are there.
+    pub fn open(path: impl AsRef<Path>, topics: BagTopics) -> Result<Self, BagError> {
+        let path = path.as_ref();
+        let files = bag_files(path)?;
+        let available = topics_of_files(&files)?;
+        check_topics(path, &available, &topics)?;
+        let expected = expected_inputs(&available, &topics);
+        Ok(Self {
+            path: path.to_path_buf(),
+            synchronizer: Synchronizer::new(&topics, expected),
+            topics,
+            available,
+            files: files.into(),
+            stream: None,
+            channels: Channels::default(),
+            has_truth: true,
+            end: End::NotReached,
+            num_frames: 0,
+            num_images: 0,
+            num_held: 0,
+        })
+    }
+
+    /// The same reader, with the truth left out of all frames.
+    #[must_use]
+    pub fn without_truth(mut self) -> Self {
+        let expected = ExpectedInputs { has_truth: false, ..expected_inputs(&self.available, &self.topics) };
+        self.synchronizer = Synchronizer::new(&self.topics, expected);
+        self.has_truth = false;
+        self
+    }
+
+    /// The topics of the recording, sorted by name.
+    #[must_use]
+    pub fn available_topics(&self) -> &[TopicInfo] {
+        &self.available
+    }
+
+    /// How many frames so far took the last known odometry or camera pose because nothing newer came within 0.25 s.
+    #[must_use]
+    pub fn num_frames_with_held_values(&self) -> usize {
+        self.num_held
+    }
+
+    /// The next message of a topic with a role; `None` at the end.
+    fn next_message(&mut self) -> Option<Result<RawMessage, RecordError>> {
+        loop {
+            if self.stream.is_none() {
+                let file = self.files.pop_front()?;
+                self.channels = Channels::default();
+                match RecordStream::open(&file) {
+                    Ok(stream) => self.stream = Some(stream),
+                    Err(error) => {
+                        let reason = format!("cannot open it: {error}");
+                        return Some(Err(RecordError { path: file, offset: 0, reason, is_recoverable: false }));
+                    }
+                }
+            }
+            let (channels, topics) = (&mut self.channels, &self.topics);
+            match self.stream.as_mut()?.next_with(|record| channels.take(record, topics)) {
+                Some(next) => return Some(next),
+                None => self.stream = None,
+            }
+        }
+    }
+
+    /// Reads one message and gives it to the synchronizer, or notes the end.
+    fn read_on(&mut self) {
+        match self.next_message() {
+            Some(Ok(raw)) => self.accept(&raw),
+            Some(Err(error)) => {
+                let origin = format!("{}: byte {}", error.path.display(), error.offset);
+                if error.is_recoverable {
+                    let reason = format!("{origin}: {}", error.reason);
+                    self.synchronizer.skip(None, TopicRole::Image, reason);
+                } else {
+                    self.stop(Some(SourceError::Broken { origin, reason: error.reason }));
+                }
+            }
+            None => self.stop(None),
+        }
+    }
+
+    fn accept(&mut self, raw: &RawMessage) {
+        let mut rejects = Vec::new();
+        let message = decode(raw, &mut rejects);
+        for Reject { at, reason, is_fatal } in rejects {
+            if is_fatal {
+                let origin = format!("{}: {}", self.path.display(), self.topics.name(raw.role));
+                self.stop(Some(SourceError::Broken { origin, reason }));
+            } else {
+                self.synchronizer.skip(at, raw.role, reason);
+            }
+        }
+        let Some(message) = message else { return };
+        if matches!(message, SensorMessage::Image(_)) {
+            self.num_images += 1;
+        }
+        if self.has_truth || !matches!(message, SensorMessage::GroundTruth(..)) {
+            self.synchronizer.push(message);
+        }
+    }
+
+    fn stop(&mut self, error: Option<SourceError>) {
+        self.synchronizer.finish();
+        self.end = End::NoMoreMessages(error);
+    }
+
+    /// At the end: the error that ended it, or that nothing could be used at all.
+    fn last_words(&self, error: Option<SourceError>) -> Option<SourceError> {
+        if error.is_some() || self.num_frames > 0 || self.num_images == 0 {
+            return error;
+        }
+        let is_image = |skipped: &&SkippedInput| skipped.origin == self.topics.image;
+        let first = self.synchronizer.skipped().iter().find(is_image)?;
+        Some(SourceError::Broken {
+            origin: format!("{}: {}", self.path.display(), self.topics.image),
+            reason: format!("none of its {} images could be used; the first: {}", self.num_images, first.reason),
+        })
+    }
+}
+
+impl FrameSource for BagReader {
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        loop {
+            match self.synchronizer.pop() {
+                Some(SyncOutcome::Frame(frame)) => {
+                    self.num_frames += 1;
+                    self.num_held += usize::from(frame.has_held_values);
+                    return Some(Ok(frame.source_frame));
+                }
+                Some(SyncOutcome::Unusable(reason)) => {
+                    self.end = End::Delivered;
+                    let origin = format!("{}: {}", self.path.display(), self.topics.image);
+                    return Some(Err(SourceError::Broken { origin, reason }));
+                }
+                None => {}
+            }
+            match &mut self.end {
+                End::NotReached => self.read_on(),
+                End::NoMoreMessages(error) => {
+                    let error = error.take();
+                    self.end = End::Delivered;
+                    return self.last_words(error).map(Err);
+                }
+                End::Delivered => return None,
+            }
+        }
+    }
+
+    fn num_frames(&self) -> Option<usize> {
+        let images = self.available.iter().find(|info| info.topic == self.topics.image)?;
+        usize::try_from(images.num_messages).ok()
+    }
+
+    fn skipped(&self) -> &[SkippedInput] {
+        self.synchronizer.skipped()
+    }
+}
+
+fn expected_inputs(available: &[TopicInfo], topics: &BagTopics) -> ExpectedInputs {
+    let has = |role| {
+        available.iter().any(|info| topics.role(&info.topic) == Some(role) && info.num_messages > 0)
+    };
+    ExpectedInputs {
+        has_odometry: has(TopicRole::Odometry),
+        has_foot_contact: has(TopicRole::FootContact),
+        has_foot_pressure: has(TopicRole::FootPressure),
+        has_truth: has(TopicRole::GroundTruth),
+    }
+}
+
+impl Channels {
+    /// Learns the channels of the file and picks the messages of those with a role.
+    fn take(&mut self, record: Record<'_>, topics: &BagTopics) -> Option<RawMessage> {
+        match record {
+            Record::Schema { header, .. } => {
+                self.types.insert(header.id, header.name);
+                None
+            }
+            Record::Channel(channel) => {
+                if let Some(role) = topics.role(&channel.topic) {
+                    let type_name = self.types.get(&channel.schema_id).map(String::as_str);
+                    let is_compressed = type_name == Some("sensor_msgs/msg/CompressedImage");
+                    self.roles.insert(channel.id, (role, is_compressed));
+                }
+                None
+            }
+            Record::Message { header, data } => {
+                let (role, is_compressed_image) = *self.roles.get(&header.channel_id)?;
+                let sent_nanos = if header.publish_time == 0 { header.log_time } else { header.publish_time };
+                let sent_at = Timestamp::from_nanos(i64::try_from(sent_nanos).unwrap_or(i64::MAX / 4));
+                Some(RawMessage { role, is_compressed_image, sent_at, data: data.into_owned() })
+            }
+            _ => None,
+        }
+    }
+}

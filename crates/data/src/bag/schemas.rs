@@ -1,0 +1,172 @@
+//! Definitions of the messages that are written (`ros2msg`), complete with everything they contain, so that any tool
+//! can decode a recording from the file alone.
+
+/// One message definition: its name without `msg/`, its fields, the definitions it contains directly.
+struct Definition {
+    name: &'static str,
+    fields: &'static str,
+    parts: &'static [&'static Definition],
+}
+
+const TIME: Definition =
+    Definition { name: "builtin_interfaces/Time", fields: "int32 sec\nuint32 nanosec\n", parts: &[] };
+const HEADER: Definition = Definition {
+    name: "std_msgs/Header",
+    fields: "builtin_interfaces/Time stamp\nstring frame_id\n",
+    parts: &[&TIME],
+};
+const POINT: Definition =
+    Definition { name: "geometry_msgs/Point", fields: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
+const VECTOR3: Definition =
+    Definition { name: "geometry_msgs/Vector3", fields: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
+const QUATERNION: Definition = Definition {
+    name: "geometry_msgs/Quaternion",
+    fields: "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n",
+    parts: &[],
+};
+const POSE: Definition = Definition {
+    name: "geometry_msgs/Pose",
+    fields: "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
+    parts: &[&POINT, &QUATERNION],
+};
+const TWIST: Definition = Definition {
+    name: "geometry_msgs/Twist",
+    fields: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
+    parts: &[&VECTOR3],
+};
+const TRANSFORM: Definition = Definition {
+    name: "geometry_msgs/Transform",
+    fields: "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
+    parts: &[&VECTOR3, &QUATERNION],
+};
+const POSE_WITH_COVARIANCE: Definition = Definition {
+    name: "geometry_msgs/PoseWithCovariance",
+    fields: "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
+    parts: &[&POSE],
+};
+const TWIST_WITH_COVARIANCE: Definition = Definition {
+    name: "geometry_msgs/TwistWithCovariance",
+    fields: "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
+    parts: &[&TWIST],
+};
+const TRANSFORM_STAMPED: Definition = Definition {
+    name: "geometry_msgs/TransformStamped",
+    fields: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+    parts: &[&HEADER, &TRANSFORM],
+};
+const REGION_OF_INTEREST: Definition = Definition {
+    name: "sensor_msgs/RegionOfInterest",
+    fields: "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n",
+    parts: &[],
+};
+const DIMENSION: Definition = Definition {
+    name: "std_msgs/MultiArrayDimension",
+    fields: "string label\nuint32 size\nuint32 stride\n",
+    parts: &[],
+};
+const LAYOUT: Definition = Definition {
+    name: "std_msgs/MultiArrayLayout",
+    fields: "std_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n",
+    parts: &[&DIMENSION],
+};
+
+const MESSAGES: [(&str, Definition); 8] = [
+    (
+        "sensor_msgs/msg/CompressedImage",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nstring format\nuint8[] data\n",
+            parts: &[&HEADER],
+        },
+    ),
+    (
+        "sensor_msgs/msg/Image",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 \
+                     step\nuint8[] data\n",
+            parts: &[&HEADER],
+        },
+    ),
+    (
+        "sensor_msgs/msg/CameraInfo",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n\
+                     float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n\
+                     sensor_msgs/RegionOfInterest roi\n",
+            parts: &[&HEADER, &REGION_OF_INTEREST],
+        },
+    ),
+    (
+        "nav_msgs/msg/Odometry",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
+                     geometry_msgs/TwistWithCovariance twist\n",
+            parts: &[&HEADER, &POSE_WITH_COVARIANCE, &TWIST_WITH_COVARIANCE],
+        },
+    ),
+    (
+        "tf2_msgs/msg/TFMessage",
+        Definition {
+            name: "",
+            fields: "geometry_msgs/TransformStamped[] transforms\n",
+            parts: &[&TRANSFORM_STAMPED],
+        },
+    ),
+    ("std_msgs/msg/Bool", Definition { name: "", fields: "bool data\n", parts: &[] }),
+    (
+        "std_msgs/msg/Float64MultiArray",
+        Definition { name: "", fields: "std_msgs/MultiArrayLayout layout\nfloat64[] data\n", parts: &[&LAYOUT] },
+    ),
+    (
+        "geometry_msgs/msg/PoseStamped",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
+            parts: &[&HEADER, &POSE],
+        },
+    ),
+];
+
+/// Definition of a message type with all it contains; `None` for a type that is never written.
+pub(super) fn definition(type_name: &str) -> Option<String> {
+    let (_, message) = MESSAGES.iter().find(|(name, _)| *name == type_name)?;
+    let mut parts = Vec::new();
+    collect(message, &mut parts);
+    let mut text = message.fields.to_string();
+    for part in parts {
+        let line = "=".repeat(80);
+        text.push_str(&format!("{line}\nMSG: {}\n{}", part.name, part.fields));
+    }
+    Some(text)
+}
+
+/// Every definition below `definition`, each once.
+fn collect(definition: &Definition, parts: &mut Vec<&'static Definition>) {
+    for part in definition.parts {
+        if parts.iter().all(|known| known.name != part.name) {
+            parts.push(part);
+            collect(part, parts);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bag::TopicRole;
+
+    #[test]
+    fn every_readable_type_has_a_complete_definition() {
+        for type_name in TopicRole::ALL.iter().flat_map(|role| role.type_names()) {
+            let text = definition(type_name).unwrap();
+            for line in text.lines().filter(|line| line.contains('/') && !line.starts_with("MSG: ")) {
+                let part = line.split([' ', '[']).next().unwrap();
+                assert_eq!(text.matches(&format!("MSG: {part}\n")).count(), 1, "{type_name}: {part}");
+            }
+        }
+        assert!(definition("std_msgs/msg/String").is_none());
+    }
+}

@@ -1,0 +1,334 @@
+//! Joins the messages of several topics to frames, by their stamps.
+
+use std::collections::VecDeque;
+
+use nalgebra::Rotation3;
+use visloc_base::{Frame, GroundContact, RgbImage, SkippedInput, SourceFrame, Timestamp, Truth};
+use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
+
+use crate::bag::{
+    BagTopics, EncodedImage, SensorMessage, StampedTransform, TopicRole,
+    decode::frame_name,
+    history::{History, Lookup, Pushed},
+    tf_tree::TfTree,
+};
+
+/// How long a picture waits for the other topics, seconds of the recording.
+const MAX_WAIT_SECS: f64 = 0.25;
+/// Most pictures that wait; bounds memory.
+const MAX_WAITING: usize = 16;
+/// After so many pictures in a row of the wrong size, the calibration is believed to be another camera's.
+const MAX_WRONG_SIZE: u32 = 10;
+/// Messages without a stamp count from when they were sent, if that clock agrees with the stamps this well, seconds.
+const MAX_CLOCK_DIFFERENCE_SECS: f64 = 1.0;
+/// A picture this far ahead of everything else does not move the time on, seconds.
+const MAX_IMAGE_LEAD_SECS: f64 = 10.0;
+/// Most reasons that are kept; bounds memory.
+const MAX_SKIPPED: usize = 10_000;
+
+/// Which topics there are, so that a picture waits for those only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ExpectedInputs {
+    /// Odometry.
+    pub has_odometry: bool,
+    /// Contact of the feet, yes or no.
+    pub has_foot_contact: bool,
+    /// Forces under the feet.
+    pub has_foot_pressure: bool,
+    /// Ground truth.
+    pub has_truth: bool,
+}
+
+/// A frame and how well it was joined.
+#[derive(Debug, Clone)]
+pub struct SynchronizedFrame {
+    /// The frame.
+    pub source_frame: SourceFrame,
+    /// Whether the camera pose or the odometry is the last known value, at most 0.5 s old, because nothing newer came.
+    pub has_held_values: bool,
+}
+
+/// What [`Synchronizer::pop`] finds.
+#[derive(Debug)]
+pub enum SyncOutcome {
+    /// A frame.
+    Frame(Box<SynchronizedFrame>),
+    /// No further picture can be used; why.
+    Unusable(String),
+}
+
+/// Joins messages to frames in one pass. Messages of a topic come in order of time, topics in any order.
+///
+/// A picture with stamp t becomes a frame when all other topics are known at or after t: odometry and camera pose
+/// interpolated at t, the foot sensors as they were last, the truth nearest to t within half a frame. If a topic falls
+/// silent, the picture waits for 0.25 s of later messages and takes the last known value, if that is at most 0.5 s old:
+/// without odometry the frame has none, without a camera pose or calibration the picture is left out.
+#[derive(Debug)]
+pub struct Synchronizer {
+    base_frame: String,
+    camera_frame: Option<String>,
+    topics: BagTopics,
+    expected: ExpectedInputs,
+    images: VecDeque<EncodedImage>,
+    cameras: History<Camera>,
+    odometry: History<PlanarPose>,
+    tree: TfTree,
+    foot_contact: History<bool>,
+    foot_pressure: History<[f64; 8]>,
+    truth: History<Truth>,
+    newest_at: Option<Timestamp>,
+    last_image_at: Option<Timestamp>,
+    image_interval_secs: f64,
+    num_wrong_size: u32,
+    is_finished: bool,
+    skipped: Vec<SkippedInput>,
+}
+
+impl Synchronizer {
+    /// A synchronizer for the given names.
+    #[must_use]
+    pub fn new(topics: &BagTopics, expected: ExpectedInputs) -> Self {
+        Self {
+            base_frame: frame_name(&topics.base_frame).to_string(),
+            camera_frame: topics.camera_frame.as_deref().map(|name| frame_name(name).to_string()),
+            topics: topics.clone(),
+            expected,
+            images: VecDeque::new(),
+            cameras: History::default(),
+            odometry: History::default(),
+            tree: TfTree::default(),
+            foot_contact: History::default(),
+            foot_pressure: History::default(),
+            truth: History::default(),
+            newest_at: None,
+            last_image_at: None,
+            image_interval_secs: 1.0 / 30.0,
+            num_wrong_size: 0,
+            is_finished: false,
+            skipped: Vec::new(),
+        }
+    }
+
+    /// Takes the next message. Afterwards call [`Synchronizer::pop`] until there is nothing more.
+    pub fn push(&mut self, message: SensorMessage) {
+        match message {
+            SensorMessage::Image(image) => self.push_image(image),
+            SensorMessage::CameraInfo(at, camera) => {
+                let pushed = self.cameras.push(at, camera);
+                self.note(TopicRole::CameraInfo, at, pushed);
+            }
+            SensorMessage::Odometry(at, pose) => {
+                let pushed = self.odometry.push(at, pose);
+                self.note(TopicRole::Odometry, at, pushed);
+            }
+            SensorMessage::Transforms(transforms) => {
+                for transform in transforms {
+                    let pushed = self.tree.add_moving(&transform);
+                    self.note(TopicRole::Tf, transform.at, pushed);
+                }
+            }
+            SensorMessage::StaticTransforms(transforms) => {
+                transforms.iter().for_each(|transform: &StampedTransform| self.tree.add_fixed(transform));
+            }
+            SensorMessage::FootContact(sent_at, has_contact) => {
+                let pushed = self.foot_contact.push(self.stamp_for(sent_at), has_contact);
+                self.note_unstamped(TopicRole::FootContact, sent_at, pushed);
+            }
+            SensorMessage::FootPressure(sent_at, forces) => {
+                let pushed = self.foot_pressure.push(self.stamp_for(sent_at), forces);
+                self.note_unstamped(TopicRole::FootPressure, sent_at, pushed);
+            }
+            SensorMessage::GroundTruth(at, truth) => {
+                let pushed = self.truth.push(at, truth);
+                self.note(TopicRole::GroundTruth, at, pushed);
+            }
+        }
+    }
+
+    /// Says that no more messages come: the pictures that still wait become frames.
+    pub fn finish(&mut self) {
+        self.is_finished = true;
+    }
+
+    /// The next frame that is complete; `None` if more messages are needed.
+    pub fn pop(&mut self) -> Option<SyncOutcome> {
+        while self.images.front().is_some_and(|image| self.is_ready(image)) {
+            let image = self.images.pop_front()?;
+            match self.assemble(&image) {
+                Ok(frame) => {
+                    self.num_wrong_size = 0;
+                    self.advance(image.at);
+                    return Some(SyncOutcome::Frame(Box::new(frame)));
+                }
+                Err(reason) if self.num_wrong_size >= MAX_WRONG_SIZE => {
+                    let reason = format!(
+                        "{reason}, {MAX_WRONG_SIZE} times in a row: '{}' belongs to another camera or size",
+                        self.topics.camera_info
+                    );
+                    self.images.clear();
+                    return Some(SyncOutcome::Unusable(reason));
+                }
+                Err(reason) => {
+                    self.advance(image.at);
+                    self.skip(Some(image.at), TopicRole::Image, reason);
+                }
+            }
+        }
+        None
+    }
+
+    /// What was left out so far. At most 10000 entries are kept.
+    #[must_use]
+    pub fn skipped(&self) -> &[SkippedInput] {
+        &self.skipped
+    }
+
+    /// Records a message of a topic that cannot be used.
+    pub fn skip(&mut self, at: Option<Timestamp>, role: TopicRole, reason: String) {
+        if self.skipped.len() < MAX_SKIPPED {
+            self.skipped.push(SkippedInput { at, origin: self.topics.name(role).to_string(), reason });
+        }
+    }
+
+    fn push_image(&mut self, image: EncodedImage) {
+        let is_after_last = self.last_image_at.is_none_or(|last| image.at > last);
+        let position = self.images.partition_point(|waiting| waiting.at < image.at);
+        let is_twice = self.images.get(position).is_some_and(|waiting| waiting.at == image.at);
+        if !is_after_last || is_twice {
+            let last = self.last_image_at.filter(|_| !is_after_last).unwrap_or(image.at);
+            let reason = format!("expected an image later than {last}, found one at {}", image.at);
+            self.skip(Some(image.at), TopicRole::Image, reason);
+            return;
+        }
+        if self.newest_at.is_none_or(|newest| image.at.secs_since(newest) < MAX_IMAGE_LEAD_SECS) {
+            self.newest_at = self.newest_at.max(Some(image.at));
+        }
+        self.images.insert(position, image);
+    }
+
+    fn note(&mut self, role: TopicRole, at: Timestamp, pushed: Pushed) {
+        match pushed {
+            Pushed::Accepted => self.newest_at = self.newest_at.max(Some(at)),
+            Pushed::Restarted => self.newest_at = Some(at),
+            Pushed::Backward { newest } => {
+                let reason = format!("time goes back: expected a message after {newest}, found one at {at}");
+                self.skip(Some(at), role, reason);
+            }
+        }
+    }
+
+    fn note_unstamped(&mut self, role: TopicRole, sent_at: Timestamp, pushed: Pushed) {
+        if let Pushed::Backward { newest } = pushed {
+            let reason = format!("time goes back: expected a message after {newest}, found one at {sent_at}");
+            self.skip(Some(sent_at), role, reason);
+        }
+    }
+
+    /// Stamp of a message that has none: when it was sent, or the newest stamp if the sender's clock is another one.
+    fn stamp_for(&self, sent_at: Timestamp) -> Timestamp {
+        match self.newest_at {
+            Some(newest) if sent_at.secs_since(newest).abs() <= MAX_CLOCK_DIFFERENCE_SECS => sent_at,
+            Some(newest) => newest,
+            // Before the first stamp: it holds from the beginning.
+            None => Timestamp::from_nanos(i64::MIN / 4),
+        }
+    }
+
+    fn is_ready(&self, image: &EncodedImage) -> bool {
+        let at = image.at;
+        let has_waited = self.newest_at.is_some_and(|newest| newest.secs_since(at) >= MAX_WAIT_SECS);
+        if self.is_finished || has_waited || self.images.len() > MAX_WAITING {
+            return true;
+        }
+        let reaches = |newest: Option<Timestamp>| newest.is_some_and(|newest| newest >= at);
+        self.cameras.newest_at().is_some()
+            && self.tree.covers(&self.base_frame, self.camera_frame_of(image), at)
+            && (!self.expected.has_odometry || reaches(self.odometry.newest_at()))
+            && (!self.expected.has_foot_contact || reaches(self.foot_contact.newest_at()))
+            && (!self.expected.has_foot_pressure || reaches(self.foot_pressure.newest_at()))
+            && (!self.expected.has_truth || reaches(self.truth.newest_at()))
+    }
+
+    fn camera_frame_of<'a>(&'a self, image: &'a EncodedImage) -> &'a str {
+        self.camera_frame.as_deref().unwrap_or_else(|| frame_name(&image.frame_id))
+    }
+
+    /// Everything at the time of the picture, or why the picture cannot be used.
+    fn assemble(&mut self, image: &EncodedImage) -> Result<SynchronizedFrame, String> {
+        let at = image.at;
+        let camera = self.camera_at(at).ok_or_else(|| {
+            format!("expected a calibration on '{}' before or with the image", self.topics.camera_info)
+        })?;
+        let pose = self.tree.lookup(&self.base_frame, self.camera_frame_of(image), at)?;
+        let rotation: Rotation3<f64> = pose.dst_from_src.rotation.to_rotation_matrix();
+        let robot_from_camera: Rigid3<Robot, CameraFrame> =
+            Rigid3::new(rotation, pose.dst_from_src.translation.vector);
+        let pixels = image.decode()?;
+        self.check_size(&pixels, &camera)?;
+        let odometry = self.odometry.lookup(at);
+        let is_odometry_held = self.expected.has_odometry && !matches!(odometry, Some(Lookup::Between(..)));
+        let frame = Frame {
+            at,
+            image: pixels,
+            camera,
+            robot_from_camera,
+            odometry: odometry.map(|lookup| match lookup {
+                Lookup::Between(a, b, fraction) => interpolate_planar(&a, &b, fraction),
+                Lookup::Held(pose) => pose,
+            }),
+            ground_contact: self.ground_contact_at(at),
+        };
+        let truth = self.truth.nearest(at, 0.5 * self.interval_secs(at));
+        let source_frame = SourceFrame { frame, truth };
+        Ok(SynchronizedFrame { source_frame, has_held_values: pose.is_held || is_odometry_held })
+    }
+
+    fn camera_at(&self, at: Timestamp) -> Option<Camera> {
+        self.cameras.last_until(at).or_else(|| self.cameras.nearest(at, f64::INFINITY))
+    }
+
+    fn check_size(&mut self, pixels: &RgbImage, camera: &Camera) -> Result<(), String> {
+        let (width, height) = camera.size_px();
+        if (pixels.width(), pixels.height()) == (width, height) {
+            return Ok(());
+        }
+        self.num_wrong_size += 1;
+        let (found_width, found_height) = (pixels.width(), pixels.height());
+        Err(format!(
+            "the calibration is for {width} x {height} px, the image has {found_width} x {found_height} px"
+        ))
+    }
+
+    fn ground_contact_at(&self, at: Timestamp) -> Option<GroundContact> {
+        let pressure = self.foot_pressure.last_until(at).map(GroundContact::Pressure);
+        pressure.or_else(|| self.foot_contact.last_until(at).map(GroundContact::Contact))
+    }
+
+    /// Time between pictures: since the last one, or as before if there was a gap.
+    fn interval_secs(&self, at: Timestamp) -> f64 {
+        let since_last = self.last_image_at.map(|last| at.secs_since(last));
+        since_last.filter(|secs| *secs < 0.25).unwrap_or(self.image_interval_secs)
+    }
+
+    /// Remembers the picture and forgets what only earlier ones needed.
+    fn advance(&mut self, at: Timestamp) {
+        self.image_interval_secs = self.interval_secs(at);
+        self.last_image_at = Some(at);
+        self.cameras.forget_before(at);
+        self.odometry.forget_before(at);
+        self.tree.forget_before(at);
+        self.foot_contact.forget_before(at);
+        self.foot_pressure.forget_before(at);
+        self.truth.forget_before(at);
+    }
+}
+
+/// Straight line for the position, shortest turn for the heading.
+fn interpolate_planar(a: &PlanarPose, b: &PlanarPose, fraction: f64) -> PlanarPose {
+    let turn_rad = angle::difference(b.yaw_rad, a.yaw_rad);
+    PlanarPose::new(
+        a.x_m + fraction * (b.x_m - a.x_m),
+        a.y_m + fraction * (b.y_m - a.y_m),
+        a.yaw_rad + fraction * turn_rad,
+    )
+}

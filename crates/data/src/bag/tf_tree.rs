@@ -1,0 +1,214 @@
+//! The tree of coordinate frames.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Translation3};
+use visloc_base::Timestamp;
+
+use crate::bag::{
+    StampedTransform,
+    history::{History, Lookup, MAX_AGE_SECS, Pushed},
+};
+
+/// Longest chain of frames that is followed; longer ones are circles.
+const MAX_DEPTH: usize = 64;
+
+/// Pose of a frame in its parent.
+#[derive(Debug, Clone)]
+struct Edge {
+    parent: String,
+    motion: Motion,
+}
+
+#[derive(Debug, Clone)]
+enum Motion {
+    Fixed(Isometry3<f64>),
+    Moving(History<Isometry3<f64>>),
+}
+
+/// A pose that was looked up in the tree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TreePose {
+    pub dst_from_src: Isometry3<f64>,
+    /// Whether a part of it is the last known value instead of one interpolated at the time.
+    pub is_held: bool,
+}
+
+/// All frames by name.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TfTree {
+    edges: BTreeMap<String, Edge>,
+}
+
+impl TfTree {
+    /// Adds the pose of a frame that moves. A frame that gets another parent starts anew.
+    pub(super) fn add_moving(&mut self, transform: &StampedTransform) -> Pushed {
+        let mut history = match self.edges.remove(&transform.child) {
+            Some(Edge { parent, motion: Motion::Moving(history) }) if parent == transform.parent => history,
+            _ => History::default(),
+        };
+        let pushed = history.push(transform.at, transform.parent_from_child);
+        let edge = Edge { parent: transform.parent.clone(), motion: Motion::Moving(history) };
+        self.edges.insert(transform.child.clone(), edge);
+        pushed
+    }
+
+    /// Adds the pose of a frame that does not move.
+    pub(super) fn add_fixed(&mut self, transform: &StampedTransform) {
+        let motion = Motion::Fixed(transform.parent_from_child);
+        self.edges.insert(transform.child.clone(), Edge { parent: transform.parent.clone(), motion });
+    }
+
+    /// Whether every moving part between two frames is known at or after a time.
+    pub(super) fn covers(&self, dst: &str, src: &str, at: Timestamp) -> bool {
+        let Some((up_from_dst, up_from_src)) = self.branches(dst, src) else { return false };
+        up_from_dst.iter().chain(&up_from_src).all(|child| match self.edges.get(*child).map(|edge| &edge.motion) {
+            Some(Motion::Moving(history)) => history.newest_at().is_some_and(|newest| newest >= at),
+            Some(Motion::Fixed(_)) => true,
+            None => false,
+        })
+    }
+
+    /// Pose of frame `src` in frame `dst`, or why it is not known.
+    pub(super) fn lookup(&self, dst: &str, src: &str, at: Timestamp) -> Result<TreePose, String> {
+        let Some((up_from_dst, up_from_src)) = self.branches(dst, src) else {
+            let known: Vec<_> =
+                self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent)).collect();
+            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+            return Err(format!(
+                "expected a chain of transforms from '{dst}' to '{src}'; set base_frame and camera_frame. \
+                 Transforms so far: {known}"
+            ));
+        };
+        let (root_from_dst, is_dst_held) = self.compose(&up_from_dst, at)?;
+        let (root_from_src, is_src_held) = self.compose(&up_from_src, at)?;
+        Ok(TreePose {
+            dst_from_src: root_from_dst.inverse() * root_from_src,
+            is_held: is_dst_held || is_src_held,
+        })
+    }
+
+    /// Drops what later times do not need.
+    pub(super) fn forget_before(&mut self, at: Timestamp) {
+        for edge in self.edges.values_mut() {
+            if let Motion::Moving(history) = &mut edge.motion {
+                history.forget_before(at);
+            }
+        }
+    }
+
+    /// The frames from each of the two up to below their nearest common ancestor.
+    fn branches<'a>(&'a self, dst: &'a str, src: &'a str) -> Option<(Vec<&'a str>, Vec<&'a str>)> {
+        let (mut from_dst, mut from_src) = (self.ancestors(dst), self.ancestors(src));
+        let (num_dst, num_src) = from_dst
+            .iter()
+            .enumerate()
+            .find_map(|(i, frame)| from_src.iter().position(|other| other == frame).map(|j| (i, j)))?;
+        from_dst.truncate(num_dst);
+        from_src.truncate(num_src);
+        Some((from_dst, from_src))
+    }
+
+    /// A frame and everything above it.
+    fn ancestors<'a>(&'a self, frame: &'a str) -> Vec<&'a str> {
+        let mut chain = vec![frame];
+        let mut last = frame;
+        while let Some(edge) = self.edges.get(last).filter(|_| chain.len() < MAX_DEPTH) {
+            last = &edge.parent;
+            chain.push(last);
+        }
+        chain
+    }
+
+    /// Product of the poses of a branch, and whether one of them is held.
+    fn compose(&self, branch: &[&str], at: Timestamp) -> Result<(Isometry3<f64>, bool), String> {
+        let mut top_from_bottom = Isometry3::identity();
+        let mut is_held = false;
+        for child in branch {
+            let Some(edge) = self.edges.get(*child) else { continue };
+            let parent_from_child = match &edge.motion {
+                Motion::Fixed(pose) => *pose,
+                Motion::Moving(history) => match history.lookup(at) {
+                    Some(Lookup::Between(a, b, fraction)) => interpolate(&a, &b, fraction),
+                    Some(Lookup::Held(pose)) => {
+                        is_held = true;
+                        pose
+                    }
+                    None => {
+                        return Err(format!(
+                            "expected the transform {} -> {child} within {MAX_AGE_SECS} s of the image",
+                            edge.parent
+                        ));
+                    }
+                },
+            };
+            top_from_bottom = parent_from_child * top_from_bottom;
+        }
+        Ok((top_from_bottom, is_held))
+    }
+}
+
+/// Straight line for the position, shortest turn for the rotation.
+fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, fraction: f64) -> Isometry3<f64> {
+    let translation = a.translation.vector.lerp(&b.translation.vector, fraction);
+    // Half a turn between two samples has no shortest way; the earlier rotation stands for it.
+    let rotation = a.rotation.try_slerp(&b.rotation, fraction, 1e-9).unwrap_or(a.rotation);
+    Isometry3::from_parts(Translation3::from(translation), rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{UnitQuaternion, Vector3};
+    use std::f64::consts::FRAC_PI_2;
+
+    fn transform(secs: f64, parent: &str, child: &str, x_m: f64, yaw_rad: f64) -> StampedTransform {
+        StampedTransform {
+            at: Timestamp::from_secs(secs),
+            parent: parent.into(),
+            child: child.into(),
+            parent_from_child: Isometry3::new(Vector3::new(x_m, 0.0, 0.0), Vector3::z() * yaw_rad),
+        }
+    }
+
+    #[test]
+    fn static_and_moving_frames_chain_through_the_common_ancestor() {
+        let mut tree = TfTree::default();
+        // base <- torso -> head -> camera
+        tree.add_fixed(&transform(0.0, "torso", "base", 0.0, FRAC_PI_2));
+        tree.add_fixed(&transform(0.0, "head", "camera", 0.1, 0.0));
+        tree.add_moving(&transform(1.0, "torso", "head", 1.0, 0.0));
+        tree.add_moving(&transform(1.2, "torso", "head", 2.0, FRAC_PI_2));
+        let at = Timestamp::from_secs(1.1);
+        assert!(tree.covers("base", "camera", at) && !tree.covers("base", "camera", Timestamp::from_secs(1.3)));
+        let pose = tree.lookup("base", "camera", at).unwrap();
+        assert!(!pose.is_held);
+        // head at x = 1.5 turned by 45 degrees, camera 0.1 before it; seen from a base turned by 90 degrees
+        let ahead = 0.1 * std::f64::consts::FRAC_1_SQRT_2;
+        let expected = Vector3::new(ahead, -(1.5 + ahead), 0.0);
+        assert!((pose.dst_from_src.translation.vector - expected).norm() < 1e-9, "{pose:?}");
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * -0.5 * FRAC_PI_2);
+        assert!(pose.dst_from_src.rotation.angle_to(&turn) < 1e-9);
+    }
+
+    #[test]
+    fn missing_chains_old_values_and_circles_are_reported() {
+        let mut tree = TfTree::default();
+        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0));
+        let lookup = |tree: &TfTree, src, secs| tree.lookup("base", src, Timestamp::from_secs(secs));
+        assert!(lookup(&tree, "head", 1.4).unwrap().is_held);
+        assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
+        assert!(lookup(&tree, "camera", 1.0).unwrap_err().contains("base -> head"));
+        tree.add_fixed(&transform(0.0, "head", "base", 0.0, 0.0));
+        assert!(lookup(&tree, "camera", 1.0).is_err());
+    }
+
+    #[test]
+    fn another_parent_starts_anew() {
+        let mut tree = TfTree::default();
+        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0));
+        tree.add_moving(&transform(1.1, "torso", "head", 5.0, 0.0));
+        assert!(tree.lookup("base", "head", Timestamp::from_secs(1.0)).is_err());
+        assert!(tree.lookup("torso", "head", Timestamp::from_secs(1.1)).is_ok());
+    }
+}

@@ -1,0 +1,134 @@
+//! Names of topics and frames in a recording.
+
+use serde::{Deserialize, Serialize};
+
+/// What a topic is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TopicRole {
+    /// The camera's pictures.
+    Image,
+    /// The camera's calibration.
+    CameraInfo,
+    /// Accumulated odometry.
+    Odometry,
+    /// Poses between frames that move, kinematics.
+    Tf,
+    /// Poses between frames that do not move.
+    TfStatic,
+    /// Whether the feet touch the ground.
+    FootContact,
+    /// Forces under the feet.
+    FootPressure,
+    /// Where the robot really is.
+    GroundTruth,
+}
+
+impl TopicRole {
+    /// Every role.
+    pub const ALL: [Self; 8] = [
+        Self::Image,
+        Self::CameraInfo,
+        Self::Odometry,
+        Self::Tf,
+        Self::TfStatic,
+        Self::FootContact,
+        Self::FootPressure,
+        Self::GroundTruth,
+    ];
+
+    /// Message types that a topic of this role may have.
+    #[must_use]
+    pub fn type_names(self) -> &'static [&'static str] {
+        match self {
+            Self::Image => &["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"],
+            Self::CameraInfo => &["sensor_msgs/msg/CameraInfo"],
+            Self::Odometry => &["nav_msgs/msg/Odometry"],
+            Self::Tf | Self::TfStatic => &["tf2_msgs/msg/TFMessage"],
+            Self::FootContact => &["std_msgs/msg/Bool"],
+            Self::FootPressure => &["std_msgs/msg/Float64MultiArray"],
+            Self::GroundTruth => &["geometry_msgs/msg/PoseStamped"],
+        }
+    }
+}
+
+/// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
+/// must have the image and calibration topics, one of the two `tf` topics, and every topic whose name is not the default.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BagTopics {
+    /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, bgr8, rgba8, bgra8,
+    /// mono8).
+    pub image: String,
+    /// Calibration, `sensor_msgs/msg/CameraInfo`.
+    pub camera_info: String,
+    /// Odometry, `nav_msgs/msg/Odometry`.
+    pub odometry: String,
+    /// Kinematics, `tf2_msgs/msg/TFMessage`.
+    pub tf: String,
+    /// Poses that do not change, `tf2_msgs/msg/TFMessage`.
+    pub tf_static: String,
+    /// Whether the feet touch the ground, `std_msgs/msg/Bool`.
+    pub foot_contact: String,
+    /// Eight forces in newtons, left foot first, `std_msgs/msg/Float64MultiArray`. Wins over `foot_contact`.
+    pub foot_pressure: String,
+    /// Where the robot really is, `geometry_msgs/msg/PoseStamped` in the map frame.
+    pub ground_truth: String,
+    /// Frame of the robot on the ground: x forward, y left, z up.
+    pub base_frame: String,
+    /// Optical frame of the camera. `None`: the frame that the pictures name in their header.
+    pub camera_frame: Option<String>,
+}
+
+impl Default for BagTopics {
+    fn default() -> Self {
+        Self {
+            image: "/camera/image/compressed".into(),
+            camera_info: "/camera/camera_info".into(),
+            odometry: "/odom".into(),
+            tf: "/tf".into(),
+            tf_static: "/tf_static".into(),
+            foot_contact: "/foot_contact".into(),
+            foot_pressure: "/foot_pressure".into(),
+            ground_truth: "/ground_truth/pose".into(),
+            base_frame: "base_footprint".into(),
+            camera_frame: None,
+        }
+    }
+}
+
+impl BagTopics {
+    /// Name of the topic with a role; empty if it is not to be read.
+    #[must_use]
+    pub fn name(&self, role: TopicRole) -> &str {
+        match role {
+            TopicRole::Image => &self.image,
+            TopicRole::CameraInfo => &self.camera_info,
+            TopicRole::Odometry => &self.odometry,
+            TopicRole::Tf => &self.tf,
+            TopicRole::TfStatic => &self.tf_static,
+            TopicRole::FootContact => &self.foot_contact,
+            TopicRole::FootPressure => &self.foot_pressure,
+            TopicRole::GroundTruth => &self.ground_truth,
+        }
+    }
+
+    /// Role of a topic, if it has one.
+    #[must_use]
+    pub fn role(&self, topic: &str) -> Option<TopicRole> {
+        TopicRole::ALL.into_iter().find(|role| !topic.is_empty() && self.name(*role) == topic)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_override_single_names() {
+        let topics: BagTopics = toml::from_str("image = \"/eye\"\nodometry = \"\"").unwrap();
+        assert_eq!(topics.role("/eye"), Some(TopicRole::Image));
+        assert_eq!(topics.role("/tf"), Some(TopicRole::Tf));
+        assert_eq!(topics.role(""), None);
+        assert!(toml::from_str::<BagTopics>("imgae = \"/eye\"").is_err());
+    }
+}

@@ -1,0 +1,193 @@
+//! JPEG and PNG pictures.
+
+use std::{
+    fs,
+    io::{self, Cursor},
+    path::{Path, PathBuf},
+};
+
+use image::{ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
+use thiserror::Error;
+use visloc_base::RgbImage;
+
+/// Largest width or height that is decoded, pixels.
+const MAX_SIDE_PX: u32 = 16_384;
+/// Most memory that decoding may take, bytes.
+const MAX_DECODE_BYTES: u64 = 256 << 20;
+
+/// Why a picture cannot be read or written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ImageCodecError {
+    /// The bytes are not a picture that can be decoded.
+    #[error("expected a JPEG or PNG picture, found {num_bytes} bytes: {reason}")]
+    Decode {
+        /// Length of the data.
+        num_bytes: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The picture cannot be encoded.
+    #[error("cannot encode a picture of {width} x {height} px: {reason}")]
+    Encode {
+        /// Width, pixels.
+        width: u32,
+        /// Height, pixels.
+        height: u32,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The file cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// Decodes JPEG or PNG bytes, whatever they contain: gray and 16-bit pictures become 8-bit color.
+///
+/// # Errors
+/// If the bytes are not such a picture, are cut off, or the picture is larger than 16384 px a side.
+pub fn decode(bytes: &[u8]) -> Result<RgbImage, ImageCodecError> {
+    let decode_error = |reason: String| ImageCodecError::Decode { num_bytes: bytes.len(), reason };
+    let mut reader = ImageReader::new(Cursor::new(bytes))
+        .with_guessed_format()
+        .map_err(|error| decode_error(error.to_string()))?;
+    match reader.format() {
+        // The decoder paints missing parts gray; a picture half gray must not reach an algorithm.
+        Some(ImageFormat::Jpeg) if !has_jpeg_end(bytes) => {
+            return Err(decode_error("the JPEG is cut off, its end mark is missing".into()));
+        }
+        Some(ImageFormat::Jpeg | ImageFormat::Png) => {}
+        _ => return Err(decode_error("the format is neither".into())),
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE_PX);
+    limits.max_image_height = Some(MAX_SIDE_PX);
+    limits.max_alloc = Some(MAX_DECODE_BYTES);
+    reader.limits(limits);
+    let image = reader.decode().map_err(|error| decode_error(error.to_string()))?.into_rgb8();
+    let (width, height) = image.dimensions();
+    RgbImage::from_raw(width, height, image.into_raw()).map_err(|error| decode_error(error.to_string()))
+}
+
+/// Whether the end mark of JPEG stands at the end, except for zeros that some cameras append.
+fn has_jpeg_end(bytes: &[u8]) -> bool {
+    let end = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    bytes[..end].ends_with(&[0xff, 0xd9])
+}
+
+/// Encodes as JPEG with a quality from 1 to 100.
+///
+/// # Errors
+/// If the image is empty or larger than 65535 px a side.
+pub fn encode_jpeg(image: &RgbImage, quality: u8) -> Result<Vec<u8>, ImageCodecError> {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, quality.clamp(1, 100));
+    write_image(encoder, image)?;
+    Ok(bytes)
+}
+
+/// Encodes as PNG.
+///
+/// # Errors
+/// If the image is empty.
+pub fn encode_png(image: &RgbImage) -> Result<Vec<u8>, ImageCodecError> {
+    let mut bytes = Vec::new();
+    write_image(image::codecs::png::PngEncoder::new(&mut bytes), image)?;
+    Ok(bytes)
+}
+
+fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), ImageCodecError> {
+    let (width, height) = (image.width(), image.height());
+    let encode_error = |reason: String| ImageCodecError::Encode { width, height, reason };
+    if width == 0 || height == 0 {
+        return Err(encode_error("expected at least one pixel".into()));
+    }
+    encoder
+        .write_image(image.data(), width, height, ExtendedColorType::Rgb8)
+        .map_err(|error| encode_error(error.to_string()))
+}
+
+/// Reads a JPEG or PNG file.
+///
+/// # Errors
+/// If the file cannot be read or decoded.
+pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
+    let bytes = fs::read(path).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
+    decode(&bytes)
+}
+
+/// Saves as PNG.
+///
+/// # Errors
+/// If the image cannot be encoded or the file not be written.
+pub fn save_png(image: &RgbImage, path: &Path) -> Result<(), ImageCodecError> {
+    save(&encode_png(image)?, path)
+}
+
+/// Saves as JPEG with a quality from 1 to 100.
+///
+/// # Errors
+/// If the image cannot be encoded or the file not be written.
+pub fn save_jpeg(image: &RgbImage, quality: u8, path: &Path) -> Result<(), ImageCodecError> {
+    save(&encode_jpeg(image, quality)?, path)
+}
+
+fn save(bytes: &[u8], path: &Path) -> Result<(), ImageCodecError> {
+    fs::write(path, bytes).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient() -> RgbImage {
+        let mut image = RgbImage::new(32, 24);
+        for y in 0..24 {
+            for x in 0..32 {
+                image.set(x, y, [(x * 7) as u8, (y * 9) as u8, 100]);
+            }
+        }
+        image
+    }
+
+    #[test]
+    fn png_is_exact_and_jpeg_close() {
+        let image = gradient();
+        assert_eq!(decode(&encode_png(&image).unwrap()).unwrap(), image);
+        let jpeg = decode(&encode_jpeg(&image, 95).unwrap()).unwrap();
+        let difference = image.data().iter().zip(jpeg.data()).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(difference < 30, "{difference}");
+    }
+
+    #[test]
+    fn cut_and_foreign_bytes_are_refused() {
+        let jpeg = encode_jpeg(&gradient(), 90).unwrap();
+        for length in 0..jpeg.len() {
+            assert!(decode(&jpeg[..length]).is_err(), "{length} of {} bytes", jpeg.len());
+        }
+        let png = encode_png(&gradient()).unwrap();
+        assert!(decode(&png[..png.len() / 2]).is_err());
+        let error = decode(b"GIF89a").unwrap_err().to_string();
+        assert!(error.contains("expected a JPEG or PNG") && error.contains("6 bytes"), "{error}");
+        assert!(encode_jpeg(&RgbImage::default(), 90).is_err());
+    }
+
+    #[test]
+    fn zeros_behind_the_end_mark_are_allowed() {
+        let mut jpeg = encode_jpeg(&gradient(), 90).unwrap();
+        jpeg.extend([0; 5]);
+        assert!(decode(&jpeg).is_ok());
+    }
+
+    #[test]
+    fn huge_sizes_in_a_header_reserve_no_memory() {
+        let mut png = encode_png(&gradient()).unwrap();
+        png[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
+        assert!(decode(&png).is_err());
+    }
+}
