@@ -1,1 +1,34 @@
-//! placeholder
+//! Simulator: what a robot with one camera sees, feels and reports in a world described by data.
+//!
+//! A [`Scenario`] (a TOML file) says what stands where and what the robot does; a [`Simulation`] of it with a seed is
+//! a [`visloc_base::FrameSource`] with the truth in every frame. [`Scene`] and [`Renderer`] also work on their own, for
+//! pictures from any pose.
+//!
+//! Data flow: `scenario` (files) -> `simulation` builds a `scene` (surfaces, textures, light) and plans the `robot`
+//! (motion, head, odometry, feet) -> `render` takes one picture per frame.
+//!
+//! To add things: a built-in scenario is a file in `scenarios/` and a line in `scenario/load.rs`; a pattern is a
+//! variant in `scene/paint.rs`; furniture is a function in `scene/furniture.rs`; a new kind of world is a file beside
+//! `scene/field.rs` and a branch in `simulation/world.rs`.
+
+// Pixels, texels and counts of frames are small; the renderer works in single precision on purpose.
+#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+
+mod render;
+mod robot;
+mod scenario;
+mod scene;
+mod simulation;
+
+pub use render::{CameraMotion, Renderer, Sensor, Shot};
+pub use robot::Odometry;
+pub use scenario::{
+    BUILT_IN_SCENARIOS, Ball, BoxPiece, CameraSetup, Carry, FootSetup, FurniturePiece, GaitSetup, HeadSetup,
+    KinematicsSetup, LightSetup, Motion, Mount, OdometrySetup, OtherRobot, Panel, PersonSetup, PlacedPose,
+    RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk, Wander,
+};
+pub use scene::{
+    Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Lamp, LightGrid, Lighting, Paint, Pattern,
+    Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
+};
+pub use simulation::Simulation;

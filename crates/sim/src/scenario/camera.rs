@@ -1,0 +1,87 @@
+//! The table `[camera]`.
+
+use serde::Deserialize;
+use visloc_geom::{Camera, CameraError, Distortion};
+
+use super::check::Check;
+use super::load::ScenarioError;
+use crate::render::Sensor;
+
+/// Calibration and imaging of the robot's camera.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CameraSetup {
+    /// Width and height, pixels.
+    pub size_px: [u32; 2],
+    /// Focal lengths along x and y, pixels.
+    pub focal_px: [f64; 2],
+    /// Principal point, pixels.
+    pub center_px: [f64; 2],
+    /// Radial-tangential distortion: k1, k2, p1, p2, k3.
+    pub distortion: [f64; 5],
+    /// How long the shutter is open: motion blur.
+    pub shutter_secs: f64,
+    /// Brightness against the scene's mean light, in powers of two.
+    pub exposure_stops: f64,
+    /// How far the automatic exposure wanders up and down, in powers of two.
+    pub exposure_drift_stops: f64,
+    /// Share of light lost in the corners, 0 to 1.
+    pub vignetting: f32,
+    /// Variance of photon noise at full light, share of full scale.
+    pub shot_noise: f32,
+    /// Standard deviation of noise in the dark, share of full scale.
+    pub read_noise: f32,
+}
+
+impl Default for CameraSetup {
+    /// The camera of the known-map recordings: 46.4 degrees wide, no distortion.
+    fn default() -> Self {
+        Self {
+            size_px: [320, 240],
+            focal_px: [373.3, 373.3],
+            center_px: [159.5, 119.5],
+            distortion: [0.0; 5],
+            shutter_secs: 0.012,
+            exposure_stops: 0.0,
+            exposure_drift_stops: 0.15,
+            vignetting: 0.3,
+            shot_noise: 0.0009,
+            read_noise: 0.0032,
+        }
+    }
+}
+
+impl CameraSetup {
+    /// The calibration.
+    ///
+    /// # Errors
+    /// If no camera can have these values.
+    pub fn camera(&self) -> Result<Camera, CameraError> {
+        Camera::new(
+            self.size_px.into(),
+            self.focal_px.into(),
+            self.center_px.into(),
+            Distortion::RadialTangential(self.distortion),
+        )
+    }
+
+    pub(crate) fn sensor(&self) -> Sensor {
+        Sensor { vignetting: self.vignetting, shot_noise: self.shot_noise, read_noise: self.read_noise }
+    }
+
+    pub(super) fn check(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
+        for size in self.size_px {
+            let expected = "a width and a height from 8 to 8192";
+            check.that((8..=8192).contains(&size), "camera.size_px", expected, size)?;
+        }
+        if let Err(error) = self.camera() {
+            return check.that(false, "camera", "a possible calibration", error);
+        }
+        check.range("camera.shutter_secs", self.shutter_secs, 0.0..=0.1)?;
+        check.range("camera.exposure_stops", self.exposure_stops, -6.0..=6.0)?;
+        check.range("camera.exposure_drift_stops", self.exposure_drift_stops, 0.0..=4.0)?;
+        check.range("camera.vignetting", f64::from(self.vignetting), 0.0..=1.0)?;
+        check.range("camera.shot_noise", f64::from(self.shot_noise), 0.0..=1.0)?;
+        check.range("camera.read_noise", f64::from(self.read_noise), 0.0..=1.0)
+    }
+}

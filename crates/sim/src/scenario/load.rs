@@ -1,0 +1,253 @@
+//! Reading a scenario by name or from a file.
+
+use std::{fs, path::Path};
+
+use serde::Deserialize;
+use thiserror::Error;
+use visloc_world::MapError;
+
+use super::check::Check;
+use super::{
+    Ball, BoxPiece, CameraSetup, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup, PlacedPose,
+    RobotSetup,
+};
+use crate::scene::{Lamp, Room};
+
+/// Scenarios that are part of the program: name and text.
+pub const BUILT_IN_SCENARIOS: [(&str, &str); 7] = [
+    ("demo", include_str!("../../../../scenarios/demo.toml")),
+    ("tour", include_str!("../../../../scenarios/tour.toml")),
+    ("kidnaps", include_str!("../../../../scenarios/kidnaps.toml")),
+    ("kidnaps-unsensed", include_str!("../../../../scenarios/kidnaps-unsensed.toml")),
+    ("crowd", include_str!("../../../../scenarios/crowd.toml")),
+    ("tour-2024", include_str!("../../../../scenarios/tour-2024.toml")),
+    ("still", include_str!("../../../../scenarios/still.toml")),
+];
+
+/// A scenario that cannot be used.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ScenarioError {
+    /// The file cannot be read, and it is not the name of a built-in scenario either.
+    #[error("scenario {name}: {source}; expected a file or one of: {}", built_in_names())]
+    Unreadable {
+        /// What the user wrote.
+        name: String,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The text is not TOML, or a key is missing, unknown or of the wrong type.
+    #[error("scenario {name}{}: {reason}", in_line(line))]
+    Syntax {
+        /// File or name.
+        name: String,
+        /// Line of the text, from 1.
+        line: Option<usize>,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// A value that makes no sense.
+    #[error("scenario {name}{}: {key}: expected {expected}, found {found}", in_line(line))]
+    Value {
+        /// File or name.
+        name: String,
+        /// Line of the text, from 1.
+        line: Option<usize>,
+        /// The key.
+        key: String,
+        /// What is allowed.
+        expected: String,
+        /// What the file says.
+        found: String,
+    },
+    /// The map that the scenario names.
+    #[error("scenario {name}: {source}")]
+    Map {
+        /// File or name.
+        name: String,
+        /// What is wrong with the map.
+        source: MapError,
+    },
+    /// There is no room for what the scenario asks for.
+    #[error("scenario {name}: found no free {what} after {tries} tries; remove obstacles or use another seed")]
+    NoSpace {
+        /// File or name.
+        name: String,
+        /// What was looked for.
+        what: &'static str,
+        /// How often.
+        tries: usize,
+    },
+}
+
+fn in_line(line: &Option<usize>) -> String {
+    line.map(|line| format!(", line {line}")).unwrap_or_default()
+}
+
+fn built_in_names() -> String {
+    BUILT_IN_SCENARIOS.map(|(name, _)| name).join(", ")
+}
+
+/// Everything about one simulation except its seed.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Scenario {
+    /// File or name; not part of the file.
+    #[serde(skip)]
+    pub name: String,
+    /// One line for people.
+    pub summary: String,
+    /// Name or file of the map.
+    pub map: String,
+    /// Length of the simulation.
+    pub duration_secs: f64,
+    /// Frames per second.
+    pub frames_per_sec: f64,
+    /// The camera.
+    pub camera: CameraSetup,
+    /// The robot.
+    pub robot: RobotSetup,
+    /// Where the robot starts; a random place if absent.
+    pub start: Option<PlacedPose>,
+    /// What happens, one after the other; then the robot stands.
+    pub motion: Vec<Motion>,
+    /// The room around; none if absent.
+    pub room: Option<Room>,
+    /// The light.
+    pub light: LightSetup,
+    /// Lamps at given places, instead of the regular ones.
+    pub lamps: Vec<Lamp>,
+    /// The ball.
+    pub ball: Ball,
+    /// Furniture.
+    pub furniture: Vec<FurniturePiece>,
+    /// Flat upright things.
+    pub panels: Vec<Panel>,
+    /// Boxes.
+    pub boxes: Vec<BoxPiece>,
+    /// Spectators.
+    pub people: Vec<PersonSetup>,
+    /// Other robots.
+    pub robots: Vec<OtherRobot>,
+}
+
+impl Default for Scenario {
+    /// An empty 2010 field, the robot standing.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            summary: String::new(),
+            map: "robocup-spl-2010".to_owned(),
+            duration_secs: 60.0,
+            frames_per_sec: 30.0,
+            camera: CameraSetup::default(),
+            robot: RobotSetup::default(),
+            start: None,
+            motion: Vec::new(),
+            room: None,
+            light: LightSetup::default(),
+            lamps: Vec::new(),
+            ball: Ball::default(),
+            furniture: Vec::new(),
+            panels: Vec::new(),
+            boxes: Vec::new(),
+            people: Vec::new(),
+            robots: Vec::new(),
+        }
+    }
+}
+
+impl Scenario {
+    /// A built-in scenario by name, or else a file.
+    ///
+    /// # Errors
+    /// If there is no such scenario, or it has mistakes; the error names the file, the line and the key.
+    pub fn load(name_or_path: &str) -> Result<Self, ScenarioError> {
+        if let Some((name, text)) = BUILT_IN_SCENARIOS.iter().find(|(name, _)| *name == name_or_path) {
+            return Self::parse(name, text);
+        }
+        let text = fs::read_to_string(Path::new(name_or_path))
+            .map_err(|source| ScenarioError::Unreadable { name: name_or_path.to_owned(), source })?;
+        Self::parse(name_or_path, &text)
+    }
+
+    /// A scenario from its text; `name` is used in errors.
+    ///
+    /// # Errors
+    /// As [`Scenario::load`].
+    pub fn parse(name: &str, text: &str) -> Result<Self, ScenarioError> {
+        let mut scenario: Self = toml::from_str(text).map_err(|error| ScenarioError::Syntax {
+            name: name.to_owned(),
+            line: error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1),
+            reason: error.message().to_owned(),
+        })?;
+        scenario.name = name.to_owned();
+        scenario.check(&Check { name, text })?;
+        Ok(scenario)
+    }
+
+    /// Number of frames of the whole scenario.
+    #[must_use]
+    pub fn num_frames(&self) -> usize {
+        (self.duration_secs * self.frames_per_sec).round() as usize
+    }
+
+    fn check(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
+        check.range("duration_secs", self.duration_secs, 0.0..=36_000.0)?;
+        check.range("frames_per_sec", self.frames_per_sec, 1.0..=1000.0)?;
+        self.camera.check(check)?;
+        self.robot.check(check)?;
+        if let Some(start) = &self.start {
+            start.check(check, "start")?;
+        }
+        for (i, motion) in self.motion.iter().enumerate() {
+            motion.check(check, &format!("motion[{i}]"))?;
+        }
+        check.range("light.unevenness", f64::from(self.light.unevenness), 0.0..=1.0)?;
+        check.range("light.ambient", f64::from(self.light.ambient), 0.0..=100.0)?;
+        for count in self.light.lamps {
+            check.that(count <= 20, "light.lamps", "at most 20 along each side", count)?;
+        }
+        self.check_world(check)
+    }
+
+    fn check_world(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
+        if let Some(room) = &self.room {
+            check.range("room.length_m", f64::from(room.length_m), 0.5..=200.0)?;
+            check.range("room.width_m", f64::from(room.width_m), 0.5..=200.0)?;
+            check.range("room.height_m", f64::from(room.height_m), 0.5..=50.0)?;
+            check.that(
+                room.posters_per_wall <= 50,
+                "room.posters_per_wall",
+                "at most 50",
+                room.posters_per_wall,
+            )?;
+        }
+        for value in self.ball.at_m.iter().flatten() {
+            check.range("ball.at_m", *value, -100.0..=100.0)?;
+        }
+        for (i, lamp) in self.lamps.iter().enumerate() {
+            check.range(&format!("lamps[{i}].z_m"), f64::from(lamp.z_m), 0.1..=50.0)?;
+            check.range(&format!("lamps[{i}].power"), f64::from(lamp.power), 0.0..=1e6)?;
+        }
+        for (i, panel) in self.panels.iter().enumerate() {
+            let [dx, dy] = [0, 1].map(|axis| f64::from(panel.to_m[axis] - panel.from_m[axis]));
+            check.range(&format!("panels[{i}].height_m"), f64::from(panel.height_m), 0.001..=50.0)?;
+            check.that(
+                (0.001..=500.0).contains(&dx.hypot(dy)),
+                &format!("panels[{i}].to_m"),
+                "an end apart from from_m",
+                format!("a distance of {} m", dx.hypot(dy)),
+            )?;
+        }
+        for (i, piece) in self.boxes.iter().enumerate() {
+            for side in piece.size_m {
+                check.range(&format!("boxes[{i}].size_m"), f64::from(side), 0.001..=100.0)?;
+            }
+        }
+        for (i, person) in self.people.iter().enumerate() {
+            check.range(&format!("people[{i}].height_m"), f64::from(person.height_m), 0.2..=3.0)?;
+        }
+        Ok(())
+    }
+}

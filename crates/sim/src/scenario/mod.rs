@@ -1,0 +1,17 @@
+//! What happens in a simulation, as data: a TOML file in `scenarios/`.
+//!
+//! `load` reads and checks a file, `camera`, `robot`, `motion` and `world` are its tables. Every key is optional
+//! except `map`; defaults are in the `Default` of each table.
+
+mod camera;
+mod check;
+mod load;
+mod motion;
+mod robot;
+mod world;
+
+pub use camera::CameraSetup;
+pub use load::{BUILT_IN_SCENARIOS, Scenario, ScenarioError};
+pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};
+pub use robot::{FootSetup, GaitSetup, HeadSetup, KinematicsSetup, Mount, OdometrySetup, RobotSetup};
+pub use world::{Ball, BoxPiece, FurniturePiece, LightSetup, OtherRobot, Panel, PersonSetup};

@@ -1,0 +1,117 @@
+//! The tables of what stands around: light, ball, furniture, boards, people, robots.
+
+use serde::Deserialize;
+
+use super::PlacedPose;
+use crate::scene::{Color, FurnitureKind, Paint};
+
+/// The table `[light]`: regular lamps in the ceiling, unless `[[lamps]]` lists them.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightSetup {
+    /// Lamps along x and along y.
+    pub lamps: [u32; 2],
+    /// How much the lamps differ: each has a random strength from 1 - this to 1 + this. 0 to 1.
+    pub unevenness: f32,
+    /// Light from everywhere, as multiple of the lamps' mean light on the floor.
+    pub ambient: f32,
+}
+
+impl Default for LightSetup {
+    fn default() -> Self {
+        Self { lamps: [4, 3], unevenness: 0.2, ambient: 0.6 }
+    }
+}
+
+/// The table `[ball]`. Without coordinates the ball lies at a random place.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Ball {
+    /// Whether there is one.
+    pub is_present: bool,
+    /// Where, (x, y) in meters.
+    pub at_m: Option<[f64; 2]>,
+}
+
+impl Default for Ball {
+    fn default() -> Self {
+        Self { is_present: true, at_m: None }
+    }
+}
+
+/// An entry of `[[furniture]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FurniturePiece {
+    /// What it is.
+    pub kind: FurnitureKind,
+    /// Where; the front looks along the heading.
+    pub at: PlacedPose,
+}
+
+/// An entry of `[[panels]]`: anything flat and upright, for instance a wall, a door or an advertising board.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// The left end for somebody who looks at it, (x, y) in meters.
+    pub from_m: [f32; 2],
+    /// The right end.
+    pub to_m: [f32; 2],
+    /// Height of the lower edge, meters.
+    #[serde(default)]
+    pub bottom_m: f32,
+    /// From the lower to the upper edge, meters.
+    pub height_m: f32,
+    /// How it is painted.
+    #[serde(default)]
+    pub paint: Paint,
+}
+
+/// An entry of `[[boxes]]`: anything with six sides.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxPiece {
+    /// Middle of the bottom and heading.
+    pub at: PlacedPose,
+    /// Height of the bottom, meters.
+    #[serde(default)]
+    pub bottom_m: f32,
+    /// Length along its heading, width, height, meters.
+    pub size_m: [f32; 3],
+    /// How its sides are painted.
+    #[serde(default)]
+    pub paint: Paint,
+}
+
+/// An entry of `[[people]]`: somebody who stands and watches.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PersonSetup {
+    /// Where, looking along the heading.
+    pub at: PlacedPose,
+    /// Height, meters.
+    #[serde(default = "PersonSetup::usual_height_m")]
+    pub height_m: f32,
+    /// Color of the shirt.
+    pub shirt: Color,
+    /// Color of the trousers.
+    pub trousers: Color,
+}
+
+impl PersonSetup {
+    fn usual_height_m() -> f32 {
+        1.75
+    }
+}
+
+/// An entry of `[[robots]]`: another robot. It rests where `at` says; without that it walks on a random ellipse that
+/// keeps clear of everything.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OtherRobot {
+    /// Color of the jersey.
+    pub jersey: Color,
+    /// Where it rests.
+    #[serde(default)]
+    pub at: Option<PlacedPose>,
+}

@@ -1,0 +1,137 @@
+//! The scene and how things are added to it.
+
+use nalgebra::{Point3, Vector3};
+use visloc_base::Rng;
+
+use super::light::{Light, LightGrid};
+use super::{Canvas, Color, Cuboid, Lamp, Lighting, Paint, Shape, Surface, Texture, TextureId, Wrap};
+
+/// Everything that can be seen.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    textures: Vec<Texture>,
+    surfaces: Vec<Surface>,
+    light: Light,
+    shadow: TextureId,
+}
+
+impl Scene {
+    /// An empty scene. `ambient` is the light from everywhere as a multiple of the lamps' mean light on the floor; the
+    /// light is scaled so that its mean over the floor of the given half sizes, meters, is 1. Without lamps there is
+    /// ambient light only.
+    #[must_use]
+    pub fn new(lamps: Vec<Lamp>, ambient: f32, half_floor_m: (f32, f32)) -> Self {
+        let light = Light::new(lamps, ambient, half_floor_m);
+        let shadow = Texture::new(&shadow_canvas(), Wrap::Clamp);
+        Self { textures: vec![shadow], surfaces: Vec::new(), light, shadow: TextureId(0) }
+    }
+
+    /// Takes a texture in.
+    pub fn add_texture(&mut self, texture: Texture) -> TextureId {
+        self.textures.push(texture);
+        TextureId(self.textures.len() as u32 - 1)
+    }
+
+    /// A texture of one color.
+    pub fn add_color(&mut self, color: Color) -> TextureId {
+        self.add_texture(Texture::new(&Canvas::new((1, 1), color), Wrap::Clamp))
+    }
+
+    /// Adds a shape that stays where it is.
+    pub fn add(&mut self, shape: Shape, texture: TextureId) {
+        let lighting = match LightGrid::new(&self.light, &shape) {
+            Some(grid) => Lighting::Grid(grid),
+            None => self.lighting_around(&shape.middle()),
+        };
+        self.surfaces.push(Surface::new(shape, texture, lighting));
+    }
+
+    /// Adds a shape whose texture repeats over it.
+    pub fn add_repeated(&mut self, shape: Shape, texture: TextureId, repeats: (f32, f32)) {
+        self.add(shape, texture);
+        if let Some(surface) = self.surfaces.last_mut() {
+            surface.repeats = repeats;
+        }
+    }
+
+    /// Adds a shape that is laid over what is behind it, by the texture's opacity.
+    pub fn add_overlay(&mut self, shape: Shape, texture: TextureId) {
+        self.add(shape, texture);
+        if let Some(surface) = self.surfaces.last_mut() {
+            surface.is_overlay = true;
+        }
+    }
+
+    /// Adds a surface as it is.
+    pub fn add_surface(&mut self, surface: Surface) {
+        self.surfaces.push(surface);
+    }
+
+    /// Adds a shape with paint of the given resolution.
+    pub fn add_painted(&mut self, shape: Shape, paint: &Paint, px_per_m: f32, rng: &mut Rng) {
+        let canvas = paint.canvas(shape.size_m(), px_per_m, rng);
+        let texture = self.add_texture(Texture::new(&canvas, Wrap::Clamp));
+        self.add(shape, texture);
+    }
+
+    /// Adds a box: `front` on its +x side, `sides` on the others.
+    pub fn add_cuboid(&mut self, cuboid: &Cuboid, front: &Paint, sides: &Paint, rng: &mut Rng) {
+        const PX_PER_M: f32 = 120.0;
+        let [front_face, others @ ..] = cuboid.faces();
+        self.add_painted(front_face, front, PX_PER_M, rng);
+        let canvas = sides.canvas((cuboid.size.x.max(cuboid.size.y), cuboid.size.z), PX_PER_M, rng);
+        let texture = self.add_texture(Texture::new(&canvas, Wrap::Clamp));
+        for face in others {
+            self.add(face, texture);
+        }
+    }
+
+    /// Adds the soft shadow of something that stays where it is.
+    pub fn add_shadow(&mut self, center: (f32, f32), size_m: (f32, f32)) {
+        let shadow = self.shadow(center, size_m);
+        self.surfaces.push(shadow);
+    }
+
+    /// A soft shadow on the floor.
+    #[must_use]
+    pub fn shadow(&self, center: (f32, f32), size_m: (f32, f32)) -> Surface {
+        const ABOVE_FLOOR_M: f32 = 0.002;
+        let shape = Shape::level(center, size_m, ABOVE_FLOOR_M);
+        Surface { is_overlay: true, ..Surface::new(shape, self.shadow, Lighting::Even(0.0)) }
+    }
+
+    /// Light for round and moving things around a point.
+    #[must_use]
+    pub fn lighting_around(&self, point: &Point3<f32>) -> Lighting {
+        let (ambient, toward) = self.light.around(point);
+        Lighting::Shaded { ambient, toward }
+    }
+
+    /// Light on a small surface with the given normal, relative to the mean on the floor.
+    #[must_use]
+    pub fn light_on(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
+        self.light.on(point, normal)
+    }
+
+    /// All surfaces.
+    #[must_use]
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    pub(crate) fn texture(&self, id: TextureId) -> &Texture {
+        &self.textures[id.0 as usize]
+    }
+}
+
+/// Black with an opacity that falls from the middle.
+fn shadow_canvas() -> Canvas {
+    const SIZE: u32 = 64;
+    let mut canvas = Canvas::new((SIZE, SIZE), Color::from_hex(0));
+    let offset = |i: u32| (i as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0;
+    canvas.set_opacity(|x, y| {
+        let r2 = offset(x).powi(2) + offset(y).powi(2);
+        0.55 * (1.0 - r2).max(0.0).powi(2)
+    });
+    canvas
+}

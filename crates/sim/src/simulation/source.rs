@@ -1,0 +1,234 @@
+//! The simulation as a source of frames.
+
+use std::{collections::VecDeque, sync::Arc};
+
+use rand::RngExt as _;
+use rayon::prelude::*;
+use visloc_base::{Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp};
+use visloc_geom::{Camera, PlanarPose};
+use visloc_world::Map;
+
+use super::states::{Carrier, State};
+use super::world::World;
+use crate::render::{Renderer, Sensor, Shot};
+use crate::robot::{MotionPlan, find_orbits};
+use crate::scenario::{Scenario, ScenarioError};
+use crate::scene::{Scene, Surface};
+
+/// Stamp of the first frame: real recordings do not start at zero either.
+const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
+/// Frames that each thread draws before the threads wait for each other.
+const FRAMES_PER_BATCH: usize = 4;
+
+/// A scenario with a seed: delivers its frames one after the other. The same scenario and seed give the same bits, with
+/// any number of threads.
+///
+/// ```
+/// use visloc_base::FrameSource;
+/// use visloc_sim::{Scenario, Simulation};
+/// let scenario = Scenario::load("still")?;
+/// let mut simulation = Simulation::new(&scenario, 1)?.with_num_frames(2);
+/// let first = simulation.next_frame().expect("two frames").expect("no reading, no error");
+/// assert_eq!(first.frame.image.width(), 320);
+/// # Ok::<(), visloc_sim::ScenarioError>(())
+/// ```
+#[derive(Debug)]
+pub struct Simulation {
+    scenario: Scenario,
+    camera: Camera,
+    sensor: Sensor,
+    world: Arc<World>,
+    carrier: Carrier,
+    random: RngTree,
+    states: Vec<State>,
+    next: usize,
+    ready: VecDeque<SourceFrame>,
+    pool: Option<rayon::ThreadPool>,
+    workers: Vec<Worker>,
+}
+
+/// What one thread needs to draw.
+#[derive(Debug)]
+struct Worker {
+    renderer: Renderer,
+    moving: Vec<Surface>,
+    images: Vec<RgbImage>,
+}
+
+impl Worker {
+    fn new(renderer: Renderer) -> Self {
+        Self { renderer, moving: Vec::new(), images: Vec::with_capacity(FRAMES_PER_BATCH) }
+    }
+}
+
+impl Simulation {
+    /// Builds the world and plans all motion.
+    ///
+    /// # Errors
+    /// If the scenario's map cannot be loaded, its camera is impossible, or there is no free way for the robot.
+    pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
+        let random = RngTree::new(seed).subtree("simulation", 0);
+        let camera = scenario.camera.camera().map_err(|error| ScenarioError::Value {
+            name: scenario.name.clone(),
+            line: None,
+            key: "camera".to_owned(),
+            expected: "a possible calibration".to_owned(),
+            found: error.to_string(),
+        })?;
+        let mut world = World::new(scenario, &random)?;
+        let start = start_pose(scenario, &world, &random)?;
+        let plan = MotionPlan::new(&scenario.name, start, &scenario.motion, &world.floor, &random)?;
+        let num_walking = scenario.robots.iter().filter(|robot| robot.at.is_none()).count();
+        let orbits = find_orbits(
+            num_walking,
+            &world.floor,
+            scenario.duration_secs,
+            |secs| plan.at(secs).position,
+            &mut random.stream("robots", 0),
+        );
+        if orbits.len() < num_walking {
+            let name = scenario.name.clone();
+            return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
+        }
+        world.add_walking(scenario, orbits);
+        let carrier = Carrier::new(scenario, plan, &random);
+        let states = carrier.states(scenario, scenario.num_frames(), &random);
+        Ok(Self {
+            sensor: scenario.camera.sensor(),
+            workers: vec![Worker::new(Renderer::new(&camera))],
+            scenario: scenario.clone(),
+            camera,
+            world: Arc::new(world),
+            carrier,
+            random,
+            states,
+            next: 0,
+            ready: VecDeque::new(),
+            pool: None,
+        })
+    }
+
+    /// Draws frames on `num_threads` threads; 0 counts as 1. If the system refuses the threads, one is used.
+    #[must_use]
+    pub fn with_threads(mut self, num_threads: usize) -> Self {
+        self.pool = (num_threads > 1)
+            .then(|| rayon::ThreadPoolBuilder::new().num_threads(num_threads).build().ok())
+            .flatten();
+        let num_workers = if self.pool.is_some() { num_threads } else { 1 };
+        self.workers.truncate(1);
+        while self.workers.len() < num_workers {
+            let renderer = self.workers[0].renderer.sibling();
+            self.workers.push(Worker::new(renderer));
+        }
+        self
+    }
+
+    /// Ends after `num_frames` frames. If that is longer than the scenario, the robot stands at the end.
+    #[must_use]
+    pub fn with_num_frames(mut self, num_frames: usize) -> Self {
+        self.states = self.carrier.states(&self.scenario, num_frames, &self.random);
+        self
+    }
+
+    /// The map that the scenario names.
+    #[must_use]
+    pub fn map(&self) -> &Map {
+        &self.world.map
+    }
+
+    /// The camera of every frame.
+    #[must_use]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// What stands still in the world.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.world.scene
+    }
+
+    /// What the scenario says.
+    #[must_use]
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Draws the next frames, one batch on all threads.
+    fn draw_batch(&mut self) {
+        let num_workers = self.workers.len();
+        let per_worker = if num_workers == 1 { 1 } else { FRAMES_PER_BATCH };
+        let first = self.next;
+        let end = (first + num_workers * per_worker).min(self.states.len());
+        let (world, sensor, random) = (&*self.world, self.sensor, self.random);
+        let states = &self.states;
+        let draw = |(offset, worker): (usize, &mut Worker)| {
+            worker.images.clear();
+            for index in (first + offset..end).step_by(num_workers) {
+                let state = &states[index];
+                world.moving(state.secs, &mut worker.moving);
+                let shot = Shot {
+                    sensor,
+                    gain: state.gain,
+                    motion: state.motion,
+                    noise_seed: random.stream_seed("sensor-noise", index as u64),
+                };
+                let image =
+                    worker.renderer.render(&world.scene, &worker.moving, &state.world_from_camera, &shot);
+                worker.images.push(image);
+            }
+        };
+        match &self.pool {
+            Some(pool) => pool.install(|| self.workers.par_iter_mut().enumerate().for_each(draw)),
+            None => self.workers.iter_mut().enumerate().for_each(draw),
+        }
+        for index in first..end {
+            let round = (index - first) / num_workers;
+            let image = std::mem::take(&mut self.workers[(index - first) % num_workers].images[round]);
+            let frame = self.frame(index, image);
+            self.ready.push_back(frame);
+        }
+        self.next = end;
+    }
+
+    fn frame(&self, index: usize, image: RgbImage) -> SourceFrame {
+        let state = &self.states[index];
+        let frame = Frame {
+            at: START + state.secs,
+            image,
+            camera: self.camera,
+            robot_from_camera: state.robot_from_camera,
+            odometry: Some(state.odometry),
+            ground_contact: Some(state.ground_contact),
+        };
+        SourceFrame { frame, truth: Some(state.truth) }
+    }
+}
+
+impl FrameSource for Simulation {
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        if self.ready.is_empty() && self.next < self.states.len() {
+            self.draw_batch();
+        }
+        self.ready.pop_front().map(Ok)
+    }
+
+    fn num_frames(&self) -> Option<usize> {
+        Some(self.states.len())
+    }
+}
+
+fn start_pose(scenario: &Scenario, world: &World, random: &RngTree) -> Result<PlanarPose, ScenarioError> {
+    const MARGIN_M: f64 = 0.3;
+    if let Some(start) = &scenario.start {
+        return Ok(start.pose());
+    }
+    let rng = &mut random.stream("start", 0);
+    let point = world.floor.random_free_point(MARGIN_M, rng).ok_or_else(|| ScenarioError::NoSpace {
+        name: scenario.name.clone(),
+        what: "place to start",
+        tries: 500,
+    })?;
+    let yaw_rad = rng.random_range(-std::f64::consts::PI..std::f64::consts::PI);
+    Ok(PlanarPose::new(point.x, point.y, yaw_rad))
+}
