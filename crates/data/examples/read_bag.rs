@@ -34,7 +34,12 @@ fn main() -> ExitCode {
     println!("{num_frames} frames, {num_with_truth} with truth, {num_with_odometry} with odometry");
     println!("{} frames with held values", bag.num_frames_with_held_values());
     for skipped in bag.skipped().iter().take(10) {
-        println!("left out: {} {:?}: {}", skipped.origin, skipped.at.map(|at| at.to_string()), skipped.reason);
+        println!(
+            "left out: {} {:?}: {}",
+            skipped.origin,
+            skipped.at.map(|at| at.to_string()),
+            skipped.reason
+        );
     }
     println!("{} messages left out", bag.skipped().len());
     ExitCode::SUCCESS

@@ -56,7 +56,7 @@ pub enum BagError {
         /// The recording.
         path: PathBuf,
         /// What is there.
-        found: TopicInfo,
+        found: Box<TopicInfo>,
         /// The types that can be used.
         expected: String,
     },

@@ -16,8 +16,11 @@ pub(super) fn bag_files(path: &Path) -> Result<Vec<PathBuf>, BagError> {
     }
     let metadata = path.join("metadata.yaml");
     let files = if metadata.is_file() {
-        let text = fs::read_to_string(&metadata)
-            .map_err(|source| BagError::Io { path: metadata.clone(), action: "read it", source })?;
+        let text = fs::read_to_string(&metadata).map_err(|source| BagError::Io {
+            path: metadata.clone(),
+            action: "read it",
+            source,
+        })?;
         listed_files(&text).into_iter().map(|name| path.join(name)).collect()
     } else {
         mcap_files_by_name(path).map_err(io_error("list it"))?
@@ -51,7 +54,10 @@ fn check_files(folder: &Path, files: Vec<PathBuf>) -> Result<Vec<PathBuf>, BagEr
             )));
         }
         if !file.is_file() {
-            return Err(folder_error(format!("metadata.yaml lists '{}', which is not there", file.display())));
+            return Err(folder_error(format!(
+                "metadata.yaml lists '{}', which is not there",
+                file.display()
+            )));
         }
     }
     Ok(files)

@@ -81,7 +81,9 @@ impl<T: Copy> History<T> {
         let after = self.samples.get(num_until);
         match (before, after) {
             (Some((before_at, value)), _) if *before_at == at => Some(Lookup::Between(*value, *value, 0.0)),
-            (Some((before_at, a)), Some((after_at, b))) if after_at.secs_since(*before_at) <= MAX_AGE_SECS => {
+            (Some((before_at, a)), Some((after_at, b)))
+                if after_at.secs_since(*before_at) <= MAX_AGE_SECS =>
+            {
                 let fraction = at.secs_since(*before_at) / after_at.secs_since(*before_at);
                 Some(Lookup::Between(*a, *b, fraction))
             }

@@ -153,7 +153,7 @@ pub(super) fn check_topics(path: &Path, available: &[TopicInfo], topics: &BagTop
                 if !is_readable {
                     return Err(BagError::WrongType {
                         path: path.to_path_buf(),
-                        found: info.clone(),
+                        found: Box::new(info.clone()),
                         expected: role.type_names().join(" or "),
                     });
                 }

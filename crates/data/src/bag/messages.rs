@@ -195,10 +195,7 @@ mod tests {
     #[test]
     fn layout_by_hand() {
         let header = Header::new(Timestamp::from_nanos(2_000_000_003), "ab");
-        assert_eq!(
-            to_cdr(&header).unwrap(),
-            [0, 1, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0]
-        );
+        assert_eq!(to_cdr(&header).unwrap(), [0, 1, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 3, 0, 0, 0, b'a', b'b', 0]);
         let image = CompressedImage { header, format: "jpeg".into(), data: vec![7, 8] };
         let bytes = to_cdr(&image).unwrap();
         // the lengths of strings and arrays stand at multiples of four behind the first four bytes

@@ -5,7 +5,12 @@ use std::fmt::Write as _;
 use crate::bag::TopicInfo;
 
 /// The text of `metadata.yaml` for one file, in the layout of version 5. Times in nanoseconds.
-pub(super) fn metadata_yaml(file_name: &str, start_nanos: i64, duration_nanos: i64, topics: &[TopicInfo]) -> String {
+pub(super) fn metadata_yaml(
+    file_name: &str,
+    start_nanos: i64,
+    duration_nanos: i64,
+    topics: &[TopicInfo],
+) -> String {
     let num_messages: u64 = topics.iter().map(|topic| topic.num_messages).sum();
     let mut text = format!(
         "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    nanoseconds: \

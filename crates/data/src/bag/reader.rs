@@ -105,7 +105,12 @@ impl BagReader {
                     Ok(stream) => self.stream = Some(stream),
                     Err(error) => {
                         let reason = format!("cannot open it: {error}");
-                        return Some(Err(RecordError { path: file, offset: 0, reason, is_recoverable: false }));
+                        return Some(Err(RecordError {
+                            path: file,
+                            offset: 0,
+                            reason,
+                            is_recoverable: false,
+                        }));
                     }
                 }
             }
@@ -168,7 +173,10 @@ impl BagReader {
         let first = self.synchronizer.skipped().iter().find(is_image)?;
         Some(SourceError::Broken {
             origin: format!("{}: {}", self.path.display(), self.topics.image),
-            reason: format!("none of its {} images could be used; the first: {}", self.num_images, first.reason),
+            reason: format!(
+                "none of its {} images could be used; the first: {}",
+                self.num_images, first.reason
+            ),
         })
     }
 }
@@ -212,9 +220,8 @@ impl FrameSource for BagReader {
 }
 
 fn expected_inputs(available: &[TopicInfo], topics: &BagTopics) -> ExpectedInputs {
-    let has = |role| {
-        available.iter().any(|info| topics.role(&info.topic) == Some(role) && info.num_messages > 0)
-    };
+    let has =
+        |role| available.iter().any(|info| topics.role(&info.topic) == Some(role) && info.num_messages > 0);
     ExpectedInputs {
         has_odometry: has(TopicRole::Odometry),
         has_foot_contact: has(TopicRole::FootContact),

@@ -118,7 +118,11 @@ const MESSAGES: [(&str, Definition); 8] = [
     ("std_msgs/msg/Bool", Definition { name: "", fields: "bool data\n", parts: &[] }),
     (
         "std_msgs/msg/Float64MultiArray",
-        Definition { name: "", fields: "std_msgs/MultiArrayLayout layout\nfloat64[] data\n", parts: &[&LAYOUT] },
+        Definition {
+            name: "",
+            fields: "std_msgs/MultiArrayLayout layout\nfloat64[] data\n",
+            parts: &[&LAYOUT],
+        },
     ),
     (
         "geometry_msgs/msg/PoseStamped",

@@ -62,10 +62,12 @@ impl TfTree {
     /// Whether every moving part between two frames is known at or after a time.
     pub(super) fn covers(&self, dst: &str, src: &str, at: Timestamp) -> bool {
         let Some((up_from_dst, up_from_src)) = self.branches(dst, src) else { return false };
-        up_from_dst.iter().chain(&up_from_src).all(|child| match self.edges.get(*child).map(|edge| &edge.motion) {
-            Some(Motion::Moving(history)) => history.newest_at().is_some_and(|newest| newest >= at),
-            Some(Motion::Fixed(_)) => true,
-            None => false,
+        up_from_dst.iter().chain(&up_from_src).all(|child| {
+            match self.edges.get(*child).map(|edge| &edge.motion) {
+                Some(Motion::Moving(history)) => history.newest_at().is_some_and(|newest| newest >= at),
+                Some(Motion::Fixed(_)) => true,
+                None => false,
+            }
         })
     }
 
@@ -180,7 +182,9 @@ mod tests {
         tree.add_moving(&transform(1.0, "torso", "head", 1.0, 0.0));
         tree.add_moving(&transform(1.2, "torso", "head", 2.0, FRAC_PI_2));
         let at = Timestamp::from_secs(1.1);
-        assert!(tree.covers("base", "camera", at) && !tree.covers("base", "camera", Timestamp::from_secs(1.3)));
+        assert!(
+            tree.covers("base", "camera", at) && !tree.covers("base", "camera", Timestamp::from_secs(1.3))
+        );
         let pose = tree.lookup("base", "camera", at).unwrap();
         assert!(!pose.is_held);
         // head at x = 1.5 turned by 45 degrees, camera 0.1 before it; seen from a base turned by 90 degrees

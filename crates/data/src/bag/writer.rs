@@ -123,7 +123,8 @@ impl BagWriter {
             ChunkCompression::Lz4 => Some(Compression::Lz4),
         };
         let write_options = WriteOptions::new().profile("ros2").library("visloc").compression(compression);
-        let writer = write_options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
+        let writer =
+            write_options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
         Ok(Self {
             path,
             folder,
@@ -189,7 +190,9 @@ impl BagWriter {
         let header = Header::new(frame.at, camera_frame);
         let image = &frame.image;
         let (encoded, format) = match self.options.image_encoding {
-            ImageEncoding::Jpeg { quality } => (image_codec::encode_jpeg(image, quality), "rgb8; jpeg compressed"),
+            ImageEncoding::Jpeg { quality } => {
+                (image_codec::encode_jpeg(image, quality), "rgb8; jpeg compressed")
+            }
             ImageEncoding::Png => (image_codec::encode_png(image), "rgb8; png compressed"),
             ImageEncoding::Raw => {
                 let message = messages::Image {
@@ -219,9 +222,7 @@ impl BagWriter {
         let nanos = u64::try_from(at.nanos()).unwrap_or(0);
         let header =
             MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
-        self.writer
-            .write_to_known_channel(&header, &data)
-            .map_err(|error| write_error(&self.path, &error))
+        self.writer.write_to_known_channel(&header, &data).map_err(|error| write_error(&self.path, &error))
     }
 
     /// Channel of a role, made when it is first used; counts the message.
@@ -244,12 +245,8 @@ impl BagWriter {
                 self.writer.add_channel(schema, &topic, "cdr", &metadata)
             })
             .map_err(|error| write_error(&self.path, &error))?;
-        let info = TopicInfo {
-            topic,
-            type_name: type_name.into(),
-            message_encoding: "cdr".into(),
-            num_messages: 1,
-        };
+        let info =
+            TopicInfo { topic, type_name: type_name.into(), message_encoding: "cdr".into(), num_messages: 1 };
         self.channels.push((role, id, info));
         Ok(id)
     }
@@ -273,10 +270,7 @@ fn planar_message(pose: &PlanarPose, height_m: f64) -> Pose {
 
 fn rigid_message<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Pose {
     let (t, [x, y, z, w]) = (pose.translation(), pose.quaternion_xyzw());
-    Pose {
-        position: Vector3 { x: t.x, y: t.y, z: t.z },
-        orientation: Quaternion { x, y, z, w },
-    }
+    Pose { position: Vector3 { x: t.x, y: t.y, z: t.z }, orientation: Quaternion { x, y, z, w } }
 }
 
 fn truth_message(at: Timestamp, truth: &Truth) -> messages::PoseStamped {

@@ -1,0 +1,9 @@
+//! Recordings: what is written comes back, and damage costs only what is damaged.
+
+#![allow(clippy::unwrap_used)]
+
+mod damage;
+mod excerpts;
+mod round_trip;
+mod support;
+mod synchronization;
