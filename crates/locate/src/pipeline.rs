@@ -106,8 +106,12 @@ impl Pipeline {
     }
 }
 
-/// Lines are visible farther away on a larger field than the documents' 6 m.
+/// Lines have the map's width, and are visible farther away on a larger field than the documents' 6 m.
 fn analysis_for(field: &Field, config: FieldAnalysisConfig) -> FieldAnalysisConfig {
     let scale = (field.dimensions().length_m / 6.0).max(1.0);
-    FieldAnalysisConfig { max_line_distance_m: config.max_line_distance_m * scale, ..config }
+    FieldAnalysisConfig {
+        max_line_distance_m: config.max_line_distance_m * scale,
+        line_width_m: field.dimensions().line_width_m,
+        ..config
+    }
 }

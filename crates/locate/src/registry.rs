@@ -31,7 +31,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 4] = [
     },
     AlgorithmInfo {
         name: "evolutionary-grid",
-        summary: "the same with explorers on a fixed grid and a local search (thesis of 2010)",
+        summary: "the same with explorers on a fixed grid (thesis of 2010)",
         build: |name, text, model| {
             Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary_grid())?, model)?))
         },

@@ -39,8 +39,12 @@ pub struct FeaturePixel {
 /// Why a pixel was dropped. In the order in which the filters run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DropReason {
-    /// A white run without carpet beside it is not a field line.
+    /// A white run without carpet on both sides is not a field line.
     NotBesideCarpet,
+    /// A white run is thinner than a field line at its distance: a net, a scratch, noise.
+    TooThin,
+    /// A goal's border that neither runs upright nor lies above the horizon: the goal's base, not post or crossbar.
+    NotPostOrBar,
     /// Too few of the eight pixels around it have its color.
     Isolated,
     /// Its ground point is farther away than any line can be.
@@ -59,8 +63,10 @@ pub enum DropReason {
 
 impl DropReason {
     /// All reasons, in the order of the filters.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::NotBesideCarpet,
+        Self::TooThin,
+        Self::NotPostOrBar,
         Self::Isolated,
         Self::BeyondHorizon,
         Self::OwnBody,
@@ -75,6 +81,8 @@ impl DropReason {
     pub fn name(self) -> &'static str {
         match self {
             Self::NotBesideCarpet => "not beside carpet",
+            Self::TooThin => "too thin",
+            Self::NotPostOrBar => "not post or bar",
             Self::Isolated => "isolated",
             Self::BeyondHorizon => "beyond horizon",
             Self::OwnBody => "own body",

@@ -10,7 +10,7 @@ use crate::{ConfigError, MotionConfig, ReliabilityConfig, require};
 pub enum ExplorerKind {
     /// At random over the map. Source: 2017 section 4.2.2.
     Random,
-    /// On a fixed grid, the best ones refined by a local search. Source: 2010 section 5.2.1.
+    /// On a fixed grid. Source: 2010 section 5.2.1.
     Grid,
 }
 
@@ -33,7 +33,10 @@ pub struct ExplorerConfig {
     pub num_candidates: usize,
     /// Iterations between two searches.
     pub period: u32,
-    /// A search is spread over this many iterations, so that none stands out. Source: 2010, 2 and 2.
+    /// Whether the candidates are refined by a local search of 34 poses each. Source: 2010 section 5.2.1.
+    pub is_refined: bool,
+    /// The spreading is divided over this many iterations, and the refinement takes one iteration for each candidate,
+    /// so that no iteration stands out. Source of the idea: 2010 section 5.2.1, four iterations in all.
     pub num_slices: u32,
 }
 
@@ -43,11 +46,12 @@ impl Default for ExplorerConfig {
             kind: ExplorerKind::Random,
             is_aimed: true,
             num_random: 50,
-            deep_factor: 10,
+            deep_factor: 20,
             num_grid: 490,
             num_candidates: 6,
             period: 10,
-            num_slices: 4,
+            is_refined: true,
+            num_slices: 8,
         }
     }
 }
@@ -116,7 +120,7 @@ impl Default for EvolutionaryConfig {
             elite_share: 0.2,
             crossover_share: 0.2,
             weight_exponent: 20.0,
-            birth_noise_m: 0.15,
+            birth_noise_m: 0.2,
             birth_noise_rad: 0.1,
             mutation_noise_m: 0.02,
             mutation_noise_rad: 0.015,

@@ -21,7 +21,7 @@ enum Phase {
     Idle,
     /// Spreading: so many poses are done, of so many.
     Spread { done: usize, total: usize },
-    /// Refining the best ones (grid only): so many are done.
+    /// Refining the best ones: so many are done.
     Refine { done: usize },
 }
 
@@ -107,13 +107,11 @@ impl Explorers {
         if end < total {
             return Phase::Spread { done: end, total };
         }
-        match self.config.kind {
-            ExplorerKind::Random => Phase::Idle,
-            ExplorerKind::Grid => {
-                self.seeds.clone_from(&self.best);
-                Phase::Refine { done: 0 }
-            }
+        if !self.config.is_refined {
+            return Phase::Idle;
         }
+        self.seeds.clone_from(&self.best);
+        Phase::Refine { done: 0 }
     }
 
     fn pose(&self, model: &dyn ObservationModel, i: usize, total: usize, rng: &mut Rng) -> PlanarPose {
@@ -135,28 +133,26 @@ impl Explorers {
         }
     }
 
-    /// Small turns in place and a ring around each of the best, over the two last slices.
+    /// Small turns in place and a ring around the next of the best.
     fn refine(&mut self, model: &dyn ObservationModel, done: usize) -> Phase {
+        let Some(seed) = self.seeds.get(done) else { return Phase::Idle };
+        let center = seed.pose;
         let region = model.region();
-        let end = (done + self.seeds.len().div_ceil(2)).min(self.seeds.len());
-        for seed in done..end {
-            let center = self.seeds[seed].pose;
-            let turned =
-                SMALL_TURNS_RAD.map(|turn| PlanarPose::new(center.x_m, center.y_m, center.yaw_rad + turn));
-            #[allow(clippy::cast_precision_loss)]
-            let ring = (0..RING_POSES).map(|i| {
-                let angle = i as f64 * std::f64::consts::TAU / RING_POSES as f64;
-                // Alternating radii fill the circle instead of its border only.
-                let radius = RING_RADIUS_M * [1.0, 0.67, 0.33][i % 3];
-                let (sin, cos) = angle.sin_cos();
-                PlanarPose::new(center.x_m + radius * cos, center.y_m + radius * sin, center.yaw_rad)
-            });
-            for pose in turned.into_iter().chain(ring).filter(|pose| region.contains(pose)) {
-                let explorer = Exploiter { pose, health: model.likelihood(&pose) };
-                keep_best(&mut self.best, explorer, self.config.num_candidates);
-            }
+        let turned =
+            SMALL_TURNS_RAD.map(|turn| PlanarPose::new(center.x_m, center.y_m, center.yaw_rad + turn));
+        #[allow(clippy::cast_precision_loss)]
+        let ring = (0..RING_POSES).map(|i| {
+            let angle = i as f64 * std::f64::consts::TAU / RING_POSES as f64;
+            // Alternating radii fill the circle instead of its border only.
+            let radius = RING_RADIUS_M * [1.0, 0.67, 0.33][i % 3];
+            let (sin, cos) = angle.sin_cos();
+            PlanarPose::new(center.x_m + radius * cos, center.y_m + radius * sin, center.yaw_rad)
+        });
+        for pose in turned.into_iter().chain(ring).filter(|pose| region.contains(pose)) {
+            let explorer = Exploiter { pose, health: model.likelihood(&pose) };
+            keep_best(&mut self.best, explorer, self.config.num_candidates);
         }
-        if end < self.seeds.len() { Phase::Refine { done: end } } else { Phase::Idle }
+        if done + 1 < self.seeds.len() { Phase::Refine { done: done + 1 } } else { Phase::Idle }
     }
 }
 

@@ -59,7 +59,7 @@ impl Default for ColorConfig {
         };
         Self {
             green: hue(85.0, 185.0, 0.28, 22.0),
-            yellow: hue(40.0, 70.0, 0.55, 45.0),
+            yellow: hue(45.0, 70.0, 0.55, 45.0),
             blue: hue(200.0, 255.0, 0.5, 35.0),
             orange: hue(5.0, 32.0, 0.6, 60.0),
             white_max_saturation: 0.26,

@@ -128,9 +128,13 @@ impl FieldAnalyzer {
         let ground = GroundView::new(frame);
         for line in &self.lines {
             scan_line(image, &self.table, line, self.carpet_luma, &mut self.runs);
+            let first_edge = self.edges.len();
             edges_of_runs(image, line, &self.runs, &mut self.edges);
             match line.direction {
-                Direction::Horizontal => self.blobs.add_row(line, &self.runs),
+                Direction::Horizontal => {
+                    self.blobs.add_row(line, &self.runs);
+                    self.blobs.mark_upright(&mut self.edges[first_edge..], self.config.max_post_slope);
+                }
                 Direction::Vertical => {
                     let distance = |px: &Point2<f64>| ground.distance_m(px);
                     self.obstacles.add_column(&self.config, line, &self.runs, camera.focal_px().0, distance);
@@ -140,7 +144,7 @@ impl FieldAnalyzer {
         let white = self.table.white_threshold(self.carpet_luma);
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
-        self.blobs.finish(&self.config, image, &self.table, white);
+        self.blobs.finish(&self.config, camera.size_px(), &self.field_end);
         self.obstacles.finish(&self.config, camera.focal_px().0);
     }
 
@@ -154,7 +158,7 @@ impl FieldAnalyzer {
             let reason = if edge.kind == FeatureKind::FieldLine {
                 self.line_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
             } else {
-                self.goal_drop_reason(frame, &ground, edge)
+                self.goal_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
             };
             if let Some(reason) = reason {
                 self.percept.dropped.push(DroppedPixel { px: edge.px, kind: edge.kind, reason });
@@ -186,6 +190,11 @@ impl FieldAnalyzer {
         // Without a ground point a line pixel is of no use, so this part of the filter has no switch.
         let distance_m = if is_above { None } else { ground.distance_m(&edge.px) };
         let Some(distance_m) = distance_m else { return Some(DropReason::BeyondHorizon) };
+        if switches.too_thin
+            && f64::from(edge.run_px) < self.min_thickness_px(frame, edge.direction, distance_m)
+        {
+            return Some(DropReason::TooThin);
+        }
         if switches.horizon && distance_m > self.config.max_line_distance_m {
             return Some(DropReason::BeyondHorizon);
         }
@@ -200,8 +209,21 @@ impl FieldAnalyzer {
         (switches.obstacles && in_obstacle()).then_some(DropReason::InObstacle)
     }
 
-    fn goal_drop_reason(&self, frame: &Frame, ground: &GroundView, edge: &Edge) -> Option<DropReason> {
+    fn goal_drop_reason(
+        &self,
+        frame: &Frame,
+        ground: &GroundView,
+        edge: &Edge,
+        is_above: bool,
+    ) -> Option<DropReason> {
         let switches = &self.config.filters;
+        let is_post_or_bar = match edge.direction {
+            Direction::Horizontal => edge.is_upright,
+            Direction::Vertical => is_above,
+        };
+        if switches.post_or_bar && !is_post_or_bar {
+            return Some(DropReason::NotPostOrBar);
+        }
         if switches.isolated && self.is_isolated(frame, edge) {
             return Some(DropReason::Isolated);
         }
@@ -209,12 +231,23 @@ impl FieldAnalyzer {
         if switches.own_body && ground.distance_m(&edge.px).is_some_and(is_near) {
             return Some(DropReason::OwnBody);
         }
-        let margin = (frame.image.width() / 320).max(1) * 3;
-        let in_blob = || {
-            let mut blobs = self.blobs.blobs().iter();
-            blobs.any(|b| b.is_valid && b.kind == edge.kind && b.contains(edge.inside_px, margin))
+        let margin = (frame.image.width() / 320).max(1) * 2;
+        let is_in_blob = || self.blobs.is_in_valid_blob(edge.kind, edge.inside_px, margin);
+        (switches.goal_blobs && !is_in_blob()).then_some(DropReason::NotInGoalBlob)
+    }
+
+    /// Shortest run that can be a line at this distance: a line across the view on a vertical scan line, a line along
+    /// the view on a horizontal one. Lines at an angle are longer.
+    fn min_thickness_px(&self, frame: &Frame, direction: Direction, distance_m: f64) -> f64 {
+        let height_m = frame.robot_from_camera.translation().z;
+        let slant_m = distance_m.hypot(height_m);
+        let (fx, fy) = frame.camera.focal_px();
+        let thickness_px = match direction {
+            Direction::Horizontal => fx * self.config.line_width_m / slant_m,
+            Direction::Vertical => fy * self.config.line_width_m * height_m / (slant_m * slant_m),
         };
-        (switches.goal_blobs && !in_blob()).then_some(DropReason::NotInGoalBlob)
+        // Runs are whole pixels, so one pixel less is always possible.
+        self.config.min_thickness_share * thickness_px - 1.0
     }
 
     /// Fewer than the wanted number of the eight neighbors have the pixel's color.

@@ -1,15 +1,11 @@
 //! Blobs of goal colors: connected runs of neighboring scan rows.
 
-use visloc_base::RgbImage;
-
 use super::{
-    FieldAnalysisConfig,
+    FieldAnalysisConfig, FieldEnd,
+    edges::Edge,
     scan::{Run, ScanLine},
 };
-use crate::{
-    FeatureKind,
-    color::{ColorClass, ColorTable},
-};
+use crate::{FeatureKind, color::ColorClass};
 
 /// A connected patch of a goal's color.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +21,6 @@ pub struct GoalBlob {
 }
 
 impl GoalBlob {
-    /// Whether a pixel is inside, with a margin.
-    pub(super) fn contains(&self, px: (u32, u32), margin: u32) -> bool {
-        let [left, top, right, bottom] = self.bounds_px;
-        (left..=right + 2 * margin).contains(&(px.0 + margin))
-            && (top..=bottom + 2 * margin).contains(&(px.1 + margin))
-    }
-
     fn width(&self) -> u32 {
         self.bounds_px[2] - self.bounds_px[0] + 1
     }
@@ -56,6 +45,9 @@ struct BlobRun {
 pub(super) struct BlobFinder {
     runs: Vec<BlobRun>,
     previous_row: std::ops::Range<usize>,
+    /// The row before the last added one.
+    row_before: std::ops::Range<usize>,
+    max_spacing: u32,
     blobs: Vec<GoalBlob>,
     /// Lowest run of each blob: where its foot is.
     feet: Vec<(u32, u32)>,
@@ -69,6 +61,8 @@ impl BlobFinder {
     pub fn clear(&mut self) {
         self.runs.clear();
         self.previous_row = 0..0;
+        self.row_before = 0..0;
+        self.max_spacing = 0;
     }
 
     /// Adds the runs of the next horizontal scan line.
@@ -91,7 +85,8 @@ impl BlobFinder {
                 }
             }
         }
-        self.previous_row = first..self.runs.len();
+        self.row_before = std::mem::replace(&mut self.previous_row, first..self.runs.len());
+        self.max_spacing = self.max_spacing.max(line.spacing);
     }
 
     fn root(&self, mut run: usize) -> usize {
@@ -101,14 +96,8 @@ impl BlobFinder {
         run
     }
 
-    /// Joins what was added to blobs and judges them.
-    pub fn finish(
-        &mut self,
-        config: &FieldAnalysisConfig,
-        image: &RgbImage,
-        table: &ColorTable,
-        white: u32,
-    ) -> &[GoalBlob] {
+    /// Joins what was added to blobs and judges them: a goal's foot stands below the end of the field.
+    pub fn finish(&mut self, config: &FieldAnalysisConfig, size_px: (u32, u32), field_end: &FieldEnd) {
         self.blobs.clear();
         self.feet.clear();
         self.blob_of_root.clear();
@@ -129,20 +118,48 @@ impl BlobFinder {
             });
             let blob = &mut self.blobs[index];
             let [left, top, right, bottom] = blob.bounds_px;
-            let last_row = (run.row + run.spacing.max(1) - 1).min(image.height() - 1);
+            let last_row = (run.row + run.spacing.max(1) - 1).min(size_px.1 - 1);
             blob.bounds_px =
                 [left.min(run.start), top.min(run.row), right.max(run.end - 1), bottom.max(last_row)];
             blob.area_px += (run.end - run.start) * run.spacing.max(1);
             self.feet[index] = (u32::midpoint(run.start, run.end), last_row);
         }
         for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
-            blob.is_valid = is_goal_shaped(config, blob) && stands_on_carpet(image, table, *foot, white);
+            blob.is_valid =
+                is_goal_shaped(config, blob) && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0));
         }
-        &self.blobs
     }
 
     pub fn blobs(&self) -> &[GoalBlob] {
         &self.blobs
+    }
+
+    /// Whether a pixel belongs to a valid blob of its kind: a run of the blob on a nearby scan row covers its column.
+    pub fn is_in_valid_blob(&self, kind: FeatureKind, px: (u32, u32), margin: u32) -> bool {
+        let class = if kind == FeatureKind::YellowGoal { ColorClass::Yellow } else { ColorClass::Blue };
+        let reach = self.max_spacing + margin;
+        let first = self.runs.partition_point(|run| run.row + reach < px.1);
+        self.runs[first..].iter().take_while(|run| run.row <= px.1 + reach).any(|run| {
+            run.class == class
+                && run.start <= px.0 + margin
+                && px.0 < run.end + margin
+                && self.blob_of_root[self.root(run.parent)].is_some_and(|blob| self.blobs[blob].is_valid)
+        })
+    }
+
+    /// Marks the borders of goal colors on the last added row that go on upright from the row before.
+    pub fn mark_upright(&self, edges: &mut [Edge], max_slope: f64) {
+        for edge in edges.iter_mut().filter(|edge| edge.kind.is_goal()) {
+            let class =
+                if edge.kind == FeatureKind::YellowGoal { ColorClass::Yellow } else { ColorClass::Blue };
+            let is_start = edge.px.x < f64::from(edge.inside_px.0);
+            edge.is_upright = self.row_before.clone().any(|i| {
+                let run = &self.runs[i];
+                let border = if is_start { run.start } else { run.end - 1 };
+                let reach = max_slope * f64::from(run.spacing) + 1.0;
+                run.class == class && f64::from(border.abs_diff(edge.inside_px.0)) <= reach
+            });
+        }
     }
 }
 
@@ -151,21 +168,4 @@ fn is_goal_shaped(config: &FieldAnalysisConfig, blob: &GoalBlob) -> bool {
     let aspect = f64::from(blob.width()) / f64::from(blob.height());
     let fill = f64::from(blob.area_px) / f64::from(blob.width() * blob.height());
     blob.height() >= config.min_blob_height_px && (aspect <= config.max_filled_blob_aspect || fill < 0.5)
-}
-
-/// Below the foot of a goal comes carpet or its line; below a board or a shirt comes something else. A foot below the
-/// image's border cannot be judged and is accepted.
-fn stands_on_carpet(image: &RgbImage, table: &ColorTable, foot: (u32, u32), white: u32) -> bool {
-    let (x, y) = foot;
-    let (from, to) = (y + 2, y + 14);
-    if to >= image.height() {
-        return true;
-    }
-    let carpet = (from..to)
-        .filter(|row| {
-            let class = table.class_beside_carpet(image.get(x.min(image.width() - 1), *row), white);
-            matches!(class, ColorClass::Green | ColorClass::White)
-        })
-        .count();
-    carpet * 10 >= 6 * (to - from) as usize
 }

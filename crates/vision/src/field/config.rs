@@ -10,8 +10,12 @@ use crate::color::{ColorConfig, ColorConfigError};
 #[serde(deny_unknown_fields, default)]
 #[allow(clippy::struct_excessive_bools)] // independent switches
 pub struct FilterSwitches {
-    /// A line has carpet beside it.
+    /// A line has carpet on both sides.
     pub beside_carpet: bool,
+    /// A line is as thick as its distance demands.
+    pub too_thin: bool,
+    /// A goal's border runs upright or lies above the horizon.
+    pub post_or_bar: bool,
     /// Enough neighbors of the same color.
     pub isolated: bool,
     /// Lines not too far away.
@@ -32,6 +36,8 @@ impl Default for FilterSwitches {
     fn default() -> Self {
         Self {
             beside_carpet: true,
+            too_thin: true,
+            post_or_bar: true,
             isolated: true,
             horizon: true,
             own_body: true,
@@ -57,6 +63,12 @@ pub struct FieldAnalysisConfig {
     pub min_row_step_px: u32,
     /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
     pub max_row_step_px: u32,
+    /// Width of the field's lines, meters.
+    pub line_width_m: f64,
+    /// A run is too thin for a line below this share of the thickness that its distance demands.
+    pub min_thickness_share: f64,
+    /// A goal's border is upright if it moves sideways by at most this many pixels a row.
+    pub max_post_slope: f64,
     /// Of the eight pixels around one, this many must have its color. Source: 2010 section 4.2, 3.
     pub min_neighbors: u32,
     /// Line pixels farther away than this are dropped, meters. Source: 2010 section 4.2, 6 m.
@@ -87,6 +99,9 @@ impl Default for FieldAnalysisConfig {
             column_step_px: 8,
             min_row_step_px: 3,
             max_row_step_px: 10,
+            line_width_m: 0.05,
+            min_thickness_share: 0.8,
+            max_post_slope: 0.35,
             min_neighbors: 3,
             max_line_distance_m: 6.0,
             own_body_distance_m: 0.15,
@@ -142,6 +157,9 @@ impl FieldAnalysisConfig {
             return Err(value("min_neighbors", "0 to 8", f64::from(self.min_neighbors)));
         }
         let lengths = [
+            ("line_width_m", self.line_width_m),
+            ("min_thickness_share", self.min_thickness_share),
+            ("max_post_slope", self.max_post_slope),
             ("max_line_distance_m", self.max_line_distance_m),
             ("own_body_distance_m", self.own_body_distance_m),
             ("max_filled_blob_aspect", self.max_filled_blob_aspect),

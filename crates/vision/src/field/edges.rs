@@ -19,8 +19,14 @@ pub(super) struct Edge {
     pub kind: FeatureKind,
     /// Brightness of the carpet near the run.
     pub green_luma: u32,
-    /// For lines: whether the other side of the edge is carpet.
+    /// For lines: whether there is carpet on both sides of the run. The border of the carpet and most things that are
+    /// not lines have it on one side at most.
     pub is_beside_carpet: bool,
+    /// Length of the run, pixels.
+    pub run_px: u32,
+    pub direction: Direction,
+    /// For goals on a horizontal scan line: whether the border goes on upright on the next scan line.
+    pub is_upright: bool,
 }
 
 /// Most pixels of mixed color between a line and the carpet.
@@ -35,33 +41,35 @@ pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edg
             ColorClass::White => {
                 let before = carpet_beside(runs[..i].iter().rev());
                 let after = carpet_beside(runs[i + 1..].iter());
+                let is_beside_carpet = before.is_some() && after.is_some();
+                let (Some(before), Some(after)) = (before, after) else {
+                    push_ends(line, run, is_beside_carpet, edges);
+                    continue;
+                };
                 let peak = (run.start..run.end).map(|p| luma_at(image, line, p)).max().unwrap_or(0);
                 let level = f64::from(peak + run.green_luma) / 2.0;
-                if run.start > line.from {
-                    let position = before.map_or(f64::from(run.start) - 0.5, |gap| {
-                        crossing(image, line, run.start.saturating_sub(gap + 1), run.end, level)
-                            .unwrap_or(f64::from(run.start) - 0.5)
-                    });
-                    edges.push(edge(line, run, run.start, position, before.is_some()));
-                }
-                if run.end < line.to {
-                    let position = after.map_or(f64::from(run.end) - 0.5, |gap| {
-                        crossing_back(image, line, run.start, run.end + gap, level)
-                            .unwrap_or(f64::from(run.end) - 0.5)
-                    });
-                    edges.push(edge(line, run, run.end - 1, position, after.is_some()));
-                }
+                let rise = crossing(image, line, run.start.saturating_sub(before + 1), run.end, level);
+                let fall = crossing_back(image, line, run.start, run.end + after, level);
+                let rise = rise.unwrap_or(f64::from(run.start) - 0.5);
+                let fall = fall.unwrap_or(f64::from(run.end) - 0.5);
+                edges.push(edge(line, run, run.start, rise, is_beside_carpet));
+                edges.push(edge(line, run, run.end - 1, fall, is_beside_carpet));
             }
             ColorClass::Yellow | ColorClass::Blue if run.end - run.start >= MIN_GOAL_RUN_PX => {
-                if run.start > line.from {
-                    edges.push(edge(line, run, run.start, f64::from(run.start) - 0.5, false));
-                }
-                if run.end < line.to {
-                    edges.push(edge(line, run, run.end - 1, f64::from(run.end) - 0.5, false));
-                }
+                push_ends(line, run, false, edges);
             }
             _ => {}
         }
+    }
+}
+
+/// Appends the ends of a run to the nearest half pixel.
+fn push_ends(line: &ScanLine, run: &Run, is_beside_carpet: bool, edges: &mut Vec<Edge>) {
+    if run.start > line.from {
+        edges.push(edge(line, run, run.start, f64::from(run.start) - 0.5, is_beside_carpet));
+    }
+    if run.end < line.to {
+        edges.push(edge(line, run, run.end - 1, f64::from(run.end) - 0.5, is_beside_carpet));
     }
 }
 
@@ -80,6 +88,9 @@ fn edge(line: &ScanLine, run: &Run, inside: u32, position: f64, is_beside_carpet
         },
         green_luma: run.green_luma,
         is_beside_carpet,
+        run_px: run.end - run.start,
+        direction: line.direction,
+        is_upright: false,
     }
 }
 
@@ -167,7 +178,8 @@ mod tests {
             image.set(x, 0, [150, 30, 30]);
         }
         let found = edges(&image);
-        assert_eq!(found.iter().map(|edge| edge.is_beside_carpet).collect::<Vec<_>>(), [true, false]);
+        assert_eq!(found.len(), 2);
+        assert!(found.iter().all(|edge| !edge.is_beside_carpet));
     }
 
     #[test]

@@ -11,10 +11,8 @@ pub struct FieldEnd {
     hull: Vec<(f64, f64)>,
 }
 
-/// Of this many pixels below the first green one ...
-const WINDOW_PX: u32 = 12;
-/// ... so many must be carpet or line.
-const MIN_CARPET_PX: u32 = 8;
+/// Going up from the bottom, so many pixels in a row without carpet or line end the field.
+const MAX_GAP_PX: u32 = 14;
 
 impl FieldEnd {
     /// Finds the carpet's end in every `step_px`-th column, not above `first_row`, and takes the hull (2010 figure
@@ -62,6 +60,8 @@ impl FieldEnd {
     }
 }
 
+/// The highest carpet that hangs together with the carpet at the bottom of the column. What is green beyond the field is
+/// cut off from it by the floor around the carpet.
 fn first_carpet_row(
     image: &RgbImage,
     table: &ColorTable,
@@ -69,16 +69,18 @@ fn first_carpet_row(
     first_row: u32,
     white: u32,
 ) -> Option<u32> {
-    let class = |row: u32| table.class_beside_carpet(image.get(column, row), white);
-    (first_row..image.height()).find(|row| {
-        if class(*row) != ColorClass::Green {
-            return false;
+    let max_gap = MAX_GAP_PX * (image.height() / 240).max(1);
+    let (mut gap, mut end) = (0, None);
+    for row in (first_row..image.height()).rev() {
+        match table.class_beside_carpet(image.get(column, row), white) {
+            ColorClass::Green => (gap, end) = (0, Some(row)),
+            _ => gap += 1,
         }
-        let end = (row + WINDOW_PX).min(image.height());
-        let carpet =
-            (*row..end).filter(|r| matches!(class(*r), ColorClass::Green | ColorClass::White)).count();
-        carpet as u32 >= MIN_CARPET_PX.min(end - row)
-    })
+        if end.is_some() && gap > max_gap {
+            break;
+        }
+    }
+    end
 }
 
 /// Adds a point to an upper hull (rows grow downwards) whose points come from left to right. Source: Andrew 1979.

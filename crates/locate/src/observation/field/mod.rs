@@ -1,5 +1,6 @@
 //! The observation model of the RoboCup field.
 
+mod goal;
 mod model;
 mod outline;
 mod reference;

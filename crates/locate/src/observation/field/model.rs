@@ -1,6 +1,7 @@
 //! The fast observation model: nearest points in space, compared in the image.
 //!
-//! Source: 2010 section 4.3.1, 2017 section 5.2.2. Deviation: a pixel's distance is capped at `max_distance_px`
+//! Source: 2010 section 4.3.1, 2017 section 5.2.2. Deviations: goals are cylinders instead of drawings on a plane (see
+//! `goal.rs`), and a pixel's distance is capped at `max_distance_px`
 //! before the mean is taken, so that one wrong pixel cannot outvote all others.
 
 use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector3};
@@ -9,12 +10,9 @@ use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
 use visloc_vision::{FeatureKind, Percept};
-use visloc_world::field::{Field, GoalColor};
+use visloc_world::field::Field;
 
-use super::{
-    outline::{goal_outlines, ground_outlines},
-    table::NearestTable,
-};
+use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable};
 use crate::{ConfigError, ObservationModel, Region, require};
 
 /// Parameters of the observation model of a field.
@@ -53,20 +51,11 @@ struct GoalPixel {
     kind: FeatureKind,
 }
 
-/// A goal's plane with the outlines in it.
-#[derive(Debug, Clone)]
-pub(super) struct GoalPlane {
-    pub x_m: f64,
-    pub color: GoalColor,
-    pub post_y_m: f64,
-    pub table: NearestTable,
-}
-
 /// The geometry that both models share.
 #[derive(Debug, Clone)]
 pub(super) struct FieldTables {
     pub ground: NearestTable,
-    pub goals: [GoalPlane; 2],
+    pub goals: [GoalSilhouette; 2],
     pub half_carpet_m: (f64, f64),
 }
 
@@ -74,19 +63,9 @@ impl FieldTables {
     pub fn new(field: &Field) -> Self {
         let (half_x, half_y) = field.half_carpet_m();
         let corner = Point2::new(half_x, half_y);
-        let goal = |i: usize| {
-            let goal = &field.goals()[i];
-            let (low, high) = (Point2::new(-half_y, -0.5), Point2::new(half_y, 2.0 * goal.crossbar_z_m));
-            GoalPlane {
-                x_m: goal.x_m,
-                color: goal.color,
-                post_y_m: goal.post_y_m,
-                table: NearestTable::new(goal_outlines(goal), low, high),
-            }
-        };
         Self {
             ground: NearestTable::new(ground_outlines(field), -corner, corner),
-            goals: [goal(0), goal(1)],
+            goals: [0, 1].map(|i| GoalSilhouette::new(&field.goals()[i])),
             half_carpet_m: (half_x, half_y),
         }
     }
@@ -95,14 +74,6 @@ impl FieldTables {
         let (x, y) = self.half_carpet_m;
         Region { min_x_m: -x, max_x_m: x, min_y_m: -y, max_y_m: y }
     }
-}
-
-/// Whether a pixel of this kind can be part of a goal of this color.
-pub(super) fn matches_goal(kind: FeatureKind, color: GoalColor) -> bool {
-    matches!(
-        (kind, color),
-        (FeatureKind::YellowGoal, GoalColor::Yellow) | (FeatureKind::BlueGoal, GoalColor::Blue)
-    )
 }
 
 /// Likelihood of poses on a RoboCup field.
@@ -151,30 +122,25 @@ impl FieldObservationModel {
 
     #[inline]
     fn goal_distance_px(&self, pixel: &GoalPixel, pose: &Trigonometry) -> f64 {
-        let goals = self.tables.goals.iter().filter(|goal| matches_goal(pixel.kind, goal.color));
-        goals.map(|goal| self.distance_to_goal_px(pixel, pose, goal)).fold(self.max_distance_px, f64::min)
-    }
-
-    #[inline]
-    fn distance_to_goal_px(&self, pixel: &GoalPixel, pose: &Trigonometry, goal: &GoalPlane) -> f64 {
-        let eye = pose.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
+        let position = pose.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
+        let eye = Point3::new(position.x, position.y, self.eye_in_robot.z);
         let d = &pixel.direction_in_robot;
-        let approach = pose.cos * d.x - pose.sin * d.y;
-        let s = (goal.x_m - eye.x) / approach;
-        if s <= 0.0 || !s.is_finite() {
-            return self.max_distance_px;
-        }
-        let y = eye.y + s * (pose.sin * d.x + pose.cos * d.y);
-        let z = self.eye_in_robot.z + s * d.z;
-        let nearest = goal.table.nearest_point(&Point2::new(y, z));
-        let ground = pose.robot_from_world(&Point2::new(goal.x_m, nearest.x));
+        let direction = Vector3::new(pose.cos * d.x - pose.sin * d.y, pose.sin * d.x + pose.cos * d.y, d.z);
         let p = &self.ideal_from_robot;
-        let row = |r: usize| p[(r, 0)] * ground.x + p[(r, 1)] * ground.y + p[(r, 2)] * nearest.y + p[(r, 3)];
-        let w = row(2);
-        if w <= 0.0 {
-            return self.max_distance_px;
+        let mut smallest = self.max_distance_px;
+        for goal in self.tables.goals.iter().filter(|goal| goal.matches(pixel.kind)) {
+            goal.nearest_points(&eye, &direction, |nearest| {
+                let ground = pose.robot_from_world(&Point2::new(nearest.x, nearest.y));
+                let row = |r: usize| {
+                    p[(r, 0)] * ground.x + p[(r, 1)] * ground.y + p[(r, 2)] * nearest.z + p[(r, 3)]
+                };
+                let w = row(2);
+                if w > 0.0 {
+                    smallest = smallest.min(self.distance_px(row(0) / w, row(1) / w, &pixel.ideal_px));
+                }
+            });
         }
-        self.distance_px(row(0) / w, row(1) / w, &pixel.ideal_px)
+        smallest
     }
 
     #[inline]
@@ -240,14 +206,15 @@ impl ObservationModel for FieldObservationModel {
             return uniform;
         }
         let pixel = self.goals[rng.random_range(0..self.goals.len())];
-        let side: f64 = rng.random_range(-1.0..1.0);
-        let Some(goal) = self.tables.goals.iter().find(|goal| matches_goal(pixel.kind, goal.color)) else {
+        let Some(goal) = self.tables.goals.iter().find(|goal| goal.matches(pixel.kind)) else {
             return uniform;
         };
+        let [left, right] = goal.posts();
         // Mostly the posts: that is where most of a goal's border is.
-        let y = if side.abs() > 0.2 { goal.post_y_m * side.signum() } else { goal.post_y_m * side * 5.0 };
+        let share: f64 = rng.random_range(-0.5..1.5);
+        let target = left + (right - left) * share.clamp(0.0, 1.0);
         let d = &pixel.direction_in_robot;
-        angle::wrap((y - y_m).atan2(goal.x_m - x_m) - d.y.atan2(d.x))
+        angle::wrap((target.y - y_m).atan2(target.x - x_m) - d.y.atan2(d.x))
     }
 }
 

@@ -1,12 +1,11 @@
-//! The borders of lines and goals as the image analysis sees them: outlines in two kinds of planes.
+//! The borders of lines on the ground as the image analysis sees them.
 
 use std::f64::consts::TAU;
 
 use nalgebra::Point2;
-use visloc_world::field::{Field, Goal, Segment};
+use visloc_world::field::{Field, Segment};
 
-/// A piece of an outline in a plane. On the ground the plane's coordinates are the world's (x, y); on a goal's plane
-/// they are the world's (y, z).
+/// A piece of an outline on the ground, in the world's (x, y), meters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Outline {
     Segment {
@@ -83,20 +82,5 @@ pub(super) fn ground_outlines(field: &Field) -> Vec<Outline> {
     for radius_m in [field.circle_radius_m() - half, field.circle_radius_m() + half] {
         outlines.push(Outline::Circle { radius_m });
     }
-    outlines
-}
-
-/// The silhouette of a goal in its plane: posts and crossbar.
-pub(super) fn goal_outlines(goal: &Goal) -> Vec<Outline> {
-    let (y, r) = (goal.post_y_m, goal.post_radius_m);
-    let (under, over) = (goal.crossbar_z_m - r, goal.crossbar_z_m + r);
-    let mut outlines = Vec::new();
-    for side in [1.0, -1.0] {
-        outlines.push(Outline::segment(&Segment::new((side * (y - r), 0.0), (side * (y - r), under))));
-        outlines.push(Outline::segment(&Segment::new((side * (y + r), 0.0), (side * (y + r), over))));
-        outlines.push(Outline::segment(&Segment::new((side * (y - r), 0.0), (side * (y + r), 0.0))));
-    }
-    outlines.push(Outline::segment(&Segment::new((-(y - r), under), (y - r, under))));
-    outlines.push(Outline::segment(&Segment::new((-(y + r), over), (y + r, over))));
     outlines
 }

@@ -8,7 +8,7 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 
-use super::model::{FieldModelConfig, FieldTables, combine, matches_goal, projections};
+use super::model::{FieldModelConfig, FieldTables, combine, projections};
 use crate::ConfigError;
 
 /// Draws theoretical images of a field and compares percepts with them.
@@ -36,7 +36,7 @@ impl DrawnFieldModel {
     #[must_use]
     pub fn draw(&self, percept: &Percept, world_from_robot: &PlanarPose) -> Vec<(FeatureKind, Point2<f64>)> {
         let (ideal_from_robot, _) = projections(&percept.camera, &percept.robot_from_camera);
-        let robot_from_world = world_from_robot.inverse().to_rigid3();
+        let robot_from_world = world_from_robot.to_rigid3().inverse();
         let margin = self.max_distance_px;
         let (width, height) = percept.camera.size_px();
         let mut drawn = Vec::new();
@@ -52,12 +52,12 @@ impl DrawnFieldModel {
         for outline in self.tables.ground.outlines() {
             outline.sample(STEP_M, |p| put(FeatureKind::FieldLine, p.x, p.y, 0.0));
         }
+        let world_from_camera = world_from_robot.to_rigid3() * percept.robot_from_camera;
+        let eye = nalgebra::Point3::from(*world_from_camera.translation());
         for goal in &self.tables.goals {
             for kind in [FeatureKind::YellowGoal, FeatureKind::BlueGoal] {
-                if matches_goal(kind, goal.color) {
-                    for outline in goal.table.outlines() {
-                        outline.sample(STEP_M, |p| put(kind, goal.x_m, p.x, p.y));
-                    }
+                if goal.matches(kind) {
+                    goal.sample(&eye, STEP_M, |p| put(kind, p.x, p.y, p.z));
                 }
             }
         }
