@@ -110,8 +110,9 @@ impl ObstacleFinder {
             // A line that runs away from the robot makes a long thin diagonal, which fills little of its bounds.
             let fill = f64::from(block.area_px) / f64::from(width_px * (bottom - top + 1));
             if width_m >= config.min_obstacle_width_m && fill >= 0.45 {
-                let spacing = block.last.spacing;
-                let bounds_px = [left.saturating_sub(spacing), top, right + spacing, bottom];
+                // The border lies somewhere before the next scan line, and near the robot only every second one goes on.
+                let reach = 2 * block.last.spacing;
+                let bounds_px = [left.saturating_sub(reach), top, right + reach, bottom];
                 self.obstacles.push(Obstacle { bounds_px });
             }
         }
