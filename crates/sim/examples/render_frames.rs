@@ -1,4 +1,4 @@
-//! Writes frames of a scenario as PNG files: `render_frames SCENARIO DIRECTORY [FIRST STEP COUNT [SEED]]`.
+//! Writes frames of a scenario as PNG files: `render_frames SCENARIO DIRECTORY [FIRST STEP COUNT [SEED [THREADS]]]`.
 
 use std::{env, error::Error, path::Path};
 
@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let number = |i: usize, default: usize| numbers.get(i).map_or(Ok(default), |text| text.parse());
     let (first, step, count) = (number(0, 0)?, number(1, 90)?, number(2, 8)?);
     let scenario = Scenario::load(name)?;
-    let mut simulation = Simulation::new(&scenario, number(3, 1)? as u64)?.with_threads(2);
+    let mut simulation = Simulation::new(&scenario, number(3, 1)? as u64)?.with_threads(number(4, 2)?);
     let mut index = 0;
     while let Some(frame) = simulation.next_frame() {
         let image = frame?.frame.image;

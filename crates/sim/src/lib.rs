@@ -28,7 +28,7 @@ pub use scenario::{
     RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk, Wander,
 };
 pub use scene::{
-    Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Lamp, LightGrid, Lighting, Paint, Pattern,
-    Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
+    Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Lamp, LightGrid, Lighting, Paint,
+    Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
 pub use simulation::Simulation;

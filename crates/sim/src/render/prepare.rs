@@ -32,9 +32,34 @@ impl View {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Local {
     /// With d the ray: w = n.d, and texture coordinates u = a.d / w, v = b.d / w.
-    Quad { n: Vector3<f32>, a: Vector3<f32>, b: Vector3<f32>, normal: Vector3<f32> },
-    Cylinder { base: Vector3<f32>, axis: Vector3<f32>, length_m: f32, radius_m: f32 },
-    Sphere { center: Vector3<f32>, radius_m: f32 },
+    Quad {
+        n: Vector3<f32>,
+        a: Vector3<f32>,
+        b: Vector3<f32>,
+        normal: Vector3<f32>,
+    },
+    Cylinder {
+        base: Vector3<f32>,
+        axis: Vector3<f32>,
+        length_m: f32,
+        radius_m: f32,
+    },
+    Sphere {
+        center: Vector3<f32>,
+        radius_m: f32,
+    },
+}
+
+impl Local {
+    /// The inverse depth of a quad's plane along the ray (x, y, 1), an upper bound of that of the quad; infinite for
+    /// other shapes.
+    #[inline]
+    pub(super) fn plane_inverse_depth(&self, x: f32, y: f32) -> f32 {
+        match self {
+            Self::Quad { n, .. } => n.x * x + n.y * y + n.z,
+            _ => f32::INFINITY,
+        }
+    }
 }
 
 /// A surface that may be in view.

@@ -89,8 +89,7 @@ mod tests {
         for v in 0..60 {
             for u in 0..80 {
                 let i = v * 80 + u;
-                let is_inside =
-                    (x.0..=x.1).contains(&rays.x[i]) && (y.0..=y.1).contains(&rays.y[i]);
+                let is_inside = (x.0..=x.1).contains(&rays.x[i]) && (y.0..=y.1).contains(&rays.y[i]);
                 assert!(!is_inside || (columns.contains(&u) && rows.contains(&v)), "{u} {v}");
             }
         }

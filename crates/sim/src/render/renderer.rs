@@ -12,7 +12,7 @@ use super::prepare::{Prepared, View, prepare};
 use super::raster::{NOTHING, Visible, inverse_depth};
 use super::rays::Rays;
 use super::sensor::Sensor;
-use super::shade::shade;
+use super::shade::{Run, shade_run};
 use crate::scene::{Scene, Surface};
 
 /// Light of the sky or of a gap, where there is no surface.
@@ -155,16 +155,29 @@ impl Renderer {
 
     fn shade_all(&mut self, scene: &Scene, moving: &[Surface]) {
         let rays = &*self.rays;
-        for (i, light) in self.light.iter_mut().enumerate() {
-            let id = self.visible.nearest[i];
-            *light = if id == NOTHING {
-                BACKGROUND
-            } else {
-                let prepared = &self.prepared[id as usize];
-                let surface = surface(scene, moving, prepared.surface);
-                let at = (rays.x[i], rays.y[i], self.visible.inverse_depth[i]);
-                shade(prepared, surface, scene.texture(surface.texture), at, rays.pitch)
-            };
+        for row in 0..rays.height {
+            let mut start = row * rays.width;
+            let row_end = start + rays.width;
+            while start < row_end {
+                let id = self.visible.nearest[start];
+                let rest = &self.visible.nearest[start..row_end];
+                let end = start + rest.iter().position(|other| *other != id).unwrap_or(rest.len());
+                let out = &mut self.light[start..end];
+                if id == NOTHING {
+                    out.fill(BACKGROUND);
+                } else {
+                    let prepared = &self.prepared[id as usize];
+                    let surface = surface(scene, moving, prepared.surface);
+                    let run = Run {
+                        x: &rays.x[start..end],
+                        y: &rays.y[start..end],
+                        inverse_depth: &self.visible.inverse_depth[start..end],
+                        pitch: rays.pitch,
+                    };
+                    shade_run(prepared, surface, scene.texture(surface.texture), run, out);
+                }
+                start = end;
+            }
         }
     }
 
@@ -174,18 +187,34 @@ impl Renderer {
         let (width, height) = (self.rays.width, self.rays.height);
         let nearest = &self.visible.nearest;
         for row in 1..height - 1 {
+            let line = |row: usize| &nearest[row * width..(row + 1) * width];
+            let (above, here, below) = (line(row - 1), line(row), line(row + 1));
             for column in 1..width - 1 {
+                let id = here[column];
+                let differs = (here[column - 1] ^ id)
+                    | (here[column + 1] ^ id)
+                    | (above[column] ^ id)
+                    | (below[column] ^ id);
                 let i = row * width + column;
                 let around = [i, i - 1, i + 1, i - width, i + width];
-                if around.iter().all(|j| nearest[*j] == nearest[i]) {
-                    continue;
+                if differs != 0 && self.is_contrast(&around) {
+                    self.edges.push((i, self.edge_color(i, &around)));
                 }
-                self.edges.push((i, self.edge_color(i, &around)));
             }
         }
         for (i, color) in &self.edges {
             self.light[*i] = *color;
         }
+    }
+
+    /// Whether mixing some pixels could be seen at all.
+    fn is_contrast(&self, around: &[usize; 5]) -> bool {
+        const LEAST: f32 = 0.01;
+        let middle = self.light[around[0]];
+        around[1..].iter().any(|i| {
+            let other = self.light[*i];
+            (0..3).any(|part| (middle[part] - other[part]).abs() > LEAST)
+        })
     }
 
     fn edge_color(&self, i: usize, around: &[usize; 5]) -> [f32; 4] {

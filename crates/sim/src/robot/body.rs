@@ -118,7 +118,8 @@ mod tests {
     fn head_stays_within_its_pattern_and_uses_it() {
         let body = body(Mount::Simple);
         let heads: Vec<_> = (0..2000).map(|i| body.head(f64::from(i) * 0.02)).collect();
-        let most = |f: fn(&HeadAngles) -> f64| heads.iter().map(f).fold(f64::NEG_INFINITY, f64::max).to_degrees();
+        let most =
+            |f: fn(&HeadAngles) -> f64| heads.iter().map(f).fold(f64::NEG_INFINITY, f64::max).to_degrees();
         assert!((54.0..55.01).contains(&most(|h| h.yaw_rad)));
         assert!((18.5..19.01).contains(&most(|h| h.pitch_rad)));
         assert!((-7.01..-6.5).contains(&most(|h| -h.pitch_rad)));

@@ -22,7 +22,12 @@ impl Feet {
 
     /// Forces in newtons, left foot first, for frame `index`. `stride_rad` is the phase of the walk, `swing` its
     /// strength, 0 to 1.
-    pub(crate) fn pressure(&self, activity: Activity, (stride_rad, swing): (f64, f64), index: u64) -> [f64; 8] {
+    pub(crate) fn pressure(
+        &self,
+        activity: Activity,
+        (stride_rad, swing): (f64, f64),
+        index: u64,
+    ) -> [f64; 8] {
         let rng = &mut self.random.stream("feet", index);
         let swing = if activity == Activity::LiftedUnnoticed { 1.0 } else { swing };
         let left = 0.5 + 0.5 * (1.6 * swing * stride_rad.sin()).clamp(-1.0, 1.0);

@@ -12,7 +12,7 @@ use super::floor::Floor;
 /// Time between the moments at which ways are compared.
 const CHECK_EVERY_SECS: f64 = 0.25;
 /// Robots keep at least this far apart, center to center, meters.
-const CLEARANCE_M: f64 = 0.5;
+const CLEARANCE_M: f64 = 0.6;
 
 /// A walk around an ellipse.
 #[derive(Debug, Clone, Copy)]

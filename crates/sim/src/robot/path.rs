@@ -24,7 +24,8 @@ impl Curve {
     /// Source: Catmull, Rom, "A class of local interpolating splines", 1974.
     pub(super) fn new(start: &PlanarPose, through: &[Point2<f64>]) -> Self {
         const STEPS: usize = 40;
-        let knots: Vec<Point2<f64>> = std::iter::once(start.position()).chain(through.iter().copied()).collect();
+        let knots: Vec<Point2<f64>> =
+            std::iter::once(start.position()).chain(through.iter().copied()).collect();
         let tangent = |i: usize| -> Vector2<f64> {
             if i == 0 {
                 let reach = (knots[1] - knots[0]).norm().min(1.0);
@@ -38,7 +39,8 @@ impl Curve {
         };
         let mut points = vec![knots[0]];
         for i in 0..knots.len() - 1 {
-            let (from, to, leave, arrive) = (knots[i].coords, knots[i + 1].coords, tangent(i), tangent(i + 1));
+            let (from, to, leave, arrive) =
+                (knots[i].coords, knots[i + 1].coords, tangent(i), tangent(i + 1));
             for step in 1..=STEPS {
                 let s = step as f64 / STEPS as f64;
                 let (s2, s3) = (s * s, s * s * s);
@@ -83,7 +85,12 @@ impl Curve {
 
     /// The poses of somebody who walks the curve, one per step of the plan. The heading follows the curve smoothly and
     /// swings to its sides by up to `swing_rad`; it starts where `start_yaw_rad` (any number of turns) says.
-    pub(super) fn walk(&self, start_yaw_rad: f64, speed_m_per_s: f64, swing_rad: f64) -> Vec<(Point2<f64>, f64)> {
+    pub(super) fn walk(
+        &self,
+        start_yaw_rad: f64,
+        speed_m_per_s: f64,
+        swing_rad: f64,
+    ) -> Vec<(Point2<f64>, f64)> {
         let length_m = self.length_m();
         let duration_secs = length_m / speed_m_per_s + RAMP_SECS;
         let num_steps = (duration_secs * STEPS_PER_SEC).ceil() as usize;
@@ -176,7 +183,8 @@ mod tests {
 
     #[test]
     fn heading_starts_where_the_robot_looks_and_follows_the_way() {
-        let curve = Curve::new(&PlanarPose::new(0.0, 0.0, 2.0), &[Point2::new(2.0, 0.0), Point2::new(4.0, 0.0)]);
+        let curve =
+            Curve::new(&PlanarPose::new(0.0, 0.0, 2.0), &[Point2::new(2.0, 0.0), Point2::new(4.0, 0.0)]);
         let poses = curve.walk(2.0, 0.2, 0.0);
         assert!((poses[0].1 - 2.0).abs() < 0.01);
         let fastest_turn =

@@ -83,7 +83,9 @@ impl MotionPlan {
             let rng = &mut random.stream("motion", i as u64);
             match motion {
                 Motion::Stand(stand) => planner.stand(stand.secs),
-                Motion::Turn(turn) => planner.turn(turn.angle_deg.to_radians(), turn.speed_deg_per_s.to_radians()),
+                Motion::Turn(turn) => {
+                    planner.turn(turn.angle_deg.to_radians(), turn.speed_deg_per_s.to_radians())
+                }
                 Motion::Walk(walk) => {
                     let through: Vec<_> = walk.through_m.iter().map(|p| Point2::new(p[0], p[1])).collect();
                     let curve = Curve::new(&planner.last().pose(), &through);

@@ -34,7 +34,12 @@ impl Check<'_> {
     }
 
     /// An error unless the value lies in the range; not-a-number never does.
-    pub(super) fn range(&self, key: &str, value: f64, range: RangeInclusive<f64>) -> Result<(), ScenarioError> {
+    pub(super) fn range(
+        &self,
+        key: &str,
+        value: f64,
+        range: RangeInclusive<f64>,
+    ) -> Result<(), ScenarioError> {
         let expected = format!("a number from {} to {}", range.start(), range.end());
         self.that(range.contains(&value), key, &expected, value)
     }

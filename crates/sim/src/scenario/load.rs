@@ -8,8 +8,8 @@ use visloc_world::MapError;
 
 use super::check::Check;
 use super::{
-    Ball, BoxPiece, CameraSetup, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup, PlacedPose,
-    RobotSetup,
+    Ball, BoxPiece, CameraSetup, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup,
+    PlacedPose, RobotSetup,
 };
 use crate::scene::{Lamp, Room};
 
@@ -69,7 +69,9 @@ pub enum ScenarioError {
         source: MapError,
     },
     /// There is no room for what the scenario asks for.
-    #[error("scenario {name}: found no free {what} after {tries} tries; remove obstacles or use another seed")]
+    #[error(
+        "scenario {name}: found no free {what} after {tries} tries; remove obstacles or use another seed"
+    )]
     NoSpace {
         /// File or name.
         name: String,

@@ -131,7 +131,7 @@ fn shadow_canvas() -> Canvas {
     let offset = |i: u32| (i as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0;
     canvas.set_opacity(|x, y| {
         let r2 = offset(x).powi(2) + offset(y).powi(2);
-        0.55 * (1.0 - r2).max(0.0).powi(2)
+        0.8 * (1.0 - r2).max(0.0).powf(1.6)
     });
     canvas
 }

@@ -72,7 +72,8 @@ impl Canvas {
 
     /// Writes a text as large as fits into the middle `share` of width and height. Capital letters and digits.
     pub fn text(&mut self, text: &str, share: f32, color: Color) {
-        let columns = glyphs::width(text);
+        let letters: Vec<char> = text.chars().collect();
+        let columns = glyphs::width(&letters);
         if columns == 0 {
             return;
         }
@@ -82,10 +83,10 @@ impl Canvas {
         let top = (height - dot * glyphs::ROWS as f32) / 2.0;
         for y in 0..self.height {
             for x in 0..self.width {
-                let column = ((x as f32 + 0.5 - left) / dot).floor();
-                let row = ((y as f32 + 0.5 - top) / dot).floor();
-                if column >= 0.0 && row >= 0.0 && glyphs::is_set(text, column as usize, row as usize) {
-                    self.set(x, y, color);
+                let ink = glyphs::ink(&letters, (x as f32 + 0.5 - left) / dot, (y as f32 + 0.5 - top) / dot);
+                let cover = ((ink - 0.42) * dot * 0.8 + 0.5).clamp(0.0, 1.0);
+                if cover > 0.0 {
+                    self.blend(i64::from(x), i64::from(y), color, cover);
                 }
             }
         }

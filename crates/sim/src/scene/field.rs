@@ -26,7 +26,7 @@ pub struct FieldLook {
 impl Default for FieldLook {
     /// A green carpet in good condition.
     fn default() -> Self {
-        Self { carpet: Color::from_hex(0x2f_7d45), grain: 0.10, wear: 0.15 }
+        Self { carpet: Color::from_hex(0x36_7c4a), grain: 0.10, wear: 0.15 }
     }
 }
 
@@ -172,7 +172,8 @@ impl LinePainter<'_> {
                 );
                 let cover = (0.5 - distance_m(point) * scale).clamp(0.0, 1.0) as f32;
                 if cover > 0.0 && x >= 0 && y >= 0 {
-                    let worn = self.look.wear * (0.5 + 1.5 * self.wear.at(x as u32, y as u32)).clamp(0.0, 1.0);
+                    let worn =
+                        self.look.wear * (0.5 + 1.5 * self.wear.at(x as u32, y as u32)).clamp(0.0, 1.0);
                     let white = Color::from_hex(0xec_ecea);
                     self.canvas.blend(x, y, white, cover * (1.0 - worn));
                 }

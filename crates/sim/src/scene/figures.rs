@@ -72,7 +72,7 @@ impl Figure {
     }
 
     fn place_robot(&self, placer: &mut Placer<'_>, stride_rad: f32, swing: f32, yaw_rad: f32) {
-        let shadow = placer.scene.shadow(placer.origin, (0.5, 0.5));
+        let shadow = placer.scene.shadow(placer.origin, (0.6, 0.6));
         placer.out.push(shadow);
         for side in [1.0_f32, -1.0] {
             let stride = swing * 0.035 * (stride_rad).sin() * side;
@@ -85,7 +85,12 @@ impl Figure {
             placer.ball([0.0, 0.098 * side, 0.415], 0.043, self.body);
             let reach = -1.2 * stride;
             placer.bar([0.0, 0.108 * side, 0.40], [0.02 + reach, 0.115 * side, 0.31], 0.029, self.body);
-            placer.bar([0.02 + reach, 0.115 * side, 0.31], [0.07 + reach, 0.11 * side, 0.24], 0.026, self.body);
+            placer.bar(
+                [0.02 + reach, 0.115 * side, 0.31],
+                [0.07 + reach, 0.11 * side, 0.24],
+                0.026,
+                self.body,
+            );
             placer.ball([0.075 + reach, 0.11 * side, 0.232], 0.03, self.joints);
             placer.ball([0.0, 0.058 * side, 0.515], 0.03, self.joints);
             placer.ball([0.049, 0.022 * side, 0.525], 0.016, self.dark);
@@ -107,8 +112,18 @@ impl Figure {
             placer.bar([0.03, y, 0.0], [0.03, y, 0.05], 0.05 * h / 1.7, self.dark);
             placer.bar([0.0, y, 0.03], [0.0, y * 0.9, 0.48 * h], 0.045 * h, self.joints);
             placer.ball([0.0, 0.11 * h * side, 0.79 * h], 0.042 * h, self.cloth);
-            placer.bar([0.0, 0.115 * h * side, 0.79 * h], [0.01, 0.14 * h * side, 0.62 * h], 0.032 * h, self.cloth);
-            placer.bar([0.01, 0.14 * h * side, 0.62 * h], [0.06, 0.13 * h * side, 0.46 * h], 0.024 * h, self.body);
+            placer.bar(
+                [0.0, 0.115 * h * side, 0.79 * h],
+                [0.01, 0.14 * h * side, 0.62 * h],
+                0.032 * h,
+                self.cloth,
+            );
+            placer.bar(
+                [0.01, 0.14 * h * side, 0.62 * h],
+                [0.06, 0.13 * h * side, 0.46 * h],
+                0.024 * h,
+                self.body,
+            );
         }
         placer.bar([0.0, 0.0, 0.46 * h], [0.0, 0.0, 0.80 * h], 0.095 * h, self.cloth);
         placer.ball([0.0, 0.0, 0.79 * h], 0.092 * h, self.cloth);

@@ -6,15 +6,30 @@ pub(super) const ROWS: usize = 7;
 const PITCH: usize = 6;
 
 /// Columns of a whole text, without the last gap.
-pub(super) fn width(text: &str) -> usize {
-    (text.chars().count() * PITCH).saturating_sub(1)
+pub(super) fn width(letters: &[char]) -> usize {
+    (letters.len() * PITCH).saturating_sub(1)
+}
+
+/// How much ink is at a point of the text, in dots from its top-left corner: 0 to 1, smooth between the dots, so that
+/// the edge at 0.5 rounds corners and fills diagonals.
+pub(super) fn ink(letters: &[char], x: f32, y: f32) -> f32 {
+    let (x, y) = (x - 0.5, y - 0.5);
+    let (column, row) = (x.floor(), y.floor());
+    let (fx, fy) = (x - column, y - row);
+    let dot = |dx: f32, dy: f32| {
+        let is_inside = column + dx >= 0.0 && row + dy >= 0.0;
+        f32::from(u8::from(is_inside && is_set(letters, (column + dx) as usize, (row + dy) as usize)))
+    };
+    let top = dot(0.0, 0.0) * (1.0 - fx) + dot(1.0, 0.0) * fx;
+    let bottom = dot(0.0, 1.0) * (1.0 - fx) + dot(1.0, 1.0) * fx;
+    top * (1.0 - fy) + bottom * fy
 }
 
 /// Whether the dot at a column and row of the text is painted.
-pub(super) fn is_set(text: &str, column: usize, row: usize) -> bool {
-    let Some(letter) = text.chars().nth(column / PITCH) else { return false };
+fn is_set(letters: &[char], column: usize, row: usize) -> bool {
+    let Some(letter) = letters.get(column / PITCH) else { return false };
     let within = column % PITCH;
-    row < ROWS && within < 5 && (rows(letter)[row] >> (4 - within)) & 1 == 1
+    row < ROWS && within < 5 && (rows(*letter)[row] >> (4 - within)) & 1 == 1
 }
 
 /// The rows of a letter from top to bottom, the leftmost dot in bit 4. Letters without a drawing are blank.

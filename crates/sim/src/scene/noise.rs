@@ -49,16 +49,26 @@ impl NoiseTile {
 
 fn add_octave(values: &mut [f32], lattice: &[f32], cells: usize, strength: f32) {
     let step = SIZE / cells;
-    let ease = |s: f32| s * s * (3.0 - 2.0 * s);
+    let ease = |i: usize| {
+        let s = (i % step) as f32 / step as f32;
+        strength * s * s * (3.0 - 2.0 * s)
+    };
+    let eases: Vec<f32> = (0..step).map(ease).collect();
+    let mut row_values = vec![0.0_f32; cells];
     for y in 0..SIZE {
-        let (row, fy) = (y / step, ease((y % step) as f32 / step as f32));
-        let (top, bottom) = (row * cells, (row + 1) % cells * cells);
-        for x in 0..SIZE {
-            let (left, fx) = (x / step, ease((x % step) as f32 / step as f32));
-            let right = (left + 1) % cells;
-            let upper = lattice[top + left] * (1.0 - fx) + lattice[top + right] * fx;
-            let lower = lattice[bottom + left] * (1.0 - fx) + lattice[bottom + right] * fx;
-            values[y * SIZE + x] += strength * (upper * (1.0 - fy) + lower * fy);
+        let top = &lattice[y / step * cells..][..cells];
+        let bottom = &lattice[(y / step + 1) % cells * cells..][..cells];
+        let fy = eases[y % step] / strength;
+        for (value, (top, bottom)) in row_values.iter_mut().zip(top.iter().zip(bottom)) {
+            *value = top + (bottom - top) * fy;
+        }
+        let row = &mut values[y * SIZE..(y + 1) * SIZE];
+        for (left, cell) in row.chunks_exact_mut(step).enumerate() {
+            let from = row_values[left];
+            let rise = row_values[(left + 1) % cells] - from;
+            for (value, ease) in cell.iter_mut().zip(&eases) {
+                *value += from * strength + rise * ease;
+            }
         }
     }
 }

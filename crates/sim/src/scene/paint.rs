@@ -218,9 +218,7 @@ mod tests {
     #[test]
     fn every_pattern_paints_the_asked_size_without_losing_light() {
         use Pattern::*;
-        for pattern in
-            [Wall, Concrete, Wood, Checker, Poster, Books, Carton, Drawers, Board, Door, Noise]
-        {
+        for pattern in [Wall, Concrete, Wood, Checker, Poster, Books, Carton, Drawers, Board, Door, Noise] {
             let paint = Paint { text: "A1".to_owned(), ..Paint::of(pattern, Color::from_hex(0xa0_9080)) };
             let canvas = paint.canvas((1.0, 0.5), 100.0, &mut RngTree::new(1).stream("paint", 0));
             assert_eq!(canvas.size_px(), (100, 50));

@@ -35,10 +35,6 @@ impl Carrier {
         Self { plan, body: Body::new(&scenario.robot, random) }
     }
 
-    pub(super) fn plan(&self) -> &MotionPlan {
-        &self.plan
-    }
-
     fn world_from_camera(&self, secs: f64) -> Rigid3<World, CameraFrame> {
         let moment = self.plan.at(secs);
         let upright = moment.pose().to_rigid3();
@@ -73,11 +69,7 @@ impl Carrier {
                 gain: drift.gain(secs),
                 robot_from_camera: self.body.reported(&true_mount, secs, index as u64),
                 odometry: odometry.step(moment.pose(), moment.activity),
-                ground_contact: GroundContact::Pressure(feet.pressure(
-                    moment.activity,
-                    stride,
-                    index as u64,
-                )),
+                ground_contact: GroundContact::Pressure(feet.pressure(moment.activity, stride, index as u64)),
             }
         };
         (0..num_frames).map(frame).collect()
@@ -102,7 +94,8 @@ impl ExposureDrift {
     }
 
     fn gain(&self, secs: f64) -> f32 {
-        let drift: f64 = self.waves.iter().map(|(stops, rate, start)| stops * (rate * secs + start).sin()).sum();
+        let drift: f64 =
+            self.waves.iter().map(|(stops, rate, start)| stops * (rate * secs + start).sin()).sum();
         (self.mean_stops + drift).exp2() as f32
     }
 }

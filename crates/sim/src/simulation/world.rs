@@ -46,7 +46,8 @@ impl World {
             scene.add_field(field, &FieldLook::default(), &mut random.stream("field", 0));
             add_ball(&mut scene, &mut floor, field, scenario, &mut random.stream("ball", 0));
         }
-        let mut world = Self { map, scene, floor, resting: Vec::new(), people: Vec::new(), walking: Vec::new() };
+        let mut world =
+            Self { map, scene, floor, resting: Vec::new(), people: Vec::new(), walking: Vec::new() };
         world.add_figures(scenario);
         Ok(world)
     }
@@ -81,7 +82,8 @@ impl World {
         for (i, (person, pose)) in self.people.iter().enumerate() {
             // Nobody stands quite still.
             let beat = secs * 0.8 + i as f64 * 1.7;
-            let sway = PlanarPose::new(0.04 * beat.sin(), 0.03 * (1.4 * beat).cos(), 0.25 * (0.5 * beat).sin());
+            let sway =
+                PlanarPose::new(0.04 * beat.sin(), 0.03 * (1.4 * beat).cos(), 0.25 * (0.5 * beat).sin());
             person.place(&self.scene, &pose.compose(&sway), (0.0, 0.0), out);
         }
         for (i, (robot, orbit)) in self.walking.iter().enumerate() {
@@ -104,10 +106,10 @@ fn lamps(scenario: &Scenario, half_field_m: (f64, f64), rng: &mut Rng) -> Vec<La
         return scenario.lamps.clone();
     }
     let [columns, rows] = scenario.light.lamps;
-    let (half_x, half_y) = scenario
-        .room
-        .as_ref()
-        .map_or((half_field_m.0 as f32, half_field_m.1 as f32), |room| (room.length_m / 2.0, room.width_m / 2.0));
+    let (half_x, half_y) =
+        scenario.room.as_ref().map_or((half_field_m.0 as f32, half_field_m.1 as f32), |room| {
+            (room.length_m / 2.0, room.width_m / 2.0)
+        });
     let z_m = scenario.room.as_ref().map_or(3.4, |room| room.height_m) - 0.02;
     let place = |i: u32, count: u32, half: f32| ((i as f32 + 0.5) / count as f32 * 2.0 - 1.0) * half;
     let mut lamps = Vec::new();
@@ -115,7 +117,12 @@ fn lamps(scenario: &Scenario, half_field_m: (f64, f64), rng: &mut Rng) -> Vec<La
         for row in 0..rows {
             let unevenness = scenario.light.unevenness;
             let power = 1.0 + rng.random_range(-1.0..=1.0) * unevenness;
-            lamps.push(Lamp { x_m: place(column, columns, half_x), y_m: place(row, rows, half_y), z_m, power });
+            lamps.push(Lamp {
+                x_m: place(column, columns, half_x),
+                y_m: place(row, rows, half_y),
+                z_m,
+                power,
+            });
         }
     }
     lamps
@@ -126,8 +133,7 @@ fn add_things(scene: &mut Scene, scenario: &Scenario, rng: &mut Rng) {
         scene.add_furniture(piece.kind, &piece.at.pose(), rng);
     }
     for panel in &scenario.panels {
-        let shape =
-            Shape::upright(panel.from_m.into(), panel.to_m.into(), panel.bottom_m, panel.height_m);
+        let shape = Shape::upright(panel.from_m.into(), panel.to_m.into(), panel.bottom_m, panel.height_m);
         scene.add_painted(shape, &panel.paint, PANEL_PX_PER_M, rng);
     }
     for piece in &scenario.boxes {
@@ -148,10 +154,7 @@ fn add_ball(scene: &mut Scene, floor: &mut Floor, field: &Field, scenario: &Scen
     let (half_x, half_y) = floor.half_m();
     let at = match scenario.ball.at_m {
         Some([x, y]) => Point2::new(x, y),
-        None => Point2::new(
-            rng.random_range(-0.55..0.55) * half_x,
-            rng.random_range(-0.6..0.6) * half_y,
-        ),
+        None => Point2::new(rng.random_range(-0.55..0.55) * half_x, rng.random_range(-0.6..0.6) * half_y),
     };
     scene.add_ball(field, &at);
     floor.add_obstacle(at, 0.25);

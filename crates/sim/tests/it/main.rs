@@ -1,0 +1,8 @@
+//! Behavior of the simulator as a whole.
+
+// Clippy knows test functions, but not their helpers.
+#![allow(clippy::unwrap_used)]
+
+mod frames;
+mod pictures;
+mod scenarios;
