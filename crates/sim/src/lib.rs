@@ -21,7 +21,6 @@ mod scene;
 mod simulation;
 
 pub use render::{CameraMotion, Renderer, Sensor, Shot};
-pub use robot::Odometry;
 pub use scenario::{
     BUILT_IN_SCENARIOS, Ball, BoxPiece, CameraSetup, Carry, FootSetup, FurniturePiece, GaitSetup, HeadSetup,
     KinematicsSetup, LightSetup, Motion, Mount, OdometrySetup, OtherRobot, Panel, PersonSetup, PlacedPose,

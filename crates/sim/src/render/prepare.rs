@@ -32,22 +32,19 @@ impl View {
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Local {
     /// With d the ray: w = n.d, and texture coordinates u = a.d / w, v = b.d / w.
-    Quad {
-        n: Vector3<f32>,
-        a: Vector3<f32>,
-        b: Vector3<f32>,
-        normal: Vector3<f32>,
-    },
+    Quad { n: Vector3<f32>, a: Vector3<f32>, b: Vector3<f32>, normal: Vector3<f32> },
+    /// `across` is the vector from the camera to the axis, at a right angle to it; `base_along` where the base lies on
+    /// the axis from there; `clearance` the squared distance of the axis less the squared radius.
     Cylinder {
-        base: Vector3<f32>,
         axis: Vector3<f32>,
+        across: Vector3<f32>,
+        base_along: f32,
         length_m: f32,
         radius_m: f32,
+        clearance: f32,
     },
-    Sphere {
-        center: Vector3<f32>,
-        radius_m: f32,
-    },
+    /// `clearance` is the squared distance of the center less the squared radius.
+    Sphere { center: Vector3<f32>, radius_m: f32, clearance: f32 },
 }
 
 impl Local {
@@ -82,7 +79,10 @@ pub(super) fn prepare(surface: &Surface, index: u32, view: &View, rays: &Rays) -
         Shape::Sphere { center, radius_m } => {
             let center = view.point(center);
             let (x, y) = box_bounds(&[center], *radius_m)?;
-            (Local::Sphere { center, radius_m: *radius_m }, x, y)
+            {
+                let clearance = center.norm_squared() - radius_m * radius_m;
+                (Local::Sphere { center, radius_m: *radius_m, clearance }, x, y)
+            }
         }
     };
     let (columns, rows) = rays.touched_by(x, y);
@@ -124,7 +124,11 @@ fn cylinder(view: &View, base: &Point3<f32>, axis: &Vector3<f32>, radius_m: f32)
         return None;
     }
     let (x, y) = box_bounds(&[base, base + along], radius_m)?;
-    Some((Local::Cylinder { base, axis: along / length_m, length_m, radius_m }, x, y))
+    let axis = along / length_m;
+    let base_along = base.dot(&axis);
+    let across = base - axis * base_along;
+    let clearance = across.norm_squared() - radius_m * radius_m;
+    Some((Local::Cylinder { axis, across, base_along, length_m, radius_m, clearance }, x, y))
 }
 
 /// Ranges of x / z and y / z over a polygon cut off at the near plane; `None` if nothing is in front of it.

@@ -77,43 +77,34 @@ pub(super) fn inverse_depth(local: &Local, x: f32, y: f32) -> f32 {
             let (w, u, v) = (n.dot(&ray), a.dot(&ray), b.dot(&ray));
             if w > 0.0 && u >= 0.0 && u <= w && v >= 0.0 && v <= w { w } else { 0.0 }
         }
-        Local::Sphere { center, radius_m } => {
+        Local::Sphere { center, clearance, .. } => {
             let (aa, ab) = (ray.norm_squared(), ray.dot(center));
-            let discriminant = ab * ab - aa * (center.norm_squared() - radius_m * radius_m);
+            let discriminant = ab * ab - aa * clearance;
             if discriminant <= 0.0 {
                 return 0.0;
             }
             let z = (ab - discriminant.sqrt()) / aa;
             if z > 0.0 { 1.0 / z } else { 0.0 }
         }
-        Local::Cylinder { base, axis, length_m, radius_m } => {
-            cylinder_inverse_depth(base, axis, (*length_m, *radius_m), &ray)
+        Local::Cylinder { axis, across, base_along, length_m, radius_m, clearance } => {
+            // The parts of the ray across the axis: their products with `across` need no projection.
+            let (ray_along, ab) = (ray.dot(axis), ray.dot(across));
+            let aa = (ray.norm_squared() - ray_along * ray_along).max(1e-9);
+            let discriminant = ab * ab - aa * clearance;
+            if discriminant <= 0.0 {
+                return 0.0;
+            }
+            let z = (ab - discriminant.sqrt()) / aa;
+            let along = z * ray_along - base_along;
+            if z > 0.0 && (0.0..=*length_m).contains(&along) {
+                return 1.0 / z;
+            }
+            // The ray enters through the flat end that it meets first, or misses.
+            let end = if ray_along > 0.0 { *base_along } else { base_along + length_m };
+            let z = end / ray_along;
+            let outwards = (ray - axis * ray_along) * z - across;
+            let is_hit = z > 0.0 && outwards.norm_squared() <= radius_m * radius_m;
+            if is_hit { 1.0 / z } else { 0.0 }
         }
     }
-}
-
-#[inline]
-fn cylinder_inverse_depth(
-    base: &Vector3<f32>,
-    axis: &Vector3<f32>,
-    (length_m, radius_m): (f32, f32),
-    ray: &Vector3<f32>,
-) -> f32 {
-    let (ray_along, base_along) = (ray.dot(axis), base.dot(axis));
-    let (ray_across, base_across) = (ray - axis * ray_along, base - axis * base_along);
-    let (aa, ab) = (ray_across.norm_squared(), ray_across.dot(&base_across));
-    let discriminant = ab * ab - aa * (base_across.norm_squared() - radius_m * radius_m);
-    if discriminant <= 0.0 {
-        return 0.0;
-    }
-    let z = (ab - discriminant.sqrt()) / aa.max(1e-12);
-    let along = z * ray_along - base_along;
-    if z > 0.0 && (0.0..=length_m).contains(&along) {
-        return 1.0 / z;
-    }
-    // The ray enters through the flat end that it meets first, or misses.
-    let end = if ray_along > 0.0 { base_along } else { base_along + length_m };
-    let z = end / ray_along;
-    let is_hit = z > 0.0 && (ray_across * z - base_across).norm_squared() <= radius_m * radius_m;
-    if is_hit { 1.0 / z } else { 0.0 }
 }

@@ -127,19 +127,19 @@ fn shade_round(
     let hit = Vector3::new(x, y, 1.0) / w;
     let (normal, along, size_m) = match &prepared.local {
         Local::Quad { normal, .. } => (*normal, 0.5, (1.0, 1.0)),
-        Local::Cylinder { base, axis, length_m, radius_m } => {
-            let from_base = hit - base;
-            let along = from_base.dot(axis);
-            let across = from_base - axis * along;
-            let is_end = across.norm_squared() < radius_m * radius_m * 0.998;
-            let normal = match (is_end, along * 2.0 > *length_m) {
-                (false, _) => across / *radius_m,
+        Local::Cylinder { axis, across, base_along, length_m, radius_m, .. } => {
+            let along = hit.dot(axis);
+            let outwards = hit - axis * along - across;
+            let share = (along - base_along) / length_m;
+            let is_end = outwards.norm_squared() < radius_m * radius_m * 0.998;
+            let normal = match (is_end, share > 0.5) {
+                (false, _) => outwards / *radius_m,
                 (true, true) => *axis,
                 (true, false) => -axis,
             };
-            (normal, along / length_m, (std::f32::consts::TAU * radius_m, *length_m))
+            (normal, share, (std::f32::consts::TAU * radius_m, *length_m))
         }
-        Local::Sphere { center, radius_m } => {
+        Local::Sphere { center, radius_m, .. } => {
             let normal = (hit - center) / *radius_m;
             let size_m = (std::f32::consts::TAU * radius_m, std::f32::consts::PI * radius_m);
             (normal, 0.5 + normal.y * 0.5, size_m)

@@ -12,6 +12,6 @@ mod plan;
 pub(crate) use body::Body;
 pub(crate) use feet::Feet;
 pub(crate) use floor::Floor;
-pub use odometry::Odometry;
+pub(crate) use odometry::Odometry;
 pub(crate) use others::{Orbit, find_orbits};
 pub(crate) use plan::MotionPlan;

@@ -9,7 +9,7 @@ use crate::scenario::OdometrySetup;
 
 /// Integrates the true motion with errors.
 #[derive(Debug)]
-pub struct Odometry {
+pub(crate) struct Odometry {
     setup: OdometrySetup,
     scales: [f64; 3],
     turn_bias_rad_per_m: f64,
@@ -20,7 +20,6 @@ pub struct Odometry {
 
 impl Odometry {
     /// Draws the systematic errors of this run.
-    #[must_use]
     pub(crate) fn new(setup: &OdometrySetup, random: &RngTree) -> Self {
         let mut rng = random.stream("odometry", 0);
         let [least, most] = setup.scale_error;
@@ -40,15 +39,9 @@ impl Odometry {
     }
 
     /// Factors between true and reported motion: forward, sideways, turn.
-    #[must_use]
-    pub fn scales(&self) -> [f64; 3] {
+    #[cfg(test)]
+    fn scales(&self) -> [f64; 3] {
         self.scales
-    }
-
-    /// Heading error that creeps in per meter of way, radians.
-    #[must_use]
-    pub fn turn_bias_rad_per_m(&self) -> f64 {
-        self.turn_bias_rad_per_m
     }
 
     /// The accumulated odometry after the robot has come to a new true pose.

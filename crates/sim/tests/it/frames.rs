@@ -37,7 +37,7 @@ fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
     };
     let one = run(3, 1);
     assert_eq!(one.len(), 9);
-    for other in [run(3, 1), run(3, 2), run(3, 3)] {
+    for other in [run(3, 2), run(3, 3)] {
         for (a, b) in one.iter().zip(&other) {
             assert_eq!(a.frame.at, b.frame.at);
             assert!(a.frame.image == b.frame.image, "pictures differ");
