@@ -35,8 +35,8 @@ pub struct ExplorerConfig {
     pub period: u32,
     /// Whether the candidates are refined by a local search of 34 poses each. Source: 2010 section 5.2.1.
     pub is_refined: bool,
-    /// The spreading is divided over this many iterations, and the refinement takes one iteration for each candidate,
-    /// so that no iteration stands out. Source of the idea: 2010 section 5.2.1, four iterations in all.
+    /// The spreading is divided over this many iterations, and the refinement takes one iteration for two
+    /// candidates, so that no iteration stands out. Source of the idea: 2010 section 5.2.1, four iterations in all.
     pub num_slices: u32,
 }
 
@@ -51,7 +51,7 @@ impl Default for ExplorerConfig {
             num_candidates: 6,
             period: 10,
             is_refined: true,
-            num_slices: 8,
+            num_slices: 6,
         }
     }
 }

@@ -11,6 +11,8 @@ const RING_RADIUS_M: f64 = 0.3;
 /// Poses on the ring, and small turns in place. Source: 2010 section 5.2.1.
 const RING_POSES: usize = 30;
 const SMALL_TURNS_RAD: [f64; 4] = [-0.1, -0.05, 0.05, 0.1];
+/// Candidates refined in one iteration.
+const REFINED_AT_ONCE: usize = 2;
 /// Headings of a grid position that is not aimed.
 const GRID_HEADINGS: usize = 10;
 
@@ -67,7 +69,7 @@ impl Explorers {
     ) -> Option<&[Exploiter]> {
         self.rested = self.rested.saturating_add(1);
         if !is_informative {
-            return None;
+            return self.cut_short();
         }
         if self.phase == Phase::Idle {
             if self.rested < self.config.period && !is_lost {
@@ -84,6 +86,16 @@ impl Explorers {
         if self.phase != Phase::Idle {
             return None;
         }
+        self.rested = 0;
+        Some(&self.best)
+    }
+
+    /// Nothing informative is in view any more: the best so far have to do.
+    fn cut_short(&mut self) -> Option<&[Exploiter]> {
+        if self.phase == Phase::Idle {
+            return None;
+        }
+        self.phase = Phase::Idle;
         self.rested = 0;
         Some(&self.best)
     }
@@ -133,10 +145,16 @@ impl Explorers {
         }
     }
 
-    /// Small turns in place and a ring around the next of the best.
+    /// Small turns in place and a ring around each of the next of the best.
     fn refine(&mut self, model: &dyn ObservationModel, done: usize) -> Phase {
-        let Some(seed) = self.seeds.get(done) else { return Phase::Idle };
-        let center = seed.pose;
+        let end = (done + REFINED_AT_ONCE).min(self.seeds.len());
+        for seed in done..end {
+            self.refine_around(model, self.seeds[seed].pose);
+        }
+        if end < self.seeds.len() { Phase::Refine { done: end } } else { Phase::Idle }
+    }
+
+    fn refine_around(&mut self, model: &dyn ObservationModel, center: PlanarPose) {
         let region = model.region();
         let turned =
             SMALL_TURNS_RAD.map(|turn| PlanarPose::new(center.x_m, center.y_m, center.yaw_rad + turn));
@@ -152,7 +170,6 @@ impl Explorers {
             let explorer = Exploiter { pose, health: model.likelihood(&pose) };
             keep_best(&mut self.best, explorer, self.config.num_candidates);
         }
-        if done + 1 < self.seeds.len() { Phase::Refine { done: done + 1 } } else { Phase::Idle }
     }
 }
 

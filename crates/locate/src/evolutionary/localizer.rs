@@ -60,7 +60,8 @@ impl Evolutionary {
 
     /// Lets explorers search, and makes races of what they find.
     fn explore(&mut self, is_informative: bool, rng: &mut Rng) {
-        let is_lost = self.races.all_below(self.config.lost_health);
+        // Until the first good answer the search is as deep as when the robot is lost.
+        let is_lost = !self.estimate.is_localized() || self.races.all_below(self.config.lost_health);
         let found = self.explorers.search(self.model.as_ref(), is_informative, is_lost, rng);
         if let Some(candidates) = found {
             self.races.offer(candidates, &self.config, rng);

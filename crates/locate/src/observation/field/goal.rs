@@ -5,7 +5,7 @@
 //! cylinder: a ray that grazes it passes its axis at exactly its radius. A goal has three parts, so an exact search is
 //! as fast as a table.
 
-use nalgebra::{Point2, Point3, Vector2, Vector3};
+use nalgebra::{Point2, Point3, Vector2};
 use visloc_vision::FeatureKind;
 use visloc_world::field::{Goal, GoalColor};
 
@@ -46,23 +46,19 @@ impl GoalSilhouette {
         [Point2::new(self.x_m, self.post_y_m), Point2::new(self.x_m, -self.post_y_m)]
     }
 
-    /// For each part of the goal that lies ahead, the point of its silhouette that is nearest to the ray.
+    /// For each part of the goal that lies ahead, the point of its silhouette that is nearest to the ray. The ray goes
+    /// from the eye along the ground direction `ahead`, a unit vector, and rises by `rise` meters per meter.
     #[inline]
     pub fn nearest_points(
         &self,
         eye: &Point3<f64>,
-        direction: &Vector3<f64>,
+        ahead: &Vector2<f64>,
+        rise: f64,
         mut visit: impl FnMut(Point3<f64>),
     ) {
-        let length = direction.x.hypot(direction.y);
-        if length < 1e-9 {
-            return;
-        }
-        let ahead = Vector2::new(direction.x, direction.y) / length;
-        let rise = direction.z / length;
         for post in self.posts() {
             let to_post = post - Point2::new(eye.x, eye.y);
-            let distance = to_post.dot(&ahead);
+            let distance = to_post.dot(ahead);
             if distance > self.radius_m {
                 // How far to the left of the axis the ray passes, and how high.
                 let offset = ahead.x * -to_post.y + ahead.y * to_post.x;
@@ -133,6 +129,7 @@ fn steps(from: f64, to: f64, step: f64, mut visit: impl FnMut(f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector3;
 
     fn goal() -> GoalSilhouette {
         GoalSilhouette::new(&Goal {
@@ -147,7 +144,11 @@ mod tests {
     /// Smallest angle between a ray and the nearest points, radians.
     fn miss(eye: Point3<f64>, direction: Vector3<f64>) -> f64 {
         let mut smallest = f64::INFINITY;
-        goal().nearest_points(&eye, &direction, |p| smallest = smallest.min((p - eye).angle(&direction)));
+        let ground = Vector2::new(direction.x, direction.y);
+        let rise = direction.z / ground.norm();
+        goal().nearest_points(&eye, &ground.normalize(), rise, |p| {
+            smallest = smallest.min((p - eye).angle(&direction));
+        });
         smallest
     }
 

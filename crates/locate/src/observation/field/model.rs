@@ -4,7 +4,7 @@
 //! `goal.rs`), and a pixel's distance is capped at `max_distance_px`
 //! before the mean is taken, so that one wrong pixel cannot outvote all others.
 
-use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector3};
+use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
@@ -43,10 +43,11 @@ struct LinePixel {
     ideal_px: Point2<f64>,
 }
 
-/// A goal pixel with its ray, seen from the robot.
+/// A goal pixel with its ray, seen from the robot: a unit vector along the ground, and the rise per meter.
 #[derive(Debug, Clone, Copy)]
 struct GoalPixel {
-    direction_in_robot: Vector3<f64>,
+    ahead_in_robot: Vector2<f64>,
+    rise: f64,
     ideal_px: Point2<f64>,
     kind: FeatureKind,
 }
@@ -64,7 +65,7 @@ impl FieldTables {
         let (half_x, half_y) = field.half_carpet_m();
         let corner = Point2::new(half_x, half_y);
         Self {
-            ground: NearestTable::new(ground_outlines(field), -corner, corner),
+            ground: NearestTable::new(&ground_outlines(field), -corner, corner),
             goals: [0, 1].map(|i| GoalSilhouette::new(&field.goals()[i])),
             half_carpet_m: (half_x, half_y),
         }
@@ -84,7 +85,6 @@ pub struct FieldObservationModel {
     lines: Vec<LinePixel>,
     goals: Vec<GoalPixel>,
     eye_in_robot: Point3<f64>,
-    ideal_from_ground: Matrix3<f64>,
     ideal_from_robot: Matrix3x4<f64>,
 }
 
@@ -101,60 +101,71 @@ impl FieldObservationModel {
             lines: Vec::new(),
             goals: Vec::new(),
             eye_in_robot: Point3::origin(),
-            ideal_from_ground: Matrix3::identity(),
             ideal_from_robot: Matrix3x4::identity(),
         })
     }
 
     #[inline]
-    fn line_distance_px(&self, pixel: &LinePixel, pose: &Trigonometry) -> f64 {
-        let point = pose.world_from_robot(&pixel.ground_in_robot);
-        let nearest = pose.robot_from_world(&self.tables.ground.nearest_point(&point));
-        let h = &self.ideal_from_ground;
-        let w = h[(2, 0)] * nearest.x + h[(2, 1)] * nearest.y + h[(2, 2)];
-        if w <= 0.0 {
-            return self.max_distance_px;
-        }
-        let u = (h[(0, 0)] * nearest.x + h[(0, 1)] * nearest.y + h[(0, 2)]) / w;
-        let v = (h[(1, 0)] * nearest.x + h[(1, 1)] * nearest.y + h[(1, 2)]) / w;
-        self.distance_px(u, v, &pixel.ideal_px)
+    fn line_distance_px(&self, pixel: &LinePixel, view: &View) -> f64 {
+        let point = view.world_from_robot(&pixel.ground_in_robot);
+        let [first, second] = self.tables.ground.nearest_points(&point);
+        let first = outline_distance2(pixel, view, first);
+        let second = outline_distance2(pixel, view, second);
+        first.min(second).sqrt().min(self.max_distance_px)
     }
 
     #[inline]
-    fn goal_distance_px(&self, pixel: &GoalPixel, pose: &Trigonometry) -> f64 {
-        let position = pose.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
-        let eye = Point3::new(position.x, position.y, self.eye_in_robot.z);
-        let d = &pixel.direction_in_robot;
-        let direction = Vector3::new(pose.cos * d.x - pose.sin * d.y, pose.sin * d.x + pose.cos * d.y, d.z);
-        let p = &self.ideal_from_robot;
-        let mut smallest = self.max_distance_px;
+    fn goal_distance_px(&self, pixel: &GoalPixel, view: &View, eye: &Point3<f64>) -> f64 {
+        let ahead = view.rotate_to_world(&pixel.ahead_in_robot);
+        let mut smallest2 = f64::INFINITY;
         for goal in self.tables.goals.iter().filter(|goal| goal.matches(pixel.kind)) {
-            goal.nearest_points(&eye, &direction, |nearest| {
-                let ground = pose.robot_from_world(&Point2::new(nearest.x, nearest.y));
+            goal.nearest_points(eye, &ahead, pixel.rise, |nearest| {
+                let p = &view.ideal_from_world;
                 let row = |r: usize| {
-                    p[(r, 0)] * ground.x + p[(r, 1)] * ground.y + p[(r, 2)] * nearest.z + p[(r, 3)]
+                    p[(r, 0)] * nearest.x + p[(r, 1)] * nearest.y + p[(r, 2)] * nearest.z + p[(r, 3)]
                 };
                 let w = row(2);
                 if w > 0.0 {
-                    smallest = smallest.min(self.distance_px(row(0) / w, row(1) / w, &pixel.ideal_px));
+                    let inverse_w = 1.0 / w;
+                    let off_u = row(0) * inverse_w - pixel.ideal_px.x;
+                    let off_v = row(1) * inverse_w - pixel.ideal_px.y;
+                    smallest2 = smallest2.min(off_u * off_u + off_v * off_v);
                 }
             });
         }
-        smallest
+        smallest2.sqrt().min(self.max_distance_px)
     }
+}
 
-    #[inline]
-    fn distance_px(&self, u: f64, v: f64, px: &Point2<f64>) -> f64 {
-        let (du, dv) = (u - px.x, v - px.y);
-        (du * du + dv * dv).sqrt().min(self.max_distance_px)
+/// Squared distance in the image from a pixel to an outline, of which the point that is nearest on the ground and the
+/// direction there are known: the image of the outline is taken for straight.
+#[inline]
+fn outline_distance2(pixel: &LinePixel, view: &View, (nearest, along): (Point2<f64>, Vector2<f64>)) -> f64 {
+    let p = &view.ideal_from_world;
+    let row = |r: usize| p[(r, 0)] * nearest.x + p[(r, 1)] * nearest.y + p[(r, 3)];
+    let w = row(2);
+    if w <= 0.0 {
+        return f64::INFINITY;
+    }
+    let inverse_w = 1.0 / w;
+    let (u, v) = (row(0) * inverse_w, row(1) * inverse_w);
+    // Direction of the outline in the image, up to a factor.
+    let turn = |r: usize| p[(r, 0)] * along.x + p[(r, 1)] * along.y;
+    let scale = turn(2);
+    let (du, dv) = (turn(0) - u * scale, turn(1) - v * scale);
+    let (off_u, off_v) = (pixel.ideal_px.x - u, pixel.ideal_px.y - v);
+    let length2 = du * du + dv * dv;
+    if length2 > 0.0 {
+        let across = off_u * dv - off_v * du;
+        across * across / length2
+    } else {
+        off_u * off_u + off_v * off_v
     }
 }
 
 impl ObservationModel for FieldObservationModel {
     fn condition_on(&mut self, percept: &Percept) {
-        let (ideal_from_robot, ideal_from_ground) = projections(&percept.camera, &percept.robot_from_camera);
-        self.ideal_from_robot = ideal_from_robot;
-        self.ideal_from_ground = ideal_from_ground;
+        self.ideal_from_robot = projection(&percept.camera, &percept.robot_from_camera);
         self.eye_in_robot = Point3::from(*percept.robot_from_camera.translation());
         self.lines.clear();
         self.goals.clear();
@@ -162,7 +173,14 @@ impl ObservationModel for FieldObservationModel {
             let bearing = percept.camera.without_distortion().bearing(&pixel.ideal_px);
             let direction_in_robot = percept.robot_from_camera.rotate(&bearing);
             if pixel.kind.is_goal() {
-                self.goals.push(GoalPixel { direction_in_robot, ideal_px: pixel.ideal_px, kind: pixel.kind });
+                let ground = Vector2::new(direction_in_robot.x, direction_in_robot.y);
+                let length = ground.norm().max(1e-9);
+                self.goals.push(GoalPixel {
+                    ahead_in_robot: ground / length,
+                    rise: direction_in_robot.z / length,
+                    ideal_px: pixel.ideal_px,
+                    kind: pixel.kind,
+                });
             } else if direction_in_robot.z < 0.0 {
                 let s = -self.eye_in_robot.z / direction_in_robot.z;
                 let ground = self.eye_in_robot + direction_in_robot * s;
@@ -179,9 +197,11 @@ impl ObservationModel for FieldObservationModel {
     }
 
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
-        let pose = Trigonometry::new(world_from_robot);
-        let line_sum: f64 = self.lines.iter().map(|pixel| self.line_distance_px(pixel, &pose)).sum();
-        let goal_sum: f64 = self.goals.iter().map(|pixel| self.goal_distance_px(pixel, &pose)).sum();
+        let view = View::new(world_from_robot, &self.ideal_from_robot);
+        let eye = view.world_from_robot(&Point2::new(self.eye_in_robot.x, self.eye_in_robot.y));
+        let eye = Point3::new(eye.x, eye.y, self.eye_in_robot.z);
+        let line_sum: f64 = self.lines.iter().map(|pixel| self.line_distance_px(pixel, &view)).sum();
+        let goal_sum: f64 = self.goals.iter().map(|pixel| self.goal_distance_px(pixel, &view, &eye)).sum();
         combine(self.max_distance_px, (line_sum, self.lines.len()), (goal_sum, self.goals.len()))
     }
 
@@ -213,7 +233,7 @@ impl ObservationModel for FieldObservationModel {
         // Mostly the posts: that is where most of a goal's border is.
         let share: f64 = rng.random_range(-0.5..1.5);
         let target = left + (right - left) * share.clamp(0.0, 1.0);
-        let d = &pixel.direction_in_robot;
+        let d = &pixel.ahead_in_robot;
         angle::wrap((target.y - y_m).atan2(target.x - x_m) - d.y.atan2(d.x))
     }
 }
@@ -230,36 +250,42 @@ pub(super) fn combine(max_distance_px: f64, lines: (f64, usize), goals: (f64, us
     }
 }
 
-/// Projection of points of the robot frame, and of ground points (x, y, 1), to homogeneous undistorted pixels.
-pub(super) fn projections(
-    camera: &Camera,
-    robot_from_camera: &Rigid3<Robot, CameraFrame>,
-) -> (Matrix3x4<f64>, Matrix3<f64>) {
+/// Projection of points of the robot frame to homogeneous undistorted pixels.
+pub(super) fn projection(camera: &Camera, robot_from_camera: &Rigid3<Robot, CameraFrame>) -> Matrix3x4<f64> {
     let camera_from_robot = robot_from_camera.inverse();
     let ((fx, fy), (cx, cy)) = (camera.focal_px(), camera.center_px());
     let intrinsics = Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
     let mut pose = Matrix3x4::zeros();
     pose.fixed_view_mut::<3, 3>(0, 0).copy_from(camera_from_robot.rotation());
     pose.set_column(3, camera_from_robot.translation());
-    let ideal_from_robot = intrinsics * pose;
-    let columns = [ideal_from_robot.column(0), ideal_from_robot.column(1), ideal_from_robot.column(3)];
-    (ideal_from_robot, Matrix3::from_columns(&columns.map(|c| c.into_owned())))
+    intrinsics * pose
 }
 
-/// A pose with the sine and cosine of its heading.
+/// What is seen from a pose: worked out once for each pose, used for each pixel.
 #[derive(Debug, Clone, Copy)]
-struct Trigonometry {
+struct View {
     x: f64,
     y: f64,
     sin: f64,
     cos: f64,
+    /// Projection of points of the world to homogeneous undistorted pixels.
+    ideal_from_world: Matrix3x4<f64>,
 }
 
-impl Trigonometry {
+impl View {
     #[inline]
-    fn new(pose: &PlanarPose) -> Self {
+    fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Self {
         let (sin, cos) = pose.yaw_rad.sin_cos();
-        Self { x: pose.x_m, y: pose.y_m, sin, cos }
+        let (x, y) = (pose.x_m, pose.y_m);
+        let mut ideal_from_world = *ideal_from_robot;
+        for r in 0..3 {
+            let (a, b) = (ideal_from_robot[(r, 0)], ideal_from_robot[(r, 1)]);
+            let (turned_a, turned_b) = (a * cos - b * sin, a * sin + b * cos);
+            ideal_from_world[(r, 0)] = turned_a;
+            ideal_from_world[(r, 1)] = turned_b;
+            ideal_from_world[(r, 3)] -= turned_a * x + turned_b * y;
+        }
+        Self { x, y, sin, cos, ideal_from_world }
     }
 
     #[inline]
@@ -267,9 +293,9 @@ impl Trigonometry {
         Point2::new(self.x + self.cos * p.x - self.sin * p.y, self.y + self.sin * p.x + self.cos * p.y)
     }
 
+    /// Direction of the robot in the world's axes.
     #[inline]
-    fn robot_from_world(&self, p: &Point2<f64>) -> Point2<f64> {
-        let (dx, dy) = (p.x - self.x, p.y - self.y);
-        Point2::new(self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+    fn rotate_to_world(&self, d: &Vector2<f64>) -> Vector2<f64> {
+        Vector2::new(self.cos * d.x - self.sin * d.y, self.sin * d.x + self.cos * d.y)
     }
 }

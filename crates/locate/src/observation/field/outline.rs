@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use visloc_world::field::{Field, Segment};
 
 /// A piece of an outline on the ground, in the world's (x, y), meters.
@@ -10,7 +10,7 @@ use visloc_world::field::{Field, Segment};
 pub(super) enum Outline {
     Segment {
         start: Point2<f64>,
-        along: nalgebra::Vector2<f64>,
+        along: Vector2<f64>,
         inverse_length2: f64,
     },
     /// A circle around the origin.
@@ -25,17 +25,21 @@ impl Outline {
         Self::Segment { start: segment.start, along, inverse_length2: 1.0 / along.norm_squared() }
     }
 
-    /// The nearest point of the outline.
+    /// The nearest point of the outline, and the outline's direction there; zero at the end of a segment, beyond which
+    /// there is nothing.
     #[inline]
-    pub fn nearest_point(&self, point: &Point2<f64>) -> Point2<f64> {
+    pub fn nearest_point(&self, point: &Point2<f64>) -> (Point2<f64>, Vector2<f64>) {
         match self {
             Self::Segment { start, along, inverse_length2 } => {
                 let t = (point - start).dot(along) * inverse_length2;
-                start + along * t.clamp(0.0, 1.0)
+                let clamped = t.clamp(0.0, 1.0);
+                let is_inside = f64::from(u8::from(t == clamped));
+                (start + along * clamped, along * is_inside)
             }
             Self::Circle { radius_m } => {
-                let distance = point.coords.norm();
-                if distance < 1e-9 { Point2::new(*radius_m, 0.0) } else { point * (radius_m / distance) }
+                let distance = point.coords.norm().max(1e-9);
+                let nearest = point * (radius_m / distance);
+                (nearest, Vector2::new(-nearest.y, nearest.x))
             }
         }
     }
@@ -59,28 +63,40 @@ impl Outline {
     }
 }
 
-/// Both borders of every line, circle and mark on the ground.
-pub(super) fn ground_outlines(field: &Field) -> Vec<Outline> {
+/// Both borders of every line, circle and mark on the ground, one group for each.
+pub(super) fn ground_outlines(field: &Field) -> Vec<Vec<Outline>> {
     let half = field.dimensions().line_width_m / 2.0;
-    let mut outlines = Vec::new();
-    for line in field.lines().iter().chain(field.marks()) {
-        let along = (line.end - line.start).normalize();
-        let across = nalgebra::Vector2::new(-along.y, along.x) * half;
-        // Long lines end in the middle of the line that they meet, marks end where they end.
-        let is_mark = field.marks().contains(line);
-        let extend = if is_mark { 0.0 } else { half };
-        let (start, end) = (line.start - along * extend, line.end + along * extend);
-        for side in [across, -across] {
-            outlines.push(Outline::segment(&Segment { start: start + side, end: end + side }));
+    // Long lines go on to the outer border of the line that they meet; marks end where they end.
+    let lines = field.lines().iter().map(|line| strip(line, half, half));
+    let marks = field.marks().iter().map(|mark| {
+        let mut outlines = strip(mark, half, 0.0);
+        let across = across(mark) * half;
+        for tip in [mark.start, mark.end] {
+            outlines.push(Outline::segment(&Segment { start: tip + across, end: tip - across }));
         }
-        if is_mark {
-            for tip in [start, end] {
-                outlines.push(Outline::segment(&Segment { start: tip + across, end: tip - across }));
-            }
-        }
-    }
-    for radius_m in [field.circle_radius_m() - half, field.circle_radius_m() + half] {
-        outlines.push(Outline::Circle { radius_m });
-    }
-    outlines
+        outlines
+    });
+    let radius_m = field.circle_radius_m();
+    let circle = [radius_m - half, radius_m + half].map(|radius_m| Outline::Circle { radius_m }).to_vec();
+    lines.chain(marks).chain([circle]).collect()
+}
+
+/// Both long borders of a strip around a segment that is lengthened at both ends.
+fn strip(segment: &Segment, half_width: f64, lengthened: f64) -> Vec<Outline> {
+    let longer = (segment.end - segment.start).normalize() * lengthened;
+    let across = across(segment) * half_width;
+    [across, -across]
+        .map(|side| {
+            Outline::segment(&Segment {
+                start: segment.start - longer + side,
+                end: segment.end + longer + side,
+            })
+        })
+        .to_vec()
+}
+
+/// Unit vector across a segment.
+fn across(segment: &Segment) -> Vector2<f64> {
+    let along = (segment.end - segment.start).normalize();
+    Vector2::new(-along.y, along.x)
 }

@@ -8,7 +8,7 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 
-use super::model::{FieldModelConfig, FieldTables, combine, projections};
+use super::model::{FieldModelConfig, FieldTables, combine, projection};
 use crate::ConfigError;
 
 /// Draws theoretical images of a field and compares percepts with them.
@@ -35,7 +35,7 @@ impl DrawnFieldModel {
     /// `max_distance_px` outside the image are included.
     #[must_use]
     pub fn draw(&self, percept: &Percept, world_from_robot: &PlanarPose) -> Vec<(FeatureKind, Point2<f64>)> {
-        let (ideal_from_robot, _) = projections(&percept.camera, &percept.robot_from_camera);
+        let ideal_from_robot = projection(&percept.camera, &percept.robot_from_camera);
         let robot_from_world = world_from_robot.to_rigid3().inverse();
         let margin = self.max_distance_px;
         let (width, height) = percept.camera.size_px();
