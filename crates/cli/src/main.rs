@@ -1,1 +1,24 @@
-fn main() {}
+//! `visloc`: tells a robot with one ordinary camera where it is.
+
+mod args;
+mod commands;
+mod live_view;
+mod report;
+mod run;
+mod stopwatch;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    match commands::execute(args::Cli::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, outermost context first, so that scripts and people find the place at once.
+            let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+            eprintln!("error: {}", causes.join(": ").replace('\n', " "));
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -95,13 +95,26 @@ pub fn write_tum(path: &Path, trajectory: &PlanarTrajectory) -> Result<(), Traje
 /// # Errors
 /// If the bytes cannot be written.
 pub fn write_tum_to(output: &mut impl Write, trajectory: &PlanarTrajectory) -> io::Result<()> {
-    writeln!(output, "# t_s tx_m ty_m tz_m qx qy qz qw, the robot's footprint in the map")?;
-    for pose in trajectory.poses() {
-        let PlanarPose { x_m, y_m, yaw_rad } = pose.world_from_robot;
-        let (qz, qw) = (0.5 * yaw_rad).sin_cos();
-        writeln!(output, "{} {x_m:.9} {y_m:.9} {:.9} 0 0 {qz:.12} {qw:.12}", pose.at, pose.height_m)?;
-    }
-    Ok(())
+    write_tum_header(output)?;
+    trajectory.poses().iter().try_for_each(|pose| write_tum_pose(output, pose))
+}
+
+/// The comment at the start of a TUM file, for files that grow pose by pose.
+///
+/// # Errors
+/// If the bytes cannot be written.
+pub fn write_tum_header(output: &mut impl Write) -> io::Result<()> {
+    writeln!(output, "# t_s tx_m ty_m tz_m qx qy qz qw, the robot's footprint in the map")
+}
+
+/// One line of a TUM file.
+///
+/// # Errors
+/// If the bytes cannot be written.
+pub fn write_tum_pose(output: &mut impl Write, pose: &StampedPose) -> io::Result<()> {
+    let PlanarPose { x_m, y_m, yaw_rad } = pose.world_from_robot;
+    let (qz, qw) = (0.5 * yaw_rad).sin_cos();
+    writeln!(output, "{} {x_m:.9} {y_m:.9} {:.9} 0 0 {qz:.12} {qw:.12}", pose.at, pose.height_m)
 }
 
 fn parse_tum(text: &str) -> Result<StampedPose, String> {

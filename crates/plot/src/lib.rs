@@ -1,4 +1,5 @@
-//! Pictures of runs as SVG and PNG: the field from above with paths, time series, heat maps, bars and histograms.
+//! Pictures of runs as SVG and PNG: the field from above with paths, time series, heat maps, bars and histograms,
+//! and what an image analysis found.
 //!
 //! Every picture is a plain struct that the caller fills with numbers, labels and colors, and one function that
 //! turns it into a [`Picture`]:
@@ -32,6 +33,7 @@ mod font;
 mod header;
 mod heat_map;
 mod histogram;
+mod image_picture;
 mod picture;
 mod svg;
 mod time_series;
@@ -44,5 +46,6 @@ pub use error::PlotError;
 pub use field::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud, field_picture};
 pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
 pub use histogram::{Histogram, HistogramSeries, histogram};
+pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};
 pub use picture::Picture;
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -140,6 +140,17 @@ impl Canvas {
         self.element(&format!("path d=\"{data}\""), paint);
     }
 
+    /// A PNG, enlarged to fill `rect` with its pixels as sharp squares.
+    pub(crate) fn png(&mut self, rect: &Rect, png: &[u8]) {
+        let (x, y) = (number(rect.left), number(rect.top));
+        let (width, height) = (number(rect.width()), number(rect.height()));
+        let data = base64(png);
+        self.raw(&format!(
+            "<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" image-rendering=\"optimizeSpeed\" \
+             style=\"image-rendering:pixelated\" href=\"data:image/png;base64,{data}\"/>\n"
+        ));
+    }
+
     /// One line of text with its baseline at `at`.
     pub(crate) fn text(&mut self, at: Point, text: &str, style: &TextStyle) {
         let place = format!("x=\"{}\" y=\"{}\"", number(at.0), number(at.1));
@@ -274,9 +285,33 @@ fn escape(text: &str) -> String {
     escaped
 }
 
+/// Source: RFC 4648, section 4.
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for group in bytes.chunks(3) {
+        let value = (0..3).fold(0_u32, |value, i| value << 8 | u32::from(group.get(i).copied().unwrap_or(0)));
+        for i in 0..4 {
+            let is_padding = i > group.len();
+            let letter = LETTERS[(value >> (18 - 6 * i)) as usize & 63];
+            text.push(if is_padding { '=' } else { char::from(letter) });
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn base64_of_the_standard() {
+        let texts = ["", "f", "fo", "foo", "foob", "fooba", "foobar"];
+        let codes = ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"];
+        for (text, code) in texts.iter().zip(codes) {
+            assert_eq!(base64(text.as_bytes()), code);
+        }
+    }
 
     #[test]
     fn numbers_are_short_and_finite() {

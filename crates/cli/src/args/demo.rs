@@ -1,0 +1,72 @@
+//! `visloc demo` and `visloc simulate`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{JsonArg, SeedArg, ThreadsArg};
+
+/// Arguments of `visloc demo`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Simulates a robot that walks over a RoboCup field and is kidnapped twice: somebody lifts it and puts \
+                  it down elsewhere, the second time without any sign from its feet. Two algorithms look for it in the \
+                  same images, and you watch them. At the end: a table of both and a folder with pictures.\n\n\
+                  On a terminal the demo plays at up to twice real time. In a pipe it runs as fast as it can and prints \
+                  a few plain lines.",
+    after_long_help = "Examples:\n  \
+                       visloc demo\n  \
+                       visloc demo --seed 7 --out out/seven      another walk, other kidnaps\n  \
+                       visloc demo --scenario crowd              among other robots (see: visloc simulate --list)"
+)]
+pub struct DemoArgs {
+    #[command(flatten)]
+    pub seed: SeedArg,
+    /// Folder for pictures, trajectories and numbers
+    #[arg(long, value_name = "DIR", default_value = "out/demo")]
+    pub out: PathBuf,
+    /// Built-in scenario or TOML file
+    #[arg(long, value_name = "NAME|FILE", default_value = "demo")]
+    pub scenario: String,
+    /// Stop after this many frames
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub json: JsonArg,
+    #[command(flatten)]
+    pub threads: ThreadsArg,
+}
+
+/// Arguments of `visloc simulate`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Draws what a simulated robot sees and writes it as a ROS 2 bag: images, calibration, kinematics, \
+                  odometry and foot sensors, and the truth on a topic of its own. The truth is also written beside the \
+                  bag as a trajectory in TUM format.\n\n\
+                  A path that ends in .mcap becomes one file, any other a folder with metadata.yaml that \
+                  `ros2 bag play` understands.",
+    after_long_help = "Examples:\n  \
+                       visloc simulate --list\n  \
+                       visloc simulate tour --out out/tour.mcap --seed 3\n  \
+                       visloc localize out/tour.mcap --map robocup-spl-2010"
+)]
+pub struct SimulateArgs {
+    /// Built-in scenario or TOML file
+    #[arg(value_name = "SCENARIO", required_unless_present = "list")]
+    pub scenario: Option<String>,
+    /// The bag: FILE.mcap or a folder
+    #[arg(long, value_name = "BAG", required_unless_present = "list")]
+    pub out: Option<PathBuf>,
+    /// List the built-in scenarios and do nothing else
+    #[arg(long, exclusive = true)]
+    pub list: bool,
+    /// End after this many frames
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
+    pub json: JsonArg,
+    #[command(flatten)]
+    pub threads: ThreadsArg,
+}

@@ -1,0 +1,59 @@
+//! `visloc config` and `visloc map`.
+
+use clap::{Args, Subcommand};
+
+/// Arguments of `visloc config`.
+#[derive(Debug, Args)]
+#[command(
+    arg_required_else_help = true,
+    long_about = "Shows the parameters that can be set in files, with their defaults, as TOML.",
+    after_long_help = "Example:\n  \
+                       visloc config show mce > mce.toml\n  \
+                       visloc localize recording.mcap --map robocup-spl-2010 --algorithm mce --config mce.toml"
+)]
+pub struct ConfigArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: ConfigCommand,
+}
+
+/// Commands of `visloc config`.
+#[derive(Debug, Subcommand)]
+pub enum ConfigCommand {
+    /// Print the defaults of an algorithm, of the pipeline or of the topics
+    Show {
+        /// Name of an algorithm, or "pipeline" or "topics"
+        #[arg(value_name = "NAME")]
+        name: String,
+    },
+}
+
+/// Arguments of `visloc map`.
+#[derive(Debug, Args)]
+#[command(
+    arg_required_else_help = true,
+    long_about = "Checks a map: prints its dimensions, or says what is wrong with it and where.",
+    after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml"
+)]
+pub struct MapArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: MapCommand,
+}
+
+/// Commands of `visloc map`.
+#[derive(Debug, Subcommand)]
+pub enum MapCommand {
+    /// Say what is wrong with a map, or print its dimensions
+    Check {
+        /// Built-in map or TOML file
+        #[arg(value_name = "NAME|FILE")]
+        map: String,
+    },
+    /// Print a built-in map as TOML, to start a map of your own from
+    Show {
+        /// Built-in map
+        #[arg(value_name = "NAME")]
+        map: String,
+    },
+}

@@ -1,0 +1,88 @@
+//! `visloc localize`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{JsonArg, SeedArg, ThreadsArg};
+
+/// Arguments of `visloc localize`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Finds the robot in a recording: a ROS 2 bag, as an .mcap file or a folder. Needed are images, their \
+                  calibration and the pose of the camera on the robot (/tf). Odometry and foot sensors are used if they \
+                  are there. If the bag has the truth, the result is compared with it; the algorithms never see it.\n\n\
+                  What is damaged in the bag is left out and counted. If the bag is cut off, everything until there \
+                  is written and the exit code is 1.\n\n\
+                  In place of a bag, sim:SCENARIO simulates one.",
+    after_long_help = "Examples:\n  \
+                       visloc localize recording.mcap --map robocup-spl-2010\n  \
+                       visloc localize recording.mcap --map my-field.toml --algorithm mce --trajectory robot.tum\n  \
+                       visloc localize recording.mcap --map my-field.toml --image-topic /eye/image_raw --base-frame base_link\n  \
+                       visloc localize sim:kidnaps --plots out/kidnaps\n\n\
+                       Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
+)]
+pub struct LocalizeArgs {
+    /// ROS 2 bag (.mcap or folder), or sim:SCENARIO
+    #[arg(value_name = "BAG")]
+    pub bag: String,
+    /// Built-in map or TOML file; may be left out with sim:SCENARIO
+    #[arg(long, value_name = "NAME|FILE")]
+    pub map: Option<String>,
+    /// Name of the algorithm (see: visloc algorithms)
+    #[arg(long, value_name = "NAME", default_value = "evolutionary")]
+    pub algorithm: String,
+    /// Parameters of the algorithm, TOML; names only what differs from the defaults
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Parameters of image analysis, observation model and lift detector, TOML
+    #[arg(long, value_name = "FILE")]
+    pub pipeline: Option<PathBuf>,
+    #[command(flatten)]
+    pub topics: TopicArgs,
+    /// Write the pose of every frame to this file, TUM format
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// Write every frame's pose, reliability and uncertainty to this file, CSV
+    #[arg(long, value_name = "FILE")]
+    pub estimates: Option<PathBuf>,
+    /// Draw pictures into this folder
+    #[arg(long, value_name = "DIR")]
+    pub plots: Option<PathBuf>,
+    /// Stop after this many frames
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
+    pub json: JsonArg,
+    #[command(flatten)]
+    pub threads: ThreadsArg,
+}
+
+/// Names of topics and frames in the bag.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Topics")]
+pub struct TopicArgs {
+    /// Names of topics and frames, TOML (see: visloc config show topics)
+    #[arg(long, value_name = "FILE")]
+    pub topics: Option<PathBuf>,
+    /// Topic of the images
+    #[arg(long, value_name = "TOPIC")]
+    pub image_topic: Option<String>,
+    /// Topic of the calibration
+    #[arg(long, value_name = "TOPIC")]
+    pub camera_info_topic: Option<String>,
+    /// Topic of the odometry; "" for none
+    #[arg(long, value_name = "TOPIC")]
+    pub odometry_topic: Option<String>,
+    /// Topic of the truth; "" for none
+    #[arg(long, value_name = "TOPIC")]
+    pub truth_topic: Option<String>,
+    /// Frame of the robot on the ground: x forward, y left, z up
+    #[arg(long, value_name = "FRAME")]
+    pub base_frame: Option<String>,
+    /// Optical frame of the camera [default: the one in the images' headers]
+    #[arg(long, value_name = "FRAME")]
+    pub camera_frame: Option<String>,
+}

@@ -1,0 +1,56 @@
+//! The command line as it is typed. Parsing looks at nothing but the words; files are opened by the commands.
+
+mod analyze;
+mod demo;
+mod inspect;
+mod localize;
+mod shared;
+
+use clap::{Parser, Subcommand};
+
+pub use analyze::{ColorsArgs, EvaluateArgs};
+pub use demo::{DemoArgs, SimulateArgs};
+pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
+pub use localize::{LocalizeArgs, TopicArgs};
+pub use shared::{JsonArg, SeedArg, ThreadsArg};
+
+/// Tells a robot with one ordinary camera where it is
+#[derive(Debug, Parser)]
+#[command(
+    name = "visloc",
+    version,
+    max_term_width = 100,
+    arg_required_else_help = true,
+    long_about = "Tells a robot with one ordinary camera where it is, on a map that is known, such as a RoboCup field.\n\n\
+                  Nothing is needed for a first look:\n    visloc demo\n\n\
+                  Then on a recording of your own robot (a ROS 2 bag in MCAP):\n    \
+                  visloc localize recording.mcap --map robocup-spl-2010"
+)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// All commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Watch a simulated robot find itself; needs no files
+    Demo(DemoArgs),
+    /// Write a simulated robot's recording as a ROS 2 bag, with the truth
+    Simulate(SimulateArgs),
+    /// Find the robot in a recording
+    Localize(LocalizeArgs),
+    /// Compare an estimated trajectory with the truth
+    Evaluate(EvaluateArgs),
+    /// List the algorithms
+    Algorithms,
+    /// List the built-in maps
+    Maps,
+    /// Show the parameters that can be set in files
+    Config(ConfigArgs),
+    /// Check a map
+    Map(MapArgs),
+    /// Learn the color classes of your field from a labelled image
+    Colors(ColorsArgs),
+}

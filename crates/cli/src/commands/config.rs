@@ -1,0 +1,29 @@
+//! `visloc algorithms` and `visloc config`.
+
+use anyhow::{Context, Result};
+use visloc_data::bag::BagTopics;
+use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
+
+use crate::args::{ConfigArgs, ConfigCommand};
+
+/// Runs the command.
+///
+/// # Errors
+/// If there is no such algorithm.
+pub fn execute(args: &ConfigArgs) -> Result<()> {
+    let ConfigCommand::Show { name } = &args.command;
+    let text = match name.as_str() {
+        "pipeline" => toml::to_string(&PipelineConfig::default()).context("pipeline")?,
+        "topics" => toml::to_string(&BagTopics::default()).context("topics")?,
+        algorithm => default_config_toml(algorithm)?,
+    };
+    print!("{text}");
+    Ok(())
+}
+
+/// Prints name and summary of every algorithm.
+pub fn list_algorithms() {
+    for algorithm in ALGORITHMS {
+        println!("{:<18} {}", algorithm.name, algorithm.summary);
+    }
+}

@@ -1,0 +1,82 @@
+//! `visloc evaluate`: an estimated trajectory against the truth.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use visloc_data::trajectory::read_trajectory;
+use visloc_eval::{EstimateSample, EvaluationOptions, evaluate};
+use visloc_world::Map;
+
+use super::settings::read_text;
+use crate::{
+    args::EvaluateArgs,
+    report::{Column, Curve, EvaluationReport, RunPictures, comparison_table, save_json},
+};
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be read or written, or the two have no time in common.
+pub fn execute(args: &EvaluateArgs) -> Result<()> {
+    let truth = read_trajectory(&args.truth)?;
+    let samples = read_estimate(&args.estimate)?;
+    let map = args.map.as_deref().map(Map::load).transpose()?;
+    let evaluation = evaluate(&truth, &samples, &EvaluationOptions::default());
+    if evaluation.frames == 0 {
+        bail!(
+            "{}: none of its {} poses is within {} s of a pose of {}; are both of the same run?",
+            args.estimate.display(),
+            samples.len(),
+            EvaluationOptions::default().stamp_tolerance_secs,
+            args.truth.display()
+        );
+    }
+    let report = EvaluationReport::of(&evaluation);
+    println!("{} frames in common\n", evaluation.frames);
+    let label =
+        args.estimate.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    print!("{}", comparison_table(&[Column { title: &label, report: &report }]));
+    if let Some(folder) = &args.plots {
+        let pictures = RunPictures {
+            title: label.clone(),
+            subtitle: format!("{} against {}", args.estimate.display(), args.truth.display()),
+            map: map.as_ref(),
+            truth: &truth,
+            curves: vec![Curve { label: &label, samples, comparison: Some(&evaluation) }],
+        };
+        pictures.save(folder)?;
+        println!("\npictures: {}", folder.display());
+    }
+    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+}
+
+/// A trajectory, with the reliabilities if the file is a table that has them.
+fn read_estimate(path: &Path) -> Result<Vec<EstimateSample>> {
+    let trajectory = read_trajectory(path)?;
+    let reliabilities = read_reliabilities(path)?;
+    let samples = trajectory.poses().iter().enumerate().map(|(i, pose)| EstimateSample {
+        at: pose.at,
+        world_from_robot: pose.world_from_robot,
+        reliability: reliabilities.as_ref().and_then(|values| values.get(i).copied()),
+    });
+    Ok(samples.collect())
+}
+
+/// The column `reliability`, one value for each pose of the same file.
+fn read_reliabilities(path: &Path) -> Result<Option<Vec<f64>>> {
+    let text = read_text(path)?;
+    let is_data = |line: &str| !line.is_empty() && !line.starts_with('#');
+    let mut lines = text.lines().map(str::trim).enumerate().filter(|(_, line)| is_data(line));
+    let Some((_, header)) = lines.next() else { return Ok(None) };
+    let Some(column) = header.split(',').position(|name| name.trim() == "reliability") else {
+        return Ok(None);
+    };
+    let value = |(i, line): (usize, &str)| {
+        let field = line.split(',').nth(column).unwrap_or_default().trim();
+        let value: Option<f64> = field.parse().ok().filter(|value| (0.0..=1.0).contains(value));
+        value.with_context(|| {
+            format!("{}, line {}: expected a reliability from 0 to 1, found '{field}'", path.display(), i + 1)
+        })
+    };
+    lines.map(value).collect::<Result<Vec<_>>>().map(Some)
+}

@@ -1,0 +1,27 @@
+//! Which command runs.
+
+use anyhow::Result;
+
+use super::{colors, config, demo, evaluate, localize, map, simulate};
+use crate::args::{Cli, Command};
+
+/// Does what the command line asks for.
+///
+/// # Errors
+/// Whatever stops the command, with the place where it happened.
+pub fn execute(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Demo(args) => demo::execute(&args),
+        Command::Simulate(args) => simulate::execute(&args),
+        Command::Localize(args) => localize::execute(&args),
+        Command::Evaluate(args) => evaluate::execute(&args),
+        Command::Algorithms => {
+            config::list_algorithms();
+            Ok(())
+        }
+        Command::Maps => map::list(),
+        Command::Config(args) => config::execute(&args),
+        Command::Map(args) => map::execute(&args),
+        Command::Colors(args) => colors::execute(&args),
+    }
+}

@@ -1,0 +1,163 @@
+//! `visloc localize`: find the robot in a recording.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use visloc_world::Map;
+
+use super::settings::{bag_topics, pipeline_config, read_text};
+use crate::{
+    args::LocalizeArgs,
+    report::{
+        AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
+        comparison_table, percent, save_json,
+    },
+    run::{
+        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, SourceSettings, Spectator,
+        drive, open_source,
+    },
+};
+
+/// Runs the command.
+///
+/// # Errors
+/// If an input cannot be used, an output not be written, or the bag is cut off: then all results until there are
+/// written first.
+pub fn execute(args: &LocalizeArgs) -> Result<()> {
+    let settings = RunnerSettings {
+        algorithm: &args.algorithm,
+        algorithm_toml: None,
+        pipeline: pipeline_config(args.pipeline.as_deref())?,
+        seed: args.seed.seed,
+    };
+    let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
+    let settings = RunnerSettings { algorithm_toml: algorithm_toml.as_deref(), ..settings };
+    let mut source = open_source(SourceSettings {
+        name: &args.bag,
+        map: args.map.as_deref(),
+        topics: bag_topics(&args.topics)?,
+        seed: args.seed.seed,
+        num_threads: args.threads.count(),
+        max_frames: args.frames,
+    })?;
+    // A wrong name or parameter must not empty the files of an earlier run, so the algorithm is tried first.
+    let runner = Runner::new(&source.map, &settings, OutputFiles::default());
+    runner.with_context(|| config_place(args))?;
+    let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
+    let mut runners = [Runner::new(&source.map, &settings, files)?];
+
+    let mut progress = Progress::new(source.frames.num_frames());
+    let mut snapshots = SnapshotTaker::default();
+    let mut spectators: Vec<&mut dyn Spectator> = vec![&mut progress];
+    if args.plots.is_some() {
+        spectators.push(&mut snapshots);
+    }
+    let outcome = drive(source.frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
+    progress.clear();
+    let [runner] = runners;
+    let report = summarize(args, &source.map, &runner, &outcome);
+    print(&report, &runner);
+    if let Some(folder) = &args.plots {
+        draw(folder, &source.map, &report, &runner, &outcome)?;
+        if let Some(snapshot) = snapshots.snapshot() {
+            snapshot.draw().save(folder, "analysis")?;
+        }
+        println!("pictures: {}", folder.display());
+    }
+    if let Some(path) = &args.json.json {
+        save_json(path, &report)?;
+    }
+    match outcome.error {
+        Some(error) => Err(anyhow!("{error} (the {} frames before are done)", outcome.num_frames)),
+        None if outcome.num_frames == 0 => Err(anyhow!("{}: no frame that can be used", args.bag)),
+        None => Ok(()),
+    }
+}
+
+/// Where a wrong parameter stands.
+fn config_place(args: &LocalizeArgs) -> String {
+    let files = [&args.config, &args.pipeline].into_iter().flatten();
+    let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    if names.is_empty() { "cannot start".to_owned() } else { names.join(", ") }
+}
+
+fn summarize(args: &LocalizeArgs, map: &Map, runner: &Runner, outcome: &RunOutcome) -> LocalizeReport {
+    #[allow(clippy::cast_precision_loss)]
+    let frames_per_s = outcome.num_frames as f64 / outcome.wall_secs.max(1e-9);
+    LocalizeReport {
+        source: args.bag.clone(),
+        map: map.name().to_owned(),
+        seed: args.seed.seed,
+        algorithm: AlgorithmReport::new(runner, outcome),
+        duration_s: outcome.duration_secs,
+        frames_per_s,
+        skipped: SkippedReport::new(outcome.skipped.iter().chain(runner.rejected())),
+        error: outcome.error.as_ref().map(ToString::to_string),
+    }
+}
+
+fn print(report: &LocalizeReport, runner: &Runner) {
+    println!(
+        "{}: {} frames, {:.1} s, at {:.0} frames a second",
+        report.source, report.algorithm.evaluation.frames, report.duration_s, report.frames_per_s
+    );
+    println!();
+    let column = Column { title: &report.algorithm.algorithm, report: &report.algorithm.evaluation };
+    print!("{}", comparison_table(&[column]));
+    if report.algorithm.comparison.is_none() {
+        print_without_truth(runner.records());
+    }
+    println!();
+    for line in report.skipped.lines() {
+        println!("{line}");
+    }
+}
+
+/// Without a truth there is only what the algorithm says of itself.
+fn print_without_truth(records: &[FrameRecord]) {
+    let localized: Vec<_> = records.iter().filter(|record| record.is_localized()).collect();
+    #[allow(clippy::cast_precision_loss)]
+    let share = (!records.is_empty()).then(|| localized.len() as f64 / records.len() as f64);
+    println!();
+    println!(
+        "The bag has no truth to compare with. The algorithm says that it knew the place in {} of the frames",
+        percent(share)
+    );
+    if let (Some(start), Some(first), Some(last)) = (records.first(), localized.first(), localized.last()) {
+        let pose = last.world_from_robot;
+        println!(
+            "for the first time after {:.1} s; at the end at x {:.2} m, y {:.2} m, heading {:.0} deg.",
+            first.at.secs_since(start.at),
+            pose.x_m,
+            pose.y_m,
+            pose.yaw_rad.to_degrees()
+        );
+    }
+}
+
+fn draw(
+    folder: &Path,
+    map: &Map,
+    report: &LocalizeReport,
+    runner: &Runner,
+    outcome: &RunOutcome,
+) -> Result<()> {
+    let pictures = RunPictures {
+        title: report.source.clone(),
+        subtitle: format!(
+            "{}, {} frames on {}",
+            runner.name(),
+            report.algorithm.evaluation.frames,
+            report.map
+        ),
+        map: Some(map),
+        truth: &outcome.truth,
+        curves: vec![Curve {
+            label: runner.name(),
+            samples: runner.records().iter().map(FrameRecord::sample).collect(),
+            comparison: report.algorithm.comparison.as_ref(),
+        }],
+    };
+    pictures.save(folder)?;
+    Ok(())
+}

@@ -1,0 +1,13 @@
+//! One file per command: from checked arguments to results.
+
+mod colors;
+mod config;
+mod demo;
+mod evaluate;
+mod execute;
+mod localize;
+mod map;
+mod settings;
+mod simulate;
+
+pub use execute::execute;

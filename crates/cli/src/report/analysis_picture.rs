@@ -1,0 +1,167 @@
+//! A picture of what the image analysis keeps and drops.
+
+use visloc_base::{Frame, RgbImage};
+use visloc_geom::Horizon;
+use visloc_locate::Pipeline;
+use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
+use visloc_vision::{DropReason, Percept, field::FieldAnalyzer};
+
+use crate::run::{FrameView, Spectator};
+
+/// How much the image is enlarged.
+const ENLARGEMENT: u32 = 3;
+
+/// The analysis of one image, as it is drawn.
+pub struct AnalysisSnapshot {
+    picture: ImagePicture,
+    secs: f64,
+}
+
+/// Waits for the image that shows most of what the analysis can do.
+#[derive(Default)]
+pub struct SnapshotTaker {
+    best: Option<(f64, AnalysisSnapshot)>,
+}
+
+impl SnapshotTaker {
+    /// The best image so far.
+    pub fn snapshot(&self) -> Option<&AnalysisSnapshot> {
+        self.best.as_ref().map(|(_, snapshot)| snapshot)
+    }
+}
+
+impl Spectator for SnapshotTaker {
+    fn after_frame(&mut self, view: &FrameView<'_>) {
+        let Some(runner) = view.runners.first() else { return };
+        let score = score(runner.pipeline());
+        if self.best.as_ref().is_none_or(|(best, _)| score > *best) {
+            self.best = Some((score, AnalysisSnapshot::new(view, runner.pipeline())));
+        }
+    }
+}
+
+/// Good pixels, and many different reasons to drop others.
+fn score(pipeline: &Pipeline) -> f64 {
+    let analyzer = pipeline.analyzer();
+    let percept = analyzer.percept();
+    let is_seen = |reason: &&DropReason| percept.num_dropped(**reason) > 0;
+    #[allow(clippy::cast_precision_loss)]
+    let num_reasons = DropReason::ALL.iter().filter(is_seen).count() as f64;
+    let bonus = |is_there: bool| if is_there { 0.5 } else { 0.0 };
+    percept.quality
+        + 0.1 * num_reasons
+        + bonus(!analyzer.obstacles().is_empty())
+        + bonus(analyzer.goal_blobs().iter().any(|blob| blob.is_valid))
+}
+
+impl AnalysisSnapshot {
+    fn new(view: &FrameView<'_>, pipeline: &Pipeline) -> Self {
+        let analyzer = pipeline.analyzer();
+        let mut dots = dropped(analyzer.percept());
+        dots.extend(kept(analyzer.percept()));
+        let picture = ImagePicture {
+            title: "What the image analysis sees".to_owned(),
+            subtitle: String::new(),
+            image: washed(&view.frame.image),
+            enlargement: ENLARGEMENT,
+            boxes: boxes(analyzer),
+            lines: lines(view.frame, analyzer),
+            dots,
+        };
+        Self { picture, secs: view.secs }
+    }
+
+    /// The picture.
+    pub fn draw(&self) -> Picture {
+        let kept = self.picture.dots.iter().filter(|dots| dots.label.starts_with("kept"));
+        let num_kept: usize = kept.map(|dots| dots.points_px.len()).sum();
+        let subtitle = format!("image at {:.1} s; {num_kept} pixels go to the localizer", self.secs);
+        image_picture(&ImagePicture { subtitle, ..self.picture.clone() })
+    }
+}
+
+/// A little paler than it is, so that colored marks stand out.
+fn washed(image: &RgbImage) -> RgbImage {
+    let mut pale = image.clone();
+    for value in pale.data_mut() {
+        *value = 60 + (u16::from(*value) * 3 / 4) as u8;
+    }
+    pale
+}
+
+fn kept(percept: &Percept) -> Vec<ImageDots> {
+    let dots = |label: &str, color, is_goal: bool| ImageDots {
+        label: label.to_owned(),
+        color,
+        diameter_px: 4.4,
+        points_px: {
+            let pixels = percept.pixels.iter().filter(|pixel| pixel.kind.is_goal() == is_goal);
+            pixels.map(|pixel| (pixel.px.x, pixel.px.y)).collect()
+        },
+    };
+    vec![dots("kept, line", Color::WHITE, false), dots("kept, goal", GOLD, true)]
+}
+
+const GOLD: Color = Color::rgb(0xff, 0xd4, 0x00);
+
+fn dropped(percept: &Percept) -> Vec<ImageDots> {
+    let dots = |reason: &DropReason| ImageDots {
+        label: reason.name().to_owned(),
+        color: color(*reason),
+        diameter_px: 2.4,
+        points_px: {
+            let pixels = percept.dropped.iter().filter(|pixel| pixel.reason == *reason);
+            pixels.map(|pixel| (pixel.px.x, pixel.px.y)).collect()
+        },
+    };
+    DropReason::ALL.iter().map(dots).collect()
+}
+
+/// One color for each reason, in the order of the filters.
+fn color(reason: DropReason) -> Color {
+    const COLORS: [Color; 10] = [
+        Color::rgb(0xe4, 0x1a, 0x1c),
+        Color::rgb(0xff, 0x7f, 0x00),
+        Color::rgb(0xf7, 0x81, 0xbf),
+        Color::rgb(0x98, 0x4e, 0xa3),
+        Color::rgb(0x37, 0x7e, 0xb8),
+        Color::rgb(0xa6, 0x56, 0x28),
+        Color::rgb(0x00, 0xc8, 0xc8),
+        Color::rgb(0x5a, 0x3c, 0xd2),
+        Color::rgb(0x70, 0x10, 0x30),
+        Color::rgb(0x9a, 0x9a, 0x9a),
+    ];
+    if reason == DropReason::RandomDiscard {
+        return COLORS[9];
+    }
+    let index = DropReason::ALL.iter().position(|known| *known == reason).unwrap_or(0);
+    COLORS[index % 9]
+}
+
+fn lines(frame: &Frame, analyzer: &FieldAnalyzer) -> Vec<ImageLine> {
+    let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
+    let last_column = f64::from(frame.image.width()) - 1.0;
+    let ends = [0.0, last_column].map(|x| horizon.row_px(x).map(|y| (x, y)));
+    let line = |label: &str, color, points_px| ImageLine { label: label.to_owned(), color, points_px };
+    vec![
+        line("horizon", Color::SKY_BLUE, ends.into_iter().flatten().collect()),
+        line("end of the field", Color::VERMILION, analyzer.field_end().hull().to_vec()),
+    ]
+}
+
+fn boxes(analyzer: &FieldAnalyzer) -> Vec<ImageBoxes> {
+    let goals = |is_valid: bool| {
+        let blobs = analyzer.goal_blobs().iter().filter(|blob| blob.is_valid == is_valid);
+        blobs.map(|blob| blob.bounds_px).collect()
+    };
+    let boxes = |label: &str, color, bounds_px| ImageBoxes { label: label.to_owned(), color, bounds_px };
+    vec![
+        boxes("blob that is no goal", Color::GRAY, goals(false)),
+        boxes("goal", GOLD, goals(true)),
+        boxes(
+            "obstacle",
+            Color::PURPLE,
+            analyzer.obstacles().iter().map(|obstacle| obstacle.bounds_px).collect(),
+        ),
+    ]
+}

@@ -1,0 +1,154 @@
+//! The numbers of a run. Keys are shared by all commands and stay; what is not known is `null`.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use visloc_eval::{ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate};
+
+use super::SkippedReport;
+use crate::run::{FrameRecord, RunOutcome, Runner, write_text};
+
+/// How well an algorithm did: the keys that every command shares.
+#[derive(Debug, Clone, Serialize, Default)]
+pub struct EvaluationReport {
+    /// Frames that the algorithm worked on.
+    pub frames: usize,
+    /// Meters, from the first localization on.
+    pub position_error_m: Option<ErrorSummary>,
+    /// Degrees, of the same frames.
+    pub heading_error_deg: Option<ErrorSummary>,
+    /// Meters, of those frames in which the algorithm claims to know where the robot is.
+    pub tracking_position_error_m: Option<ErrorSummary>,
+    /// Share of the frames on the ground that are localized, 0 to 1.
+    pub localized_share: Option<f64>,
+    /// From the first frame to the first localization, seconds.
+    pub time_to_localize_s: Option<f64>,
+    /// What came of every kidnap.
+    pub kidnaps: Option<Vec<KidnapRecovery>>,
+    /// Image analysis and localizer together, milliseconds a frame.
+    pub iteration_ms: Option<TimingSummary>,
+    /// Image analysis alone, milliseconds a frame.
+    pub analysis_ms: Option<TimingSummary>,
+}
+
+impl EvaluationReport {
+    /// The report of a comparison.
+    pub fn of(evaluation: &Evaluation) -> Self {
+        Self {
+            frames: evaluation.frames,
+            position_error_m: Some(evaluation.position_error_m),
+            heading_error_deg: Some(evaluation.heading_error_deg),
+            tracking_position_error_m: Some(evaluation.tracking_position_error_m),
+            localized_share: evaluation.localized_share,
+            time_to_localize_s: evaluation.time_to_localize_s,
+            kidnaps: Some(evaluation.kidnaps.clone()),
+            iteration_ms: None,
+            analysis_ms: None,
+        }
+    }
+}
+
+/// One algorithm on one run.
+#[derive(Debug, Clone, Serialize)]
+pub struct AlgorithmReport {
+    /// Its name.
+    pub algorithm: String,
+    #[serde(flatten)]
+    pub evaluation: EvaluationReport,
+    /// Localizer alone, milliseconds a frame.
+    pub localizer_ms: TimingSummary,
+    /// The comparison in full, for pictures.
+    #[serde(skip)]
+    pub comparison: Option<Evaluation>,
+}
+
+impl AlgorithmReport {
+    /// Sums up a runner after its run. Without any truth there is no comparison.
+    pub fn new(runner: &Runner, outcome: &RunOutcome) -> Self {
+        let records = runner.records();
+        let comparison = (!outcome.truth.poses().is_empty()).then(|| {
+            let samples: Vec<_> = records.iter().map(FrameRecord::sample).collect();
+            evaluate(&outcome.truth, &samples, &EvaluationOptions::default())
+        });
+        let timing =
+            |ms: fn(&FrameRecord) -> f64| TimingSummary::of_ms(&records.iter().map(ms).collect::<Vec<_>>());
+        Self {
+            algorithm: runner.name().to_owned(),
+            evaluation: EvaluationReport {
+                frames: records.len(),
+                iteration_ms: Some(timing(|record| record.analysis_ms + record.localizer_ms)),
+                analysis_ms: Some(timing(|record| record.analysis_ms)),
+                ..comparison.as_ref().map(EvaluationReport::of).unwrap_or_default()
+            },
+            localizer_ms: timing(|record| record.localizer_ms),
+            comparison,
+        }
+    }
+}
+
+/// What `visloc localize --json` writes.
+#[derive(Debug, Serialize)]
+pub struct LocalizeReport {
+    /// The bag or scenario.
+    pub source: String,
+    /// Name of the map.
+    pub map: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    #[serde(flatten)]
+    pub algorithm: AlgorithmReport,
+    /// From the first to the last frame, seconds.
+    pub duration_s: f64,
+    /// Frames a second, with reading and decoding.
+    pub frames_per_s: f64,
+    /// What was left out.
+    pub skipped: SkippedReport,
+    /// Why the run ended early.
+    pub error: Option<String>,
+}
+
+/// What `visloc demo` writes.
+#[derive(Debug, Serialize)]
+pub struct DemoReport {
+    /// The scenario.
+    pub scenario: String,
+    /// Name of the map.
+    pub map: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// From the first to the last frame, seconds.
+    pub duration_s: f64,
+    /// Time that the run took, seconds.
+    pub wall_s: f64,
+    /// Every algorithm on the same frames.
+    pub algorithms: Vec<AlgorithmReport>,
+}
+
+/// What `visloc simulate --json` writes.
+#[derive(Debug, Serialize)]
+pub struct SimulateReport {
+    /// The scenario.
+    pub scenario: String,
+    /// Name of the map.
+    pub map: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Frames in the bag.
+    pub frames: usize,
+    /// From the first to the last frame, seconds.
+    pub duration_s: f64,
+    /// The bag.
+    pub bag: String,
+    /// The truth.
+    pub truth: String,
+}
+
+/// Writes a report.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn save_json(path: &Path, report: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(report).context("cannot write the numbers as JSON")?;
+    write_text(path, &format!("{text}\n"))
+}

@@ -1,0 +1,13 @@
+//! What a run is worth: numbers for scripts, tables for people, pictures for both.
+
+mod analysis_picture;
+mod json;
+mod pictures;
+mod skipped;
+mod table;
+
+pub use analysis_picture::{AnalysisSnapshot, SnapshotTaker};
+pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
+pub use pictures::{Curve, RunPictures};
+pub use skipped::SkippedReport;
+pub use table::{Column, comparison_table, measure, percent};

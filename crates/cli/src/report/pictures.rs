@@ -1,0 +1,168 @@
+//! Pictures of a run: paths over the field, errors over time.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use visloc_base::{PlanarTrajectory, Timestamp};
+use visloc_eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans};
+use visloc_locate::LOCALIZED_RELIABILITY;
+use visloc_plot::{
+    Color, FieldPath, FieldPicture, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,
+    TimeSeriesPicture, ValueAxis, field_picture, time_series,
+};
+use visloc_world::Map;
+
+/// One algorithm in the pictures.
+pub struct Curve<'a> {
+    /// In the legend.
+    pub label: &'a str,
+    /// Its answers.
+    pub samples: Vec<EstimateSample>,
+    /// Their errors, if there is a truth.
+    pub comparison: Option<&'a Evaluation>,
+}
+
+/// Everything that the pictures of a run show.
+pub struct RunPictures<'a> {
+    /// Above every picture.
+    pub title: String,
+    /// Below the title.
+    pub subtitle: String,
+    /// Below the paths; without a map there is no picture of paths.
+    pub map: Option<&'a Map>,
+    /// Where the robot was; may be empty.
+    pub truth: &'a PlanarTrajectory,
+    /// The algorithms.
+    pub curves: Vec<Curve<'a>>,
+}
+
+impl RunPictures<'_> {
+    /// Draws all pictures into a folder. Returns the files' names without their ending.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<Vec<PathBuf>> {
+        let mut saved = Vec::new();
+        if let Some(map) = self.map {
+            saved.extend(save(folder, "trajectories", self.paths(map))?);
+        }
+        saved.extend(save(folder, "errors", Some(self.over_time()))?);
+        Ok(saved)
+    }
+
+    fn paths(&self, map: &Map) -> Option<Picture> {
+        // Maps may be of kinds that have no field to draw on.
+        #[allow(irrefutable_let_patterns)]
+        let Map::Field(field) = map else { return None };
+        let spans = carried_spans(self.truth, &EvaluationOptions::default());
+        let picture = FieldPicture {
+            title: self.title.clone(),
+            subtitle: self.subtitle.clone(),
+            truth: (!self.truth.poses().is_empty()).then(|| self.truth_path(&spans)),
+            estimates: self.curves.iter().enumerate().map(|(i, curve)| estimate_path(i, curve)).collect(),
+            kidnaps: spans.iter().filter_map(|span| self.kidnap(span)).collect(),
+            start: self.truth.poses().first().map(|pose| pose.world_from_robot),
+            ..FieldPicture::default()
+        };
+        Some(field_picture(field, &picture))
+    }
+
+    fn truth_path(&self, spans: &[CarriedSpan]) -> FieldPath {
+        let is_carried = |at: Timestamp| spans.iter().any(|span| span.contains(at));
+        let points = self.truth.poses().iter().map(|pose| match is_carried(pose.at) {
+            true => PathPoint::gap(),
+            false => PathPoint::localized(&pose.world_from_robot),
+        });
+        FieldPath { label: "truth".to_owned(), color: Color::BLACK, points: points.collect() }
+    }
+
+    fn kidnap(&self, span: &CarriedSpan) -> Option<Kidnap> {
+        let pose_at = |at| self.truth.nearest(at, 0.1).map(|pose| pose.world_from_robot);
+        Some(Kidnap { from: pose_at(span.from)?, to: pose_at(span.until?)? })
+    }
+
+    fn over_time(&self) -> Picture {
+        let start = self.truth.poses().first().map(|pose| pose.at);
+        let start = start.or_else(|| self.curves.iter().find_map(|curve| Some(curve.samples.first()?.at)));
+        let start = start.unwrap_or_default();
+        let end = self.truth.poses().last().map_or(start, |pose| pose.at);
+        let spans = carried_spans(self.truth, &EvaluationOptions::default());
+        let carried = spans.iter().map(|span| Span {
+            start_secs: span.from.secs_since(start),
+            end_secs: span.until.unwrap_or(end).secs_since(start),
+            label: "carried".to_owned(),
+        });
+        let mut panels = Vec::new();
+        if self.curves.iter().any(|curve| curve.comparison.is_some()) {
+            let log = ValueAxis::Log { min: 0.01, max: 10.0 };
+            panels.push(self.panel("position error [m]", log, |curve| {
+                errors(curve, start, |error| error.position_error_m.max(0.01))
+            }));
+            let log = ValueAxis::Log { min: 0.1, max: 180.0 };
+            panels.push(self.panel("heading error [deg]", log, |curve| {
+                errors(curve, start, |error| error.heading_error_rad.to_degrees().max(0.1))
+            }));
+        }
+        let mut reliability = self.panel("reliability", ValueAxis::Linear { min: 0.0, max: 1.0 }, |curve| {
+            let value = |sample: &EstimateSample| {
+                (sample.at.secs_since(start), sample.reliability.unwrap_or(f64::NAN))
+            };
+            curve.samples.iter().map(value).collect()
+        });
+        let label = "localized above".to_owned();
+        reliability.references.push(ReferenceLine {
+            value: LOCALIZED_RELIABILITY,
+            label,
+            color: Color::GRAY,
+        });
+        panels.push(reliability);
+        time_series(&TimeSeriesPicture {
+            title: self.title.clone(),
+            subtitle: self.subtitle.clone(),
+            panels,
+            spans: carried.collect(),
+            ..TimeSeriesPicture::default()
+        })
+    }
+
+    fn panel(&self, label: &str, axis: ValueAxis, points: impl Fn(&Curve<'_>) -> Vec<(f64, f64)>) -> Panel {
+        let series =
+            |(i, curve): (usize, &Curve<'_>)| Series::new(curve.label, Color::series(i), points(curve));
+        let series = self.curves.iter().enumerate().map(series).collect();
+        Panel { label: label.to_owned(), axis, series, references: Vec::new() }
+    }
+}
+
+fn estimate_path(index: usize, curve: &Curve<'_>) -> FieldPath {
+    let point = |sample: &EstimateSample| {
+        let is_localized = sample.reliability.is_none_or(|reliability| reliability > LOCALIZED_RELIABILITY);
+        PathPoint { is_localized, ..PathPoint::localized(&sample.world_from_robot) }
+    };
+    FieldPath {
+        label: curve.label.to_owned(),
+        color: Color::series(index),
+        points: curve.samples.iter().map(point).collect(),
+    }
+}
+
+fn errors(
+    curve: &Curve<'_>,
+    start: Timestamp,
+    value: impl Fn(&visloc_eval::FrameError) -> f64,
+) -> Vec<(f64, f64)> {
+    let frames = curve.comparison.map_or(&[][..], |comparison| &comparison.frame_errors);
+    // The error of a robot in somebody's hands says nothing.
+    let value = |frame: &_| if is_carried(frame) { f64::NAN } else { value(frame) };
+    frames.iter().map(|frame| (frame.at.secs_since(start), value(frame))).collect()
+}
+
+fn is_carried(frame: &visloc_eval::FrameError) -> bool {
+    frame.is_carried
+}
+
+fn save(folder: &Path, name: &str, picture: Option<Picture>) -> Result<Option<PathBuf>> {
+    let Some(picture) = picture else { return Ok(None) };
+    let path = folder.join(name);
+    picture.save(folder, name).with_context(|| format!("{}: cannot draw it", path.display()))?;
+    Ok(Some(path))
+}

@@ -1,0 +1,79 @@
+//! What was left out of a run.
+
+use serde::Serialize;
+use visloc_base::{SkippedInput, Timestamp};
+
+/// Inputs that could not be used, grouped by where they came from.
+#[derive(Debug, Clone, Serialize, Default)]
+pub struct SkippedReport {
+    /// All together.
+    pub count: usize,
+    /// By origin, in order of their first appearance.
+    pub groups: Vec<SkippedGroup>,
+}
+
+/// Inputs of one origin.
+#[derive(Debug, Clone, Serialize)]
+pub struct SkippedGroup {
+    /// For instance the topic.
+    pub origin: String,
+    /// How many.
+    pub count: usize,
+    /// Stamp of the first, seconds.
+    pub first_at_s: Option<f64>,
+    /// What was wrong with the first.
+    pub first_reason: String,
+}
+
+impl SkippedReport {
+    /// Counts inputs.
+    pub fn new<'a>(inputs: impl IntoIterator<Item = &'a SkippedInput>) -> Self {
+        let mut report = Self::default();
+        for input in inputs {
+            report.count += 1;
+            match report.groups.iter_mut().find(|group| group.origin == input.origin) {
+                Some(group) => group.count += 1,
+                None => report.groups.push(SkippedGroup {
+                    origin: input.origin.clone(),
+                    count: 1,
+                    first_at_s: input.at.map(Timestamp::secs),
+                    first_reason: input.reason.clone(),
+                }),
+            }
+        }
+        report
+    }
+
+    /// One line a group for people.
+    pub fn lines(&self) -> Vec<String> {
+        let line = |group: &SkippedGroup| {
+            let at = group.first_at_s.map(|secs| format!(" at {secs:.3} s")).unwrap_or_default();
+            format!("left out {} of {}; the first{at}: {}", group.count, group.origin, group.first_reason)
+        };
+        self.groups.iter().map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_are_counted_by_origin() {
+        let input = |origin: &str, reason: &str| SkippedInput {
+            at: Some(Timestamp::from_secs(2.0)),
+            origin: origin.to_owned(),
+            reason: reason.to_owned(),
+        };
+        let report =
+            SkippedReport::new(&[input("/odom", "NaN"), input("/image", "cut"), input("/odom", "old")]);
+        assert_eq!(report.count, 3);
+        assert_eq!(
+            report.lines(),
+            [
+                "left out 2 of /odom; the first at 2.000 s: NaN",
+                "left out 1 of /image; the first at 2.000 s: cut"
+            ]
+        );
+    }
+}

@@ -1,0 +1,94 @@
+//! The loop over all frames.
+
+use anyhow::Result;
+use visloc_base::{Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Truth};
+
+use super::Runner;
+use crate::stopwatch::Stopwatch;
+
+/// What there is to see after a frame.
+pub struct FrameView<'a> {
+    /// What the robot sensed.
+    pub frame: &'a Frame,
+    /// Where it was.
+    pub truth: Option<Truth>,
+    /// The algorithms, after this frame.
+    pub runners: &'a [Runner],
+    /// Seconds since the first frame.
+    pub secs: f64,
+}
+
+/// Somebody who watches.
+pub trait Spectator {
+    /// Called after every frame.
+    fn after_frame(&mut self, view: &FrameView<'_>);
+}
+
+/// What a run leaves behind besides the records of its runners.
+pub struct RunOutcome {
+    /// Where the robot was, as far as the source knows.
+    pub truth: PlanarTrajectory,
+    /// Frames that the source delivered.
+    pub num_frames: usize,
+    /// From the first to the last frame, seconds.
+    pub duration_secs: f64,
+    /// What the source left out.
+    pub skipped: Vec<SkippedInput>,
+    /// Why the source ended early.
+    pub error: Option<SourceError>,
+    /// Time that all this took, seconds, with reading or drawing the images.
+    pub wall_secs: f64,
+}
+
+/// Feeds every frame to every runner, in order. Each runner gets the frame alone; the truth goes to the spectators and
+/// into the outcome.
+///
+/// # Errors
+/// If an output file cannot be written.
+pub fn drive(
+    source: &mut dyn FrameSource,
+    max_frames: Option<u32>,
+    runners: &mut [Runner],
+    spectators: &mut [&mut dyn Spectator],
+) -> Result<RunOutcome> {
+    let watch = Stopwatch::start();
+    let max_frames = max_frames.map_or(usize::MAX, |frames| frames as usize);
+    let mut outcome = RunOutcome {
+        truth: PlanarTrajectory::new(),
+        num_frames: 0,
+        duration_secs: 0.0,
+        skipped: Vec::new(),
+        error: None,
+        wall_secs: 0.0,
+    };
+    let mut first_at = None;
+    while outcome.num_frames < max_frames {
+        let (frame, truth) = match source.next_frame() {
+            Some(Ok(next)) => (next.frame, next.truth),
+            Some(Err(error)) => {
+                outcome.error = Some(error);
+                break;
+            }
+            None => break,
+        };
+        outcome.num_frames += 1;
+        outcome.duration_secs = frame.at.secs_since(*first_at.get_or_insert(frame.at));
+        if let Some(Truth { world_from_robot, height_m }) = truth {
+            // A second truth of the same time tells nothing new.
+            let _ = outcome.truth.push(StampedPose { at: frame.at, world_from_robot, height_m });
+        }
+        for runner in runners.iter_mut() {
+            runner.step(&frame)?;
+        }
+        let view = FrameView { frame: &frame, truth, runners, secs: outcome.duration_secs };
+        for spectator in spectators.iter_mut() {
+            spectator.after_frame(&view);
+        }
+    }
+    for runner in runners.iter_mut() {
+        runner.finish()?;
+    }
+    outcome.skipped = source.skipped().to_vec();
+    outcome.wall_secs = watch.secs();
+    Ok(outcome)
+}

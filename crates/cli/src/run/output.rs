@@ -1,0 +1,129 @@
+//! Files that grow while a run goes on.
+
+use std::{
+    fs::{self, File},
+    io::{BufWriter, Write},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result};
+use visloc_base::{StampedPose, Timestamp};
+use visloc_data::trajectory::{write_tum_header, write_tum_pose};
+
+use super::FrameRecord;
+
+/// First line of a table of estimates. Seconds, meters and radians; `t`, `x`, `y`, `yaw` as in tables of the truth.
+pub const CSV_HEADER: &str =
+    "t,x,y,yaw,reliability,likelihood,sigma_x,sigma_y,sigma_yaw,hypotheses,quality,pixels";
+
+/// So much data is lost at most if the program is killed, seconds.
+const FLUSH_SECS: f64 = 1.0;
+
+/// Trajectory and table of one algorithm.
+#[derive(Default)]
+pub struct OutputFiles {
+    trajectory: Option<GrowingFile>,
+    estimates: Option<GrowingFile>,
+    flushed_at: Option<Timestamp>,
+}
+
+struct GrowingFile {
+    path: PathBuf,
+    writer: BufWriter<File>,
+}
+
+impl OutputFiles {
+    /// Creates the files that are wanted, and their folders.
+    ///
+    /// # Errors
+    /// If one cannot be created.
+    pub fn create(trajectory: Option<&Path>, estimates: Option<&Path>) -> Result<Self> {
+        let mut files = Self {
+            trajectory: trajectory.map(GrowingFile::create).transpose()?,
+            estimates: estimates.map(GrowingFile::create).transpose()?,
+            flushed_at: None,
+        };
+        if let Some(file) = &mut files.trajectory {
+            file.write(write_tum_header)?;
+        }
+        if let Some(file) = &mut files.estimates {
+            file.write(|writer| writeln!(writer, "{CSV_HEADER}"))?;
+        }
+        Ok(files)
+    }
+
+    /// Appends a frame.
+    ///
+    /// # Errors
+    /// If the disk is full or the like.
+    pub fn append(&mut self, record: &FrameRecord) -> Result<()> {
+        if let Some(file) = &mut self.trajectory {
+            let world_from_robot = record.world_from_robot;
+            let pose = StampedPose { at: record.at, world_from_robot, height_m: 0.0 };
+            file.write(|writer| write_tum_pose(writer, &pose))?;
+        }
+        if let Some(file) = &mut self.estimates {
+            file.write(|writer| writeln!(writer, "{}", csv_line(record)))?;
+        }
+        let flushed_at = *self.flushed_at.get_or_insert(record.at);
+        if record.at.secs_since(flushed_at) >= FLUSH_SECS {
+            self.flushed_at = Some(record.at);
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Everything so far goes to the disk.
+    ///
+    /// # Errors
+    /// If the disk is full or the like.
+    pub fn flush(&mut self) -> Result<()> {
+        [&mut self.trajectory, &mut self.estimates]
+            .into_iter()
+            .flatten()
+            .try_for_each(|file| file.write(Write::flush))
+    }
+}
+
+impl GrowingFile {
+    fn create(path: &Path) -> Result<Self> {
+        make_parent(path)?;
+        let file = File::create(path).with_context(|| format!("{}: cannot create it", path.display()))?;
+        Ok(Self { path: path.to_path_buf(), writer: BufWriter::new(file) })
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+        write(&mut self.writer).with_context(|| format!("{}: cannot write it", self.path.display()))
+    }
+}
+
+/// Writes a whole file, and makes its folder.
+///
+/// # Errors
+/// If that is not possible.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    make_parent(path)?;
+    fs::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
+}
+
+fn make_parent(path: &Path) -> Result<()> {
+    let Some(parent) = path.parent() else { return Ok(()) };
+    fs::create_dir_all(parent).with_context(|| format!("{}: cannot make the folder", parent.display()))
+}
+
+fn csv_line(record: &FrameRecord) -> String {
+    let pose = record.world_from_robot;
+    let [sigma_x, sigma_y, sigma_yaw] = record.sigma;
+    format!(
+        "{},{:.6},{:.6},{:.6},{:.6},{:.6},{sigma_x:.6},{sigma_y:.6},{sigma_yaw:.6},{},{:.4},{}",
+        record.at,
+        pose.x_m,
+        pose.y_m,
+        pose.yaw_rad,
+        record.reliability,
+        record.likelihood,
+        record.num_hypotheses,
+        record.quality,
+        record.num_pixels,
+    )
+}

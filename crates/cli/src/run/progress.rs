@@ -1,0 +1,44 @@
+//! A progress bar on a terminal; nothing in a pipe.
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{FrameView, Spectator};
+
+/// How far a run has come. Drawn to standard error, so that standard output stays clean.
+pub struct Progress {
+    bar: ProgressBar,
+}
+
+impl Progress {
+    /// A bar for a number of frames, if that is known.
+    pub fn new(num_frames: Option<usize>) -> Self {
+        let bar = num_frames.map_or_else(ProgressBar::new_spinner, |frames| ProgressBar::new(frames as u64));
+        let template = match num_frames {
+            Some(_) => "{bar:40} {pos}/{len} frames  {per_sec:.0}  {eta} left  {msg}",
+            None => "{spinner} {pos} frames  {per_sec:.0}  {msg}",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+
+    /// One frame is done.
+    pub fn advance(&self) {
+        self.bar.inc(1);
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+impl Spectator for Progress {
+    fn after_frame(&mut self, view: &FrameView<'_>) {
+        if let Some(record) = view.runners.first().and_then(|runner| runner.records().last()) {
+            self.bar.set_message(format!("reliability {:.2}", record.reliability));
+        }
+        self.advance();
+    }
+}

@@ -1,0 +1,153 @@
+//! One algorithm at work.
+
+use anyhow::Result;
+use visloc_base::{Frame, RngTree, SkippedInput, Timestamp};
+use visloc_eval::EstimateSample;
+use visloc_geom::PlanarPose;
+use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
+use visloc_world::Map;
+
+use super::OutputFiles;
+use crate::stopwatch::Stopwatch;
+
+/// What is kept of a frame. Small, so that an hour of frames fits into memory.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameRecord {
+    /// Stamp of the frame.
+    pub at: Timestamp,
+    /// Where the algorithm says that the robot is.
+    pub world_from_robot: PlanarPose,
+    /// How far it trusts that, 0 to 1.
+    pub reliability: f64,
+    /// Likelihood of the image at that pose, 0 to 1.
+    pub likelihood: f64,
+    /// Standard deviations of x and y, meters, and heading, radians.
+    pub sigma: [f64; 3],
+    /// Places where the robot may be.
+    pub num_hypotheses: usize,
+    /// Quality of the image, 0 to 1.
+    pub quality: f64,
+    /// Pixels that were weighed.
+    pub num_pixels: usize,
+    /// Time for the image, milliseconds.
+    pub analysis_ms: f64,
+    /// Time for the pose, milliseconds.
+    pub localizer_ms: f64,
+}
+
+impl FrameRecord {
+    /// Whether the algorithm claims to know where the robot is.
+    pub fn is_localized(&self) -> bool {
+        self.reliability > LOCALIZED_RELIABILITY
+    }
+
+    /// For the comparison with the truth.
+    pub fn sample(&self) -> EstimateSample {
+        EstimateSample {
+            at: self.at,
+            world_from_robot: self.world_from_robot,
+            reliability: Some(self.reliability),
+        }
+    }
+}
+
+/// What a runner is made from.
+pub struct RunnerSettings<'a> {
+    /// Name of the algorithm.
+    pub algorithm: &'a str,
+    /// Parameters of the algorithm as TOML.
+    pub algorithm_toml: Option<&'a str>,
+    /// All other parameters.
+    pub pipeline: PipelineConfig,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// An algorithm with its output files and records.
+pub struct Runner {
+    name: String,
+    pipeline: Pipeline,
+    files: OutputFiles,
+    records: Vec<FrameRecord>,
+    rejected: Vec<SkippedInput>,
+}
+
+impl Runner {
+    /// An algorithm that knows nothing yet.
+    ///
+    /// # Errors
+    /// If there is no such algorithm or a parameter is wrong.
+    pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
+        let RunnerSettings { algorithm, algorithm_toml, pipeline, seed } = settings;
+        let rng = RngTree::new(*seed).subtree("pipeline", 0);
+        Ok(Self {
+            name: (*algorithm).to_owned(),
+            pipeline: Pipeline::new(map, algorithm, *algorithm_toml, pipeline, rng)?,
+            files,
+            records: Vec::new(),
+            rejected: Vec::new(),
+        })
+    }
+
+    /// Takes in a frame, measures, and writes the result.
+    ///
+    /// # Errors
+    /// If an output file cannot be written. A frame that cannot be analyzed is left out and counted.
+    pub fn step(&mut self, frame: &Frame) -> Result<()> {
+        let watch = Stopwatch::start();
+        let (quality, num_pixels) = match self.pipeline.analyze(frame) {
+            Ok(percept) => (percept.quality, percept.pixels.len()),
+            Err(error) => {
+                let (at, origin) = (Some(frame.at), "image analysis".to_owned());
+                self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
+                return Ok(());
+            }
+        };
+        let analysis_ms = watch.ms();
+        let watch = Stopwatch::start();
+        let estimate = self.pipeline.localize(frame);
+        let localizer_ms = watch.ms();
+        let record = FrameRecord {
+            at: frame.at,
+            world_from_robot: estimate.world_from_robot,
+            reliability: estimate.reliability,
+            likelihood: estimate.likelihood,
+            sigma: [0, 1, 2].map(|i| estimate.covariance[(i, i)].max(0.0).sqrt()),
+            num_hypotheses: estimate.hypotheses.len(),
+            quality,
+            num_pixels,
+            analysis_ms,
+            localizer_ms,
+        };
+        self.records.push(record);
+        self.files.append(&record)
+    }
+
+    /// Completes the output files.
+    ///
+    /// # Errors
+    /// If one cannot be written.
+    pub fn finish(&mut self) -> Result<()> {
+        self.files.flush()
+    }
+
+    /// Name of the algorithm.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Image analysis and localizer, for pictures.
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    /// All frames so far.
+    pub fn records(&self) -> &[FrameRecord] {
+        &self.records
+    }
+
+    /// Frames that could not be analyzed.
+    pub fn rejected(&self) -> &[SkippedInput] {
+        &self.rejected
+    }
+}

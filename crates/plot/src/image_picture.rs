@@ -1,0 +1,193 @@
+//! A camera image with what was found in it.
+
+use resvg::tiny_skia;
+use visloc_base::RgbImage;
+
+use crate::{
+    Color, Picture,
+    header::{Header, LegendEntry, Symbol},
+    svg::{Canvas, Paint, Point, Rect},
+};
+
+const MARGIN_PX: f64 = 24.0;
+
+/// An image and what is drawn over it. Places are pixels of the image; (0, 0) is the center of its top left pixel.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ImagePicture {
+    /// Large, at the top.
+    pub title: String,
+    /// Below the title.
+    pub subtitle: String,
+    /// The image.
+    pub image: RgbImage,
+    /// How many times it is enlarged; at least 1 is used.
+    pub enlargement: u32,
+    /// Below everything else.
+    pub boxes: Vec<ImageBoxes>,
+    /// Above the boxes.
+    pub lines: Vec<ImageLine>,
+    /// Above everything else.
+    pub dots: Vec<ImageDots>,
+}
+
+/// Upright rectangles of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageBoxes {
+    /// In the legend.
+    pub label: String,
+    /// Of the outline.
+    pub color: Color,
+    /// Left, top, right, bottom: the outermost pixels that belong to it.
+    pub bounds_px: Vec<[u32; 4]>,
+}
+
+/// A line through points.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageLine {
+    /// In the legend.
+    pub label: String,
+    /// Of the line.
+    pub color: Color,
+    /// From one end to the other.
+    pub points_px: Vec<(f64, f64)>,
+}
+
+/// Single pixels of one kind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageDots {
+    /// In the legend.
+    pub label: String,
+    /// Of the filling.
+    pub color: Color,
+    /// Diameter, pixels of the image.
+    pub diameter_px: f64,
+    /// Where.
+    pub points_px: Vec<(f64, f64)>,
+}
+
+/// The image enlarged without smoothing, and everything over it. Kinds without a single member are left out, of the
+/// legend too.
+#[must_use]
+pub fn image_picture(input: &ImagePicture) -> Picture {
+    let scale = f64::from(input.enlargement.max(1));
+    let (width_px, height_px) = (f64::from(input.image.width()), f64::from(input.image.height()));
+    let right = MARGIN_PX + width_px * scale;
+    let header = Header::new((MARGIN_PX, right), &input.title, &input.subtitle, legend(input));
+    let top = header.height_px() + 10.0;
+    let rect = Rect { left: MARGIN_PX, top, right, bottom: top + height_px * scale };
+    let mut canvas = Canvas::new(right + MARGIN_PX, rect.bottom + MARGIN_PX);
+    header.draw(&mut canvas);
+    canvas.begin_part("image");
+    if let Some(png) = png_of(&input.image) {
+        canvas.png(&rect, &png);
+    }
+    canvas.end_group();
+    canvas.begin_clip(&rect);
+    let place = |(x, y): (f64, f64)| (rect.left + (x + 0.5) * scale, rect.top + (y + 0.5) * scale);
+    draw_boxes(&mut canvas, input, &rect, scale);
+    for line in &input.lines {
+        let points: Vec<Point> = line.points_px.iter().map(|point| place(*point)).collect();
+        // A dark rim, because the image below may have any color.
+        canvas.polyline(&points, &Paint::stroke(Color::BLACK, 4.5).opacity(0.6));
+        canvas.polyline(&points, &Paint::stroke(line.color, 2.2));
+    }
+    for dots in &input.dots {
+        let paint = Paint::fill(dots.color).outlined(Color::BLACK, 1.0);
+        for point in &dots.points_px {
+            canvas.circle(place(*point), 0.5 * dots.diameter_px * scale, &paint);
+        }
+    }
+    canvas.end_group();
+    canvas.finish()
+}
+
+fn draw_boxes(canvas: &mut Canvas, input: &ImagePicture, rect: &Rect, scale: f64) {
+    for boxes in &input.boxes {
+        for [left, top, right, bottom] in &boxes.bounds_px {
+            let x = |column: u32| rect.left + f64::from(column) * scale;
+            let y = |row: u32| rect.top + f64::from(row) * scale;
+            let bounds = Rect { left: x(*left), top: y(*top), right: x(right + 1), bottom: y(bottom + 1) };
+            canvas.rect(&bounds, &Paint::fill(boxes.color).opacity(0.15));
+            canvas.rect(&bounds, &Paint::stroke(Color::BLACK, 4.0).opacity(0.6));
+            canvas.rect(&bounds, &Paint::stroke(boxes.color, 2.0));
+        }
+    }
+}
+
+fn legend(input: &ImagePicture) -> Vec<LegendEntry> {
+    let dots = input.dots.iter().filter(|dots| !dots.points_px.is_empty());
+    let dots = dots.map(|dots| {
+        LegendEntry::new(&format!("{} ({})", dots.label, dots.points_px.len()), Symbol::Dot(dots.color))
+    });
+    let lines = input.lines.iter().filter(|line| line.points_px.len() > 1);
+    let lines = lines.map(|line| LegendEntry::new(&line.label, Symbol::Line(line.color)));
+    let boxes = input.boxes.iter().filter(|boxes| !boxes.bounds_px.is_empty());
+    let boxes = boxes.map(|boxes| LegendEntry::new(&boxes.label, Symbol::Patch(boxes.color, 0.5)));
+    dots.chain(lines).chain(boxes).collect()
+}
+
+/// `None` for an image without pixels.
+fn png_of(image: &RgbImage) -> Option<Vec<u8>> {
+    let mut pixels = tiny_skia::Pixmap::new(image.width(), image.height())?;
+    for (to, from) in pixels.data_mut().chunks_exact_mut(4).zip(image.data().chunks_exact(3)) {
+        to[..3].copy_from_slice(from);
+        to[3] = 255;
+    }
+    pixels.encode_png().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture() -> ImagePicture {
+        let mut image = RgbImage::new(8, 6);
+        for y in 0..6 {
+            for x in 0..8 {
+                image.set(x, y, if x < 4 { [200, 30, 40] } else { [20, 160, 60] });
+            }
+        }
+        ImagePicture {
+            image,
+            enlargement: 10,
+            dots: vec![
+                ImageDots {
+                    label: "kept".into(),
+                    color: Color::BLUE,
+                    diameter_px: 1.0,
+                    points_px: vec![(6.0, 4.0)],
+                },
+                ImageDots {
+                    label: "none".into(),
+                    color: Color::ORANGE,
+                    diameter_px: 1.0,
+                    points_px: Vec::new(),
+                },
+            ],
+            ..ImagePicture::default()
+        }
+    }
+
+    #[test]
+    fn pixels_are_sharp_and_dots_are_at_their_centers() {
+        let picture = image_picture(&picture());
+        let png = picture.png(1.0).unwrap();
+        let pixels = tiny_skia::Pixmap::decode_png(&png).unwrap();
+        let top = pixels.height() as f64 - MARGIN_PX - 60.0;
+        let color = |x: f64, y: f64| {
+            let pixel = pixels.pixel((MARGIN_PX + x) as u32, (top + y) as u32).unwrap();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        };
+        assert_eq!(color(38.0, 2.0), [200, 30, 40]);
+        assert_eq!(color(42.0, 2.0), [20, 160, 60]);
+        assert_eq!(color(65.0, 45.0), Color::BLUE.parts());
+        assert_eq!(color(71.0, 45.0), [20, 160, 60]);
+    }
+
+    #[test]
+    fn empty_kinds_are_not_in_the_legend() {
+        let svg = image_picture(&picture()).svg().to_owned();
+        assert!(svg.contains("kept (1)") && !svg.contains("none"));
+        image_picture(&ImagePicture::default());
+    }
+}
