@@ -92,7 +92,7 @@ pub fn image_picture(input: &ImagePicture) -> Picture {
         canvas.polyline(&points, &Paint::stroke(line.color, 2.2));
     }
     for dots in &input.dots {
-        let paint = Paint::fill(dots.color).outlined(Color::BLACK, 1.0);
+        let paint = Paint::fill(dots.color).outlined(Color::BLACK, 0.8);
         for point in &dots.points_px {
             canvas.circle(place(*point), 0.5 * dots.diameter_px * scale, &paint);
         }
@@ -107,7 +107,6 @@ fn draw_boxes(canvas: &mut Canvas, input: &ImagePicture, rect: &Rect, scale: f64
             let x = |column: u32| rect.left + f64::from(column) * scale;
             let y = |row: u32| rect.top + f64::from(row) * scale;
             let bounds = Rect { left: x(*left), top: y(*top), right: x(right + 1), bottom: y(bottom + 1) };
-            canvas.rect(&bounds, &Paint::fill(boxes.color).opacity(0.15));
             canvas.rect(&bounds, &Paint::stroke(Color::BLACK, 4.0).opacity(0.6));
             canvas.rect(&bounds, &Paint::stroke(boxes.color, 2.0));
         }
@@ -117,7 +116,7 @@ fn draw_boxes(canvas: &mut Canvas, input: &ImagePicture, rect: &Rect, scale: f64
 fn legend(input: &ImagePicture) -> Vec<LegendEntry> {
     let dots = input.dots.iter().filter(|dots| !dots.points_px.is_empty());
     let dots = dots.map(|dots| {
-        LegendEntry::new(&format!("{} ({})", dots.label, dots.points_px.len()), Symbol::Dot(dots.color))
+        LegendEntry::new(&format!("{} ({})", dots.label, dots.points_px.len()), Symbol::RimmedDot(dots.color))
     });
     let lines = input.lines.iter().filter(|line| line.points_px.len() > 1);
     let lines = lines.map(|line| LegendEntry::new(&line.label, Symbol::Line(line.color)));

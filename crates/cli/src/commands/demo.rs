@@ -1,9 +1,136 @@
 //! `visloc demo`: watch a simulated robot find itself.
 
-use anyhow::Result;
+use std::path::Path;
 
-use crate::args::DemoArgs;
+use anyhow::{Result, anyhow};
+use visloc_data::trajectory::write_tum;
+use visloc_locate::PipelineConfig;
+use visloc_plot::Picture;
+use visloc_world::Map;
 
-pub fn execute(_args: &DemoArgs) -> Result<()> {
+use crate::{
+    args::DemoArgs,
+    live_view::{LiveView, PlainLog, is_live_terminal},
+    report::{
+        AlgorithmReport, Column, Curve, DemoReport, RunPictures, SnapshotTaker, comparison_table, measure,
+        save_json,
+    },
+    run::{
+        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Spectator, drive, simulation,
+    },
+};
+
+/// Who looks for the robot.
+const ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
+
+/// Runs the command.
+///
+/// # Errors
+/// If the scenario cannot be used or a file not be written.
+pub fn execute(args: &DemoArgs) -> Result<()> {
+    let mut simulation = simulation(&args.scenario, args.seed.seed, args.threads.count(), args.frames)?;
+    let map = simulation.map().clone();
+    let mut runners = start_runners(args, &map)?;
+    println!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
+    println!("{} and {} look for it in the same images.\n", ALGORITHMS[0], ALGORITHMS[1]);
+    let mut snapshots = SnapshotTaker::default();
+    let live = is_live_terminal().then(|| LiveView::new(&map, ALGORITHMS.len())).flatten();
+    let mut viewer: Box<dyn Spectator> = match live {
+        Some(live) => Box::new(live),
+        None => Box::new(PlainLog::new(ALGORITHMS.len())),
+    };
+    let outcome = drive(&mut simulation, None, &mut runners, &mut [viewer.as_mut(), &mut snapshots])?;
+    drop(viewer);
+    if let Some(error) = outcome.error {
+        return Err(anyhow!(error));
+    }
+    let report = DemoReport {
+        scenario: args.scenario.clone(),
+        map: map.name().to_owned(),
+        seed: args.seed.seed,
+        duration_s: outcome.duration_secs,
+        wall_s: outcome.wall_secs,
+        algorithms: runners.iter().map(|runner| AlgorithmReport::new(runner, &outcome)).collect(),
+    };
+    print_table(&report);
+    let analysis = snapshots.snapshot().map(|snapshot| snapshot.draw());
+    save(args, &report, &Results { map: &map, runners: &runners, outcome: &outcome, analysis })?;
+    print_next_steps(&args.out);
     Ok(())
+}
+
+fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
+    let start = |algorithm: &&'static str| {
+        let file = |extension: &str| args.out.join(format!("{algorithm}.{extension}"));
+        let files = OutputFiles::create(Some(&file("tum")), Some(&file("csv")))?;
+        let settings = RunnerSettings {
+            algorithm,
+            algorithm_toml: None,
+            pipeline: PipelineConfig::default(),
+            seed: args.seed.seed,
+        };
+        Runner::new(map, &settings, files)
+    };
+    ALGORITHMS.iter().map(start).collect()
+}
+
+fn print_table(report: &DemoReport) {
+    println!();
+    let columns = report.algorithms.iter();
+    let columns = columns.map(|a| Column { title: &a.algorithm, report: &a.evaluation });
+    print!("{}", comparison_table(&columns.collect::<Vec<_>>()));
+}
+
+struct Results<'a> {
+    map: &'a Map,
+    runners: &'a [Runner],
+    outcome: &'a RunOutcome,
+    analysis: Option<Picture>,
+}
+
+fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<()> {
+    let bar = Progress::message("drawing pictures");
+    let curve = |(runner, report)| {
+        let (runner, report): (&Runner, &AlgorithmReport) = (runner, report);
+        Curve {
+            label: runner.name(),
+            samples: runner.records().iter().map(FrameRecord::sample).collect(),
+            comparison: report.comparison.as_ref(),
+        }
+    };
+    let means = report.algorithms.iter().map(|algorithm| {
+        let mean_m = algorithm.evaluation.position_error_m.and_then(|error| error.mean);
+        format!("{} {}", algorithm.algorithm, measure(mean_m, " m", 2))
+    });
+    let pictures = RunPictures {
+        title: format!("visloc demo: scenario {}, seed {}", report.scenario, report.seed),
+        subtitle: format!("mean position error: {}", means.collect::<Vec<_>>().join(", ")),
+        map: Some(results.map),
+        truth: &results.outcome.truth,
+        curves: results.runners.iter().zip(&report.algorithms).map(curve).collect(),
+    };
+    pictures.save(&args.out)?;
+    if let Some(analysis) = &results.analysis {
+        analysis.save(&args.out, "analysis")?;
+    }
+    write_tum(&args.out.join("truth.tum"), &results.outcome.truth)?;
+    save_json(&args.out.join("summary.json"), report)?;
+    bar.clear();
+    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, report))
+}
+
+fn print_next_steps(out: &Path) {
+    let out = out.display();
+    println!();
+    println!("In {out}:");
+    println!("  trajectories.png   where the robot was and where they thought it was");
+    println!("  errors.png         errors and reliability over time");
+    println!("  analysis.png       what the image analysis keeps and drops, and why");
+    println!("  *.tum, *.csv       trajectories and estimates of every frame; summary.json: all numbers");
+    println!("  (pictures also as .svg)");
+    println!();
+    println!("Next:");
+    println!("  visloc demo --seed 2                                       other places, other kidnaps");
+    println!("  visloc localize sim:crowd --plots out/crowd                among other robots");
+    println!("  visloc localize recording.mcap --map robocup-spl-2010      your own ROS 2 bag");
 }

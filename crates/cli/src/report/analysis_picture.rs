@@ -40,17 +40,17 @@ impl Spectator for SnapshotTaker {
     }
 }
 
-/// Good pixels, and many different reasons to drop others.
+/// Good pixels, many different reasons to drop others, but few of them, and both a goal and an obstacle.
 fn score(pipeline: &Pipeline) -> f64 {
     let analyzer = pipeline.analyzer();
     let percept = analyzer.percept();
     let is_seen = |reason: &&DropReason| percept.num_dropped(**reason) > 0;
     #[allow(clippy::cast_precision_loss)]
-    let num_reasons = DropReason::ALL.iter().filter(is_seen).count() as f64;
+    let (num_reasons, num_dropped) =
+        (DropReason::ALL.iter().filter(is_seen).count() as f64, percept.dropped.len() as f64);
     let bonus = |is_there: bool| if is_there { 0.5 } else { 0.0 };
-    percept.quality
-        + 0.1 * num_reasons
-        + bonus(!analyzer.obstacles().is_empty())
+    percept.quality + 0.1 * num_reasons - 0.001 * num_dropped
+        + bonus(percept.num_dropped(DropReason::InObstacle) >= 5)
         + bonus(analyzer.goal_blobs().iter().any(|blob| blob.is_valid))
 }
 
@@ -108,7 +108,7 @@ fn dropped(percept: &Percept) -> Vec<ImageDots> {
     let dots = |reason: &DropReason| ImageDots {
         label: reason.name().to_owned(),
         color: color(*reason),
-        diameter_px: 2.4,
+        diameter_px: 1.7,
         points_px: {
             let pixels = percept.dropped.iter().filter(|pixel| pixel.reason == *reason);
             pixels.map(|pixel| (pixel.px.x, pixel.px.y)).collect()

@@ -6,7 +6,7 @@ mod pictures;
 mod skipped;
 mod table;
 
-pub use analysis_picture::{AnalysisSnapshot, SnapshotTaker};
+pub use analysis_picture::SnapshotTaker;
 pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
 pub use pictures::{Curve, RunPictures};
 pub use skipped::SkippedReport;

@@ -23,6 +23,14 @@ impl Progress {
         Self { bar }
     }
 
+    /// A line that stays until it is cleared.
+    pub fn message(text: &'static str) -> Self {
+        let bar = ProgressBar::new_spinner();
+        bar.set_message(text);
+        bar.tick();
+        Self { bar }
+    }
+
     /// One frame is done.
     pub fn advance(&self) {
         self.bar.inc(1);
