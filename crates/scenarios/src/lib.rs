@@ -1,0 +1,65 @@
+//! Runs of a whole localization, from source to evaluation, for end-to-end tests.
+
+use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, StampedPose};
+use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
+use visloc_locate::{Pipeline, PipelineConfig, PipelineError};
+use visloc_world::Map;
+
+/// A run that could not be carried out.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The pipeline could not be built.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The source broke.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// A frame could not be analyzed.
+    #[error(transparent)]
+    Analysis(#[from] visloc_vision::AnalysisError),
+}
+
+/// What a run left behind.
+#[derive(Debug)]
+pub struct Run {
+    /// Comparison with the truth.
+    pub evaluation: Evaluation,
+    /// Every estimate.
+    pub estimates: Vec<EstimateSample>,
+}
+
+/// Runs an algorithm over all frames of a source that knows the truth. The algorithm sees the frames only.
+///
+/// # Errors
+/// If the algorithm is unknown, or the source breaks.
+pub fn run(
+    source: &mut dyn FrameSource,
+    map: &Map,
+    algorithm: &str,
+    algorithm_toml: Option<&str>,
+    seed: u64,
+) -> Result<Run, RunError> {
+    let mut pipeline =
+        Pipeline::new(map, algorithm, algorithm_toml, &PipelineConfig::default(), RngTree::new(seed))?;
+    let mut truth = PlanarTrajectory::new();
+    let mut estimates = Vec::new();
+    while let Some(source_frame) = source.next_frame() {
+        let source_frame = source_frame?;
+        let frame = &source_frame.frame;
+        pipeline.analyze(frame)?;
+        let estimate = pipeline.localize(frame);
+        estimates.push(EstimateSample {
+            at: frame.at,
+            world_from_robot: estimate.world_from_robot,
+            reliability: Some(estimate.reliability),
+        });
+        if let Some(t) = source_frame.truth {
+            let pose =
+                StampedPose { at: frame.at, world_from_robot: t.world_from_robot, height_m: t.height_m };
+            // A source delivers frames in order of time; one that does not has no truth to compare with.
+            truth.push(pose).ok();
+        }
+    }
+    let evaluation = evaluate(&truth, &estimates, &EvaluationOptions::default());
+    Ok(Run { evaluation, estimates })
+}

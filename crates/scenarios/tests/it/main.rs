@@ -1,0 +1,5 @@
+//! End-to-end tests.
+
+mod determinism;
+mod localization;
+mod model_agreement;
