@@ -24,6 +24,10 @@ pub struct MotionConfig {
     pub noise_rad_per_rad: f64,
     /// Standard deviation of the heading noise, radians per meter of motion.
     pub noise_rad_per_m: f64,
+    /// Standard deviation of the position noise of a step without odometry, meters.
+    pub blind_noise_m: f64,
+    /// Standard deviation of the heading noise of a step without odometry, radians.
+    pub blind_noise_rad: f64,
     /// A smaller motion counts as standing, meters.
     pub min_motion_m: f64,
     /// A smaller turn counts as standing, radians.
@@ -40,6 +44,8 @@ impl Default for MotionConfig {
             noise_m_per_rad: 0.02,
             noise_rad_per_rad: 0.15,
             noise_rad_per_m: 0.1,
+            blind_noise_m: 0.03,
+            blind_noise_rad: 0.04,
             min_motion_m: 1e-4,
             min_turn_rad: 1e-4,
             max_motion_m: 1.0,
@@ -57,6 +63,8 @@ impl MotionConfig {
             ("motion.noise_m_per_rad", self.noise_m_per_rad),
             ("motion.noise_rad_per_rad", self.noise_rad_per_rad),
             ("motion.noise_rad_per_m", self.noise_rad_per_m),
+            ("motion.blind_noise_m", self.blind_noise_m),
+            ("motion.blind_noise_rad", self.blind_noise_rad),
             ("motion.min_motion_m", self.min_motion_m),
             ("motion.min_turn_rad", self.min_turn_rad),
         ] {
@@ -112,9 +120,16 @@ impl MotionModel {
         Self { config, last: None }
     }
 
-    /// The motion since the last call; `None` if the robot stood still, if there is no odometry, or if it jumped.
+    /// The motion since the last call; `None` if the robot stood still or the odometry jumped. Without odometry the robot
+    /// may have moved in any way: no motion, but noise.
     pub fn update(&mut self, odometry: Option<PlanarPose>) -> Option<PlanarMotion> {
-        let now = odometry.filter(PlanarPose::is_finite)?;
+        let Some(now) = odometry.filter(PlanarPose::is_finite) else {
+            return Some(PlanarMotion {
+                old_from_new: PlanarPose::default(),
+                position_noise_m: self.config.blind_noise_m,
+                heading_noise_rad: self.config.blind_noise_rad,
+            });
+        };
         let Some(last) = self.last else {
             self.last = Some(now);
             return None;
@@ -174,13 +189,16 @@ mod tests {
     }
 
     #[test]
-    fn standing_jumping_and_missing_odometry_give_no_motion() {
+    fn standing_jumping_and_missing_odometry() {
         let mut model = MotionModel::new(MotionConfig::default());
         model.update(Some(PlanarPose::new(0.0, 0.0, 0.0)));
         assert_eq!(model.update(Some(PlanarPose::new(0.000_05, 0.0, 0.0))), None);
         assert!(model.update(Some(PlanarPose::new(0.000_12, 0.0, 0.0))).is_some(), "a creep adds up");
-        assert_eq!(model.update(None), None);
-        assert_eq!(model.update(Some(PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 })), None);
+        let not_a_number = PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 };
+        for missing in [None, Some(not_a_number)] {
+            let blind = model.update(missing).unwrap();
+            assert!(close(blind.old_from_new, PlanarPose::default()) && blind.position_noise_m > 0.0);
+        }
         assert_eq!(model.update(Some(PlanarPose::new(30.0, 0.0, 0.0))), None);
         assert!(model.update(Some(PlanarPose::new(30.1, 0.0, 0.0))).is_some(), "goes on from the new place");
     }

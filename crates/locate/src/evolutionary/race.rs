@@ -94,7 +94,8 @@ impl Race {
         }
     }
 
-    /// The next generation: elite unchanged, crossover, mutation. Expects sorted exploiters.
+    /// The next generation: elite unchanged, crossover, mutation. Expects sorted exploiters. Deviation: the parent is the
+    /// healthier of two random exploiters, not any one, so that a race keeps up with a robot whose motion is not known.
     pub fn evolve(&mut self, config: &EvolutionaryConfig, rng: &mut Rng, parents: &mut Vec<Exploiter>) {
         let count = self.exploiters.len();
         parents.clear();
@@ -104,7 +105,8 @@ impl Race {
         let misfit = (config.fit_health - self.last_health).max(0.0);
         let growth = 1.0 + config.noise_growth * misfit * 10.0;
         for (i, child) in self.exploiters.iter_mut().enumerate().skip(num_elite) {
-            let mother = parents[rng.random_range(0..count)].pose;
+            // Sorted by health: the smaller of two draws is the healthier of two exploiters.
+            let mother = parents[rng.random_range(0..count).min(rng.random_range(0..count))].pose;
             child.pose = if i < num_elite + num_crossed {
                 let father = parents[rng.random_range(0..count)].pose;
                 midpoint(&mother, &father)

@@ -145,7 +145,7 @@ impl FieldAnalyzer {
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
         self.blobs.finish(&self.config, camera.size_px(), &self.field_end);
-        self.obstacles.finish(&self.config, camera.focal_px().0);
+        self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
     }
 
     fn filter(&mut self, frame: &Frame, horizon: &Horizon) {

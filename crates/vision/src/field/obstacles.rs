@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{
-    FieldAnalysisConfig,
+    FieldAnalysisConfig, FieldEnd,
     scan::{Run, ScanLine},
 };
 use crate::color::ColorClass;
@@ -39,6 +39,9 @@ struct Block {
     area_px: u32,
     distance_m: f64,
 }
+
+/// The foot of an obstacle is at least so many pixels below the end of the field.
+const FOOT_BELOW_END_PX: f64 = 4.0;
 
 /// Collects upright white segments column by column from the left and joins them to blocks.
 #[derive(Debug, Default)]
@@ -81,8 +84,13 @@ impl ObstacleFinder {
         }
     }
 
-    /// Joins the segments to blocks; those that are broad enough for their distance are obstacles.
-    pub fn finish(&mut self, config: &FieldAnalysisConfig, focal_px: f64) -> &[Obstacle] {
+    /// Joins the segments to blocks; those that are broad enough for their distance are obstacles. Walls and whatever
+    /// else stands beyond the end of the field are not.
+    pub fn finish(&mut self, config: &FieldAnalysisConfig, focal_px: f64, field_end: &FieldEnd) {
+        let stands_on_field = |segment: &Segment| {
+            f64::from(segment.bottom) > field_end.row_px(f64::from(segment.column)) + FOOT_BELOW_END_PX
+        };
+        self.segments.retain(stands_on_field);
         for segment in &self.segments {
             let joined = self.blocks.iter_mut().find(|block| {
                 segment.column <= block.last.column + 2 * segment.spacing
@@ -116,7 +124,6 @@ impl ObstacleFinder {
                 self.obstacles.push(Obstacle { bounds_px });
             }
         }
-        &self.obstacles
     }
 
     pub fn obstacles(&self) -> &[Obstacle] {
