@@ -1,5 +1,7 @@
 //! The fast observation model agrees with the drawn theoretical image.
 
+use std::f64::consts::PI;
+
 use rand::RngExt;
 use visloc_base::{Frame, Rng, RngTree, Timestamp, gaussian};
 use visloc_geom::{PlanarPose, nao};
@@ -49,7 +51,7 @@ fn for_each_image(mut visit: impl FnMut(&visloc_vision::Percept, &PlanarPose, &P
 fn random_pose(field: &Field, rng: &mut Rng) -> PlanarPose {
     let d = field.dimensions();
     let (x, y) = (d.length_m / 2.0 - 0.3, d.width_m / 2.0 - 0.2);
-    PlanarPose::new(rng.random_range(-x..x), rng.random_range(-y..y), rng.random_range(-3.14..3.14))
+    PlanarPose::new(rng.random_range(-x..x), rng.random_range(-y..y), rng.random_range(-PI..PI))
 }
 
 /// Measure: the absolute difference of the two likelihoods of one image and one pose, both 0 to 1. Bounds: 0.015 in the
