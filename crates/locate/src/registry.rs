@@ -8,6 +8,9 @@ use crate::{
     monte_carlo::{MonteCarlo, MonteCarloConfig},
 };
 
+/// Makes a localizer from its name, the user's parameters and a model.
+type Build = fn(&str, Option<&str>, Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>;
+
 /// An algorithm that can be chosen by name.
 #[derive(Debug, Clone, Copy)]
 pub struct AlgorithmInfo {
@@ -15,7 +18,7 @@ pub struct AlgorithmInfo {
     pub name: &'static str,
     /// One line about it.
     pub summary: &'static str,
-    build: fn(&str, Option<&str>, Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>,
+    build: Build,
     defaults: fn() -> Result<String, toml::ser::Error>,
 }
 
