@@ -1,0 +1,51 @@
+//! What can go wrong in an experiment.
+
+use std::{io, path::PathBuf};
+
+use visloc_locate::ConfigError;
+use visloc_plot::PlotError;
+
+/// Why an experiment cannot go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExperimentError {
+    /// A parameter of an algorithm.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// A run could not be done.
+    #[error("cell {cell:?}, run {run}: {reason}")]
+    Run {
+        /// Label of the cell.
+        cell: String,
+        /// Number of the run.
+        run: u64,
+        /// What stopped it.
+        reason: String,
+    },
+    /// A file or folder cannot be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A folder holds something other than these runs.
+    #[error("{}: {reason}", path.display())]
+    Folder {
+        /// The folder or its manifest.
+        path: PathBuf,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// A picture could not be saved.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+}
+
+impl ExperimentError {
+    pub(crate) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { path, source }
+    }
+}

@@ -1,0 +1,43 @@
+//! What an experiment is.
+
+use serde::{Serialize, de::DeserializeOwned};
+use visloc_base::RngTree;
+
+use crate::ExperimentError;
+
+/// Runs under the same conditions.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Cell {
+    /// Names it; no two cells of an experiment share a label.
+    pub label: String,
+    /// How many runs it has.
+    pub num_runs: u64,
+}
+
+/// Many runs under several conditions.
+///
+/// Law: [`Experiment::run`] is pure. The same settings, cell, run and seeds give the same record, whatever ran before
+/// it and on whichever machine.
+pub trait Experiment: Sync {
+    /// Everything that decides the records, apart from the seed and the number of runs.
+    type Settings: Serialize;
+    /// What one run found.
+    type Record: Serialize + DeserializeOwned + Send;
+
+    /// Names the experiment.
+    fn name(&self) -> &'static str;
+
+    /// Everything that decides the records, apart from the seed and the number of runs. Records of other settings are
+    /// never mixed with these.
+    fn settings(&self) -> &Self::Settings;
+
+    /// All conditions.
+    fn cells(&self) -> &[Cell];
+
+    /// One run of the cell at this place of [`Experiment::cells`]. `seeds` is the same for all runs: streams are told apart
+    /// by label and run, so that cells can share what they are to share.
+    ///
+    /// # Errors
+    /// Whatever makes the run impossible; a run that finds nothing is a record.
+    fn run(&self, cell: usize, run: u64, seeds: &RngTree) -> Result<Self::Record, ExperimentError>;
+}

@@ -1,0 +1,21 @@
+//! What all experiments share: doing the runs, keeping what they found, showing it.
+
+mod error;
+mod experiment;
+mod merge;
+mod report;
+mod results;
+mod runner;
+mod shard;
+mod store;
+mod table;
+
+pub use error::ExperimentError;
+pub use experiment::{Cell, Experiment};
+pub use merge::merge;
+pub use report::Report;
+pub use results::Results;
+pub use runner::{RunOptions, RunProgress, RunTarget, run};
+pub use shard::Shard;
+pub use store::Manifest;
+pub use table::Table;

@@ -1,0 +1,75 @@
+//! Tables as text and as CSV.
+
+use std::fmt::Write as _;
+
+/// A table: a header and rows of as many cells.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Table {
+    /// Names its file.
+    pub name: String,
+    /// Above it.
+    pub title: String,
+    /// Names of the columns.
+    pub header: Vec<String>,
+    /// From top to bottom.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without rows.
+    #[must_use]
+    pub fn new(name: &str, title: &str, header: &[&str]) -> Self {
+        let header = header.iter().map(|&name| name.to_owned()).collect();
+        Self { name: name.to_owned(), title: title.to_owned(), header, rows: Vec::new() }
+    }
+
+    /// Appends a row.
+    pub fn push(&mut self, row: impl IntoIterator<Item = impl Into<String>>) {
+        self.rows.push(row.into_iter().map(Into::into).collect());
+    }
+
+    /// The table for people: title, columns below each other, the first to the left and the others to the right.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let lines: Vec<&Vec<String>> = std::iter::once(&self.header).chain(&self.rows).collect();
+        let width = |i: usize| lines.iter().filter_map(|l| l.get(i)).map(|c| c.chars().count()).max();
+        let widths: Vec<usize> = (0..self.header.len()).filter_map(width).collect();
+        let mut text = format!("{}\n\n", self.title);
+        for line in lines {
+            let cells = line.iter().zip(&widths).enumerate().map(|(i, (cell, width))| match i {
+                0 => format!("{cell:<width$}"),
+                _ => format!("{cell:>width$}"),
+            });
+            let _ = writeln!(text, "  {}", cells.collect::<Vec<_>>().join("   ").trim_end());
+        }
+        text
+    }
+
+    /// The table for programs. Cells with commas, quotes or line ends are quoted.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let cell = |cell: &String| {
+            if cell.contains([',', '"', '\n']) {
+                format!("\"{}\"", cell.replace('"', "\"\""))
+            } else {
+                cell.clone()
+            }
+        };
+        let line = |cells: &Vec<String>| cells.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
+        std::iter::once(&self.header).chain(&self.rows).map(line).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_aligned_and_csv_is_quoted() {
+        let mut table = Table::new("t", "Title", &["name", "value"]);
+        table.push(["a, b", "1"]);
+        table.push(["c", "12345"]);
+        assert_eq!(table.text(), "Title\n\n  name   value\n  a, b       1\n  c      12345\n");
+        assert_eq!(table.csv(), "name,value\n\"a, b\",1\nc,12345\n");
+    }
+}

@@ -1,0 +1,13 @@
+//! Repeatable experiments.
+//!
+//! An [`Experiment`] is a list of cells, each with a number of runs. A run is a pure function of the cell, the run's
+//! number and the seed, so the runs can be done in parallel, in parts on many machines ([`Shard`]), and after an
+//! interruption go on where they stopped ([`run`], [`merge`]). What the runs found becomes a [`Report`] with tables,
+//! numbers and pictures.
+
+mod framework;
+
+pub use framework::{
+    Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
+    Table, merge, run,
+};
