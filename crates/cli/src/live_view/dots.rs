@@ -60,8 +60,9 @@ impl DotCanvas {
             *cell = Cell { mask: if keeps_dots { cell.mask } else { 0 }, layer, color };
         }
         if layer == cell.layer {
-            cell.mask |= BITS[x % 2][y % 4];
-            cell.color = color;
+            // One color for each character: the dots of another color must go, or they would change theirs.
+            let mask = if color == cell.color { cell.mask } else { 0 };
+            *cell = Cell { mask: mask | BITS[x % 2][y % 4], layer, color };
         }
     }
 

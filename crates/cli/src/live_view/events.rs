@@ -58,14 +58,14 @@ impl EventLog {
         let Some(truth) = view.truth else { return &[] };
         let is_carried = truth.height_m > self.options.max_ground_height_m;
         if is_carried && !self.is_carried {
-            self.add(view.secs, "somebody lifts the robot and carries it away".to_owned(), None);
+            self.add(view.secs, "lifted and carried away".to_owned(), None);
             self.did_feet_notice = false;
         }
         if is_carried {
             self.did_feet_notice |= feel_nothing_below(view.frame.ground_contact.as_ref());
         } else if self.is_carried {
-            let feet = if self.did_feet_notice { "its feet noticed" } else { "its feet noticed nothing" };
-            self.add(view.secs, format!("put down elsewhere; {feet}"), None);
+            let feet = if self.did_feet_notice { "feet notice" } else { "feet notice nothing" };
+            self.add(view.secs, format!("put down, {feet}"), None);
             self.down_secs = view.secs;
             self.searches.fill(Search::default());
         }
@@ -94,7 +94,7 @@ impl EventLog {
         if view.secs - since_secs >= self.options.min_recovered_secs {
             search.is_over = true;
             let took_secs = since_secs - self.down_secs;
-            let text = format!("{} knows where it is, after {took_secs:.1} s", runner.name());
+            let text = format!("{} found it in {took_secs:.1} s", runner.name());
             self.add(view.secs, text, Some(index));
         }
     }

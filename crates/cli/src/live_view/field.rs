@@ -59,7 +59,7 @@ impl FieldMap {
             let color = algorithm_color(i);
             let color = if record.is_localized() { color } else { mix(color, CARPET, 0.45) };
             #[allow(clippy::cast_precision_loss)]
-            let radius = self.robot_radius() + 2.2 + 2.0 * i as f64;
+            let radius = self.robot_radius() + 2.4 + 3.4 * i as f64;
             self.draw_robot(&mut canvas, &record.world_from_robot, radius, (Layer::Estimate, color));
         }
         if let Some(truth) = view.truth {

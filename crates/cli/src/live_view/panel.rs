@@ -6,7 +6,7 @@ use super::{Event, dots::Rgb};
 use crate::run::{FrameView, Runner};
 
 /// Width of the panel, characters.
-pub const PANEL_COLUMNS: usize = 38;
+pub const PANEL_COLUMNS: usize = 40;
 
 const BAR_COLUMNS: usize = 20;
 const GRAY: Rgb = [140, 140, 140];
@@ -49,29 +49,29 @@ fn algorithm_lines(index: usize, runner: &Runner, truth: Option<&Truth>) -> Vec<
     ]
 }
 
-/// The last events, the newest at the bottom.
-pub fn event_lines(events: &[Event], num_lines: usize) -> Vec<String> {
-    let mut lines = Vec::new();
-    for event in events {
+/// The last events that fit as a whole, the newest at the bottom.
+pub fn event_lines(events: &[Event], max_lines: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for event in events.iter().rev() {
         let color = event.runner.map_or(PINK, algorithm_color);
         let text = format!("{:5.1} s {}", event.secs, event.text);
-        for (i, part) in wrap(&text, PANEL_COLUMNS - 8).into_iter().enumerate() {
-            let indent = if i == 0 { "" } else { "        " };
-            lines.push(format!("{indent}{}", paint(&part, color)));
+        let parts = wrap(&text, PANEL_COLUMNS);
+        if lines.len() + parts.len() > max_lines {
+            break;
         }
+        lines.splice(0..0, parts.iter().map(|part| paint(part, color)));
     }
-    let num_old = lines.len().saturating_sub(num_lines);
-    lines.split_off(num_old)
+    lines
 }
 
-/// Breaks at spaces. The first part may be longer by the indent of the others.
+/// Breaks at spaces and indents what follows the first line.
 fn wrap(text: &str, max: usize) -> Vec<String> {
     let mut parts: Vec<String> = Vec::new();
     for word in text.split(' ') {
-        let limit = if parts.len() == 1 { max + 8 } else { max };
-        match parts.last_mut().filter(|part| part.len() + 1 + word.len() <= limit) {
+        let indent = if parts.is_empty() { "" } else { "        " };
+        match parts.last_mut().filter(|part| part.len() + 1 + word.len() <= max) {
             Some(part) => *part = format!("{part} {word}"),
-            None => parts.push(word.to_owned()),
+            None => parts.push(format!("{indent}{word}")),
         }
     }
     parts
@@ -96,13 +96,12 @@ mod tests {
     fn long_events_are_broken_and_old_ones_scroll_away() {
         let event = |secs: f64| Event {
             secs,
-            text: "somebody lifts the robot and carries it away".to_owned(),
+            text: "a robot with a long name found it in 12.3 s".to_owned(),
             runner: None,
         };
         let lines = event_lines(&[event(1.0), event(12.0)], 3);
-        assert_eq!(lines.len(), 3);
-        let widths = lines.iter().map(|line| console::measure_text_width(line));
-        assert!(widths.max().unwrap() <= PANEL_COLUMNS);
-        assert!(lines[1].contains("12.0 s somebody"));
+        assert_eq!(lines.len(), 2, "no half event");
+        assert!(lines.iter().all(|line| console::measure_text_width(line) <= PANEL_COLUMNS));
+        assert!(lines[0].contains("12.0 s a robot"));
     }
 }

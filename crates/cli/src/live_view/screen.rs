@@ -44,10 +44,11 @@ impl Screen {
         let mut panel = status_lines(view, real_time_factor);
         let num_rows = self.field.num_rows().max(panel.len() + MIN_EVENT_LINES);
         let num_free = num_rows - panel.len();
-        let camera_height = num_free.saturating_sub(MIN_EVENT_LINES + 1).min(MAX_CAMERA_ROWS);
+        let camera_height = num_free.saturating_sub(MIN_EVENT_LINES + 2).min(MAX_CAMERA_ROWS);
         let has_camera = camera_height >= MIN_CAMERA_ROWS;
         if has_camera {
             let image = &view.frame.image;
+            panel.push(String::new());
             panel.extend(camera_rows(image, camera_height * 8 / 3, camera_height));
         }
         panel.push(String::new());

@@ -4,7 +4,10 @@ use visloc_base::{Frame, RgbImage};
 use visloc_geom::Horizon;
 use visloc_locate::Pipeline;
 use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
-use visloc_vision::{DropReason, Percept, field::FieldAnalyzer};
+use visloc_vision::{
+    DropReason, Percept,
+    field::{FieldAnalyzer, GoalBlob},
+};
 
 use crate::run::{FrameView, Spectator};
 
@@ -33,25 +36,31 @@ impl SnapshotTaker {
 impl Spectator for SnapshotTaker {
     fn after_frame(&mut self, view: &FrameView<'_>) {
         let Some(runner) = view.runners.first() else { return };
-        let score = score(runner.pipeline());
+        let score = score(view.frame, runner.pipeline());
         if self.best.as_ref().is_none_or(|(best, _)| score > *best) {
             self.best = Some((score, AnalysisSnapshot::new(view, runner.pipeline())));
         }
     }
 }
 
-/// Good pixels, many different reasons to drop others, but few of them, and both a goal and an obstacle.
-fn score(pipeline: &Pipeline) -> f64 {
+/// Good pixels, many different reasons to drop others but few of them, a goal and an obstacle, and the horizon in the
+/// upper part of the image, so that both the room and the field are seen.
+fn score(frame: &Frame, pipeline: &Pipeline) -> f64 {
     let analyzer = pipeline.analyzer();
     let percept = analyzer.percept();
     let is_seen = |reason: &&DropReason| percept.num_dropped(**reason) > 0;
     #[allow(clippy::cast_precision_loss)]
     let (num_reasons, num_dropped) =
         (DropReason::ALL.iter().filter(is_seen).count() as f64, percept.dropped.len() as f64);
+    let height_px = f64::from(frame.image.height());
+    let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
+    let horizon_row = horizon.row_px(0.5 * f64::from(frame.image.width())).unwrap_or(-1.0);
+    let is_large = |blob: &GoalBlob| f64::from(blob.bounds_px[3] - blob.bounds_px[1]) > 0.2 * height_px;
     let bonus = |is_there: bool| if is_there { 0.5 } else { 0.0 };
     percept.quality + 0.1 * num_reasons - 0.001 * num_dropped
         + bonus(percept.num_dropped(DropReason::InObstacle) >= 5)
-        + bonus(analyzer.goal_blobs().iter().any(|blob| blob.is_valid))
+        + bonus(analyzer.goal_blobs().iter().any(|blob| blob.is_valid && is_large(blob)))
+        + bonus((0.1 * height_px..0.45 * height_px).contains(&horizon_row))
 }
 
 impl AnalysisSnapshot {

@@ -1,0 +1,58 @@
+//! `visloc evaluate`.
+
+use crate::support::Workspace;
+
+/// A walk along x at 10 poses a second, off by `error_m` sideways.
+fn tum(error_m: f64) -> String {
+    (0..50)
+        .map(|i| format!("{:.1} {:.2} {error_m} 0 0 0 0 1\n", f64::from(i) / 10.0, f64::from(i) / 100.0))
+        .collect()
+}
+
+#[test]
+fn errors_by_hand() {
+    let workspace = Workspace::new();
+    workspace.write("truth.tum", &tum(0.0));
+    workspace.write("estimate.tum", &tum(0.25));
+    let outcome = workspace.must(&["evaluate", "truth.tum", "estimate.tum", "--json", "e.json"]);
+    assert!(outcome.stdout.contains("0.25"), "{}", outcome.stdout);
+    let report = workspace.json("e.json");
+    assert_eq!(report["frames"], 50);
+    for part in ["mean", "median", "rmse", "p95", "max"] {
+        assert!((report["position_error_m"][part].as_f64().unwrap() - 0.25).abs() < 1e-9, "{part}");
+    }
+    assert_eq!(report["localized_share"], 1.0);
+}
+
+#[test]
+fn a_table_tells_its_reliability() {
+    let workspace = Workspace::new();
+    workspace.write("truth.tum", &tum(0.0));
+    let lines = (0..50).map(|i| {
+        let reliability = if i < 10 { 0.2 } else { 0.9 };
+        format!("{:.1},{:.2},0.5,0,{reliability}\n", f64::from(i) / 10.0, f64::from(i) / 100.0)
+    });
+    workspace.write("estimate.csv", &format!("t,x,y,yaw,reliability\n{}", lines.collect::<String>()));
+    let plots = ["--plots", "plots", "--map", "robocup-spl-2010"];
+    workspace.must(&[&["evaluate", "truth.tum", "estimate.csv", "--json", "e.json"], &plots[..]].concat());
+    let report = workspace.json("e.json");
+    assert_eq!(report["localized_share"], 0.8);
+    assert_eq!(report["time_to_localize_s"], 1.0);
+    assert!(workspace.path("plots/trajectories.png").exists() && workspace.path("plots/errors.svg").exists());
+}
+
+#[test]
+fn mistakes_name_file_and_line() {
+    let workspace = Workspace::new();
+    workspace.write("truth.tum", &tum(0.0));
+    workspace.write("bad.tum", "0 1 2 0 0 0 0 1\n1 x 2 0 0 0 0 1\n");
+    let error = workspace.refused(&["evaluate", "truth.tum", "bad.tum"]);
+    assert!(error.contains("bad.tum") && error.contains("line 2"), "{error}");
+    workspace.write("other.tum", "900 1 2 0 0 0 0 1\n");
+    let error = workspace.refused(&["evaluate", "truth.tum", "other.tum"]);
+    assert!(error.contains("other.tum") && error.contains("same run"), "{error}");
+    workspace.write("table.csv", "t,x,y,yaw,reliability\n0,0,0,0,2\n");
+    let error = workspace.refused(&["evaluate", "truth.tum", "table.csv"]);
+    assert!(error.contains("table.csv, line 2"), "{error}");
+    assert!(workspace.refused(&["evaluate", "none.tum", "bad.tum"]).contains("none.tum"));
+}

@@ -1,0 +1,91 @@
+//! Maps, algorithms and parameters with mistakes.
+
+use visloc_base::RgbImage;
+use visloc_data::image_codec::save_png;
+
+use crate::support::{MAP, Workspace, excerpt_text};
+
+#[test]
+fn maps_with_mistakes_name_the_place() {
+    let workspace = Workspace::new();
+    let good = workspace.must(&["map", "show", MAP]).stdout;
+    workspace.write("good.toml", &good);
+    assert!(workspace.must(&["map", "check", "good.toml"]).stdout.contains("6 x 4 m"));
+    workspace.write("negative.toml", &good.replace("width_m = 4.0", "width_m = -4.0"));
+    let error = workspace.refused(&["map", "check", "negative.toml"]);
+    assert!(error.contains("negative.toml") && error.contains("width_m") && error.contains("-4"), "{error}");
+    workspace.write("missing.toml", &good.replace("length_m = 6.0", ""));
+    let error = workspace.refused(&["localize", &excerpt_text("R1"), "--map", "missing.toml"]);
+    assert!(error.contains("missing.toml") && error.contains("length_m"), "{error}");
+    let error = workspace.refused(&["map", "check", "nowhere.toml"]);
+    assert!(error.contains("nowhere.toml") && error.contains(MAP), "{error}");
+}
+
+#[test]
+fn unknown_algorithm_lists_the_known_ones() {
+    let bag = excerpt_text("R1");
+    let error = Workspace::new().refused(&["localize", &bag, "--map", MAP, "--algorithm", "kalman"]);
+    assert!(error.contains("kalman") && error.contains("evolutionary") && error.contains("mce"), "{error}");
+}
+
+#[test]
+fn parameters_come_from_files() {
+    let workspace = Workspace::new();
+    let defaults = workspace.must(&["config", "show", "mce"]).stdout;
+    workspace.write("mce.toml", &defaults);
+    let bag = excerpt_text("R1");
+    let run = |options: &[&str], file: &str| {
+        let base =
+            ["localize", &bag, "--map", MAP, "--algorithm", "mce", "--frames", "20", "--estimates", file];
+        workspace.must(&[&base[..], options].concat());
+        workspace.read(file)
+    };
+    let plain = run(&[], "plain.csv");
+    assert_eq!(plain, run(&["--config", "mce.toml"], "defaults.csv"));
+    workspace.write("few.toml", "num_particles = 30\n");
+    assert_ne!(plain, run(&["--config", "few.toml"], "few.csv"));
+    workspace.write("pipeline.toml", "[analysis]\nmax_line_pixels = 3\n");
+    assert_ne!(plain, run(&["--pipeline", "pipeline.toml"], "pipeline.csv"));
+}
+
+#[test]
+fn parameters_with_mistakes_name_file_and_line() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let base = ["localize", &bag, "--map", MAP, "--estimates", "kept.csv"];
+    workspace.write("kept.csv", "an earlier run");
+    for (option, name) in [("--config", "a.toml"), ("--pipeline", "b.toml"), ("--topics", "c.toml")] {
+        workspace.write(name, "\nnum_partikles = 5\n");
+        let error = workspace.refused(&[&base[..], &[option, name]].concat());
+        assert!(
+            error.contains(name) && error.contains("line 2") && error.contains("num_partikles"),
+            "{error}"
+        );
+    }
+    assert_eq!(workspace.read("kept.csv"), "an earlier run", "a typing mistake destroys nothing");
+}
+
+#[test]
+fn colors_are_learned_from_a_painted_image() {
+    let workspace = Workspace::new();
+    let mut image = RgbImage::new(40, 30);
+    let mut labels = RgbImage::new(40, 30);
+    for y in 0..30 {
+        for x in 0..40 {
+            let (color, label) =
+                if x < 20 { ([150, 60, 140], [0, 255, 0]) } else { ([240, 235, 225], [255; 3]) };
+            image.set(x, y, color);
+            labels.set(x, y, if y < 20 { label } else { [0; 3] });
+        }
+    }
+    save_png(&image, &workspace.path("image.png")).unwrap();
+    save_png(&labels, &workspace.path("labels.png")).unwrap();
+    workspace.must(&["colors", "image.png", "--labels", "labels.png", "--out", "colors.toml"]);
+    let text = workspace.read("colors.toml");
+    assert!(text.contains("[analysis.colors.green]"), "{text}");
+    let bag = excerpt_text("R1");
+    workspace.must(&["localize", &bag, "--map", MAP, "--pipeline", "colors.toml", "--frames", "5"]);
+    save_png(&RgbImage::new(40, 20), &workspace.path("small.png")).unwrap();
+    let error = workspace.refused(&["colors", "image.png", "--labels", "small.png", "--out", "c.toml"]);
+    assert!(error.contains("40 x 30") && error.contains("40 x 20"), "{error}");
+}
