@@ -5,9 +5,13 @@ mod commands;
 mod live_view;
 mod report;
 mod run;
+mod say;
 mod stopwatch;
 
-use std::process::ExitCode;
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
 
 use clap::Parser;
 
@@ -17,7 +21,7 @@ fn main() -> ExitCode {
         Err(error) => {
             // One line, outermost context first, so that scripts and people find the place at once.
             let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
-            eprintln!("error: {}", causes.join(": ").replace('\n', " "));
+            let _ = writeln!(io::stderr(), "error: {}", causes.join(": ").replace('\n', " "));
             ExitCode::FAILURE
         }
     }

@@ -187,6 +187,6 @@ mod tests {
     fn empty_kinds_are_not_in_the_legend() {
         let svg = image_picture(&picture()).svg().to_owned();
         assert!(svg.contains("kept (1)") && !svg.contains("none"));
-        image_picture(&ImagePicture::default());
+        let _ = image_picture(&ImagePicture::default());
     }
 }

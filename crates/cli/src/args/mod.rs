@@ -40,7 +40,7 @@ pub enum Command {
     /// Write a simulated robot's recording as a ROS 2 bag, with the truth
     Simulate(SimulateArgs),
     /// Find the robot in a recording
-    Localize(LocalizeArgs),
+    Localize(Box<LocalizeArgs>),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
     /// List the algorithms

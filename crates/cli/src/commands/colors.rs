@@ -6,7 +6,7 @@ use visloc_base::RgbImage;
 use visloc_data::image_codec::read_image;
 use visloc_vision::color::{ColorClass, ColorConfig, calibrate_colors};
 
-use crate::{args::ColorsArgs, run::write_text};
+use crate::{args::ColorsArgs, run::write_text, say};
 
 /// Pure colors of the label image and what they mean. Black is not labelled.
 const LABELS: [([u8; 3], ColorClass); 5] = [
@@ -49,13 +49,13 @@ pub fn execute(args: &ColorsArgs) -> Result<()> {
     let labelled = labelled_pixels(&image, &labels);
     for (_, class) in LABELS {
         let count = labelled.iter().filter(|(_, known)| *known == class).count();
-        println!("{:<8} {count} pixels", format!("{class:?}").to_lowercase());
+        say::line!("{:<8} {count} pixels", format!("{class:?}").to_lowercase());
     }
     let colors = calibrate_colors(&ColorConfig::default(), &labelled)
         .with_context(|| args.labels.display().to_string())?;
     let file = PipelineFile { analysis: AnalysisSection { colors } };
     write_text(&args.out, &toml::to_string(&file).context("color classes")?)?;
-    println!("{}: use it with visloc localize --pipeline {0}", args.out.display());
+    say::line!("{}: use it with visloc localize --pipeline {0}", args.out.display());
     Ok(())
 }
 

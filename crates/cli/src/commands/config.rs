@@ -4,7 +4,10 @@ use anyhow::{Context, Result};
 use visloc_data::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
 
-use crate::args::{ConfigArgs, ConfigCommand};
+use crate::{
+    args::{ConfigArgs, ConfigCommand},
+    say,
+};
 
 /// Runs the command.
 ///
@@ -17,13 +20,13 @@ pub fn execute(args: &ConfigArgs) -> Result<()> {
         "topics" => toml::to_string(&BagTopics::default()).context("topics")?,
         algorithm => default_config_toml(algorithm)?,
     };
-    print!("{text}");
+    say::text(format_args!("{text}"));
     Ok(())
 }
 
 /// Prints name and summary of every algorithm.
 pub fn list_algorithms() {
     for algorithm in ALGORITHMS {
-        println!("{:<18} {}", algorithm.name, algorithm.summary);
+        say::line!("{:<18} {}", algorithm.name, algorithm.summary);
     }
 }

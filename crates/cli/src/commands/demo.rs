@@ -18,6 +18,7 @@ use crate::{
     run::{
         FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Spectator, drive, simulation,
     },
+    say,
 };
 
 /// Who looks for the robot.
@@ -31,8 +32,8 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let mut simulation = simulation(&args.scenario, args.seed.seed, args.threads.count(), args.frames)?;
     let map = simulation.map().clone();
     let mut runners = start_runners(args, &map)?;
-    println!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
-    println!("{} and {} look for it in the same images.\n", ALGORITHMS[0], ALGORITHMS[1]);
+    say::line!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
+    say::line!("{} and {} look for it in the same images.\n", ALGORITHMS[0], ALGORITHMS[1]);
     let mut snapshots = SnapshotTaker::default();
     let live = is_live_terminal().then(|| LiveView::new(&map, ALGORITHMS.len())).flatten();
     let mut viewer: Box<dyn Spectator> = match live {
@@ -75,10 +76,10 @@ fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
 }
 
 fn print_table(report: &DemoReport) {
-    println!();
+    say::line!();
     let columns = report.algorithms.iter();
     let columns = columns.map(|a| Column { title: &a.algorithm, report: &a.evaluation });
-    print!("{}", comparison_table(&columns.collect::<Vec<_>>()));
+    say::text(format_args!("{}", comparison_table(&columns.collect::<Vec<_>>())));
 }
 
 struct Results<'a> {
@@ -121,16 +122,17 @@ fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<(
 
 fn print_next_steps(out: &Path) {
     let out = out.display();
-    println!();
-    println!("In {out}:");
-    println!("  trajectories.png   where the robot was and where they thought it was");
-    println!("  errors.png         errors and reliability over time");
-    println!("  analysis.png       what the image analysis keeps and drops, and why");
-    println!("  *.tum, *.csv       trajectories and estimates of every frame; summary.json: all numbers");
-    println!("  (pictures also as .svg)");
-    println!();
-    println!("Next:");
-    println!("  visloc demo --seed 2                                       other places, other kidnaps");
-    println!("  visloc localize sim:crowd --plots out/crowd                among other robots");
-    println!("  visloc localize recording.mcap --map robocup-spl-2010      your own ROS 2 bag");
+    say::line!();
+    say::line!("In {out}:");
+    say::line!("  trajectories.png   where the robot was and where they thought it was");
+    say::line!("  errors.png         errors and reliability over time");
+    say::line!("  analysis.png       what the image analysis keeps and drops, and why");
+    say::line!("  *.tum, *.csv       where they thought it was, frame by frame");
+    say::line!("  summary.json       all numbers");
+    say::line!("  (pictures also as .svg)");
+    say::line!();
+    say::line!("Next:");
+    say::line!("  visloc demo --seed 2                                       other places, other kidnaps");
+    say::line!("  visloc localize sim:crowd --plots out/crowd                among other robots");
+    say::line!("  visloc localize recording.mcap --map robocup-spl-2010      your own ROS 2 bag");
 }

@@ -11,6 +11,7 @@ use super::settings::read_text;
 use crate::{
     args::EvaluateArgs,
     report::{Column, Curve, EvaluationReport, RunPictures, comparison_table, save_json},
+    say,
 };
 
 /// Runs the command.
@@ -32,10 +33,10 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
         );
     }
     let report = EvaluationReport::of(&evaluation);
-    println!("{} frames in common\n", evaluation.frames);
+    say::line!("{} frames in common\n", evaluation.frames);
     let label =
         args.estimate.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    print!("{}", comparison_table(&[Column { title: &label, report: &report }]));
+    say::text(format_args!("{}", comparison_table(&[Column { title: &label, report: &report }])));
     if let Some(folder) = &args.plots {
         let pictures = RunPictures {
             title: label.clone(),
@@ -45,7 +46,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
             curves: vec![Curve { label: &label, samples, comparison: Some(&evaluation) }],
         };
         pictures.save(folder)?;
-        println!("\npictures: {}", folder.display());
+        say::line!("\npictures: {}", folder.display());
     }
     args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
 }

@@ -10,12 +10,13 @@ use crate::{
     args::LocalizeArgs,
     report::{
         AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
-        comparison_table, percent, save_json,
+        comparison_table, measure, percent, save_json,
     },
     run::{
         FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, SourceSettings, Spectator,
         drive, open_source,
     },
+    say,
 };
 
 /// Runs the command.
@@ -62,7 +63,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         if let Some(snapshot) = snapshots.snapshot() {
             snapshot.draw().save(folder, "analysis")?;
         }
-        println!("pictures: {}", folder.display());
+        say::line!("pictures: {}", folder.display());
     }
     if let Some(path) = &args.json.json {
         save_json(path, &report)?;
@@ -97,19 +98,22 @@ fn summarize(args: &LocalizeArgs, map: &Map, runner: &Runner, outcome: &RunOutco
 }
 
 fn print(report: &LocalizeReport, runner: &Runner) {
-    println!(
+    say::line!(
         "{}: {} frames, {:.1} s, at {:.0} frames a second",
-        report.source, report.algorithm.evaluation.frames, report.duration_s, report.frames_per_s
+        report.source,
+        report.algorithm.evaluation.frames,
+        report.duration_s,
+        report.frames_per_s
     );
-    println!();
+    say::line!();
     let column = Column { title: &report.algorithm.algorithm, report: &report.algorithm.evaluation };
-    print!("{}", comparison_table(&[column]));
+    say::text(format_args!("{}", comparison_table(&[column])));
     if report.algorithm.comparison.is_none() {
         print_without_truth(runner.records());
     }
-    println!();
+    say::line!();
     for line in report.skipped.lines() {
-        println!("{line}");
+        say::line!("{line}");
     }
 }
 
@@ -118,14 +122,14 @@ fn print_without_truth(records: &[FrameRecord]) {
     let localized: Vec<_> = records.iter().filter(|record| record.is_localized()).collect();
     #[allow(clippy::cast_precision_loss)]
     let share = (!records.is_empty()).then(|| localized.len() as f64 / records.len() as f64);
-    println!();
-    println!(
+    say::line!();
+    say::line!(
         "The bag has no truth to compare with. The algorithm says that it knew the place in {} of the frames",
         percent(share)
     );
     if let (Some(start), Some(first), Some(last)) = (records.first(), localized.first(), localized.last()) {
         let pose = last.world_from_robot;
-        println!(
+        say::line!(
             "for the first time after {:.1} s; at the end at x {:.2} m, y {:.2} m, heading {:.0} deg.",
             first.at.secs_since(start.at),
             pose.x_m,
@@ -144,12 +148,7 @@ fn draw(
 ) -> Result<()> {
     let pictures = RunPictures {
         title: report.source.clone(),
-        subtitle: format!(
-            "{}, {} frames on {}",
-            runner.name(),
-            report.algorithm.evaluation.frames,
-            report.map
-        ),
+        subtitle: subtitle(report),
         map: Some(map),
         truth: &outcome.truth,
         curves: vec![Curve {
@@ -160,4 +159,12 @@ fn draw(
     };
     pictures.save(folder)?;
     Ok(())
+}
+
+fn subtitle(report: &LocalizeReport) -> String {
+    let LocalizeReport { algorithm, map, .. } = report;
+    let frames = format!("{}, {} frames on {map}", algorithm.algorithm, algorithm.evaluation.frames);
+    let Some(error_m) = algorithm.evaluation.position_error_m else { return frames };
+    let [mean, median] = [error_m.mean, error_m.median].map(|value| measure(value, " m", 2));
+    format!("{frames}; position error {mean} mean, {median} median")
 }

@@ -3,7 +3,10 @@
 use anyhow::{Result, anyhow};
 use visloc_world::{BUILT_IN_MAPS, Map, field::Field};
 
-use crate::args::{MapArgs, MapCommand};
+use crate::{
+    args::{MapArgs, MapCommand},
+    say,
+};
 
 /// Runs the command.
 ///
@@ -13,13 +16,13 @@ pub fn execute(args: &MapArgs) -> Result<()> {
     match &args.command {
         MapCommand::Check { map } => {
             let loaded = Map::load(map)?;
-            println!("{map}: fine");
+            say::line!("{map}: fine");
             describe(&loaded);
         }
         MapCommand::Show { map } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);
             let (_, text) = known.ok_or_else(|| anyhow!("no built-in map {map:?}; known: {}", names()))?;
-            print!("{text}");
+            say::text(format_args!("{text}"));
         }
     }
     Ok(())
@@ -32,8 +35,8 @@ pub fn execute(args: &MapArgs) -> Result<()> {
 pub fn list() -> Result<()> {
     for (name, text) in BUILT_IN_MAPS {
         match Map::parse(name, text)? {
-            Map::Field(field) => println!("{name:<18} {}", in_one_line(&field)),
-            other => println!("{}", other.name()),
+            Map::Field(field) => say::line!("{name:<18} {}", in_one_line(&field)),
+            other => say::line!("{}", other.name()),
         }
     }
     Ok(())
@@ -52,24 +55,28 @@ fn in_one_line(field: &Field) -> String {
 fn describe(map: &Map) {
     let field = match map {
         Map::Field(field) => field,
-        other => return println!("  {}", other.name()),
+        other => return say::line!("  {}", other.name()),
     };
     let d = field.dimensions();
-    println!("  name            {}", d.name);
-    println!("  between lines   {} x {} m", d.length_m, d.width_m);
-    println!("  carpet          {} x {} m", d.length_m + 2.0 * d.border_m, d.width_m + 2.0 * d.border_m);
-    println!("  lines           {} m wide", d.line_width_m);
-    println!("  center circle   {} m diameter", d.center_circle_diameter_m);
-    println!("  penalty marks   {} m from the goal line", d.penalty_mark_from_goal_line_m);
+    say::line!("  name            {}", d.name);
+    say::line!("  between lines   {} x {} m", d.length_m, d.width_m);
+    say::line!("  carpet          {} x {} m", d.length_m + 2.0 * d.border_m, d.width_m + 2.0 * d.border_m);
+    say::line!("  lines           {} m wide", d.line_width_m);
+    say::line!("  center circle   {} m diameter", d.center_circle_diameter_m);
+    say::line!("  penalty marks   {} m from the goal line", d.penalty_mark_from_goal_line_m);
     for area in &d.boxes {
-        println!("  box at goal     {} m deep, {} m wide", area.depth_m, area.width_m);
+        say::line!("  box at goal     {} m deep, {} m wide", area.depth_m, area.width_m);
     }
     let goals = &d.goals;
-    println!(
+    say::line!(
         "  goals           {:?} at +x, {:?} at -x; {} m wide, {} m high, posts of {} m",
-        goals.colors[0], goals.colors[1], goals.inner_width_m, goals.inner_height_m, goals.post_diameter_m
+        goals.colors[0],
+        goals.colors[1],
+        goals.inner_width_m,
+        goals.inner_height_m,
+        goals.post_diameter_m
     );
     if field.is_point_symmetric() {
-        println!("  note: both halves look the same; the camera alone cannot tell one from the other");
+        say::line!("  note: both halves look the same; the camera alone cannot tell one from the other");
     }
 }

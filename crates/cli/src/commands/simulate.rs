@@ -14,6 +14,7 @@ use crate::{
     args::SimulateArgs,
     report::{SimulateReport, save_json},
     run::{Progress, simulation},
+    say,
 };
 
 /// Runs the command.
@@ -58,9 +59,9 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
         bag: bag.display().to_string(),
         truth: truth_path.display().to_string(),
     };
-    println!("{}: {} frames, {:.1} s", report.bag, report.frames, report.duration_s);
-    println!("{}: the truth", report.truth);
-    println!("next: visloc localize {} --map {}", report.bag, simulation.scenario().map);
+    say::line!("{}: {} frames, {:.1} s", report.bag, report.frames, report.duration_s);
+    say::line!("{}: the truth", report.truth);
+    say::line!("next: visloc localize {} --map {}", report.bag, simulation.scenario().map);
     args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
 }
 
@@ -76,7 +77,7 @@ fn truth_path(bag: &Path) -> PathBuf {
 fn list() -> Result<()> {
     for (name, text) in BUILT_IN_SCENARIOS {
         let scenario = Scenario::parse(name, text)?;
-        println!("{name:<18} {} ({:.0} s, {})", scenario.summary, scenario.duration_secs, scenario.map);
+        say::line!("{name:<18} {} ({:.0} s, {})", scenario.summary, scenario.duration_secs, scenario.map);
     }
     Ok(())
 }

@@ -1,7 +1,10 @@
 //! The demo in a pipe: one line for each event.
 
 use super::EventLog;
-use crate::run::{FrameView, Spectator};
+use crate::{
+    run::{FrameView, Spectator},
+    say,
+};
 
 /// Prints events as they happen.
 pub struct PlainLog {
@@ -18,7 +21,7 @@ impl PlainLog {
 impl Spectator for PlainLog {
     fn after_frame(&mut self, view: &FrameView<'_>) {
         for event in self.events.update(view) {
-            println!("{:6.1} s  {}", event.secs, event.text);
+            say::line!("{:6.1} s  {}", event.secs, event.text);
         }
     }
 }
