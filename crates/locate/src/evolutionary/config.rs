@@ -62,8 +62,11 @@ impl Default for ExplorerConfig {
 pub struct EvolutionaryConfig {
     /// Most races. Source: 2010 section 5.2.6, 4.
     pub max_races: usize,
-    /// Exploiters of each race. Source: 2010 section 5.2.6, 30.
+    /// Most exploiters of each race. Source: 2010 section 5.2.6, 30.
     pub num_exploiters: usize,
+    /// Most exploiters of all races together. If the races would have more, they share this number equally: few places
+    /// get a large race each, many places a small one, and an iteration costs the same.
+    pub max_exploiters: usize,
     /// Share of the exploiters that survive unchanged. Source: 2010 section 5.2.6, 0.2.
     pub elite_share: f64,
     /// Share of the exploiters that are the mean of two others. Source: 2010 section 5.2.6, 0.2.
@@ -117,6 +120,7 @@ impl Default for EvolutionaryConfig {
         Self {
             max_races: 4,
             num_exploiters: 30,
+            max_exploiters: 120,
             elite_share: 0.2,
             crossover_share: 0.2,
             weight_exponent: 20.0,
@@ -145,6 +149,17 @@ impl Default for EvolutionaryConfig {
 }
 
 impl EvolutionaryConfig {
+    /// Exploiters of each race when there are so many races.
+    pub(super) fn race_size(&self, num_races: usize) -> usize {
+        self.num_exploiters.min(self.max_exploiters / num_races.max(1))
+    }
+
+    /// An exploiter's weight in means.
+    pub(super) fn weight(&self, health: f64) -> f64 {
+        // Exact, and much faster in the plain case.
+        if self.weight_exponent == 1.0 { health } else { health.powf(self.weight_exponent) }
+    }
+
     /// Checks the ranges of all values.
     ///
     /// # Errors
@@ -156,6 +171,13 @@ impl EvolutionaryConfig {
             "num_exploiters",
             "3 to 100000",
             self.num_exploiters,
+        )?;
+        let least = 3 * self.max_races;
+        require(
+            (least..=1_000_000).contains(&self.max_exploiters),
+            "max_exploiters",
+            "3 for each of max_races to 1000000",
+            self.max_exploiters,
         )?;
         for (key, value) in [("elite_share", self.elite_share), ("crossover_share", self.crossover_share)] {
             require((0.0..1.0).contains(&value), key, "at least 0 and below 1", value)?;

@@ -31,6 +31,8 @@ enum Phase {
 #[derive(Debug, Clone)]
 pub(super) struct Explorers {
     config: ExplorerConfig,
+    /// What is less healthy cannot found a race.
+    min_health: f64,
     phase: Phase,
     /// Iterations since the last search ended.
     rested: u32,
@@ -40,9 +42,10 @@ pub(super) struct Explorers {
 }
 
 impl Explorers {
-    pub fn new(config: ExplorerConfig) -> Self {
+    /// Explorers at rest. What is less healthy than `min_health` after the search is not of use.
+    pub fn new(config: ExplorerConfig, min_health: f64) -> Self {
         let rested = config.period;
-        Self { config, phase: Phase::Idle, rested, best: Vec::new(), seeds: Vec::new() }
+        Self { config, min_health, phase: Phase::Idle, rested, best: Vec::new(), seeds: Vec::new() }
     }
 
     /// Forgets the search in progress; the next one may begin at once.
@@ -114,6 +117,9 @@ impl Explorers {
         for i in done..end {
             let pose = self.pose(model, i, total, rng);
             let health = model.likelihood(&pose);
+            if health < self.min_health && !self.config.is_refined {
+                continue;
+            }
             keep_best(&mut self.best, Exploiter { pose, health }, self.config.num_candidates);
         }
         if end < total {

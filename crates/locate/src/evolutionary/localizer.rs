@@ -36,7 +36,7 @@ impl Evolutionary {
         Ok(Self {
             motion: MotionModel::new(config.motion),
             reliability: Reliability::new(config.reliability),
-            explorers: Explorers::new(config.explorers),
+            explorers: Explorers::new(config.explorers, config.min_health),
             races: Races::default(),
             parents: Vec::with_capacity(config.num_exploiters),
             estimate: Estimate::unknown(),
@@ -93,7 +93,7 @@ impl Evolutionary {
         estimate.covariance = winner.covariance;
         estimate.likelihood = winner.last_health;
         for race in self.races.iter() {
-            let weight = race.health.powf(self.config.weight_exponent) * f64::from(race.victories + 1);
+            let weight = self.config.weight(race.health) * f64::from(race.victories + 1);
             estimate.hypotheses.push(Hypothesis {
                 world_from_robot: race.pose,
                 covariance: race.covariance,
@@ -134,9 +134,7 @@ impl Localizer for Evolutionary {
         let change = self.races.choose_winner(&self.config, reliability, input.percept.is_informative);
         self.update_reliability(change, input.percept.quality);
         self.update_estimate();
-        for race in self.races.iter_mut() {
-            race.evolve(&self.config, rng, &mut self.parents);
-        }
+        self.races.evolve(&self.config, rng, &mut self.parents);
         debug_assert!(self.races.winner().is_some() || self.races.is_empty());
         &self.estimate
     }

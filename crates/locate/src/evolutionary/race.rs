@@ -1,8 +1,9 @@
 //! One race: a population of exploiters around a hypothesis.
 
+use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use visloc_base::{Rng, gaussian};
-use visloc_geom::{PlanarPose, PoseStatistics, weighted_pose_statistics};
+use visloc_geom::{PlanarPose, angle, weighted_pose_statistics};
 
 use super::EvolutionaryConfig;
 use crate::{ObservationModel, PlanarMotion, monte_carlo::share};
@@ -21,8 +22,8 @@ pub(super) struct Race {
     pub id: u64,
     /// Weighted mean of the elite.
     pub pose: PlanarPose,
-    /// Spread of the population.
-    pub covariance: nalgebra::Matrix3<f64>,
+    /// Spread of the population about the pose.
+    pub covariance: Matrix3<f64>,
     /// How well the elite explains the images of late, 0 to 1.
     pub health: f64,
     /// How well the elite explains the last image, 0 to 1.
@@ -35,18 +36,24 @@ pub(super) struct Race {
 }
 
 impl Race {
-    /// A race around an explorer: its exploiters are the explorer with thermal noise.
-    pub fn new(id: u64, explorer: Exploiter, config: &EvolutionaryConfig, rng: &mut Rng) -> Self {
-        let mut exploiters = Vec::with_capacity(config.num_exploiters);
+    /// A race of `size` around an explorer: its exploiters are the explorer with thermal noise.
+    pub fn new(
+        id: u64,
+        explorer: Exploiter,
+        size: usize,
+        config: &EvolutionaryConfig,
+        rng: &mut Rng,
+    ) -> Self {
+        let mut exploiters = Vec::with_capacity(size);
         exploiters.push(explorer);
-        while exploiters.len() < config.num_exploiters {
+        while exploiters.len() < size {
             let pose = disturbed(&explorer.pose, config.birth_noise_m, config.birth_noise_rad, rng);
             exploiters.push(Exploiter { pose, health: 0.0 });
         }
         Self {
             id,
             pose: explorer.pose,
-            covariance: nalgebra::Matrix3::identity(),
+            covariance: Matrix3::identity(),
             health: explorer.health,
             last_health: explorer.health,
             victories: 0,
@@ -83,25 +90,31 @@ impl Race {
         let health = elite.iter().map(|e| e.health).sum::<f64>() / num_elite as f64;
         self.last_health = health;
         self.health += config.health_follow * (health - self.health);
-        let statistics = |members: &[Exploiter]| -> Option<PoseStatistics> {
-            weighted_pose_statistics(members.iter().map(|e| (e.pose, e.health.powf(config.weight_exponent))))
-        };
-        if let Some(statistics) = statistics(elite) {
+        let weighted = |e: &Exploiter| (e.pose, config.weight(e.health));
+        if let Some(statistics) = weighted_pose_statistics(elite.iter().map(weighted)) {
             self.pose = statistics.mean;
         }
-        if let Some(statistics) = statistics(&self.exploiters) {
-            self.covariance = statistics.covariance;
+        if let Some(covariance) = covariance_about(&self.pose, self.exploiters.iter().map(weighted)) {
+            self.covariance = covariance;
         }
     }
 
-    /// The next generation: elite unchanged, crossover, mutation. Expects sorted exploiters. Deviation: the parent is the
-    /// healthier of two random exploiters, not any one, so that a race keeps up with a robot whose motion is not known.
-    pub fn evolve(&mut self, config: &EvolutionaryConfig, rng: &mut Rng, parents: &mut Vec<Exploiter>) {
+    /// The next generation, of `size` exploiters: elite unchanged, crossover, mutation. Expects sorted exploiters.
+    /// Deviation: the parent is the healthier of two random exploiters, not any one, so that a race keeps up with a
+    /// robot whose motion is not known.
+    pub fn evolve(
+        &mut self,
+        size: usize,
+        config: &EvolutionaryConfig,
+        rng: &mut Rng,
+        parents: &mut Vec<Exploiter>,
+    ) {
         let count = self.exploiters.len();
         parents.clear();
         parents.extend_from_slice(&self.exploiters);
-        let num_elite = share(config.elite_share, count).max(1);
-        let num_crossed = share(config.crossover_share, count).min(count - num_elite);
+        let num_elite = share(config.elite_share, size).clamp(1, count);
+        let num_crossed = share(config.crossover_share, size).min(size.saturating_sub(num_elite));
+        self.exploiters.resize(size, parents[0]);
         let misfit = (config.fit_health - self.last_health).max(0.0);
         let growth = 1.0 + config.noise_growth * misfit * 10.0;
         for (i, child) in self.exploiters.iter_mut().enumerate().skip(num_elite) {
@@ -131,16 +144,32 @@ impl Race {
 
 /// A pose with thermal noise.
 fn disturbed(pose: &PlanarPose, noise_m: f64, noise_rad: f64, rng: &mut Rng) -> PlanarPose {
+    let turn_rad = if noise_rad > 0.0 { gaussian(rng, noise_rad) } else { 0.0 };
     PlanarPose::new(
         pose.x_m + gaussian(rng, noise_m),
         pose.y_m + gaussian(rng, noise_m),
-        pose.yaw_rad + gaussian(rng, noise_rad),
+        pose.yaw_rad + turn_rad,
     )
+}
+
+/// Weighted second moments of poses about a given pose. `None` if the weights do not sum to a positive number.
+fn covariance_about(
+    center: &PlanarPose,
+    weighted_poses: impl Iterator<Item = (PlanarPose, f64)>,
+) -> Option<Matrix3<f64>> {
+    let (mut total, mut covariance) = (0.0, Matrix3::zeros());
+    for (pose, weight) in weighted_poses {
+        let turn_rad = angle::difference(pose.yaw_rad, center.yaw_rad);
+        let d = Vector3::new(pose.x_m - center.x_m, pose.y_m - center.y_m, turn_rad);
+        covariance += d * d.transpose() * weight;
+        total += weight;
+    }
+    (total > 0.0 && f64::is_finite(total)).then(|| covariance / total)
 }
 
 /// The pose halfway between two poses, the short way around for the heading.
 fn midpoint(a: &PlanarPose, b: &PlanarPose) -> PlanarPose {
-    let turn = visloc_geom::angle::difference(b.yaw_rad, a.yaw_rad);
+    let turn = angle::difference(b.yaw_rad, a.yaw_rad);
     PlanarPose::new(f64::midpoint(a.x_m, b.x_m), f64::midpoint(a.y_m, b.y_m), a.yaw_rad + turn / 2.0)
 }
 
@@ -162,11 +191,11 @@ mod tests {
         let config = EvolutionaryConfig::default();
         let mut rng = RngTree::new(9).stream("race", 0);
         let explorer = Exploiter { pose: PlanarPose::new(1.0, -1.0, 0.5), health: 0.9 };
-        let mut race = Race::new(0, explorer, &config, &mut rng);
+        let mut race = Race::new(0, explorer, 30, &config, &mut rng);
         assert_eq!((race.life, race.victories, race.exploiters.len()), (3, 0, 30));
         let elite: Vec<_> = race.exploiters[..6].to_vec();
         let crossed_bounds = race.exploiters.clone();
-        race.evolve(&config, &mut rng, &mut Vec::new());
+        race.evolve(30, &config, &mut rng, &mut Vec::new());
         assert_eq!(race.exploiters.len(), 30);
         assert_eq!(race.exploiters[..6], elite);
         // a child of two parents lies inside the parents' bounds

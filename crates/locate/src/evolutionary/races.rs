@@ -62,7 +62,8 @@ impl Races {
             if self.races.len() >= config.max_races && !self.remove_replaceable(candidate.health) {
                 continue;
             }
-            self.races.push(Race::new(self.next_id, *candidate, config, rng));
+            let size = config.race_size(self.races.len() + 1);
+            self.races.push(Race::new(self.next_id, *candidate, size, config, rng));
             self.next_id += 1;
         }
     }
@@ -101,6 +102,14 @@ impl Races {
             race.life = race.life.saturating_sub(1);
         }
         self.races.retain(|race| !(race.is_expendable() && race.health < config.min_health));
+    }
+
+    /// The next generation of every race. The races share the exploiters equally.
+    pub fn evolve(&mut self, config: &EvolutionaryConfig, rng: &mut Rng, parents: &mut Vec<Exploiter>) {
+        let size = config.race_size(self.races.len());
+        for race in &mut self.races {
+            race.evolve(size, config, rng, parents);
+        }
     }
 
     /// Counts the victories of this iteration and chooses the winner: the race with most victories.
