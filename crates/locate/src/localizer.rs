@@ -4,7 +4,7 @@ use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
-use crate::Estimate;
+use crate::{Estimate, StartPrior};
 
 /// What a localizer learns in one step.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +35,13 @@ pub struct Individual {
 pub trait Localizer: Send {
     /// Forgets everything: the robot may be anywhere on the map.
     fn reset(&mut self);
+
+    /// Begins again with what is known about the pose. Where the robot was before may be kept as one more hypothesis, if
+    /// the localizer is set to do so. A localizer that cannot use the prior begins anywhere.
+    fn reset_to(&mut self, prior: &StartPrior) {
+        let _ = prior;
+        self.reset();
+    }
 
     /// Takes in one image and the motion since the last one.
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate;

@@ -22,8 +22,23 @@ pub struct AlgorithmInfo {
     defaults: fn() -> Result<String, toml::ser::Error>,
 }
 
+/// A particle filter by the function that makes its parameters.
+macro_rules! monte_carlo_info {
+    ($name:literal, $summary:literal, $config:ident) => {
+        AlgorithmInfo {
+            name: $name,
+            summary: $summary,
+            build: |name, text, model| {
+                let config = parse(name, text, MonteCarloConfig::$config())?;
+                Ok(Box::new(MonteCarlo::new(config, model)?))
+            },
+            defaults: || toml::to_string(&MonteCarloConfig::$config()),
+        }
+    };
+}
+
 /// All algorithms.
-pub const ALGORITHMS: [AlgorithmInfo; 4] = [
+pub const ALGORITHMS: [AlgorithmInfo; 8] = [
     AlgorithmInfo {
         name: "evolutionary",
         summary: "races of exploiters around several hypotheses, random explorers (thesis of 2017)",
@@ -40,18 +55,12 @@ pub const ALGORITHMS: [AlgorithmInfo; 4] = [
         },
         defaults: || toml::to_string(&evolutionary_grid()),
     },
-    AlgorithmInfo {
-        name: "mce",
-        summary: "Monte Carlo with elitism: the best particles survive unchanged",
-        build: |name, text, model| Ok(Box::new(MonteCarlo::new(parse(name, text, mce())?, model)?)),
-        defaults: || toml::to_string(&mce()),
-    },
-    AlgorithmInfo {
-        name: "mc",
-        summary: "classic Monte Carlo",
-        build: |name, text, model| Ok(Box::new(MonteCarlo::new(parse(name, text, mc())?, model)?)),
-        defaults: || toml::to_string(&mc()),
-    },
+    monte_carlo_info!("mce", "Monte Carlo with elitism: the best particles survive unchanged", default),
+    monte_carlo_info!("mc", "classic Monte Carlo", classic),
+    monte_carlo_info!("mca", "augmented: random particles when the images fit worse than before", augmented),
+    monte_carlo_info!("mcae", "augmented Monte Carlo with elitism", augmented_elite),
+    monte_carlo_info!("kld", "as many particles as needed, and a minimum for each hypothesis", kld),
+    monte_carlo_info!("mc-systematic", "classic Monte Carlo with systematic resampling", systematic),
 ];
 
 fn evolutionary() -> EvolutionaryConfig {
@@ -61,14 +70,6 @@ fn evolutionary() -> EvolutionaryConfig {
 fn evolutionary_grid() -> EvolutionaryConfig {
     let explorers = ExplorerConfig { kind: ExplorerKind::Grid, ..ExplorerConfig::default() };
     EvolutionaryConfig { explorers, ..EvolutionaryConfig::default() }
-}
-
-fn mce() -> MonteCarloConfig {
-    MonteCarloConfig::default()
-}
-
-fn mc() -> MonteCarloConfig {
-    MonteCarloConfig::classic()
 }
 
 /// A localizer by name. `config_toml` overrides some or all of its default parameters.
@@ -140,13 +141,16 @@ mod tests {
     #[test]
     fn unknown_algorithm_lists_the_known_ones() {
         let error = default_config_toml("kalman").unwrap_err().to_string();
-        assert_eq!(error, "unknown algorithm \"kalman\"; known: evolutionary, evolutionary-grid, mce, mc");
+        assert_eq!(
+            error,
+            "unknown algorithm \"kalman\"; known: evolutionary, evolutionary-grid, mce, mc, mca, mcae, kld, mc-systematic"
+        );
     }
 
     #[test]
     fn a_file_changes_only_what_it_names() {
         let text = "num_particles = 500\n[motion]\nnoise_m_per_m = 0.5\n";
-        let config = parse("mc", Some(text), mc()).unwrap();
+        let config = parse("mc", Some(text), MonteCarloConfig::classic()).unwrap();
         assert_eq!(config.num_particles, 500);
         assert!((config.motion.noise_m_per_m - 0.5).abs() < 1e-12);
         assert!(config.elite_share.abs() < 1e-12, "still the classic filter");
@@ -154,7 +158,8 @@ mod tests {
 
     #[test]
     fn unknown_keys_are_refused_with_their_line() {
-        let error = parse("mc", Some("\nnum_partikles = 5\n"), mc()).unwrap_err().to_string();
+        let error =
+            parse("mc", Some("\nnum_partikles = 5\n"), MonteCarloConfig::classic()).unwrap_err().to_string();
         assert!(error.contains("line 2") && error.contains("num_particles"), "{error}");
     }
 

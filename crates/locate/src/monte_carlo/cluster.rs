@@ -13,7 +13,8 @@ pub struct ClusterConfig {
     pub max_distance_m: f64,
     /// Largest difference of the heading, radians; wraps at +-pi.
     pub max_turn_rad: f64,
-    /// At most so many groups; what is left joins none.
+    /// At most so many groups; what is left joins none. With 0 nothing is grouped and there are no hypotheses, which saves
+    /// time; the estimate's covariance is then that of the particles it is the mean of.
     pub max_clusters: usize,
 }
 
@@ -27,12 +28,7 @@ impl ClusterConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         require(self.max_distance_m > 0.0, "clusters.max_distance_m", "above 0", self.max_distance_m)?;
         require(self.max_turn_rad > 0.0, "clusters.max_turn_rad", "above 0", self.max_turn_rad)?;
-        require(
-            (1..=1000).contains(&self.max_clusters),
-            "clusters.max_clusters",
-            "1 to 1000",
-            self.max_clusters,
-        )
+        require(self.max_clusters <= 1000, "clusters.max_clusters", "0 to 1000", self.max_clusters)
     }
 }
 
@@ -56,12 +52,32 @@ impl Clusters {
         weights: &[f64],
         out: &mut Vec<Hypothesis>,
     ) {
-        self.order.clear();
-        self.order.extend(0..poses.len());
-        self.order.sort_unstable_by(|a, b| weights[*b].total_cmp(&weights[*a]).then(a.cmp(b)));
+        self.group(config, poses, weights);
+        let total: f64 = weights.iter().sum();
+        for cluster in 0..self.leaders.len() {
+            let members = || self.members(cluster);
+            let Some(statistics) = weighted_pose_statistics(members().map(|i| (poses[i], weights[i]))) else {
+                continue;
+            };
+            out.push(Hypothesis {
+                world_from_robot: statistics.mean,
+                covariance: statistics.covariance,
+                probability: members().map(|i| weights[i]).sum::<f64>() / total,
+            });
+        }
+    }
+
+    /// Groups poses around the heaviest ones. The group of the heaviest pose is the first.
+    pub fn group(&mut self, config: &ClusterConfig, poses: &[PlanarPose], weights: &[f64]) {
         self.leaders.clear();
         self.cluster_of.clear();
         self.cluster_of.resize(poses.len(), NONE);
+        if config.max_clusters == 0 {
+            return;
+        }
+        self.order.clear();
+        self.order.extend(0..poses.len());
+        self.order.sort_unstable_by(|a, b| weights[*b].total_cmp(&weights[*a]).then(a.cmp(b)));
         for &i in &self.order {
             let near = |leader: &usize| {
                 poses[i].distance_m(&poses[*leader]) <= config.max_distance_m
@@ -74,18 +90,36 @@ impl Clusters {
                 self.leaders.push(i);
             }
         }
-        let total: f64 = weights.iter().sum();
-        for cluster in 0..self.leaders.len() {
-            let members = || (0..poses.len()).filter(|i| self.cluster_of[*i] == cluster);
-            let Some(statistics) = weighted_pose_statistics(members().map(|i| (poses[i], weights[i]))) else {
-                continue;
-            };
-            out.push(Hypothesis {
-                world_from_robot: statistics.mean,
-                covariance: statistics.covariance,
-                probability: members().map(|i| weights[i]).sum::<f64>() / total,
-            });
-        }
+    }
+
+    /// How many groups the last call found.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.leaders.len()
+    }
+
+    /// Whether the last call found no group.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.leaders.is_empty()
+    }
+
+    /// Indices of the poses of a group, in order.
+    pub fn members(&self, cluster: usize) -> impl Iterator<Item = usize> + Clone {
+        self.cluster_of.iter().enumerate().filter(move |(_, of)| **of == cluster).map(|(i, _)| i)
+    }
+
+    /// The group with most poses, of equals the one around the heaviest pose.
+    #[must_use]
+    pub fn largest(&self) -> Option<usize> {
+        let mut counts = vec![0_usize; self.leaders.len()];
+        self.cluster_of.iter().filter(|of| **of != NONE).for_each(|of| counts[*of] += 1);
+        (0..counts.len()).max_by_key(|cluster| (counts[*cluster], usize::MAX - *cluster))
+    }
+
+    /// Indices of the poses that joined no group, in order.
+    pub fn outsiders(&self) -> impl Iterator<Item = usize> {
+        self.members(NONE)
     }
 }
 
@@ -111,5 +145,19 @@ mod tests {
         // normalized by the group's own weight, not by the weight of all
         assert!((west.covariance[(0, 0)] - 0.01).abs() < 1e-9);
         assert!((west.covariance[(2, 2)] - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn largest_group_and_outsiders() {
+        let at = |x| PlanarPose::new(x, 0.0, 0.0);
+        let poses = [at(0.0), at(5.0), at(5.1), at(9.0), at(0.1), at(-7.0)];
+        let config = ClusterConfig { max_clusters: 3, ..ClusterConfig::default() };
+        let mut clusters = Clusters::default();
+        clusters.group(&config, &poses, &[0.9, 0.3, 0.8, 0.1, 0.1, 0.01]);
+        assert_eq!((clusters.len(), clusters.largest()), (3, Some(0)));
+        assert_eq!(clusters.members(1).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(clusters.outsiders().collect::<Vec<_>>(), [5]);
+        clusters.group(&ClusterConfig { max_clusters: 0, ..config }, &poses, &[1.0; 6]);
+        assert!(clusters.is_empty() && clusters.largest().is_none());
     }
 }

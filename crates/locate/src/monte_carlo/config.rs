@@ -2,42 +2,107 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ClusterConfig, Resampling};
+use super::{
+    ClusterConfig, EstimateConfig, EstimateKind, InjectionConfig, InjectionSource, Resampling,
+    ResamplingConfig, SampleSizeConfig, SampleSizeRule,
+};
 use crate::{ConfigError, MotionConfig, ReliabilityConfig, require};
 
-/// Parameters of a particle filter.
+/// How the filter begins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InitializationConfig {
+    /// Share of the first particles whose heading is aimed at something seen; the rest has any heading. The documents
+    /// have 0 in section 4.1.1 of 2017, which allows both.
+    pub aimed_share: f64,
+    /// Without a prior the filter waits this many images for an informative one before it starts.
+    pub max_wait: u32,
+    /// After a lift this share of the particles is put around the last pose that could be relied on: somebody may have
+    /// set the robot back. 0 forgets it.
+    pub keep_old_pose_share: f64,
+    /// Spread around that pose, meters.
+    pub old_pose_noise_m: f64,
+    /// Spread around its heading, radians.
+    pub old_pose_noise_rad: f64,
+}
+
+impl Default for InitializationConfig {
+    fn default() -> Self {
+        Self {
+            aimed_share: 0.8,
+            max_wait: 90,
+            keep_old_pose_share: 0.0,
+            old_pose_noise_m: 0.3,
+            old_pose_noise_rad: 0.3,
+        }
+    }
+}
+
+/// Noise on the copies that survive; the elite has none.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseConfig {
+    /// Standard deviation of x and y, meters.
+    pub position_m: f64,
+    /// Standard deviation of the heading, radians.
+    pub heading_rad: f64,
+    /// The noise grows by this much for each 0.1 that the estimate's likelihood lies below `fit_likelihood`: a poor fit
+    /// searches wider. The documents have 0.
+    pub growth: f64,
+    /// Likelihood of a good fit, from which on the noise is smallest.
+    pub fit_likelihood: f64,
+}
+
+impl Default for NoiseConfig {
+    fn default() -> Self {
+        Self { position_m: 0.02, heading_rad: 0.015, growth: 2.0, fit_likelihood: 0.92 }
+    }
+}
+
+/// When the filter gives up and starts anew. Source: 2017 section 4.1.1, which leaves the values open.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RestartConfig {
+    /// While every particle is below this likelihood (0: never) ...
+    pub min_likelihood: f64,
+    /// ... for this many images that say something, the filter starts anew, anywhere on the map.
+    pub after: u32,
+}
+
+impl Default for RestartConfig {
+    fn default() -> Self {
+        Self { min_likelihood: 0.7, after: 15 }
+    }
+}
+
+/// Parameters of a particle filter. The variants of the documents differ in them only.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarloConfig {
-    /// How many particles. Source: 2010 section 5.1.4, 200.
+    /// How many particles, at most if the number follows a rule. Source: 2010 section 5.1.4, 200.
     pub num_particles: usize,
     /// Share of the particles that survive unchanged, 0 for the classic filter. Source: 2010 section 5.1.4, 0.1.
     pub elite_share: f64,
-    /// Share of the best particles whose weighted mean is the estimate.
-    pub estimate_share: f64,
-    /// How survivors are drawn.
-    pub resampling: Resampling,
     /// A particle's weight is its likelihood to this power; 1 in the documents, where a particle that explains the
     /// image weighs hardly more than one that does not.
     pub weight_exponent: f64,
-    /// Standard deviation of the noise on a drawn copy's position, meters.
-    pub position_noise_m: f64,
-    /// Standard deviation of the noise on a drawn copy's heading, radians.
-    pub heading_noise_rad: f64,
-    /// The noise grows by this much for each 0.1 that the elite's likelihood lies below `fit_likelihood`: a poor fit
-    /// searches wider.
-    pub noise_growth: f64,
-    /// Likelihood of a good fit, from which on the noise is smallest.
-    pub fit_likelihood: f64,
-    /// Share of the first particles whose heading is aimed at a seen goal; the rest is uniform.
-    pub aimed_share: f64,
-    /// While every particle is below this likelihood ...
-    pub restart_likelihood: f64,
-    /// ... for this many images that say something, the filter starts anew.
-    pub restart_after: u32,
-    /// The filter waits this many images for an informative one before it starts.
-    pub max_start_wait: u32,
-    /// How the drawn copies are grouped into hypotheses.
+    /// From this many particles on they are weighed on all processors, with the same result bit by bit.
+    pub parallel_from: usize,
+    /// Beginning.
+    pub initialization: InitializationConfig,
+    /// Drawing of survivors.
+    pub resampling: ResamplingConfig,
+    /// Noise on survivors.
+    pub noise: NoiseConfig,
+    /// Random particles.
+    pub injection: InjectionConfig,
+    /// Number of particles.
+    pub sample_size: SampleSizeConfig,
+    /// New start.
+    pub restart: RestartConfig,
+    /// What is answered.
+    pub estimate: EstimateConfig,
+    /// How particles are grouped into hypotheses.
     pub clusters: ClusterConfig,
     /// Motion model.
     pub motion: MotionConfig,
@@ -46,21 +111,20 @@ pub struct MonteCarloConfig {
 }
 
 impl Default for MonteCarloConfig {
+    /// Monte Carlo with elitism.
     fn default() -> Self {
         Self {
             num_particles: 200,
             elite_share: 0.1,
-            estimate_share: 0.1,
-            resampling: Resampling::Roulette,
             weight_exponent: 20.0,
-            position_noise_m: 0.02,
-            heading_noise_rad: 0.015,
-            noise_growth: 2.0,
-            fit_likelihood: 0.92,
-            aimed_share: 0.8,
-            restart_likelihood: 0.7,
-            restart_after: 15,
-            max_start_wait: 90,
+            parallel_from: 4096,
+            initialization: InitializationConfig::default(),
+            resampling: ResamplingConfig::default(),
+            noise: NoiseConfig::default(),
+            injection: InjectionConfig::default(),
+            sample_size: SampleSizeConfig::default(),
+            restart: RestartConfig::default(),
+            estimate: EstimateConfig::default(),
             clusters: ClusterConfig::default(),
             motion: MotionConfig::default(),
             reliability: ReliabilityConfig::default(),
@@ -69,10 +133,52 @@ impl Default for MonteCarloConfig {
 }
 
 impl MonteCarloConfig {
-    /// The classic filter: no elite.
+    /// The classic filter (MC): no elite.
     #[must_use]
     pub fn classic() -> Self {
         Self { elite_share: 0.0, ..Self::default() }
+    }
+
+    /// The classic filter with the resampling that keeps most of the variety.
+    #[must_use]
+    pub fn systematic() -> Self {
+        let resampling = ResamplingConfig { scheme: Resampling::Systematic, ..ResamplingConfig::default() };
+        Self { resampling, ..Self::classic() }
+    }
+
+    /// The augmented filter (MCA): random particles when the images are explained worse than before, and the largest group of
+    /// good particles is the answer. Source: 2017 sections 4.1.3 and 4.1.4.
+    #[must_use]
+    pub fn augmented() -> Self {
+        let injection = InjectionConfig {
+            max_share: 1.0,
+            source: InjectionSource::Proposed,
+            ..InjectionConfig::default()
+        };
+        let estimate = EstimateConfig { kind: EstimateKind::LargestCluster, ..EstimateConfig::default() };
+        Self { injection, estimate, ..Self::classic() }
+    }
+
+    /// The augmented filter with elitism (MCAe).
+    #[must_use]
+    pub fn augmented_elite() -> Self {
+        Self { elite_share: Self::default().elite_share, ..Self::augmented() }
+    }
+
+    /// As many particles as needed (KLD-sampling), systematic resampling, and a minimum for each hypothesis.
+    #[must_use]
+    pub fn kld() -> Self {
+        let sample_size = SampleSizeConfig {
+            rule: SampleSizeRule::Kld,
+            min_per_hypothesis: 20,
+            ..SampleSizeConfig::default()
+        };
+        Self {
+            num_particles: 2000,
+            sample_size,
+            resampling: Self::systematic().resampling,
+            ..Self::default()
+        }
     }
 
     /// Checks the ranges of all values.
@@ -80,39 +186,41 @@ impl MonteCarloConfig {
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        require(
-            (2..=1_000_000).contains(&self.num_particles),
-            "num_particles",
-            "2 to 1000000",
-            self.num_particles,
-        )?;
-        require(
-            (0.0..1.0).contains(&self.elite_share),
-            "elite_share",
-            "at least 0 and below 1",
-            self.elite_share,
-        )?;
+        let count = self.num_particles;
+        require((2..=10_000_000).contains(&count), "num_particles", "2 to 10000000", count)?;
+        let elite = self.elite_share;
+        require((0.0..1.0).contains(&elite), "elite_share", "at least 0 and below 1", elite)?;
+        let exponent = self.weight_exponent;
+        require(exponent > 0.0 && exponent <= 1000.0, "weight_exponent", "above 0, at most 1000", exponent)?;
         for (key, value) in [
-            ("estimate_share", self.estimate_share),
-            ("weight_exponent", self.weight_exponent / 1000.0),
-            ("fit_likelihood", self.fit_likelihood),
-        ] {
-            require(value > 0.0 && value <= 1.0, key, "above 0 (shares and likelihoods at most 1)", value)?;
-        }
-        for (key, value) in [
-            ("position_noise_m", self.position_noise_m),
-            ("heading_noise_rad", self.heading_noise_rad),
-            ("noise_growth", self.noise_growth),
+            ("noise.position_m", self.noise.position_m),
+            ("noise.heading_rad", self.noise.heading_rad),
+            ("noise.growth", self.noise.growth),
+            ("initialization.old_pose_noise_m", self.initialization.old_pose_noise_m),
+            ("initialization.old_pose_noise_rad", self.initialization.old_pose_noise_rad),
         ] {
             require((0.0..=100.0).contains(&value), key, "0 to 100", value)?;
         }
-        for (key, value) in
-            [("aimed_share", self.aimed_share), ("restart_likelihood", self.restart_likelihood)]
-        {
+        for (key, value) in [
+            ("noise.fit_likelihood", self.noise.fit_likelihood),
+            ("initialization.aimed_share", self.initialization.aimed_share),
+            ("initialization.keep_old_pose_share", self.initialization.keep_old_pose_share),
+            ("restart.min_likelihood", self.restart.min_likelihood),
+        ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
         }
-        require(self.restart_after > 0, "restart_after", "at least 1", self.restart_after)?;
+        require(self.restart.after > 0, "restart.after", "at least 1", self.restart.after)?;
+        self.resampling.check()?;
+        self.injection.check()?;
+        self.sample_size.check()?;
+        self.estimate.check()?;
         self.clusters.check()?;
+        require(
+            self.sample_size.min_per_hypothesis == 0 || self.clusters.max_clusters > 0,
+            "sample_size.min_per_hypothesis",
+            "0 if clusters.max_clusters is 0",
+            self.sample_size.min_per_hypothesis,
+        )?;
         self.motion.check()?;
         self.reliability.check()
     }

@@ -2,11 +2,13 @@
 
 use rand::RngExt;
 use visloc_base::{Rng, gaussian};
-use visloc_geom::{PlanarPose, weighted_pose_statistics};
+use visloc_geom::PlanarPose;
 
-use super::{Clusters, MonteCarloConfig};
+use super::{
+    MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,
+};
 use crate::{
-    ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, PlanarMotion, Reliability,
+    ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, Reliability, StartPrior,
     StepInput,
 };
 
@@ -16,19 +18,21 @@ pub struct MonteCarlo {
     model: Box<dyn ObservationModel>,
     motion: MotionModel,
     reliability: Reliability,
-    /// Particles; after resampling the elite comes first.
-    poses: Vec<PlanarPose>,
-    likelihoods: Vec<f64>,
-    weights: Vec<f64>,
-    num_elite: usize,
+    particles: Particles,
+    /// Noise of the survivors, which they get with the next motion.
+    noise: PoseNoise,
+    recovery: Recovery,
+    prior: StartPrior,
+    /// Where the robot was before it was lifted.
+    old_pose: Option<PlanarPose>,
     /// Images since the start was wished for.
     waited: u32,
     /// Images in a row that no particle explained.
     unexplained: u32,
-    order: Vec<usize>,
-    drawn: Vec<usize>,
-    next: Vec<PlanarPose>,
-    clusters: Clusters,
+    /// The best particles, in order.
+    best: Vec<usize>,
+    survivors: Survivors,
+    estimator: Estimator,
     estimate: Estimate,
 }
 
@@ -44,39 +48,81 @@ impl MonteCarlo {
             reliability: Reliability::new(config.reliability),
             config,
             model,
-            poses: Vec::new(),
-            likelihoods: Vec::new(),
-            weights: Vec::new(),
-            num_elite: 0,
+            particles: Particles::default(),
+            noise: PoseNoise::default(),
+            recovery: Recovery::default(),
+            prior: StartPrior::Uniform,
+            old_pose: None,
             waited: 0,
             unexplained: 0,
-            order: Vec::new(),
-            drawn: Vec::new(),
-            next: Vec::new(),
-            clusters: Clusters::default(),
+            best: Vec::new(),
+            survivors: Survivors::default(),
+            estimator: Estimator::default(),
             estimate: Estimate::unknown(),
         })
     }
 
-    /// Particles all over the map, some of them aimed at what is seen.
-    fn start(&mut self, rng: &mut Rng) {
-        let region = self.model.region();
-        self.poses.clear();
-        for _ in 0..self.config.num_particles {
-            let is_aimed = rng.random_bool(self.config.aimed_share);
-            self.poses.push(if is_aimed { self.model.propose(rng) } else { region.sample(rng) });
+    /// The particles.
+    #[must_use]
+    pub fn particles(&self) -> &Particles {
+        &self.particles
+    }
+
+    /// Begins again with a prior, and remembers where the robot was if that is wished for.
+    fn begin_again(&mut self, prior: StartPrior) {
+        if self.estimate.is_localized() {
+            self.old_pose = Some(self.estimate.world_from_robot);
         }
-        self.num_elite = 0;
+        self.prior = prior;
+        self.particles.clear();
+        self.noise = PoseNoise::default();
+        self.recovery = Recovery::default();
+        self.waited = 0;
+        self.unexplained = 0;
+        self.reliability.reset();
+        self.estimate.reliability = 0.0;
+        self.estimate.hypotheses.clear();
+    }
+
+    /// Particles from the prior, some of them aimed at what is seen, some where the robot was before.
+    fn start(&mut self, rng: &mut Rng) {
+        let (begin, count) = (&self.config.initialization, self.config.num_particles);
+        let (model, prior, region) = (self.model.as_ref(), &self.prior, self.model.region());
+        let old_pose = self.old_pose.take();
+        let num_old = if old_pose.is_some() { share(begin.keep_old_pose_share, count) } else { 0 };
+        let old_pose = old_pose.unwrap_or_default();
+        let poses = (0..count).map(|i| {
+            if i < num_old {
+                let (noise_m, noise_rad) = (begin.old_pose_noise_m, begin.old_pose_noise_rad);
+                return PlanarPose::new(
+                    old_pose.x_m + gaussian(rng, noise_m),
+                    old_pose.y_m + gaussian(rng, noise_m),
+                    old_pose.yaw_rad + gaussian(rng, noise_rad),
+                );
+            }
+            let is_aimed = !prior.has_heading() && rng.random_bool(begin.aimed_share);
+            if is_aimed && prior.is_uniform() {
+                return model.propose(rng);
+            }
+            let mut pose = prior.sample(&region, rng);
+            if is_aimed {
+                pose.yaw_rad = model.propose_heading(pose.x_m, pose.y_m, rng);
+            }
+            pose
+        });
+        self.particles.start(poses);
+        self.noise = PoseNoise::default();
+        self.recovery = Recovery::default();
         self.unexplained = 0;
         self.reliability.reset();
     }
 
-    /// Moves all particles; the elite without noise.
-    fn apply_motion(&mut self, motion: &PlanarMotion, rng: &mut Rng) {
-        let num_elite = self.num_elite.min(self.poses.len());
-        let (elite, others) = self.poses.split_at_mut(num_elite);
-        elite.iter_mut().for_each(|pose| *pose = motion.apply(pose));
-        others.iter_mut().for_each(|pose| *pose = motion.sample(pose, rng));
+    /// Moves everything with the robot. Survivors get their noise on this occasion.
+    fn propagate(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
+        let motion = self.motion.update(odometry);
+        let noise = std::mem::take(&mut self.noise);
+        self.particles.propagate(motion.as_ref(), &noise, rng);
+        let Some(motion) = motion else { return };
         self.estimate.world_from_robot = motion.apply(&self.estimate.world_from_robot);
         for hypothesis in &mut self.estimate.hypotheses {
             hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
@@ -84,68 +130,53 @@ impl MonteCarlo {
     }
 
     fn weigh(&mut self) {
-        let region = self.model.region();
-        self.likelihoods.clear();
-        self.weights.clear();
-        for pose in &self.poses {
-            let likelihood = if region.contains(pose) { self.model.likelihood(pose) } else { 0.0 };
-            self.likelihoods.push(likelihood);
-            self.weights.push(likelihood.powf(self.config.weight_exponent));
-        }
-        self.order.clear();
-        self.order.extend(0..self.poses.len());
-        let likelihoods = &self.likelihoods;
-        self.order.sort_unstable_by(|a, b| likelihoods[*b].total_cmp(&likelihoods[*a]).then(a.cmp(b)));
+        let config = &self.config;
+        self.particles.weigh(self.model.as_ref(), config.weight_exponent, config.parallel_from);
+        let count = self.particles.len();
+        let num_best = config.estimate.num_best(count).max(share(config.elite_share, config.num_particles));
+        self.particles.rank(num_best, &mut self.best);
     }
 
     /// Whether no particle has explained the images for too long.
     fn must_restart(&mut self) -> bool {
-        let best = self.likelihoods[self.order[0]];
-        self.unexplained = if best < self.config.restart_likelihood { self.unexplained + 1 } else { 0 };
-        self.unexplained >= self.config.restart_after
+        let restart = &self.config.restart;
+        let best = self.particles.likelihoods().iter().copied().fold(0.0, f64::max);
+        self.unexplained = if best < restart.min_likelihood { self.unexplained + 1 } else { 0 };
+        self.unexplained >= restart.after
     }
 
-    /// Weighted mean of the best particles, and hypotheses from all of them.
     fn update_estimate(&mut self, quality: f64) {
-        let best = &self.order[..share(self.config.estimate_share, self.poses.len()).max(1)];
-        let members = best.iter().map(|i| (self.poses[*i], self.weights[*i]));
-        let Some(statistics) = weighted_pose_statistics(members) else { return };
-        #[allow(clippy::cast_precision_loss)]
-        let likelihood = best.iter().map(|i| self.likelihoods[*i]).sum::<f64>() / best.len() as f64;
-        self.reliability.update(likelihood, quality);
-        let estimate = &mut self.estimate;
-        estimate.world_from_robot = statistics.mean;
-        estimate.likelihood = likelihood;
-        estimate.reliability = self.reliability.value();
-        estimate.hypotheses.clear();
-        self.clusters.find(&self.config.clusters, &self.poses, &self.weights, &mut estimate.hypotheses);
-        estimate.normalize_hypotheses();
-        if let Some(all) =
-            weighted_pose_statistics(self.poses.iter().copied().zip(self.weights.iter().copied()))
-        {
-            estimate.covariance = all.covariance;
-        }
+        let config = (&self.config.estimate, &self.config.clusters);
+        self.estimator.update(config, &self.particles, &self.best, &mut self.estimate);
+        self.reliability.update(self.estimate.likelihood, quality);
+        self.estimate.reliability = self.reliability.value();
     }
 
-    /// The elite unchanged, the rest drawn by weight with noise.
+    /// The elite unchanged, copies drawn by weight, and newcomers.
     fn resample(&mut self, rng: &mut Rng) {
         let config = &self.config;
-        self.num_elite = share(config.elite_share, self.poses.len());
-        self.next.clear();
-        self.next.extend(self.order[..self.num_elite].iter().map(|i| self.poses[*i]));
-        self.drawn.clear();
-        config.resampling.draw(&self.weights, self.poses.len() - self.num_elite, rng, &mut self.drawn);
-        let misfit = (config.fit_likelihood - self.estimate.likelihood).max(0.0);
-        let growth = 1.0 + config.noise_growth * misfit * 10.0;
-        for &i in &self.drawn {
-            let pose = self.poses[i];
-            self.next.push(PlanarPose::new(
-                pose.x_m + gaussian(rng, config.position_noise_m * growth),
-                pose.y_m + gaussian(rng, config.position_noise_m * growth),
-                pose.yaw_rad + gaussian(rng, config.heading_noise_rad * growth),
-            ));
+        let clusters = &self.estimator.clusters;
+        let mean = self.particles.mean_likelihood(!config.injection.is_mean_of_survivors);
+        let newcomer_share = self.recovery.update(mean, &config.injection);
+        let misfit = (config.noise.fit_likelihood - self.estimate.likelihood).max(0.0);
+        let growth = 1.0 + config.noise.growth * misfit * 10.0;
+        self.noise = PoseNoise {
+            position_m: config.noise.position_m * growth,
+            heading_rad: config.noise.heading_rad * growth,
+        };
+        let is_due = share(newcomer_share, self.particles.len()) > 0
+            || config.resampling.is_due(self.particles.effective_share());
+        if !is_due {
+            let num_elite = share(config.elite_share, self.particles.len());
+            self.survivors.keep(&self.particles, &self.best, num_elite);
+            self.particles.replace(&self.survivors.sources, &self.survivors.logs, num_elite, []);
+            return;
         }
-        std::mem::swap(&mut self.poses, &mut self.next);
+        let makeup = self.survivors.makeup(config, &self.particles, clusters, newcomer_share, rng);
+        self.survivors.draw(config, &self.particles, (clusters, &self.best), &makeup, rng);
+        let (model, source) = (self.model.as_ref(), config.injection.source);
+        let newcomers = (0..makeup.num_newcomers).map(|_| source.sample(model, rng));
+        self.particles.replace(&self.survivors.sources, &self.survivors.logs, makeup.num_elite, newcomers);
     }
 }
 
@@ -157,38 +188,36 @@ pub(crate) fn share(share: f64, of: usize) -> usize {
 
 impl Localizer for MonteCarlo {
     fn reset(&mut self) {
-        self.poses.clear();
-        self.likelihoods.clear();
-        self.num_elite = 0;
-        self.waited = 0;
-        self.unexplained = 0;
-        self.reliability.reset();
-        self.estimate.reliability = 0.0;
-        self.estimate.hypotheses.clear();
+        self.begin_again(StartPrior::Uniform);
+        self.old_pose = None;
+    }
+
+    fn reset_to(&mut self, prior: &StartPrior) {
+        self.begin_again(prior.clone());
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
-        let motion = self.motion.update(input.odometry);
         if input.is_lifted {
-            self.reset();
+            self.motion.update(input.odometry);
+            self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
-        if let Some(motion) = motion {
-            self.apply_motion(&motion, rng);
-        }
+        self.propagate(input.odometry, rng);
         self.model.condition_on(input.percept);
         if !self.model.has_evidence() {
             return &self.estimate;
         }
-        if self.poses.is_empty() {
+        if self.particles.is_empty() {
             self.waited += 1;
-            if !input.percept.is_informative && self.waited <= self.config.max_start_wait {
+            let can_wait = self.prior.is_uniform() && self.waited <= self.config.initialization.max_wait;
+            if !input.percept.is_informative && can_wait {
                 return &self.estimate;
             }
             self.start(rng);
         }
         self.weigh();
         if self.must_restart() {
+            self.prior = StartPrior::Uniform;
             self.start(rng);
             self.weigh();
         }
@@ -202,9 +231,10 @@ impl Localizer for MonteCarlo {
     }
 
     fn individuals(&self, out: &mut Vec<Individual>) {
-        out.extend(self.poses.iter().map(|pose| Individual {
+        let particles = self.particles.poses().iter().zip(self.particles.likelihoods());
+        out.extend(particles.map(|(pose, likelihood)| Individual {
             world_from_robot: *pose,
-            likelihood: self.estimate.likelihood,
+            likelihood: *likelihood,
             population: 0,
         }));
     }

@@ -4,6 +4,54 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 
+use crate::{ConfigError, require};
+
+/// When survivors are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ResamplingTrigger {
+    /// After every image, as in the documents.
+    Always,
+    /// When the weights have become so uneven that few particles count. Until then particles keep their weights.
+    /// Source: Liu 1996; Doucet 1998.
+    EffectiveSampleSize,
+}
+
+/// Parameters of the drawing of survivors.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ResamplingConfig {
+    /// How survivors are drawn.
+    pub scheme: Resampling,
+    /// When.
+    pub trigger: ResamplingTrigger,
+    /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
+    pub min_effective_share: f64,
+}
+
+impl Default for ResamplingConfig {
+    fn default() -> Self {
+        Self { scheme: Resampling::Roulette, trigger: ResamplingTrigger::Always, min_effective_share: 0.5 }
+    }
+}
+
+impl ResamplingConfig {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        let share = self.min_effective_share;
+        require((0.0..=1.0).contains(&share), "resampling.min_effective_share", "0 to 1", share)
+    }
+
+    /// Whether it is time to draw.
+    pub(super) fn is_due(&self, effective_share: f64) -> bool {
+        match self.trigger {
+            ResamplingTrigger::Always => true,
+            ResamplingTrigger::EffectiveSampleSize => {
+                effective_share.is_nan() || effective_share < self.min_effective_share
+            }
+        }
+    }
+}
+
 /// How survivors are drawn. All have the same expected counts; they differ in the spread around them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -33,8 +81,7 @@ impl Resampling {
         match self {
             Self::Roulette => roulette(weights, total, count, rng, out),
             Self::Systematic => {
-                let offset: f64 = rng.random();
-                comb(weights, total, count, out, |_| offset);
+                systematic(weights, total, (count, rng.random()), out);
             }
             Self::Stratified => comb(weights, total, count, out, |_| rng.random()),
             Self::Residual => residual(weights, total, count, rng, out),
@@ -56,6 +103,31 @@ fn roulette(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut 
             rest -= weights[index];
         }
         out.push(index);
+    }
+}
+
+/// `count` marks at equal distances, the first `lead` (at least 0, below 1) before the end of the first step: a particle is
+/// drawn once for each mark in its share of the total. Without a branch that depends on the weights, since no processor could foretell it: each particle
+/// writes itself to its first place, and a second pass fills the gaps.
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn systematic(weights: &[f64], total: f64, (count, lead): (usize, f64), out: &mut Vec<usize>) {
+    let first = out.len();
+    // One place more, where particles that are not drawn write.
+    out.resize(first + count + 1, 0);
+    let places = &mut out[first..];
+    let per_weight = count as f64 / total;
+    let (mut cumulative, mut begin) = (0.0, 0);
+    for (i, weight) in weights.iter().enumerate() {
+        cumulative += weight;
+        let end = ((cumulative * per_weight + lead) as usize).min(count);
+        places[if end > begin { begin } else { count }] = i;
+        begin = end;
+    }
+    out.truncate(first + count);
+    let mut drawn = 0;
+    for place in &mut out[first..] {
+        drawn = drawn.max(*place);
+        *place = drawn;
     }
 }
 
@@ -140,6 +212,30 @@ mod tests {
                 assert!((count - 50.0 * weight).abs() < 1.0);
             }
         }
+    }
+
+    #[test]
+    fn systematic_by_hand() {
+        let draw = |weights: &[f64], count, lead| {
+            let mut out = vec![77];
+            systematic(weights, weights.iter().sum(), (count, lead), &mut out);
+            out
+        };
+        // marks at 0.2, 0.7, 1.2, 1.7 of a total of 2 in shares that end at 0.5, 0.5, 1.5, 1.75, 2
+        assert_eq!(draw(&[0.5, 0.0, 1.0, 0.25, 0.25], 4, 0.6), [77, 0, 2, 2, 3]);
+        assert_eq!(draw(&[0.0, 3.0, 0.0], 3, 0.0), [77, 1, 1, 1]);
+        assert_eq!(draw(&[0.0, 3.0, 0.0], 3, 0.999_999), [77, 1, 1, 1]);
+    }
+
+    #[test]
+    fn effective_sample_size_triggers() {
+        let always = ResamplingConfig::default();
+        assert!(always.is_due(1.0));
+        let selective = ResamplingConfig {
+            trigger: ResamplingTrigger::EffectiveSampleSize,
+            ..ResamplingConfig::default()
+        };
+        assert!(!selective.is_due(0.5) && selective.is_due(0.49) && selective.is_due(f64::NAN));
     }
 
     #[test]

@@ -10,8 +10,9 @@ use crate::Region;
 
 /// How well poses explain a percept. A localizer conditions the model on a percept once and then weighs many poses.
 ///
-/// Laws: [`ObservationModel::likelihood`] is pure, lies in [0, 1], and is 1 for a pose that explains every pixel.
-pub trait ObservationModel: Send {
+/// Laws: [`ObservationModel::likelihood`] is pure, lies in [0, 1], and is 1 for a pose that explains every pixel. It may
+/// be called from several threads at once.
+pub trait ObservationModel: Send + Sync {
     /// Prepares to weigh poses against this percept.
     fn condition_on(&mut self, percept: &Percept);
 
@@ -20,6 +21,20 @@ pub trait ObservationModel: Send {
 
     /// Likelihood of the percept if the robot is at this pose, 0 to 1.
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64;
+
+    /// Natural logarithm of the likelihood. A model that multiplies over many pixels gives it directly, since its
+    /// likelihood may be too small for a number.
+    fn log_likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
+        self.likelihood(world_from_robot).ln()
+    }
+
+    /// Log likelihoods of many poses, minus infinity outside the region. `out` is as long as the poses.
+    fn log_likelihoods(&self, world_from_robot: &[PlanarPose], out: &mut [f64]) {
+        let region = self.region();
+        for (pose, out) in world_from_robot.iter().zip(out) {
+            *out = if region.contains(pose) { self.log_likelihood(pose) } else { f64::NEG_INFINITY };
+        }
+    }
 
     /// Where the robot can be.
     fn region(&self) -> Region;

@@ -1,0 +1,255 @@
+//! What is known about the pose before the first image.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rand::RngExt;
+use visloc_base::{Rng, gaussian};
+use visloc_geom::PlanarPose;
+use visloc_world::field::Field;
+
+use crate::Region;
+
+/// Where the robot may be at the start.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum StartPrior {
+    /// Anywhere on the map with any heading.
+    #[default]
+    Uniform,
+    /// Anywhere in a part of the map, with a heading if that is known.
+    Region {
+        /// The part of the map.
+        region: Region,
+        /// The heading; `None` if it may be any.
+        heading: Option<HeadingPrior>,
+    },
+    /// Near one of several poses.
+    Poses(Vec<PosePrior>),
+    /// On one of the side lines, facing the field: where a robot comes back after a penalty.
+    SideLines(SideLines),
+}
+
+/// A heading that is roughly known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeadingPrior {
+    /// The heading, radians.
+    pub yaw_rad: f64,
+    /// Its standard deviation, radians.
+    pub spread_rad: f64,
+}
+
+/// A pose that is roughly known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PosePrior {
+    /// The pose.
+    pub world_from_robot: PlanarPose,
+    /// Standard deviation of x and y, meters.
+    pub position_spread_m: f64,
+    /// Standard deviation of the heading, radians.
+    pub heading_spread_rad: f64,
+    /// How probable it is beside the others; the sum may be anything.
+    pub weight: f64,
+}
+
+/// The stretches of the two side lines where robots come back, facing the field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SideLines {
+    /// Least x, meters.
+    pub min_x_m: f64,
+    /// Largest x, meters.
+    pub max_x_m: f64,
+    /// The side lines are this far to both sides of the middle, meters.
+    pub half_width_m: f64,
+    /// Standard deviation of the distance from the line, meters.
+    pub position_spread_m: f64,
+    /// Standard deviation of the heading, radians.
+    pub heading_spread_rad: f64,
+}
+
+/// The half of the field that a robot comes back to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Half {
+    /// Negative x.
+    Negative,
+    /// Positive x.
+    Positive,
+    /// Either.
+    Both,
+}
+
+impl SideLines {
+    /// The side lines of a field, with a spread of 0.15 m and 0.2 rad: robots are put down by hand.
+    #[must_use]
+    pub fn of(field: &Field, half: Half) -> Self {
+        let dimensions = field.dimensions();
+        let half_length = dimensions.length_m / 2.0;
+        let (min_x_m, max_x_m) = match half {
+            Half::Negative => (-half_length, 0.0),
+            Half::Positive => (0.0, half_length),
+            Half::Both => (-half_length, half_length),
+        };
+        Self {
+            min_x_m,
+            max_x_m,
+            half_width_m: dimensions.width_m / 2.0,
+            position_spread_m: 0.15,
+            heading_spread_rad: 0.2,
+        }
+    }
+
+    fn sample(&self, rng: &mut Rng) -> PlanarPose {
+        let side = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+        PlanarPose::new(
+            rng.random_range(self.min_x_m..=self.max_x_m),
+            side * self.half_width_m + gaussian(rng, self.position_spread_m),
+            -side * FRAC_PI_2 + gaussian(rng, self.heading_spread_rad),
+        )
+    }
+}
+
+impl PosePrior {
+    /// A random pose around it.
+    #[must_use]
+    pub fn sample(&self, rng: &mut Rng) -> PlanarPose {
+        let center = &self.world_from_robot;
+        PlanarPose::new(
+            center.x_m + gaussian(rng, self.position_spread_m),
+            center.y_m + gaussian(rng, self.position_spread_m),
+            center.yaw_rad + gaussian(rng, self.heading_spread_rad),
+        )
+    }
+}
+
+impl StartPrior {
+    /// Whether nothing is known.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        *self == Self::Uniform
+    }
+
+    /// Whether it tells the heading.
+    #[must_use]
+    pub fn has_heading(&self) -> bool {
+        match self {
+            Self::Uniform => false,
+            Self::Region { heading, .. } => heading.is_some(),
+            Self::Poses(_) | Self::SideLines(_) => true,
+        }
+    }
+
+    /// A random pose from the prior. What falls outside of the map is moved to its edge.
+    #[must_use]
+    pub fn sample(&self, map: &Region, rng: &mut Rng) -> PlanarPose {
+        let pose = match self {
+            Self::Uniform => map.sample(rng),
+            Self::Region { region, heading } => {
+                let mut pose = region.sample(rng);
+                if let Some(heading) = heading {
+                    let yaw_rad = heading.yaw_rad + gaussian(rng, heading.spread_rad);
+                    pose = PlanarPose::new(pose.x_m, pose.y_m, yaw_rad);
+                }
+                pose
+            }
+            Self::Poses(poses) => match choose(poses, rng) {
+                Some(pose) => pose.sample(rng),
+                None => map.sample(rng),
+            },
+            Self::SideLines(lines) => lines.sample(rng),
+        };
+        let x_m = pose.x_m.clamp(map.min_x_m, map.max_x_m);
+        PlanarPose { x_m, y_m: pose.y_m.clamp(map.min_y_m, map.max_y_m), ..pose }
+    }
+}
+
+/// One of the poses by weight; `None` if there is none with a weight.
+fn choose<'a>(poses: &'a [PosePrior], rng: &mut Rng) -> Option<&'a PosePrior> {
+    let total: f64 = poses.iter().map(|pose| pose.weight.max(0.0)).sum();
+    if !(total > 0.0 && total.is_finite()) {
+        return None;
+    }
+    let mut mark = rng.random::<f64>() * total;
+    for pose in poses.iter().filter(|pose| pose.weight > 0.0) {
+        mark -= pose.weight;
+        if mark < 0.0 {
+            return Some(pose);
+        }
+    }
+    poses.iter().rfind(|pose| pose.weight > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+    use visloc_base::RngTree;
+    use visloc_world::Map;
+
+    const MAP: Region = Region { min_x_m: -4.0, max_x_m: 4.0, min_y_m: -3.0, max_y_m: 3.0 };
+
+    fn samples(prior: &StartPrior) -> Vec<PlanarPose> {
+        let mut rng = RngTree::new(8).stream("prior", 0);
+        (0..4000).map(|_| prior.sample(&MAP, &mut rng)).collect()
+    }
+
+    fn share(samples: &[PlanarPose], holds: impl Fn(&PlanarPose) -> bool) -> f64 {
+        samples.iter().filter(|pose| holds(pose)).count() as f64 / samples.len() as f64
+    }
+
+    #[test]
+    fn uniform_fills_the_map() {
+        let all = samples(&StartPrior::Uniform);
+        assert!(all.iter().all(|pose| MAP.contains(pose)));
+        assert!((share(&all, |p| p.x_m > 0.0 && p.y_m < 0.0) - 0.25).abs() < 0.03);
+        assert!((share(&all, |p| p.yaw_rad > PI / 2.0) - 0.25).abs() < 0.03);
+    }
+
+    #[test]
+    fn region_with_and_without_heading() {
+        let region = Region { min_x_m: -4.0, max_x_m: -2.0, min_y_m: 0.0, max_y_m: 3.0 };
+        let any = samples(&StartPrior::Region { region, heading: None });
+        assert!(any.iter().all(|pose| region.contains(pose)));
+        assert!((share(&any, |p| p.yaw_rad > 0.0) - 0.5).abs() < 0.03);
+        let heading = Some(HeadingPrior { yaw_rad: PI, spread_rad: 0.1 });
+        let west = samples(&StartPrior::Region { region, heading });
+        assert!(west.iter().all(|p| p.heading_difference_rad(&PlanarPose::new(0.0, 0.0, PI)) < 0.5));
+        assert!((share(&west, |p| p.yaw_rad > 0.0) - 0.5).abs() < 0.03, "on both sides of pi");
+    }
+
+    #[test]
+    fn poses_by_weight_and_spread() {
+        let at = |x, weight| PosePrior {
+            world_from_robot: PlanarPose::new(x, 0.0, 0.5),
+            position_spread_m: 0.1,
+            heading_spread_rad: 0.05,
+            weight,
+        };
+        let all = samples(&StartPrior::Poses(vec![at(-2.0, 3.0), at(1.0, 0.0), at(2.0, 1.0)]));
+        assert!((share(&all, |p| (p.x_m + 2.0).abs() < 0.6) - 0.75).abs() < 0.03);
+        assert!((share(&all, |p| (p.x_m - 2.0).abs() < 0.6) - 0.25).abs() < 0.03);
+        let deviation = (all.iter().map(|p| p.y_m * p.y_m).sum::<f64>() / 4000.0).sqrt();
+        assert!((deviation - 0.1).abs() < 0.01, "{deviation}");
+        assert!(samples(&StartPrior::Poses(Vec::new())).iter().all(|pose| MAP.contains(pose)));
+    }
+
+    #[test]
+    fn side_lines_face_the_field() {
+        let Map::Field(field) = Map::load("robocup-spl-2010").unwrap() else { panic!("a field") };
+        let lines = SideLines::of(&field, Half::Negative);
+        assert_eq!((lines.min_x_m, lines.max_x_m, lines.half_width_m), (-3.0, 0.0, 2.0));
+        let all = samples(&StartPrior::SideLines(lines));
+        assert!(all.iter().all(|p| p.x_m <= 0.0 && (p.y_m.abs() - 2.0).abs() < 1.0));
+        // half a meter ahead is nearer to the middle
+        assert!(all.iter().all(|p| (p.y_m + 0.5 * p.yaw_rad.sin()).abs() < p.y_m.abs()));
+        assert!((share(&all, |p| p.y_m > 0.0) - 0.5).abs() < 0.03);
+    }
+
+    #[test]
+    fn samples_stay_on_the_map() {
+        let far = PosePrior {
+            world_from_robot: PlanarPose::new(9.0, 0.0, 0.0),
+            position_spread_m: 0.1,
+            heading_spread_rad: 0.1,
+            weight: 1.0,
+        };
+        assert!(samples(&StartPrior::Poses(vec![far])).iter().all(|pose| MAP.contains(pose)));
+    }
+}
