@@ -5,6 +5,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use crate::{
     ConfigError, Localizer, ObservationModel,
     evolutionary::{Evolutionary, EvolutionaryConfig, ExplorerConfig, ExplorerKind},
+    markov::{Markov, MarkovConfig},
     monte_carlo::{MonteCarlo, MonteCarloConfig},
 };
 
@@ -38,7 +39,7 @@ macro_rules! monte_carlo_info {
 }
 
 /// All algorithms.
-pub const ALGORITHMS: [AlgorithmInfo; 8] = [
+pub const ALGORITHMS: [AlgorithmInfo; 9] = [
     AlgorithmInfo {
         name: "evolutionary",
         summary: "races of exploiters around several hypotheses, random explorers (thesis of 2017)",
@@ -61,6 +62,14 @@ pub const ALGORITHMS: [AlgorithmInfo; 8] = [
     monte_carlo_info!("mcae", "augmented Monte Carlo with elitism", augmented_elite),
     monte_carlo_info!("kld", "as many particles as needed, and a minimum for each hypothesis", kld),
     monte_carlo_info!("mc-systematic", "classic Monte Carlo with systematic resampling", systematic),
+    AlgorithmInfo {
+        name: "markov",
+        summary: "belief over a grid of tiles and headings, from goals as a whole; accurate to a tile",
+        build: |name, text, model| {
+            Ok(Box::new(Markov::new(parse(name, text, MarkovConfig::default())?, model.as_ref())?))
+        },
+        defaults: || toml::to_string(&MarkovConfig::default()),
+    },
 ];
 
 fn evolutionary() -> EvolutionaryConfig {
@@ -143,7 +152,7 @@ mod tests {
         let error = default_config_toml("kalman").unwrap_err().to_string();
         assert_eq!(
             error,
-            "unknown algorithm \"kalman\"; known: evolutionary, evolutionary-grid, mce, mc, mca, mcae, kld, mc-systematic"
+            "unknown algorithm \"kalman\"; known: evolutionary, evolutionary-grid, mce, mc, mca, mcae, kld, mc-systematic, markov"
         );
     }
 

@@ -8,4 +8,6 @@ pub mod color;
 pub mod field;
 mod percept;
 
-pub use percept::{AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept};
+pub use percept::{
+    AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob, Percept,
+};

@@ -105,6 +105,18 @@ pub struct DroppedPixel {
     pub reason: DropReason,
 }
 
+/// A patch of one color that may be a landmark of the map, as a whole. Several patches of one kind can belong to one
+/// landmark, for instance the two posts of a goal whose crossbar is out of view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PerceivedBlob {
+    /// What it is part of.
+    pub kind: FeatureKind,
+    /// Pixels of its color.
+    pub area_px: f64,
+    /// Middle of its pixels, pixels.
+    pub centroid_px: Point2<f64>,
+}
+
 /// The input of one localizer step: what was seen, with which camera, from which height and direction.
 #[derive(Debug, Clone, Default)]
 pub struct Percept {
@@ -114,6 +126,8 @@ pub struct Percept {
     pub pixels: Vec<FeaturePixel>,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,
+    /// The valid patches of color, in no special order.
+    pub blobs: Vec<PerceivedBlob>,
     /// Calibration of the camera.
     pub camera: Camera,
     /// Pose of the camera relative to the robot.

@@ -2,11 +2,25 @@
 
 pub mod field;
 
+use nalgebra::Point2;
 use visloc_base::Rng;
 use visloc_geom::PlanarPose;
-use visloc_vision::Percept;
+use visloc_vision::{FeatureKind, Percept};
 
 use crate::Region;
+
+/// A thing of one color that stands out as a whole: two posts with a bar on top.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Landmark {
+    /// What it is in a percept.
+    pub kind: FeatureKind,
+    /// Feet of its posts, (x, y) of the world, meters.
+    pub ends: [Point2<f64>; 2],
+    /// Height of the bar's axis above the ground, meters.
+    pub height_m: f64,
+    /// Radius of posts and bar, meters.
+    pub radius_m: f64,
+}
 
 /// How well poses explain a percept. A localizer conditions the model on a percept once and then weighs many poses.
 ///
@@ -48,4 +62,9 @@ pub trait ObservationModel: Send + Sync {
 
     /// A heading at this position that agrees with some part of the percept; any heading if nothing narrows it down.
     fn propose_heading(&self, x_m: f64, y_m: f64, rng: &mut Rng) -> f64;
+
+    /// Landmarks that can be told apart by their kind; none if the map has no such things.
+    fn landmarks(&self) -> Vec<Landmark> {
+        Vec::new()
+    }
 }

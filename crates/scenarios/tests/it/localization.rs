@@ -21,15 +21,17 @@ fn replay(bag: &str, algorithm: &str, seed: u64) -> Run {
 }
 
 /// Twelve seconds of the simulated tour, each algorithm on three seeds: the robot is found within 8 s and then followed
-/// to a few centimeters. One run of twelve may fail: a start from which no goal is seen for long.
+/// to a few centimeters, or on its grid to a tile of half a meter. One run in all may fail: a start from which no goal
+/// is seen for long.
 #[test]
 fn every_algorithm_finds_the_robot_on_a_tour() {
     let mut failures = Vec::new();
     for algorithm in ALGORITHMS {
+        let limit_m = if algorithm.name == "markov" { 0.5 } else { 0.2 };
         for seed in [1, 2, 3] {
             let evaluation = simulate("tour", 360, algorithm.name, seed).evaluation;
             let found = evaluation.time_to_localize_s.is_some_and(|secs| secs < 8.0);
-            let followed = evaluation.position_error_m.median.is_some_and(|median| median < 0.2);
+            let followed = evaluation.position_error_m.median.is_some_and(|median| median < limit_m);
             if !(found && followed) {
                 let (time, error) = (evaluation.time_to_localize_s, evaluation.position_error_m.median);
                 failures.push(format!(

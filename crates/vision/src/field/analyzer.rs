@@ -278,7 +278,8 @@ impl FieldAnalyzer {
 
     /// Random discard and quality.
     fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
-        let Self { percept, config, line_pixels, goal_pixels, .. } = self;
+        let Self { percept, config, line_pixels, goal_pixels, blobs, .. } = self;
+        blobs.perceived(&mut percept.blobs);
         percept.at = frame.at;
         percept.camera = frame.camera;
         percept.robot_from_camera = frame.robot_from_camera;

@@ -1,11 +1,13 @@
 //! Blobs of goal colors: connected runs of neighboring scan rows.
 
+use nalgebra::Point2;
+
 use super::{
     FieldAnalysisConfig, FieldEnd,
     edges::Edge,
     scan::{Run, ScanLine},
 };
-use crate::{FeatureKind, color::ColorClass};
+use crate::{FeatureKind, PerceivedBlob, color::ColorClass};
 
 /// A connected patch of a goal's color.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +53,8 @@ pub(super) struct BlobFinder {
     blobs: Vec<GoalBlob>,
     /// Lowest run of each blob: where its foot is.
     feet: Vec<(u32, u32)>,
+    /// Sums of (x, y) over the counted pixels of each blob.
+    moments: Vec<(f64, f64)>,
     blob_of_root: Vec<Option<usize>>,
 }
 
@@ -100,6 +104,7 @@ impl BlobFinder {
     pub fn finish(&mut self, config: &FieldAnalysisConfig, size_px: (u32, u32), field_end: &FieldEnd) {
         self.blobs.clear();
         self.feet.clear();
+        self.moments.clear();
         self.blob_of_root.clear();
         self.blob_of_root.resize(self.runs.len(), None);
         for i in 0..self.runs.len() {
@@ -114,6 +119,7 @@ impl BlobFinder {
                 let bounds_px = [run.start, run.row, run.end - 1, run.row];
                 self.blobs.push(GoalBlob { kind, bounds_px, area_px: 0, is_valid: false });
                 self.feet.push((0, 0));
+                self.moments.push((0.0, 0.0));
                 self.blobs.len() - 1
             });
             let blob = &mut self.blobs[index];
@@ -121,7 +127,11 @@ impl BlobFinder {
             let last_row = (run.row + run.spacing.max(1) - 1).min(size_px.1 - 1);
             blob.bounds_px =
                 [left.min(run.start), top.min(run.row), right.max(run.end - 1), bottom.max(last_row)];
-            blob.area_px += (run.end - run.start) * run.spacing.max(1);
+            let run_area_px = (run.end - run.start) * run.spacing.max(1);
+            blob.area_px += run_area_px;
+            let moment = &mut self.moments[index];
+            moment.0 += f64::from(run_area_px) * f64::from(run.start + run.end - 1) / 2.0;
+            moment.1 += f64::from(run_area_px) * f64::midpoint(f64::from(run.row), f64::from(last_row));
             self.feet[index] = (u32::midpoint(run.start, run.end), last_row);
         }
         for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
@@ -132,6 +142,16 @@ impl BlobFinder {
 
     pub fn blobs(&self) -> &[GoalBlob] {
         &self.blobs
+    }
+
+    /// The valid blobs as wholes.
+    pub fn perceived(&self, out: &mut Vec<PerceivedBlob>) {
+        out.clear();
+        for (blob, (x, y)) in self.blobs.iter().zip(&self.moments).filter(|(blob, _)| blob.is_valid) {
+            let area_px = f64::from(blob.area_px);
+            let centroid_px = Point2::new(x / area_px, y / area_px);
+            out.push(PerceivedBlob { kind: blob.kind, area_px, centroid_px });
+        }
     }
 
     /// Whether a pixel belongs to a valid blob of its kind: a run of the blob on a nearby scan row covers its column.

@@ -9,6 +9,8 @@ use nalgebra::{Point2, Point3, Vector2};
 use visloc_vision::FeatureKind;
 use visloc_world::field::{Goal, GoalColor};
 
+use crate::observation::Landmark;
+
 /// A goal as an observation model needs it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct GoalSilhouette {
@@ -39,6 +41,17 @@ impl GoalSilhouette {
             (kind, self.color),
             (FeatureKind::YellowGoal, GoalColor::Yellow) | (FeatureKind::BlueGoal, GoalColor::Blue)
         )
+    }
+
+    /// The goal as a landmark, if its color tells it from the rest.
+    pub fn landmark(&self) -> Option<Landmark> {
+        let kind = match self.color {
+            GoalColor::Yellow => FeatureKind::YellowGoal,
+            GoalColor::Blue => FeatureKind::BlueGoal,
+            GoalColor::White => return None,
+        };
+        let height_m = f64::midpoint(self.under_m, self.over_m);
+        Some(Landmark { kind, ends: self.posts(), height_m, radius_m: self.radius_m })
     }
 
     /// Axes of the two posts, (x, y) of the world, meters.

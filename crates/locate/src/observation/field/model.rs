@@ -13,7 +13,7 @@ use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 
 use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable};
-use crate::{ConfigError, ObservationModel, Region, require};
+use crate::{ConfigError, ObservationModel, Region, observation::Landmark, require};
 
 /// Parameters of the observation model of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -207,6 +207,12 @@ impl ObservationModel for FieldObservationModel {
 
     fn region(&self) -> Region {
         self.tables.region()
+    }
+
+    fn landmarks(&self) -> Vec<Landmark> {
+        let goals: Vec<Landmark> = self.tables.goals.iter().filter_map(GoalSilhouette::landmark).collect();
+        // Two goals of one color are no landmarks.
+        if goals.windows(2).any(|pair| pair[0].kind == pair[1].kind) { Vec::new() } else { goals }
     }
 
     fn max_jump_m(&self) -> f64 {

@@ -1,0 +1,246 @@
+//! Markov localization of a robot that walks freely and turns its head.
+
+use nalgebra::Matrix3;
+use visloc_base::Rng;
+use visloc_geom::{PlanarPose, angle, weighted_pose_statistics};
+use visloc_vision::Percept;
+
+use super::{
+    Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, expected::ExpectedViews,
+};
+use crate::{
+    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
+    ObservationModel, Region, StepInput, require,
+};
+
+/// At most so many hypotheses ...
+const MAX_HYPOTHESES: usize = 8;
+/// ... with at least this share of the belief.
+const MIN_PROBABILITY: f64 = 0.01;
+
+/// A belief over the grid, moved by odometry and weighed by the landmarks in view.
+pub struct Markov {
+    config: MarkovConfig,
+    grid: Grid,
+    filter: MarkovFilter,
+    views: ExpectedViews,
+    motion: MotionModel,
+    cutter: OdometryCutter,
+    /// Where the camera looked when the last image was weighed, yaw in the robot's frame, radians.
+    weighed_yaw_rad: Option<f64>,
+    has_evidence: bool,
+    actions: Vec<Action>,
+    likelihoods: Vec<f64>,
+    estimate: Estimate,
+}
+
+impl Markov {
+    /// A localizer for a map with landmarks. Of the observation model it uses the region and the landmarks.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range, the map has no landmarks that can be told apart by color, or the grid is too
+    /// large.
+    pub fn new(config: MarkovConfig, model: &dyn ObservationModel) -> Result<Self, ConfigError> {
+        config.check()?;
+        let landmarks = model.landmarks();
+        require(
+            !landmarks.is_empty(),
+            "map",
+            "a map with colored landmarks, such as yellow and blue goals",
+            "none",
+        )?;
+        let grid = grid_for(&config, &model.region());
+        let num_states = grid.num_states();
+        require(num_states <= 1_000_000, "tile_m, num_headings", "at most 1000000 states", num_states)?;
+        Ok(Self {
+            filter: MarkovFilter::new(start(&config, grid), config.outcomes, config.remedy),
+            views: ExpectedViews::new(config.view, &grid, landmarks),
+            motion: MotionModel::new(config.motion),
+            cutter: OdometryCutter::new(&grid),
+            weighed_yaw_rad: None,
+            has_evidence: config.start.is_known,
+            actions: Vec::new(),
+            likelihoods: Vec::new(),
+            estimate: Estimate::unknown(),
+            config,
+            grid,
+        })
+    }
+
+    /// The belief.
+    #[must_use]
+    pub fn belief(&self) -> &Belief {
+        self.filter.belief()
+    }
+
+    /// Cuts the motion into actions and does them. Returns whether there was one.
+    fn act(&mut self, odometry: Option<PlanarPose>) -> bool {
+        let Some(motion) = self.motion.update(odometry) else { return false };
+        self.actions.clear();
+        self.cutter.add(&motion.old_from_new, &mut self.actions);
+        for action in &self.actions {
+            self.filter.act(*action);
+        }
+        if odometry.is_none() {
+            self.filter.diffuse(motion.position_noise_m, motion.heading_noise_rad);
+        }
+        !self.actions.is_empty()
+    }
+
+    /// Whether an image is new evidence: the robot acted, or the camera looks elsewhere.
+    fn is_new_view(&self, percept: &Percept, acted: bool) -> bool {
+        let new_view_rad = self.config.view.new_view_deg.to_radians();
+        let yaw_rad = camera_yaw_rad(percept);
+        acted
+            || self
+                .weighed_yaw_rad
+                .is_none_or(|weighed| angle::difference(yaw_rad, weighed).abs() >= new_view_rad)
+    }
+
+    fn weigh(&mut self, percept: &Percept) {
+        self.weighed_yaw_rad = Some(camera_yaw_rad(percept));
+        let residual = self.cutter.residual();
+        let has_landmark = self.views.likelihoods(percept, &residual, &mut self.likelihoods);
+        let weight = self.config.view.weight;
+        if weight < 1.0 {
+            self.likelihoods.iter_mut().for_each(|l| *l = l.powf(weight));
+        }
+        self.has_evidence |= has_landmark;
+        self.filter.observe(&self.likelihoods, has_landmark);
+    }
+
+    fn update_estimate(&mut self) {
+        let belief = self.filter.belief();
+        let (best, probability) = belief.best();
+        let residual = self.cutter.residual();
+        let pose = |index: usize| self.grid.pose(index).compose(&residual);
+        let mut world_from_robot = pose(best);
+        let mut covariance = state_covariance(&self.grid);
+        if self.config.is_mean {
+            let near = belief.probabilities().iter().enumerate();
+            let near = near.filter(|(i, _)| self.grid.are_neighbors(best, *i)).map(|(i, p)| (pose(i), *p));
+            if let Some(statistics) = weighted_pose_statistics(near) {
+                world_from_robot = statistics.mean;
+                covariance += statistics.covariance;
+            }
+        }
+        let mass = if self.config.counts_neighbors { belief.mass_around(best) } else { probability };
+        self.estimate.world_from_robot = world_from_robot;
+        self.estimate.covariance = covariance;
+        self.estimate.reliability = if self.has_evidence { reliability_of(mass) } else { 0.0 };
+        let largest = self.likelihoods.iter().copied().fold(0.0, f64::max);
+        let own = self.likelihoods.get(best).copied().unwrap_or(0.0);
+        self.estimate.likelihood = if largest > 0.0 { own / largest } else { 0.0 };
+        self.estimate.hypotheses.clear();
+        let mut order: Vec<usize> = (0..belief.probabilities().len())
+            .filter(|i| *i == best || belief.probabilities()[*i] >= MIN_PROBABILITY)
+            .collect();
+        order.sort_by(|a, b| belief.probabilities()[*b].total_cmp(&belief.probabilities()[*a]));
+        self.estimate.hypotheses.extend(order.iter().take(MAX_HYPOTHESES).map(|&index| Hypothesis {
+            world_from_robot: pose(index),
+            covariance: state_covariance(&self.grid),
+            probability: belief.probabilities()[index],
+        }));
+        self.estimate.normalize_hypotheses();
+    }
+
+    fn forget(&mut self) {
+        let belief = Belief::uniform(self.grid);
+        self.filter = MarkovFilter::new(belief, self.config.outcomes, self.config.remedy);
+        self.cutter.reset();
+        self.weighed_yaw_rad = None;
+        self.has_evidence = false;
+        self.likelihoods.clear();
+        self.estimate.reliability = 0.0;
+        self.estimate.hypotheses.clear();
+    }
+}
+
+fn grid_for(config: &MarkovConfig, map: &Region) -> Grid {
+    // A map smaller than its border keeps at least its middle.
+    let border_x_m = config.border_m.min((map.max_x_m - map.min_x_m) / 2.0);
+    let border_y_m = config.border_m.min((map.max_y_m - map.min_y_m) / 2.0);
+    let region = Region {
+        min_x_m: map.min_x_m + border_x_m,
+        max_x_m: map.max_x_m - border_x_m,
+        min_y_m: map.min_y_m + border_y_m,
+        max_y_m: map.max_y_m - border_y_m,
+    };
+    Grid::new(&region, config.tile_m, config.num_headings, Direction::PlusX)
+}
+
+fn start(config: &MarkovConfig, grid: Grid) -> Belief {
+    let start = &config.start;
+    if !start.is_known {
+        return Belief::uniform(grid);
+    }
+    let pose = PlanarPose::new(start.x_m, start.y_m, start.yaw_deg.to_radians());
+    Belief::known(grid, grid.nearest(&pose), start.probability)
+}
+
+/// Direction of the optical axis along the ground, in the robot's frame, radians.
+fn camera_yaw_rad(percept: &Percept) -> f64 {
+    let axis = percept.robot_from_camera.rotate(&nalgebra::Vector3::z());
+    axis.y.atan2(axis.x)
+}
+
+/// Anywhere in the tile, any heading between the neighbors': variance of a uniform distribution.
+fn state_covariance(grid: &Grid) -> Matrix3<f64> {
+    let place = grid.tile_m().powi(2) / 12.0;
+    let heading = grid.heading_step_rad().powi(2) / 12.0;
+    Matrix3::from_diagonal(&nalgebra::Vector3::new(place, place, heading))
+}
+
+/// From belief to reliability: straight from 0 at 0 over the limit of "localized" at 0.5 to 1 at 1.
+fn reliability_of(mass: f64) -> f64 {
+    let (limit, localized) = (MarkovFilter::LOCALIZED_PROBABILITY, LOCALIZED_RELIABILITY);
+    let value = if mass <= limit {
+        mass / limit * localized
+    } else {
+        localized + (mass - limit) / (1.0 - limit) * (1.0 - localized)
+    };
+    value.clamp(0.0, 1.0)
+}
+
+impl Localizer for Markov {
+    fn reset(&mut self) {
+        self.forget();
+    }
+
+    /// Uses no random numbers.
+    fn step(&mut self, input: &StepInput<'_>, _rng: &mut Rng) -> &Estimate {
+        if input.is_lifted {
+            // The odometry of the feet in the air is no motion over the map.
+            self.motion.update(input.odometry);
+            self.forget();
+            return &self.estimate;
+        }
+        let acted = self.act(input.odometry);
+        if self.is_new_view(input.percept, acted) {
+            self.weigh(input.percept);
+        }
+        self.update_estimate();
+        &self.estimate
+    }
+
+    fn estimate(&self) -> &Estimate {
+        &self.estimate
+    }
+
+    /// States with a share of the belief that can be seen in a picture; the likelihood is relative to the best.
+    fn individuals(&self, out: &mut Vec<Individual>) {
+        const MIN_SHARE_OF_BEST: f64 = 0.01;
+        let belief = self.filter.belief();
+        let (_, largest) = belief.best();
+        let residual = self.cutter.residual();
+        for (index, probability) in belief.probabilities().iter().enumerate() {
+            if *probability > MIN_SHARE_OF_BEST * largest {
+                out.push(Individual {
+                    world_from_robot: self.grid.pose(index).compose(&residual),
+                    likelihood: probability / largest,
+                    population: 0,
+                });
+            }
+        }
+    }
+}
