@@ -173,12 +173,7 @@ impl MonteCarloConfig {
             min_per_hypothesis: 20,
             ..SampleSizeConfig::default()
         };
-        Self {
-            num_particles: 2000,
-            sample_size,
-            resampling: Self::systematic().resampling,
-            ..Self::default()
-        }
+        Self { num_particles: 2000, sample_size, ..Self::systematic() }
     }
 
     /// Checks the ranges of all values.

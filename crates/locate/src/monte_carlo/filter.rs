@@ -129,6 +129,11 @@ impl MonteCarlo {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn propagate_for_test(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
+        self.propagate(odometry, rng);
+    }
+
     fn weigh(&mut self) {
         let config = &self.config;
         self.particles.weigh(self.model.as_ref(), config.weight_exponent, config.parallel_from);

@@ -16,6 +16,8 @@ mod recovery;
 mod resample;
 mod sample_size;
 mod survivors;
+#[cfg(test)]
+mod tests;
 mod weights;
 
 pub use cluster::{ClusterConfig, Clusters};

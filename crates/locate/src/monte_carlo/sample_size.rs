@@ -158,26 +158,28 @@ fn bin(config: &SampleSizeConfig, pose: &PlanarPose) -> [i32; 3] {
     [(pose.x_m / config.bin_m).floor() as i32, (pose.y_m / config.bin_m).floor() as i32, turn as i32]
 }
 
-/// Splits `count` particles over hypotheses by their probabilities, each of them with at least `min` if there are enough.
-pub(super) fn quotas(probabilities: &[f64], count: usize, min: usize, out: &mut Vec<usize>) {
+/// Splits `count` particles over groups. Each group has a share (the sum may be anything) and a minimum; the minima
+/// together must not exceed `count`.
+pub(super) fn quotas(groups: &[(f64, usize)], count: usize, out: &mut Vec<usize>) {
     out.clear();
-    if probabilities.is_empty() {
-        return;
-    }
-    let min = min.min(count / probabilities.len());
-    let total: f64 = probabilities.iter().sum();
+    let total: f64 = groups.iter().map(|(share, _)| share).sum();
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    out.extend(probabilities.iter().map(|p| ((p / total * to_f64(count)) as usize).max(min)));
-    let largest = |out: &[usize]| (0..out.len()).max_by_key(|i| (out[*i], usize::MAX - *i)).unwrap_or(0);
+    out.extend(groups.iter().map(|(share, min)| ((share / total * to_f64(count)) as usize).max(*min)));
     let mut given: usize = out.iter().sum();
-    if given < count {
-        let richest = largest(out);
-        out[richest] += count - given;
+    let most_to_spare = |out: &[usize]| {
+        (0..out.len()).max_by_key(|i| (out[*i].saturating_sub(groups[*i].1), usize::MAX - *i)).unwrap_or(0)
+    };
+    if given < count && !out.is_empty() {
+        let largest = (0..out.len()).max_by(|a, b| groups[*a].0.total_cmp(&groups[*b].0)).unwrap_or(0);
+        out[largest] += count - given;
     }
     while given > count {
-        let richest = largest(out);
-        let taken = (out[richest] - min).min(given - count).max(1);
-        out[richest] -= taken;
+        let group = most_to_spare(out);
+        let taken = out[group].saturating_sub(groups[group].1).min(given - count);
+        if taken == 0 {
+            return;
+        }
+        out[group] -= taken;
         given -= taken;
     }
 }
@@ -235,13 +237,15 @@ mod tests {
     #[test]
     fn quotas_keep_a_minimum_and_the_sum() {
         let mut out = Vec::new();
-        quotas(&[0.97, 0.02, 0.01], 100, 10, &mut out);
+        quotas(&[(0.97, 10), (0.02, 10), (0.01, 10)], 100, &mut out);
         assert_eq!(out, [80, 10, 10]);
-        quotas(&[0.6, 0.4], 10, 0, &mut out);
+        quotas(&[(6.0, 0), (4.0, 0)], 10, &mut out);
         assert_eq!(out, [6, 4]);
-        quotas(&[0.9, 0.05, 0.05], 8, 30, &mut out);
-        assert_eq!((out.iter().sum::<usize>(), out.iter().min()), (8, Some(&2)));
-        quotas(&[1.0, 1.0, 1.0], 1, 0, &mut out);
+        quotas(&[(0.9, 2), (0.05, 2), (0.05, 4)], 8, &mut out);
+        assert_eq!(out, [2, 2, 4]);
+        quotas(&[(1.0, 0), (1.0, 0), (1.0, 0)], 1, &mut out);
         assert_eq!(out.iter().sum::<usize>(), 1);
+        quotas(&[(0.0, 3), (1.0, 0)], 5, &mut out);
+        assert_eq!(out, [3, 2]);
     }
 }

@@ -3,7 +3,7 @@
 use visloc_base::Rng;
 
 use super::{
-    Clusters, MonteCarloConfig, Particles, SampleSizeRule,
+    Clusters, MonteCarloConfig, Particles, Resampling, SampleSizeRule,
     sample_size::{Bins, quotas},
     share,
     weights::to_f64,
@@ -28,6 +28,8 @@ pub(super) struct Survivors {
     drawn: Vec<usize>,
     counts: Vec<usize>,
     strata: Vec<Stratum>,
+    /// The stratum of each particle.
+    stratum_of: Vec<usize>,
 }
 
 /// Particles that are drawn among themselves.
@@ -36,6 +38,7 @@ struct Stratum {
     members: Vec<usize>,
     weights: Vec<f64>,
     total: f64,
+    num_elite: usize,
 }
 
 impl Survivors {
@@ -96,26 +99,38 @@ impl Survivors {
             return;
         }
         self.collect_strata(particles, clusters, config.sample_size.min_probability);
-        self.logs.resize(makeup.num_elite, 0.0);
-        // The last stratum, which is no hypothesis, gets what its weight is worth.
-        let (rest, hypotheses) = self.strata.split_last().map_or((0.0, &[][..]), |(rest, h)| (rest.total, h));
-        let total = rest + hypotheses.iter().map(|stratum| stratum.total).sum::<f64>();
-        let mut shares: Vec<f64> = hypotheses.iter().map(|stratum| stratum.total).collect();
-        let is_rest_alone = shares.is_empty();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let num_rest = match is_rest_alone {
-            true => makeup.num_drawn,
-            false => (rest / total * to_f64(makeup.num_drawn)) as usize,
+        self.draw_strata(config.resampling.scheme, makeup, min, rng);
+    }
+
+    /// Draws within each hypothesis. Its particles together weigh as much as before, however many they are.
+    fn draw_strata(&mut self, scheme: Resampling, makeup: &Makeup, min: usize, rng: &mut Rng) {
+        let count = makeup.num_elite + makeup.num_drawn;
+        let num_hypotheses = self.strata.len().saturating_sub(1);
+        let min = min.min(makeup.num_drawn / num_hypotheses.max(1));
+        for stratum in &mut self.strata {
+            stratum.num_elite = 0;
+        }
+        for i in &self.sources {
+            self.strata[self.stratum_of[*i]].num_elite += 1;
+        }
+        // The last stratum is no hypothesis and has no minimum.
+        let needs =
+            |(i, s): (usize, &Stratum)| (s.total, s.num_elite.max(if i < num_hypotheses { min } else { 0 }));
+        let shares: Vec<(f64, usize)> = self.strata.iter().enumerate().map(needs).collect();
+        quotas(&shares, count, &mut self.counts);
+        let total: f64 = self.strata.iter().map(|stratum| stratum.total).sum();
+        let log_weight = |stratum: &Stratum, count_here: usize| {
+            (stratum.total / total * to_f64(count) / to_f64(count_here.max(1))).ln()
         };
-        quotas(&shares, makeup.num_drawn - num_rest, min, &mut self.counts);
-        self.counts.push(num_rest);
-        shares.push(rest);
-        for ((stratum, count), share) in self.strata.iter().zip(&self.counts).zip(shares) {
+        for i in &self.sources {
+            let stratum = self.stratum_of[*i];
+            self.logs.push(log_weight(&self.strata[stratum], self.counts[stratum]));
+        }
+        for (stratum, count_here) in self.strata.iter().zip(&self.counts) {
             self.drawn.clear();
-            config.resampling.scheme.draw(&stratum.weights, *count, rng, &mut self.drawn);
+            scheme.draw(&stratum.weights, count_here - stratum.num_elite, rng, &mut self.drawn);
             self.sources.extend(self.drawn.iter().map(|i| stratum.members[*i]));
-            let weight = share / total * to_f64(makeup.num_drawn) / to_f64((*count).max(1));
-            self.logs.resize(self.sources.len(), weight.ln());
+            self.logs.resize(self.sources.len(), log_weight(stratum, *count_here));
         }
     }
 
@@ -141,7 +156,7 @@ impl Survivors {
         for cluster in 0..clusters.len() {
             let mut stratum = Stratum::default();
             stratum.extend(clusters.members(cluster), weights);
-            if stratum.total >= min_probability * total {
+            if stratum.total > 0.0 && stratum.total >= min_probability * total {
                 self.strata.push(stratum);
             } else {
                 rest.extend(stratum.members.into_iter(), weights);
@@ -149,6 +164,11 @@ impl Survivors {
         }
         rest.extend(clusters.outsiders(), weights);
         self.strata.push(rest);
+        self.stratum_of.clear();
+        self.stratum_of.resize(particles.len(), 0);
+        for (place, stratum) in self.strata.iter().enumerate() {
+            stratum.members.iter().for_each(|i| self.stratum_of[*i] = place);
+        }
     }
 }
 
