@@ -7,7 +7,10 @@ use visloc_vision::{
     AnalysisError, Percept,
     field::{FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
 };
-use visloc_world::{Map, field::Field};
+use visloc_world::{
+    Map,
+    field::{Field, GoalColor},
+};
 
 use crate::{
     ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StepInput, build_localizer,
@@ -106,12 +109,17 @@ impl Pipeline {
     }
 }
 
+/// On a field without colored goals so many line pixels make an image informative.
+const MIN_LINES_ALONE: usize = 10;
+
 /// Lines have the map's width, and are visible farther away on a larger field than the documents' 6 m.
 fn analysis_for(field: &Field, config: FieldAnalysisConfig) -> FieldAnalysisConfig {
     let scale = (field.dimensions().length_m / 6.0).max(1.0);
+    let has_colored_goals = field.goals().iter().any(|goal| goal.color != GoalColor::White);
     FieldAnalysisConfig {
         max_line_distance_m: config.max_line_distance_m * scale,
         line_width_m: field.dimensions().line_width_m,
+        min_informative_lines: if has_colored_goals { config.min_informative_lines } else { MIN_LINES_ALONE },
         ..config
     }
 }

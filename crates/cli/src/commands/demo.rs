@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Who looks for the robot.
-const ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
+const ALGORITHMS: [&str; 2] = ["evolutionary", "mcae"];
 
 /// Runs the command.
 ///

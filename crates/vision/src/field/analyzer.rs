@@ -301,7 +301,9 @@ impl FieldAnalyzer {
             }
             percept.pixels.extend_from_slice(pixels);
         }
-        percept.is_informative = !goal_pixels.is_empty();
+        let lines_suffice =
+            config.min_informative_lines > 0 && line_pixels.len() >= config.min_informative_lines;
+        percept.is_informative = !goal_pixels.is_empty() || lines_suffice;
         percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
     }
 }

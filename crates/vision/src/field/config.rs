@@ -85,6 +85,9 @@ pub struct FieldAnalysisConfig {
     pub min_obstacle_height_m: f64,
     /// Least width of an obstacle, meters.
     pub min_obstacle_width_m: f64,
+    /// So many line pixels make an image informative without any goal; 0 for never. Source: 2010 section 5.2.1, where only
+    /// goals do; a field without colored goals has nothing else.
+    pub min_informative_lines: usize,
     /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
     pub max_line_pixels: usize,
     /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
@@ -110,6 +113,7 @@ impl Default for FieldAnalysisConfig {
             max_filled_blob_aspect: 1.2,
             min_obstacle_height_m: 0.15,
             min_obstacle_width_m: 0.12,
+            min_informative_lines: 0,
             max_line_pixels: 12,
             max_goal_pixels: 8,
         }
