@@ -107,6 +107,8 @@ pub struct EvolutionaryConfig {
     pub lost_health: f64,
     /// How fast a race's health follows the images: share of the newest image, 0 to 1. The documents use 1.
     pub health_follow: f64,
+    /// Whether a race is founded where the robot was before it was lifted: somebody may have set it back.
+    pub keeps_old_pose: bool,
     /// Explorers.
     pub explorers: ExplorerConfig,
     /// Motion model.
@@ -141,6 +143,7 @@ impl Default for EvolutionaryConfig {
             takeover_uninformative: 0.08,
             lost_health: 0.7,
             health_follow: 0.3,
+            keeps_old_pose: false,
             explorers: ExplorerConfig::default(),
             motion: MotionConfig::default(),
             reliability: ReliabilityConfig::default(),

@@ -190,7 +190,7 @@ fn grid_position(region: &Region, i: usize, count: usize) -> (f64, f64) {
 }
 
 /// Keeps the healthiest `max` explorers, the best first. Two explorers of one place count once: only the better stays.
-fn keep_best(best: &mut Vec<Exploiter>, explorer: Exploiter, max: usize) {
+pub(super) fn keep_best(best: &mut Vec<Exploiter>, explorer: Exploiter, max: usize) {
     if best.len() == max && best.last().is_some_and(|last| last.health >= explorer.health) {
         return;
     }

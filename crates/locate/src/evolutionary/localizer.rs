@@ -5,14 +5,17 @@ use visloc_geom::PlanarPose;
 
 use super::{
     EvolutionaryConfig,
-    explorers::Explorers,
+    explorers::{Explorers, keep_best},
     race::Exploiter,
     races::{Races, WinnerChange},
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, Localizer, MotionModel, ObservationModel, Reliability,
-    StepInput,
+    StartPrior, StepInput,
 };
+
+/// Poses taken from a prior to found races from the best of them.
+const PRIOR_POSES: usize = 200;
 
 /// Evolutionary localization with races, explorers and exploiters.
 pub struct Evolutionary {
@@ -23,6 +26,10 @@ pub struct Evolutionary {
     explorers: Explorers,
     races: Races,
     parents: Vec<Exploiter>,
+    /// What is known about the start, until races were founded from it.
+    prior: StartPrior,
+    /// Where the robot was before it was lifted.
+    old_pose: Option<PlanarPose>,
     estimate: Estimate,
 }
 
@@ -39,6 +46,8 @@ impl Evolutionary {
             explorers: Explorers::new(config.explorers, config.min_health),
             races: Races::default(),
             parents: Vec::with_capacity(config.num_exploiters),
+            prior: StartPrior::Uniform,
+            old_pose: None,
             estimate: Estimate::unknown(),
             config,
             model,
@@ -56,6 +65,41 @@ impl Evolutionary {
         for hypothesis in &mut self.estimate.hypotheses {
             hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
         }
+    }
+
+    /// Begins again with a prior, and remembers where the robot was if that is wished for.
+    fn begin_again(&mut self, prior: StartPrior) {
+        if self.config.keeps_old_pose && self.estimate.is_localized() {
+            self.old_pose = Some(self.estimate.world_from_robot);
+        }
+        self.prior = prior;
+        self.races.clear();
+        self.explorers.reset();
+        self.reliability.reset();
+        self.estimate.reliability = 0.0;
+        self.estimate.hypotheses.clear();
+    }
+
+    /// Founds races from what is known about the start. Explorers search beside them, everywhere.
+    fn found_races(&mut self, rng: &mut Rng) {
+        let (prior, model) = (std::mem::take(&mut self.prior), self.model.as_ref());
+        let region = model.region();
+        let mut founders = Vec::new();
+        let with_health = |pose| Exploiter { pose, health: model.likelihood(&pose) };
+        if let Some(old_pose) = self.old_pose.take().filter(|pose| region.contains(pose)) {
+            self.races.offer(&[with_health(old_pose)], &self.config, rng);
+        }
+        if prior.is_uniform() {
+            return;
+        }
+        for _ in 0..PRIOR_POSES {
+            let mut pose = prior.sample(&region, rng);
+            if !prior.has_heading() {
+                pose.yaw_rad = model.propose_heading(pose.x_m, pose.y_m, rng);
+            }
+            keep_best(&mut founders, with_health(pose), self.config.max_races);
+        }
+        self.races.offer(&founders, &self.config, rng);
     }
 
     /// Lets explorers search, and makes races of what they find.
@@ -106,17 +150,18 @@ impl Evolutionary {
 
 impl Localizer for Evolutionary {
     fn reset(&mut self) {
-        self.races.clear();
-        self.explorers.reset();
-        self.reliability.reset();
-        self.estimate.reliability = 0.0;
-        self.estimate.hypotheses.clear();
+        self.begin_again(StartPrior::Uniform);
+        self.old_pose = None;
+    }
+
+    fn reset_to(&mut self, prior: &StartPrior) {
+        self.begin_again(prior.clone());
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         if input.is_lifted {
             self.motion.update(input.odometry);
-            self.reset();
+            self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
         self.apply_motion(input.odometry, rng);
@@ -127,6 +172,7 @@ impl Localizer for Evolutionary {
         for race in self.races.iter_mut() {
             race.weigh(self.model.as_ref(), &self.config);
         }
+        self.found_races(rng);
         self.explore(input.percept.is_informative, rng);
         self.races.merge(&self.config);
         self.races.age(&self.config);
@@ -150,6 +196,90 @@ impl Localizer for Evolutionary {
                 likelihood: exploiter.health,
                 population,
             }));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{PosePrior, Region};
+    use visloc_base::RngTree;
+    use visloc_vision::Percept;
+
+    /// Two places that look alike, at x = -3 and x = 3.
+    struct TwoPlaces;
+
+    impl ObservationModel for TwoPlaces {
+        fn condition_on(&mut self, _: &Percept) {}
+        fn has_evidence(&self) -> bool {
+            true
+        }
+        fn likelihood(&self, pose: &PlanarPose) -> f64 {
+            (-0.5 * ((pose.x_m.abs() - 3.0).powi(2) + pose.y_m.powi(2) + pose.yaw_rad.powi(2))).exp()
+        }
+        fn region(&self) -> Region {
+            Region { min_x_m: -5.0, max_x_m: 5.0, min_y_m: -4.0, max_y_m: 4.0 }
+        }
+        fn max_jump_m(&self) -> f64 {
+            2.0
+        }
+        fn propose(&self, rng: &mut Rng) -> PlanarPose {
+            self.region().sample(rng)
+        }
+        fn propose_heading(&self, _: f64, _: f64, _: &mut Rng) -> f64 {
+            0.0
+        }
+    }
+
+    fn steps(localizer: &mut Evolutionary, percept: &Percept, count: usize, is_lifted: bool) {
+        let mut rng = RngTree::new(3).stream("evolutionary", 0);
+        for _ in 0..count {
+            localizer.step(&StepInput { percept, odometry: None, is_lifted }, &mut rng);
+        }
+    }
+
+    fn places(localizer: &Evolutionary) -> Vec<f64> {
+        localizer.estimate().hypotheses.iter().map(|h| h.world_from_robot.x_m.round()).collect()
+    }
+
+    #[test]
+    fn races_are_founded_from_the_prior() {
+        let mut localizer = Evolutionary::new(EvolutionaryConfig::default(), Box::new(TwoPlaces)).unwrap();
+        // Without something informative in view explorers do not search.
+        let percept = Percept { quality: 1.0, ..Percept::default() };
+        steps(&mut localizer, &percept, 5, false);
+        assert!(places(&localizer).is_empty());
+        let prior = PosePrior {
+            world_from_robot: PlanarPose::new(3.0, 0.2, 0.1),
+            position_spread_m: 0.2,
+            heading_spread_rad: 0.1,
+            weight: 1.0,
+        };
+        localizer.reset_to(&StartPrior::Poses(vec![prior]));
+        steps(&mut localizer, &percept, 20, false);
+        assert_eq!(places(&localizer), [3.0]);
+        let region = Region { min_x_m: -5.0, max_x_m: -1.0, min_y_m: -4.0, max_y_m: 4.0 };
+        localizer.reset_to(&StartPrior::Region { region, heading: None });
+        steps(&mut localizer, &percept, 20, false);
+        assert!(places(&localizer).iter().all(|x| *x < 0.0) && !places(&localizer).is_empty());
+    }
+
+    #[test]
+    fn the_old_pose_is_kept_after_a_lift_if_wished_for() {
+        for keeps_old_pose in [true, false] {
+            let config = EvolutionaryConfig { keeps_old_pose, ..EvolutionaryConfig::default() };
+            let mut localizer = Evolutionary::new(config, Box::new(TwoPlaces)).unwrap();
+            let informative = Percept { quality: 1.0, is_informative: true, ..Percept::default() };
+            steps(&mut localizer, &informative, 60, false);
+            assert!(localizer.estimate().is_localized());
+            let before = localizer.estimate().world_from_robot.x_m.round();
+            let percept = Percept { quality: 1.0, ..Percept::default() };
+            steps(&mut localizer, &percept, 3, true);
+            assert!(places(&localizer).is_empty());
+            steps(&mut localizer, &percept, 3, false);
+            let expected: &[f64] = if keeps_old_pose { &[before] } else { &[] };
+            assert_eq!(places(&localizer), expected);
         }
     }
 }
