@@ -45,6 +45,14 @@ impl Estimate {
         }
     }
 
+    /// Forgets everything but the last pose, which stays as the place where the robot was seen last.
+    pub(crate) fn forget(&mut self) {
+        let world_from_robot = self.world_from_robot;
+        self.hypotheses.clear();
+        *self =
+            Self { world_from_robot, hypotheses: std::mem::take(&mut self.hypotheses), ..Self::unknown() };
+    }
+
     /// Whether the pose can be relied on.
     #[must_use]
     pub fn is_localized(&self) -> bool {
@@ -60,5 +68,26 @@ impl Estimate {
             }
         }
         self.hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_forgets_claims_nothing() {
+        let mut estimate = Estimate {
+            world_from_robot: PlanarPose::new(1.0, 2.0, 0.5),
+            covariance: Matrix3::identity() * 1e-4,
+            reliability: 0.9,
+            likelihood: 0.95,
+            hypotheses: Vec::new(),
+        };
+        estimate.forget();
+        assert_eq!(estimate.world_from_robot, PlanarPose::new(1.0, 2.0, 0.5));
+        assert!(
+            estimate.covariance[(0, 0)] > 10.0 && estimate.likelihood == 0.0 && estimate.reliability == 0.0
+        );
     }
 }

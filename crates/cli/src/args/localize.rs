@@ -64,7 +64,8 @@ pub struct LocalizeArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Topics")]
 pub struct TopicArgs {
-    /// Names of topics and frames, TOML (see: visloc config show topics)
+    /// Names of all topics and frames, TOML (see: visloc config show topics); those of tf and of the feet can be set only
+    /// here
     #[arg(long, value_name = "FILE")]
     pub topics: Option<PathBuf>,
     /// Topic of the images

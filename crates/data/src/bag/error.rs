@@ -37,8 +37,8 @@ pub enum BagError {
         reason: String,
     },
     /// A topic that is needed is not in the recording.
-    #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; set its name in the topic settings. \
-             Topics there: {}", path.display(), list_topics(available))]
+    #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; name the right one (on the command line --topics or \
+             --image-topic). Topics there: {}", path.display(), list_topics(available))]
     MissingTopic {
         /// The recording.
         path: PathBuf,

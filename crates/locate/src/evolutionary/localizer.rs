@@ -76,8 +76,7 @@ impl Evolutionary {
         self.races.clear();
         self.explorers.reset();
         self.reliability.reset();
-        self.estimate.reliability = 0.0;
-        self.estimate.hypotheses.clear();
+        self.estimate.forget();
     }
 
     /// Founds races from what is known about the start. Explorers search beside them, everywhere.

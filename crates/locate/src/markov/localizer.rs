@@ -151,8 +151,7 @@ impl Markov {
         self.weighed_yaw_rad = None;
         self.has_evidence = false;
         self.likelihoods.clear();
-        self.estimate.reliability = 0.0;
-        self.estimate.hypotheses.clear();
+        self.estimate.forget();
     }
 }
 

@@ -80,8 +80,7 @@ impl MonteCarlo {
         self.waited = 0;
         self.unexplained = 0;
         self.reliability.reset();
-        self.estimate.reliability = 0.0;
-        self.estimate.hypotheses.clear();
+        self.estimate.forget();
     }
 
     /// Particles from the prior, some of them aimed at what is seen, some where the robot was before.

@@ -200,7 +200,7 @@ fn without_injection_a_kidnapped_robot_stays_lost() {
 fn a_minimum_for_each_hypothesis_keeps_ambiguity() {
     let places = [(3.0, 3.0), (10.0, 16.0), (17.0, 5.0)];
     let survivors = |min_per_hypothesis| {
-        let mut config = plain(MonteCarloConfig::kld(), 2000);
+        let mut config = plain(kld(), 2000);
         config.sample_size.min_per_hypothesis = min_per_hypothesis;
         let keeps_all = |seed: u64| {
             let mut run = Run::new(config, &places, seed);
@@ -215,10 +215,20 @@ fn a_minimum_for_each_hypothesis_keeps_ambiguity() {
     assert!(survivors(0) < 20, "and by chance some are lost");
 }
 
+/// KLD-sampling with the parameters of the literature.
+fn kld() -> MonteCarloConfig {
+    let sample_size = SampleSizeConfig {
+        rule: SampleSizeRule::Kld,
+        min_per_hypothesis: 20,
+        ..SampleSizeConfig::default()
+    };
+    MonteCarloConfig { sample_size, ..MonteCarloConfig::kld() }
+}
+
 #[test]
 fn kld_uses_a_tenth_of_the_particles_once_it_knows() {
     for seed in 0..5 {
-        let mut run = Run::new(plain(MonteCarloConfig::kld(), 2000), &[(5.0, 5.0)], seed);
+        let mut run = Run::new(plain(kld(), 2000), &[(5.0, 5.0)], seed);
         run.step();
         let at_start = run.filter.particles().len();
         for _ in 0..80 {
