@@ -217,11 +217,8 @@ fn a_minimum_for_each_hypothesis_keeps_ambiguity() {
 
 /// KLD-sampling with the parameters of the literature.
 fn kld() -> MonteCarloConfig {
-    let sample_size = SampleSizeConfig {
-        rule: SampleSizeRule::Kld,
-        min_per_hypothesis: 20,
-        ..SampleSizeConfig::default()
-    };
+    let sample_size =
+        SampleSizeConfig { rule: SampleSizeRule::Kld, min_per_hypothesis: 20, ..SampleSizeConfig::default() };
     MonteCarloConfig { sample_size, ..MonteCarloConfig::kld() }
 }
 
