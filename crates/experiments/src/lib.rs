@@ -6,6 +6,9 @@
 //! numbers and pictures.
 
 mod framework;
+pub mod kidnap;
+pub mod positions;
+pub mod symmetry;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,

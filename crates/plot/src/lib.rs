@@ -35,6 +35,7 @@ mod heat_map;
 mod histogram;
 mod image_picture;
 mod picture;
+mod scatter;
 mod svg;
 mod time_series;
 
@@ -48,4 +49,5 @@ pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
 pub use histogram::{Histogram, HistogramSeries, histogram};
 pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};
 pub use picture::Picture;
+pub use scatter::{ScatterPicture, ScatterSeries, scatter};
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -2,6 +2,7 @@
 
 mod analyze;
 mod demo;
+mod experiment;
 mod inspect;
 mod localize;
 mod shared;
@@ -10,6 +11,7 @@ use clap::{Parser, Subcommand};
 
 pub use analyze::{ColorsArgs, EvaluateArgs};
 pub use demo::{DemoArgs, SimulateArgs};
+pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use localize::{LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
@@ -43,6 +45,8 @@ pub enum Command {
     Localize(Box<LocalizeArgs>),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
+    /// Repeat the published experiments, and harder ones
+    Experiment(ExperimentArgs),
     /// List the algorithms
     Algorithms,
     /// List the built-in maps

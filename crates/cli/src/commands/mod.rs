@@ -5,6 +5,7 @@ mod config;
 mod demo;
 mod evaluate;
 mod execute;
+mod experiment;
 mod localize;
 mod map;
 mod settings;

@@ -31,6 +31,21 @@ impl Progress {
         Self { bar }
     }
 
+    /// A bar for the runs of an experiment.
+    pub fn runs() -> Self {
+        let bar = ProgressBar::new(0);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {eta} left") {
+            bar.set_style(style);
+        }
+        Self { bar }
+    }
+
+    /// So much is done.
+    pub fn set(&self, num_done: usize, num_wanted: usize) {
+        self.bar.set_length(num_wanted as u64);
+        self.bar.set_position(num_done as u64);
+    }
+
     /// One frame is done.
     pub fn advance(&self) {
         self.bar.inc(1);

@@ -55,7 +55,8 @@ pub fn time_series(input: &TimeSeriesPicture) -> Picture {
             if is_last { HorizontalLabels::Shown } else { HorizontalLabels::Hidden },
         );
         if is_last {
-            area.draw_x_label(&mut canvas, "time [s]");
+            let label = if input.x_label.is_empty() { "time [s]" } else { &input.x_label };
+            area.draw_x_label(&mut canvas, label);
         }
         top += PANEL_PX + PANEL_LABEL_PX;
     }

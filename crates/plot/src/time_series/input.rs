@@ -9,6 +9,8 @@ pub struct TimeSeriesPicture {
     pub title: String,
     /// Below the title.
     pub subtitle: String,
+    /// Below the horizontal axis, if it is not a time in seconds.
+    pub x_label: String,
     /// From top to bottom.
     pub panels: Vec<Panel>,
     /// Shaded in all panels, for instance while the robot is carried.

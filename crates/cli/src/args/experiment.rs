@@ -1,0 +1,88 @@
+//! `visloc experiment`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use visloc_experiments::Shard;
+
+use super::{JsonArg, SeedArg};
+
+/// Arguments of `visloc experiment`.
+#[derive(Debug, Args)]
+pub struct ExperimentArgs {
+    /// Which experiment.
+    #[command(subcommand)]
+    pub command: ExperimentCommand,
+}
+
+/// All experiments.
+#[derive(Debug, Subcommand)]
+pub enum ExperimentCommand {
+    /// Places that look the same: which algorithms keep all of them, and for how long?
+    Symmetry(SymmetryArgs),
+    /// Carried away: how fast do algorithms that had converged find the new place?
+    Kidnap(KidnapArgs),
+    /// Put the parts of an experiment together
+    Merge(MergeArgs),
+}
+
+/// Options of all experiments.
+#[derive(Debug, Args)]
+#[command(after_long_help = "Examples:\n  \
+                       visloc experiment symmetry --out out/symmetry        run again to go on after an interruption\n  \
+                       visloc experiment symmetry --out part2 --shard 2/8   one of eight jobs of a cluster\n  \
+                       visloc experiment merge part1 part2 part3 part4 part5 part6 part7 part8 --out out/symmetry")]
+pub struct RunsArgs {
+    /// Keep every run's result, tables and pictures in this folder; runs that are there are not done again
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Do one part of the runs only: 2/8 is the second of eight
+    #[arg(long, value_name = "K/N", default_value_t = Shard::WHOLE)]
+    pub shard: Shard,
+    #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
+    pub json: JsonArg,
+    /// Runs that are done at the same time; changes the speed, never the result [default: all cores]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// Arguments of `visloc experiment symmetry`.
+#[derive(Debug, Args)]
+pub struct SymmetryArgs {
+    /// Runs of each cell of the tables [default: 100; 1000 with --long]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: Option<u64>,
+    /// Instead of the published tables: 3,000 iterations, up to 8 positions, at most 120 individuals
+    #[arg(long)]
+    pub long: bool,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment kidnap`.
+#[derive(Debug, Args)]
+pub struct KidnapArgs {
+    /// Runs of each algorithm
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: u64,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Folders of the parts
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+    /// Runs of each cell [default: as many as the experiment does]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: Option<u64>,
+    /// Write tables and pictures into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArg,
+}

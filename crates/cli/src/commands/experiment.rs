@@ -1,0 +1,105 @@
+//! `visloc experiment`.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use visloc_experiments::{
+    Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget,
+    kidnap::KidnapExperiment,
+    merge, run,
+    symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
+};
+
+use crate::{
+    args::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs},
+    report::save_json,
+    run::Progress,
+    stopwatch::Stopwatch,
+};
+
+/// Runs of a kidnap experiment.
+const NUM_KIDNAP_RUNS: u64 = 100;
+
+/// Runs the command.
+///
+/// # Errors
+/// If a run is impossible, or a folder holds something else or cannot be written.
+pub fn execute(args: &ExperimentArgs) -> Result<()> {
+    match &args.command {
+        ExperimentCommand::Symmetry(args) => {
+            let part = if args.long { SymmetryPart::Long } else { SymmetryPart::Published };
+            conduct(&symmetry(part, args.runs), &args.common, SymmetryExperiment::report)
+        }
+        ExperimentCommand::Kidnap(args) => {
+            conduct(&KidnapExperiment::new(args.runs), &args.common, KidnapExperiment::report)
+        }
+        ExperimentCommand::Merge(args) => merge_parts(args),
+    }
+}
+
+fn symmetry(part: SymmetryPart, runs: Option<u64>) -> SymmetryExperiment {
+    let default = match part {
+        SymmetryPart::Published => 100,
+        SymmetryPart::Long => 1000,
+    };
+    SymmetryExperiment::new(part, runs.unwrap_or(default))
+}
+
+/// What makes a report of an experiment's records.
+type MakeReport<E> = fn(&E, &Results<<E as Experiment>::Record>, u64) -> Result<Report, ExperimentError>;
+
+/// Does the runs that are not there yet and shows what all of them found.
+fn conduct<E: Experiment>(experiment: &E, args: &RunsArgs, report: MakeReport<E>) -> Result<()>
+where
+    E::Record: Sync,
+{
+    let stopwatch = Stopwatch::start();
+    let target = args.out.as_deref().map_or(RunTarget::Memory, RunTarget::Folder);
+    let options = RunOptions { seed: args.seed.seed, shard: args.shard, target };
+    let progress = Progress::runs();
+    let mut watch = |done: RunProgress| progress.set(done.num_done, done.num_wanted);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
+    let results = pool.install(|| run(experiment, &options, &mut watch));
+    progress.clear();
+    let results = results?;
+    if results.num_missing() > 0 {
+        println!(
+            "{} of {} runs are there, {} belong to other parts (see: visloc experiment merge)\n",
+            results.num_runs() - results.num_missing(),
+            results.num_runs(),
+            results.num_missing()
+        );
+    }
+    show(&report(experiment, &results, args.seed.seed)?, args.out.as_deref(), args.json.json.as_deref())?;
+    eprintln!("{:.1} s", stopwatch.secs());
+    Ok(())
+}
+
+fn show(report: &Report, folder: Option<&Path>, json: Option<&Path>) -> Result<()> {
+    print!("{}", report.text());
+    if let Some(folder) = folder {
+        report.save(folder)?;
+        println!("\ntables and pictures: {}", folder.display());
+    }
+    json.map_or(Ok(()), |path| save_json(path, &report.json))
+}
+
+/// Puts parts together. Which experiment they are of is written in their folders.
+fn merge_parts(args: &MergeArgs) -> Result<()> {
+    let first = args.folders.first().context("expected at least one folder")?;
+    let manifest = Manifest::read(first)?;
+    let report = match manifest.experiment.as_str() {
+        "symmetry" => {
+            let settings: SymmetrySettings = serde_json::from_value(manifest.settings.clone())
+                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let experiment = symmetry(settings.part, args.runs);
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+        }
+        "kidnap" => {
+            let experiment = KidnapExperiment::new(args.runs.unwrap_or(NUM_KIDNAP_RUNS));
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+        }
+        other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
+    };
+    show(&report, args.out.as_deref(), args.json.json.as_deref())
+}

@@ -1,0 +1,96 @@
+//! Points on plain ground.
+
+use crate::{
+    Color, Picture,
+    field::GroundView,
+    header::{Header, LegendEntry, Symbol},
+    svg::{Canvas, Paint},
+};
+
+const RIGHT_PX: f64 = 24.0;
+const DOT_PX: f64 = 3.2;
+
+/// Points on plain ground, seen from above: +x to the right, +y up, the same scale along both.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ScatterPicture {
+    /// Large, at the top.
+    pub title: String,
+    /// Below the title.
+    pub subtitle: String,
+    /// Shown range of x, meters.
+    pub x_m: (f64, f64),
+    /// Shown range of y, meters.
+    pub y_m: (f64, f64),
+    /// Later ones are drawn over earlier ones.
+    pub series: Vec<ScatterSeries>,
+}
+
+/// Points of one kind.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ScatterSeries {
+    /// In the legend.
+    pub label: String,
+    /// Of the points.
+    pub color: Color,
+    /// A ring of this radius around each point, meters; without it a dot.
+    pub radius_m: Option<f64>,
+    /// x and y, meters. Not a number and points outside are left out.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Points on plain ground.
+#[must_use]
+pub fn scatter(input: &ScatterPicture) -> Picture {
+    let rect = GroundView::new(input.x_m, input.y_m, 0.0).rect();
+    let entries = input.series.iter().map(|series| {
+        let symbol = if series.radius_m.is_some() { Symbol::Ring } else { Symbol::Dot };
+        LegendEntry::new(&series.label, symbol(series.color))
+    });
+    let header = Header::new((rect.left, rect.right), &input.title, &input.subtitle, entries.collect());
+    let view = GroundView::new(input.x_m, input.y_m, header.height_px() + 8.0);
+    let rect = view.rect();
+    let mut canvas = Canvas::new(rect.right + RIGHT_PX, rect.bottom + GroundView::BELOW_PX);
+    header.draw(&mut canvas);
+    canvas.begin_clip(&rect);
+    canvas.rect(&rect, &Paint::fill(Color::WHITE));
+    for series in &input.series {
+        for &(x_m, y_m) in series.points.iter().filter(|point| point.0.is_finite() && point.1.is_finite()) {
+            let at = view.px(x_m, y_m);
+            match series.radius_m {
+                Some(radius_m) => {
+                    canvas.circle(at, radius_m * view.px_per_m(), &Paint::stroke(series.color, 2.0));
+                    canvas.circle(at, 1.5, &Paint::fill(series.color));
+                }
+                None => canvas.circle(at, DOT_PX, &Paint::fill(series.color).opacity(0.6)),
+            }
+        }
+    }
+    canvas.end_group();
+    view.draw_frame(&mut canvas);
+    canvas.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_finite_point_is_drawn() {
+        let series = |radius_m| ScatterSeries {
+            radius_m,
+            points: vec![(0.0, 0.0), (f64::NAN, 1.0), (1.0, -1.0)],
+            ..ScatterSeries::default()
+        };
+        let picture = |series| {
+            let input = ScatterPicture {
+                x_m: (-2.0, 2.0),
+                y_m: (-2.0, 2.0),
+                series: vec![series],
+                ..ScatterPicture::default()
+            };
+            scatter(&input).svg().matches("<circle").count()
+        };
+        assert_eq!(picture(series(None)), 2);
+        assert_eq!(picture(series(Some(0.5))), 4, "a ring and its center");
+    }
+}
