@@ -91,17 +91,15 @@ pub struct CaseTables {
     centroids: Vec<[f64; NUM_CASES]>,
 }
 
-/// Learns both tables: how often each case was seen in each state. Every case gets `extra_captures` on top, so that what
-/// was not seen in a few captures is not taken for impossible (the source has plain shares: 0). A state without any
-/// captures expects everything alike. Captures of states that do not exist are left out.
+/// Learns both tables: the share of the captures of a state in which each case was seen. A state without captures expects
+/// everything alike. Captures of states that do not exist are left out.
 #[must_use]
 pub fn learn_tables(
     limits: CaseLimits,
     num_states: usize,
-    extra_captures: f64,
     captures: impl Iterator<Item = (usize, Option<BlobView>)>,
 ) -> CaseTables {
-    let mut sizes = vec![[extra_captures; NUM_CASES]; num_states];
+    let mut sizes = vec![[0.0; NUM_CASES]; num_states];
     let mut centroids = sizes.clone();
     for (state, view) in captures.filter(|(state, _)| *state < num_states) {
         sizes[state][limits.size_case(view.as_ref())] += 1.0;
@@ -133,14 +131,32 @@ impl CaseTables {
         &self.centroids[state]
     }
 
-    /// Likelihood of an observation in every state: both observations in turn, which is their product.
-    pub fn likelihoods(&self, view: Option<&BlobView>, out: &mut Vec<f64>) {
-        let (size, centroid) = (self.limits.size_case(view), self.limits.centroid_case(view));
-        out.clear();
-        out.extend(self.sizes.iter().zip(&self.centroids).map(|(s, c)| s[size] * c[centroid]));
+    /// The same tables, in which a share of each row goes to all cases alike: what was not seen in a few captures is rare,
+    /// not impossible. Deviation: the source uses plain shares, and one observation out of line empties its belief.
+    #[must_use]
+    pub fn softened(&self, share: f64) -> Self {
+        let soften = |row: &[f64; NUM_CASES]| row.map(|p| p * (1.0 - share) + share / NUM_CASES as f64);
+        Self {
+            limits: self.limits,
+            sizes: self.sizes.iter().map(soften).collect(),
+            centroids: self.centroids.iter().map(soften).collect(),
+        }
     }
 
-    /// As text: one line for each state, its number, nine shares of the size and nine of the centroid.
+    /// Likelihood of an observation in every state: both observations in turn, which is their product.
+    pub fn likelihoods(&self, view: Option<&BlobView>, out: &mut Vec<f64>) {
+        self.likelihoods_of_cases(self.limits.size_case(view), self.limits.centroid_case(view), out);
+    }
+
+    /// The same for the cases themselves; cases that do not exist are impossible.
+    pub fn likelihoods_of_cases(&self, size: usize, centroid: usize, out: &mut Vec<f64>) {
+        out.clear();
+        let share = |row: &[f64; NUM_CASES], case: usize| row.get(case).copied().unwrap_or(0.0);
+        let rows = self.sizes.iter().zip(&self.centroids);
+        out.extend(rows.map(|(s, c)| share(s, size) * share(c, centroid)));
+    }
+
+    /// As text: one line for each state, its number, nine shares of the size and nine of the centroid, with 4 decimals.
     #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text = String::from("state");
@@ -153,7 +169,7 @@ impl CaseTables {
         for (state, (sizes, centroids)) in self.sizes.iter().zip(&self.centroids).enumerate() {
             let _ = write!(text, "{state}");
             for share in sizes.iter().chain(centroids) {
-                let _ = write!(text, ",{share:.6}");
+                let _ = write!(text, ",{}", (share * 1e4).round() / 1e4);
             }
             text.push('\n');
         }

@@ -15,6 +15,9 @@ pub struct Remedy {
     /// Each further one weighs this share of the one before, 0 to 1. A whole run weighs at most
     /// first_weight / (1 - decay) observations, since it mostly says the same thing again and again.
     pub decay: f64,
+    /// How often a landmark that should be seen is hidden, 0 to 1: for an observation without a landmark, this share of the
+    /// likelihood is the same for all states.
+    pub hidden: f64,
     /// Share of the belief that goes back to all states alike with each action, 0 to 1.
     pub floor: f64,
 }
@@ -23,13 +26,14 @@ impl Remedy {
     /// None: as published.
     #[must_use]
     pub fn none() -> Self {
-        Self { first_weight: 1.0, decay: 1.0, floor: 0.0 }
+        Self { first_weight: 1.0, decay: 1.0, hidden: 0.0, floor: 0.0 }
     }
 
     fn check(&self) -> Result<(), ConfigError> {
         for (key, value) in [
             ("remedy.first_weight", self.first_weight),
             ("remedy.decay", self.decay),
+            ("remedy.hidden", self.hidden),
             ("remedy.floor", self.floor),
         ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
@@ -40,7 +44,7 @@ impl Remedy {
 
 impl Default for Remedy {
     fn default() -> Self {
-        Self { first_weight: 0.5, decay: 0.5, floor: 0.002 }
+        Self { first_weight: 0.5, decay: 0.5, hidden: 0.3, floor: 0.002 }
     }
 }
 

@@ -58,7 +58,11 @@ impl MarkovFilter {
     /// repeat each other and weigh less and less. Returns whether the observation was possible at all.
     pub fn observe(&mut self, likelihoods: &[f64], has_landmark: bool) -> bool {
         let weight = self.weight_of_next(has_landmark);
-        let likelihood = |index: usize| likelihoods.get(index).copied().unwrap_or(0.0);
+        let hidden = if has_landmark { 0.0 } else { self.remedy.hidden };
+        let largest = likelihoods.iter().copied().fold(0.0, f64::max);
+        let likelihood = |index: usize| {
+            likelihoods.get(index).map_or(0.0, |likelihood| hidden * largest + (1.0 - hidden) * likelihood)
+        };
         if weight >= 1.0 {
             self.belief.weigh(likelihood)
         } else {

@@ -233,7 +233,7 @@ fn tables_are_shares_of_captures() {
     let view = |area_px, bearing_rad| Some(BlobView { area_px, bearing_rad });
     let captures =
         [(0, view(300.0, 0.05)), (0, view(500.0, 0.05)), (0, None), (0, view(300.0, 0.05)), (7, None)];
-    let tables = learn_tables(CaseLimits::default(), 2, 0.0, captures.into_iter());
+    let tables = learn_tables(CaseLimits::default(), 2, captures.into_iter());
     assert_eq!(tables.size(0)[..3], [0.25, 0.5, 0.25]);
     assert_eq!((tables.centroid(0)[0], tables.centroid(0)[4]), (0.25, 0.75));
     assert!(close(tables.size(1)[8], 1.0 / 9.0), "no captures: everything alike");
@@ -241,11 +241,11 @@ fn tables_are_shares_of_captures() {
     tables.likelihoods(view(300.0, 0.05).as_ref(), &mut likelihoods);
     assert!(close(likelihoods[0], 0.5 * 0.75));
     let again = CaseTables::from_csv(CaseLimits::default(), &tables.to_csv()).unwrap();
-    assert!(again.size(0).iter().zip(tables.size(0)).all(|(a, b)| (a - b).abs() < 1e-6));
+    assert!(again.size(0).iter().zip(tables.size(0)).all(|(a, b)| (a - b).abs() < 1e-4));
     let error = CaseTables::from_csv(CaseLimits::default(), "state\n0,1,2\n").unwrap_err().to_string();
     assert!(error.contains("line 2") && error.contains("18 shares"), "{error}");
-    let careful = learn_tables(CaseLimits::default(), 1, 1.0, std::iter::empty());
-    assert!(close(careful.size(0)[4], 1.0 / 9.0));
+    let soft = tables.softened(0.09);
+    assert!(close(soft.size(0)[0], 0.25 * 0.91 + 0.01) && close(soft.centroid(0)[8], 0.01));
 }
 
 /// An observation without a landmark, from states of which half see one.
@@ -297,7 +297,7 @@ fn synthetic_walk_along_the_edge() {
             .then_some(BlobView { area_px: 10_000.0 / distance2, bearing_rad: -bearing })
     };
     let captures = (0..grid.num_states()).flat_map(|s| (0..50).map(move |_| s)).map(|s| (s, expected(s)));
-    let tables = learn_tables(CaseLimits::default(), grid.num_states(), 1.0, captures);
+    let tables = learn_tables(CaseLimits::default(), grid.num_states(), captures).softened(0.1);
     let (mut right_at_end, mut right_steps) = (0, 0);
     for seed in 1..=20 {
         let mut rng = RngTree::new(seed).stream("walk", 0);

@@ -1,0 +1,169 @@
+//! The cells of the experiment.
+
+use serde::{Deserialize, Serialize};
+use visloc_base::RngTree;
+use visloc_locate::markov::{CaseLimits, CaseTables, Outcomes};
+
+use super::{
+    goalkeeper::{self, GoalkeeperRecord, Keeper},
+    goalless::{self, Blindness, GoallessCell, GoallessRecord},
+    stage::Stage,
+    tables::learn,
+    walk::{self, WalkRecord},
+};
+use crate::{Cell, Experiment, ExperimentError};
+
+/// Tables learned from 50 captures in each state with seed 1.
+const LEARNED_TABLES: &str = include_str!("../../data/markov-tables.csv");
+/// Share of each row of the tables that goes to all cases alike.
+const SOFT_SHARE: f64 = 0.03;
+
+/// What decides the records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct MarkovSettings {
+    /// Captures in each state from which the tables are learned anew (source: section 4.2, 50). None: the tables that
+    /// come with the program, learned in the same way.
+    pub captures: Option<Captures>,
+}
+
+/// Captures in the simulator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Captures {
+    /// How many in each state.
+    pub per_state: u64,
+    /// Their seed.
+    pub seed: u64,
+}
+
+/// What happens in a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Task {
+    Synthetic,
+    /// With the published outcomes, measured on a robot without odometry.
+    Images,
+    /// With outcomes for a robot that has odometry, as the simulated one does what it is told.
+    ImagesWithOdometry,
+    Goalkeeper(Keeper),
+    Goalless(GoallessCell),
+}
+
+/// What one run found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MarkovRecord {
+    /// A walk along the edge.
+    Walk(WalkRecord),
+    /// A goalkeeper.
+    Goalkeeper(GoalkeeperRecord),
+    /// A recovery after observations without a goal.
+    Goalless(GoallessRecord),
+}
+
+/// Markov localization on the published grid: walk, images, goalkeeper, observations without a goal.
+pub struct MarkovExperiment {
+    settings: MarkovSettings,
+    pub(super) stage: Stage,
+    learned: CaseTables,
+    pub(super) tables: CaseTables,
+    cells: Vec<Cell>,
+    pub(super) tasks: Vec<Task>,
+}
+
+impl MarkovExperiment {
+    /// Builds the field and, if wanted, learns the tables, in parallel on the current pool of threads. Every cell gets `num_runs`
+    /// runs; the documents have one walk each and do not say how many goalkeepers.
+    ///
+    /// # Errors
+    /// If the field cannot be built or the tables cannot be read.
+    pub fn new(settings: MarkovSettings, num_runs: u64) -> Result<Self, ExperimentError> {
+        let stage = Stage::new()?;
+        let learned = match settings.captures {
+            Some(captures) => {
+                learn(&stage, captures.per_state, &RngTree::new(captures.seed).subtree("markov-tables", 0))?
+            }
+            None => CaseTables::from_csv(CaseLimits::default(), LEARNED_TABLES).map_err(|error| {
+                ExperimentError::Run { cell: "tables".to_owned(), run: 0, reason: error.to_string() }
+            })?,
+        };
+        let tasks = tasks();
+        let cells = tasks.iter().map(|task| Cell { label: label(task), num_runs }).collect();
+        Ok(Self { settings, stage, tables: learned.softened(SOFT_SHARE), learned, cells, tasks })
+    }
+
+    /// The learned tables, as plain shares of the captures.
+    #[must_use]
+    pub fn learned_tables(&self) -> &CaseTables {
+        &self.learned
+    }
+}
+
+impl Experiment for MarkovExperiment {
+    type Settings = MarkovSettings;
+    type Record = MarkovRecord;
+
+    fn name(&self) -> &'static str {
+        "markov"
+    }
+
+    fn settings(&self) -> &MarkovSettings {
+        &self.settings
+    }
+
+    fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    fn run(&self, cell: usize, run: u64, seeds: &RngTree) -> Result<MarkovRecord, ExperimentError> {
+        let (stage, tables) = (&self.stage, &self.tables);
+        Ok(match &self.tasks[cell] {
+            Task::Synthetic => MarkovRecord::Walk(walk::synthetic(stage, tables, run, seeds)),
+            Task::Images => {
+                MarkovRecord::Walk(walk::images(stage, tables, Outcomes::published(), run, seeds)?)
+            }
+            Task::ImagesWithOdometry => {
+                MarkovRecord::Walk(walk::images(stage, tables, Outcomes::of_odometry(), run, seeds)?)
+            }
+            Task::Goalkeeper(keeper) => {
+                MarkovRecord::Goalkeeper(goalkeeper::run(stage, tables, *keeper, run, seeds)?)
+            }
+            Task::Goalless(cell) => MarkovRecord::Goalless(goalless::run(stage, tables, cell, run, seeds)?),
+        })
+    }
+}
+
+fn tasks() -> Vec<Task> {
+    let mut tasks = vec![
+        Task::Synthetic,
+        Task::Images,
+        Task::ImagesWithOdometry,
+        Task::Goalkeeper(Keeper::Published),
+        Task::Goalkeeper(Keeper::Corrected),
+    ];
+    for blindness in [Blindness::LooksAway, Blindness::Hidden, Blindness::Carried] {
+        for has_remedy in [false, true] {
+            for num_without in [0, 5, 20, 60] {
+                tasks.push(Task::Goalless(GoallessCell { blindness, num_without, has_remedy }));
+            }
+        }
+    }
+    tasks
+}
+
+fn label(task: &Task) -> String {
+    match task {
+        Task::Synthetic => "walk, synthetic".to_owned(),
+        Task::Images => "walk, images".to_owned(),
+        Task::ImagesWithOdometry => "walk, images, outcomes of odometry".to_owned(),
+        Task::Goalkeeper(Keeper::Published) => "goalkeeper, published".to_owned(),
+        Task::Goalkeeper(Keeper::Corrected) => "goalkeeper, corrected".to_owned(),
+        Task::Goalless(cell) => {
+            let why = match cell.blindness {
+                Blindness::LooksAway => "looks away",
+                Blindness::Hidden => "hidden",
+                Blindness::Carried => "hidden and carried",
+            };
+            let remedy = if cell.has_remedy { "remedy" } else { "no remedy" };
+            format!("{why}, {} without a goal, {remedy}", cell.num_without)
+        }
+    }
+}
