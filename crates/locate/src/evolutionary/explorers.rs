@@ -210,6 +210,7 @@ pub(super) fn keep_best(best: &mut Vec<Exploiter>, explorer: Exploiter, max: usi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     #[test]
     fn grid_covers_the_region() {
@@ -233,5 +234,89 @@ mod tests {
             keep_best(&mut best, explorer(x, health), 3);
         }
         assert_eq!(best, [explorer(-2.0, 0.9), explorer(0.1, 0.6), explorer(2.0, 0.4)]);
+    }
+
+    /// Counts how often it is asked.
+    #[derive(Default)]
+    struct Counting {
+        num_asked: AtomicUsize,
+    }
+
+    impl ObservationModel for Counting {
+        fn condition_on(&mut self, _: &visloc_vision::Percept) {}
+        fn has_evidence(&self) -> bool {
+            true
+        }
+        fn likelihood(&self, pose: &PlanarPose) -> f64 {
+            self.num_asked.fetch_add(1, Ordering::Relaxed);
+            (-0.5 * (pose.x_m.powi(2) + pose.y_m.powi(2))).exp()
+        }
+        fn region(&self) -> Region {
+            Region { min_x_m: -10.0, max_x_m: 10.0, min_y_m: -10.0, max_y_m: 10.0 }
+        }
+        fn max_jump_m(&self) -> f64 {
+            2.0
+        }
+        fn propose(&self, rng: &mut Rng) -> PlanarPose {
+            self.region().sample(rng)
+        }
+        fn propose_heading(&self, _: f64, _: f64, _: &mut Rng) -> f64 {
+            0.0
+        }
+    }
+
+    /// Poses weighed in each iteration of a search from its beginning to its end.
+    fn costs(config: ExplorerConfig, is_lost: bool) -> Vec<usize> {
+        let model = Counting::default();
+        let mut rng = visloc_base::RngTree::new(1).stream("explorers", 0);
+        let mut explorers = Explorers::new(config, 0.0);
+        let mut costs = Vec::new();
+        loop {
+            model.num_asked.store(0, Ordering::Relaxed);
+            let is_over = explorers.search(&model, true, is_lost, &mut rng).is_some();
+            costs.push(model.num_asked.load(Ordering::Relaxed));
+            if is_over {
+                return costs;
+            }
+        }
+    }
+
+    #[test]
+    fn a_search_when_lost_is_deep_and_its_cost_is_spread() {
+        let config = ExplorerConfig { is_refined: false, ..ExplorerConfig::default() };
+        assert!(config.deep_factor >= 10);
+        let (ordinary, deep) = (costs(config, false), costs(config, true));
+        assert_eq!(ordinary.iter().sum::<usize>(), config.num_random);
+        assert_eq!(deep.iter().sum::<usize>(), config.num_random * config.deep_factor);
+        for costs in [ordinary, deep] {
+            assert_eq!(costs.len(), config.num_slices as usize);
+            let total: usize = costs.iter().sum();
+            let fair = total.div_ceil(costs.len());
+            assert!(costs.iter().all(|cost| *cost <= fair), "{costs:?}");
+        }
+    }
+
+    #[test]
+    fn the_refinement_takes_two_candidates_in_an_iteration() {
+        let costs = costs(ExplorerConfig::default(), true);
+        let refinement = &costs[ExplorerConfig::default().num_slices as usize..];
+        assert_eq!(refinement.len(), 3, "six candidates");
+        assert!(refinement.iter().all(|cost| *cost <= 2 * 34), "{refinement:?}");
+    }
+
+    #[test]
+    fn searches_have_a_pause_unless_the_robot_is_lost() {
+        let config = ExplorerConfig { num_slices: 1, is_refined: false, ..ExplorerConfig::default() };
+        let model = Counting::default();
+        let mut rng = visloc_base::RngTree::new(1).stream("explorers", 0);
+        let mut explorers = Explorers::new(config, 0.0);
+        let mut is_over = |is_lost: bool, is_informative: bool| {
+            explorers.search(&model, is_informative, is_lost, &mut rng).is_some()
+        };
+        assert!(is_over(false, true), "the first one begins at once");
+        assert!((1..config.period).all(|_| !is_over(false, true)));
+        assert!(is_over(false, true));
+        assert!(is_over(true, true), "no pause when lost");
+        assert!(!is_over(true, false), "none while nothing informative is seen");
     }
 }

@@ -203,4 +203,58 @@ mod tests {
         let min_x = crossed_bounds.iter().map(|e| e.pose.x_m).fold(f64::MAX, f64::min);
         assert!(race.exploiters[6..12].iter().all(|e| (min_x..=max_x).contains(&e.pose.x_m)));
     }
+
+    /// A race whose exploiters are at x = 0, 1, 2 ... and ever less healthy.
+    fn row(count: usize, config: &EvolutionaryConfig, rng: &mut Rng) -> Race {
+        let at =
+            |i: usize| Exploiter { pose: PlanarPose::new(i as f64, 0.0, 0.0), health: 1.0 / (i + 1) as f64 };
+        let mut race = Race::new(0, at(0), count, config, rng);
+        race.exploiters = (0..count).map(at).collect();
+        race
+    }
+
+    #[test]
+    fn healthy_exploiters_have_more_children() {
+        let config = EvolutionaryConfig {
+            crossover_share: 0.0,
+            mutation_noise_m: 0.0,
+            mutation_noise_rad: 0.0,
+            ..EvolutionaryConfig::default()
+        };
+        let mut rng = RngTree::new(3).stream("race", 0);
+        let mut of_healthy_half = 0;
+        for _ in 0..50 {
+            let mut race = row(100, &config, &mut rng);
+            race.evolve(100, &config, &mut rng, &mut Vec::new());
+            of_healthy_half += race.exploiters[20..].iter().filter(|e| e.pose.x_m < 49.5).count();
+        }
+        // the healthier of two at random is in the healthier half three times of four
+        let share = f64::from(u32::try_from(of_healthy_half).unwrap()) / 4000.0;
+        assert!((share - 0.75).abs() < 0.03, "{share}");
+    }
+
+    #[test]
+    fn thermal_noise_has_its_size_and_grows_with_the_misfit() {
+        let config = EvolutionaryConfig { crossover_share: 0.0, ..EvolutionaryConfig::default() };
+        let mut rng = RngTree::new(4).stream("race", 0);
+        let spread = |members: &[Exploiter], value: fn(&PlanarPose) -> f64| {
+            let squares: f64 = members.iter().map(|e| value(&e.pose).powi(2)).sum();
+            (squares / members.len() as f64).sqrt()
+        };
+        let (x, yaw) = (|p: &PlanarPose| p.x_m, |p: &PlanarPose| p.yaw_rad);
+        let explorer = Exploiter { pose: PlanarPose::default(), health: 0.95 };
+        let born = Race::new(0, explorer, 4000, &config, &mut rng);
+        assert!((spread(&born.exploiters[1..], x) / config.birth_noise_m - 1.0).abs() < 0.05);
+        assert!((spread(&born.exploiters[1..], yaw) / config.birth_noise_rad - 1.0).abs() < 0.05);
+        // 0.2 below a good fit: 1 + 1.5 * 2 times as much noise
+        for (health, growth) in [(0.95, 1.0), (config.fit_health - 0.2, 4.0)] {
+            let mut race = born.clone();
+            race.exploiters.fill(explorer);
+            race.last_health = health;
+            race.evolve(4000, &config, &mut rng, &mut Vec::new());
+            let mutated = &race.exploiters[800..];
+            assert!((spread(mutated, x) / (growth * config.mutation_noise_m) - 1.0).abs() < 0.05);
+            assert!((spread(mutated, yaw) / (growth * config.mutation_noise_rad) - 1.0).abs() < 0.05);
+        }
+    }
 }

@@ -295,4 +295,22 @@ mod tests {
         // 5 to 0, 4 to 1, 3 to 2, 2 to 3
         assert_eq!(changes, [false, false, true, false, false]);
     }
+
+    #[test]
+    fn races_share_the_exploiters_equally() {
+        let mut s = Setup::new(&[]);
+        s.config.num_exploiters = 60;
+        s.config.max_exploiters = 120;
+        let mut sizes = Vec::new();
+        for x in [0.0, 2.0, 4.0, 6.0] {
+            s.offer(x, 0.9);
+            s.races.evolve(&s.config, &mut s.rng, &mut Vec::new());
+            assert!(s.races.iter().all(|race| race.exploiters.len() == s.races.races[0].exploiters.len()));
+            sizes.push(s.races.races[0].exploiters.len());
+        }
+        assert_eq!(sizes, [60, 60, 40, 30]);
+        s.races.races.truncate(1);
+        s.races.evolve(&s.config, &mut s.rng, &mut Vec::new());
+        assert_eq!(s.races.races[0].exploiters.len(), 60, "the one that is left grows");
+    }
 }
