@@ -1,6 +1,6 @@
 //! Runs of a whole localization, from source to evaluation, for end-to-end tests.
 
-use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, StampedPose};
+use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
 use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
 use visloc_locate::{Pipeline, PipelineConfig, PipelineError};
 use visloc_world::Map;
@@ -62,4 +62,29 @@ pub fn run(
     }
     let evaluation = evaluate(&truth, &estimates, &EvaluationOptions::default());
     Ok(Run { evaluation, estimates })
+}
+
+/// All frames of a source, to run several algorithms over the same ones.
+///
+/// # Errors
+/// If the source breaks.
+pub fn collect(source: &mut dyn FrameSource) -> Result<Vec<SourceFrame>, SourceError> {
+    std::iter::from_fn(|| source.next_frame()).collect()
+}
+
+/// Frames from memory.
+pub struct Replay<'a>(std::slice::Iter<'a, SourceFrame>);
+
+impl<'a> Replay<'a> {
+    /// Plays the frames from the first one.
+    #[must_use]
+    pub fn new(frames: &'a [SourceFrame]) -> Self {
+        Self(frames.iter())
+    }
+}
+
+impl FrameSource for Replay<'_> {
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        self.0.next().cloned().map(Ok)
+    }
 }
