@@ -178,6 +178,7 @@ fn series_input(run: &[Sample]) -> TimeSeriesPicture {
     TimeSeriesPicture {
         title: "Colored goals, two kidnaps, 70 s".to_owned(),
         subtitle: "Errors against the simulated truth; both algorithms see the same frames".to_owned(),
+        x_label: String::new(),
         panels: vec![
             panel(
                 "position error [m]",

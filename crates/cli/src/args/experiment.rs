@@ -21,7 +21,9 @@ pub enum ExperimentCommand {
     /// Places that look the same: which algorithms keep all of them, and for how long?
     Symmetry(SymmetryArgs),
     /// Carried away: how fast do algorithms that had converged find the new place?
-    Kidnap(KidnapArgs),
+    Kidnap(CellArgs),
+    /// Markov localization on a grid: walks, images, a goalkeeper, long times without a goal
+    Markov(CellArgs),
     /// Put the parts of an experiment together
     Merge(MergeArgs),
 }
@@ -61,10 +63,10 @@ pub struct SymmetryArgs {
     pub common: RunsArgs,
 }
 
-/// Arguments of `visloc experiment kidnap`.
+/// Arguments of `visloc experiment kidnap` and `markov`.
 #[derive(Debug, Args)]
-pub struct KidnapArgs {
-    /// Runs of each algorithm
+pub struct CellArgs {
+    /// Runs of each cell of the tables
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]

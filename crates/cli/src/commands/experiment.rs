@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use visloc_experiments::{
     Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget,
     kidnap::KidnapExperiment,
+    markov::{MarkovExperiment, MarkovSettings},
     merge, run,
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
@@ -17,8 +18,8 @@ use crate::{
     stopwatch::Stopwatch,
 };
 
-/// Runs of a kidnap experiment.
-const NUM_KIDNAP_RUNS: u64 = 100;
+/// Runs of each cell of the kidnap and Markov experiments.
+const NUM_RUNS: u64 = 100;
 
 /// Runs the command.
 ///
@@ -32,6 +33,10 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
         }
         ExperimentCommand::Kidnap(args) => {
             conduct(&KidnapExperiment::new(args.runs), &args.common, KidnapExperiment::report)
+        }
+        ExperimentCommand::Markov(args) => {
+            let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs)?;
+            conduct(&experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
         }
         ExperimentCommand::Merge(args) => merge_parts(args),
     }
@@ -96,8 +101,12 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         "kidnap" => {
-            let experiment = KidnapExperiment::new(args.runs.unwrap_or(NUM_KIDNAP_RUNS));
+            let experiment = KidnapExperiment::new(args.runs.unwrap_or(NUM_RUNS));
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+        }
+        "markov" => {
+            let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs.unwrap_or(NUM_RUNS))?;
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
     };
