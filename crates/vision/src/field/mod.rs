@@ -1,6 +1,6 @@
 //! Analysis of images of a RoboCup field: border pixels of lines and goals.
 //!
-//! scan lines ([`scan`]) -> runs of one color -> border pixels ([`edges`]) -> filters -> random discard -> percept.
+//! scan lines (`scan`) -> runs of one color -> border pixels (`edges`) -> filters -> random discard -> percept.
 
 mod analyzer;
 mod blobs;
