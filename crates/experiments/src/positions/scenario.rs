@@ -6,8 +6,11 @@ use visloc_base::Rng;
 
 /// Half the side of the square, meters. Source: 2017 section 5.1, 20 m x 20 m.
 pub(super) const HALF_SIDE_M: f64 = 10.0;
+/// Least distance of a position from the border, meters. Localizers know that the robot is inside, so the cloud around a
+/// position at the border would lose its outer half. The documents do not say how positions are placed.
+const BORDER_M: f64 = 0.5;
 /// Least distance of two positions, meters: twice the radius in which individuals count as near a position, so that no
-/// individual is near two. The documents do not say how positions are placed.
+/// individual is near two.
 const MIN_DISTANCE_M: f64 = 4.0;
 /// New directions that a wandering position tries before it waits for one iteration.
 const MAX_TURNS: usize = 16;
@@ -85,11 +88,12 @@ pub(super) fn distance_m(a: Point, b: Point) -> f64 {
 }
 
 fn anywhere(rng: &mut Rng) -> Point {
-    [rng.random_range(-HALF_SIDE_M..=HALF_SIDE_M), rng.random_range(-HALF_SIDE_M..=HALF_SIDE_M)]
+    let half_side_m = HALF_SIDE_M - BORDER_M;
+    [rng.random_range(-half_side_m..=half_side_m), rng.random_range(-half_side_m..=half_side_m)]
 }
 
 fn is_inside(place: Point) -> bool {
-    place.iter().all(|v| v.abs() <= HALF_SIDE_M)
+    place.iter().all(|v| v.abs() <= HALF_SIDE_M - BORDER_M)
 }
 
 fn is_apart(place: Point, others: &[Point]) -> bool {

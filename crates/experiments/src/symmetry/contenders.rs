@@ -4,7 +4,7 @@ use crate::positions::Contender;
 
 /// Noise of a copy in MC and MCA, meters. The documents do not say it; with this one the published figures come out.
 const NOISE_M: f64 = 0.1;
-/// The same for MCE and MCAe, whose published figures come out with a little more.
+/// The same for MCE and MCAe, whose published figures come out with a little more noise.
 const ELITIST_NOISE_M: f64 = 0.15;
 
 /// Parts of a particle filter.
@@ -32,9 +32,12 @@ pub(super) const CONTROL: &str = "uniform (null control)";
 /// A particle filter with weights equal to the likelihood, constant noise and a uniform start, as published.
 pub(super) fn filter(filter: &Filter, num_particles: usize) -> Contender {
     let Filter { elite_share, noise_m, .. } = filter;
-    let config = format!(
+    let mut config = format!(
         "num_particles = {num_particles}\nelite_share = {elite_share:?}\n{PLAIN_FILTER}position_m = {noise_m:?}\n"
     );
+    if filter.label.starts_with("MCA") {
+        config += PLAIN_INJECTION;
+    }
     Contender {
         label: filter.label.to_owned(),
         algorithm: filter.algorithm.to_owned(),
@@ -56,6 +59,9 @@ max_clusters = 0
 heading_rad = 0.0
 growth = 0.0
 ";
+
+/// Random particles as in the document: anywhere, and counted in the mean likelihood.
+const PLAIN_INJECTION: &str = "[injection]\nsource = \"uniform\"\nis_mean_of_survivors = false\n";
 
 /// Particles that know nothing.
 pub(super) fn control(num_individuals: usize) -> Contender {

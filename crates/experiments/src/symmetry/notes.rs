@@ -15,7 +15,8 @@ pub(super) fn published(summary: &Summary) -> Vec<String> {
          fair share of all individuals, explorers included. The null control shows what the first one is worth."
             .to_owned(),
         "Noise: 0.1 m for MC, MCA and systematic, 0.15 m for MCE and MCAe, whose elite has none. The document does not \
-         say it."
+         say it. Positions are at least 0.5 m from the border, so that no cloud is cut in half there, and 4 m from each \
+         other; the document does not say how they are placed."
             .to_owned(),
     ];
     for filter in &FILTERS {
