@@ -1,6 +1,9 @@
 //! `visloc experiment`.
 
-use std::path::Path;
+use std::{
+    io::{self, IsTerminal},
+    path::Path,
+};
 
 use anyhow::{Context, Result, bail};
 use visloc_experiments::{
@@ -15,6 +18,7 @@ use crate::{
     args::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs},
     report::save_json,
     run::Progress,
+    say,
     stopwatch::Stopwatch,
 };
 
@@ -68,7 +72,7 @@ where
     progress.clear();
     let results = results?;
     if results.num_missing() > 0 {
-        println!(
+        say::line!(
             "{} of {} runs are there, {} belong to other parts (see: visloc experiment merge)\n",
             results.num_runs() - results.num_missing(),
             results.num_runs(),
@@ -76,15 +80,17 @@ where
         );
     }
     show(&report(experiment, &results, args.seed.seed)?, args.out.as_deref(), args.json.json.as_deref())?;
-    eprintln!("{:.1} s", stopwatch.secs());
+    if io::stderr().is_terminal() {
+        eprintln!("{:.1} s", stopwatch.secs());
+    }
     Ok(())
 }
 
 fn show(report: &Report, folder: Option<&Path>, json: Option<&Path>) -> Result<()> {
-    print!("{}", report.text());
+    say::text(format_args!("{}", report.text()));
     if let Some(folder) = folder {
         report.save(folder)?;
-        println!("\ntables and pictures: {}", folder.display());
+        say::line!("\ntables and pictures: {}", folder.display());
     }
     json.map_or(Ok(()), |path| save_json(path, &report.json))
 }

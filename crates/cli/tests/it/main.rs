@@ -6,6 +6,7 @@
 mod broken_bags;
 mod demo;
 mod evaluate;
+mod experiment;
 mod help;
 mod localize;
 mod settings;
