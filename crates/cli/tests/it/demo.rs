@@ -14,7 +14,7 @@ fn every_file_is_there_and_threads_change_nothing() {
     }
     let pictures = ["trajectories", "errors", "analysis"];
     let pictures = pictures.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
-    let tables = ["evolutionary.tum", "evolutionary.csv", "mce.tum", "mce.csv", "truth.tum"];
+    let tables = ["evolutionary.tum", "evolutionary.csv", "mcae.tum", "mcae.csv", "truth.tum"];
     for name in pictures.chain(tables.map(str::to_owned)) {
         let read = |folder: &str| fs::read(workspace.path(folder).join(&name)).unwrap();
         assert!(!read("one").is_empty());
