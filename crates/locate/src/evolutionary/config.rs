@@ -51,7 +51,7 @@ impl Default for ExplorerConfig {
             num_candidates: 6,
             period: 10,
             is_refined: true,
-            num_slices: 6,
+            num_slices: 8,
         }
     }
 }
