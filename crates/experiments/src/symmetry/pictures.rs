@@ -65,7 +65,8 @@ fn pair(
             points.push((iteration as f64, f64::from(*count)));
         }
     }
-    let title = format!("{}, {} individuals", contender.label, contender.num_individuals);
+    let name_of_all = contender.label.split(',').next().unwrap_or_default();
+    let title = format!("{name_of_all}, {} individuals", contender.num_individuals);
     let over_time = time_series(&TimeSeriesPicture {
         title: title.clone(),
         subtitle: format!("Individuals within {NEAR_M} m of each position, one run with seed {seed}"),
