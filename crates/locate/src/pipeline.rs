@@ -13,8 +13,9 @@ use visloc_world::{
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StepInput, build_localizer,
-    observation::field::{FieldModelConfig, FieldObservationModel},
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StepInput, build_localizer,
+    observation::field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
+    refine::{Refined, RefinementConfig},
 };
 
 /// Parameters of everything but the algorithm.
@@ -27,6 +28,21 @@ pub struct PipelineConfig {
     pub observation: FieldModelConfig,
     /// Lift detector.
     pub lift: LiftConfig,
+    /// What the pose is computed from.
+    pub features: FeatureChoice,
+    /// Tracks that refine what the algorithm finds, with rich features.
+    pub refinement: RefinementConfig,
+}
+
+/// What the pose is computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeatureChoice {
+    /// Twenty pixels, as in the documents.
+    Pixels,
+    /// The algorithm finds places by twenty pixels; all border pixels refine them.
+    #[default]
+    Rich,
 }
 
 /// A pipeline that cannot be built.
@@ -72,10 +88,16 @@ impl Pipeline {
         };
         config.lift.check()?;
         let model = FieldObservationModel::new(field, &config.observation)?;
+        let max_jump_m = model.max_jump_m();
+        let mut localizer = build_localizer(algorithm, algorithm_toml, Box::new(model))?;
+        if config.features == FeatureChoice::Rich {
+            let features = Box::new(FieldFeatureModel::new(field));
+            localizer = Box::new(Refined::new(config.refinement, localizer, features, max_jump_m)?);
+        }
         Ok(Self {
             analyzer: FieldAnalyzer::new(analysis_for(field, config.analysis))?,
             lift: LiftDetector::new(config.lift),
-            localizer: build_localizer(algorithm, algorithm_toml, Box::new(model))?,
+            localizer,
             analysis_rng: rng.stream("analysis", 0),
             localizer_rng: rng.stream("localizer", 0),
         })

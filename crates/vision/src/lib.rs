@@ -9,5 +9,5 @@ pub mod field;
 mod percept;
 
 pub use percept::{
-    AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob, Percept,
+    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob, Percept,
 };

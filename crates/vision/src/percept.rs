@@ -1,6 +1,6 @@
 //! What the analysis of one image found.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use thiserror::Error;
 use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
@@ -32,6 +32,17 @@ pub struct FeaturePixel {
     pub px: Point2<f64>,
     /// Where it would be without lens distortion, pixels.
     pub ideal_px: Point2<f64>,
+    /// What it is part of.
+    pub kind: FeatureKind,
+}
+
+/// A border pixel together with the side on which its object lies: what the refinement of a pose matches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BorderPixel {
+    /// Where it would be without lens distortion, pixels.
+    pub ideal_px: Point2<f64>,
+    /// Unit vector along the scan line, towards the inside of the line or goal.
+    pub inward: Vector2<f64>,
     /// What it is part of.
     pub kind: FeatureKind,
 }
@@ -124,6 +135,8 @@ pub struct Percept {
     pub at: Timestamp,
     /// The kept pixels.
     pub pixels: Vec<FeaturePixel>,
+    /// All pixels that passed the filters, evenly thinned out to a bounded number: the random discard has no say here.
+    pub borders: Vec<BorderPixel>,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,
     /// The valid patches of color, in no special order.

@@ -1,5 +1,6 @@
 //! Observation models: how well a pose explains an image.
 
+pub mod features;
 pub mod field;
 
 use nalgebra::Point2;

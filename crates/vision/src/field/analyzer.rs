@@ -13,7 +13,7 @@ use super::{
     scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
 };
 use crate::{
-    AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
     color::{ColorTable, luma},
 };
 
@@ -28,6 +28,8 @@ pub struct FieldAnalyzer {
     edges: Vec<Edge>,
     line_pixels: Vec<FeaturePixel>,
     goal_pixels: Vec<FeaturePixel>,
+    line_borders: Vec<BorderPixel>,
+    goal_borders: Vec<BorderPixel>,
     field_end: FieldEnd,
     blobs: BlobFinder,
     obstacles: ObstacleFinder,
@@ -53,6 +55,8 @@ impl FieldAnalyzer {
             edges: Vec::new(),
             line_pixels: Vec::new(),
             goal_pixels: Vec::new(),
+            line_borders: Vec::new(),
+            goal_borders: Vec::new(),
             field_end: FieldEnd::default(),
             blobs: BlobFinder::default(),
             obstacles: ObstacleFinder::default(),
@@ -152,6 +156,8 @@ impl FieldAnalyzer {
         self.percept.dropped.clear();
         self.line_pixels.clear();
         self.goal_pixels.clear();
+        self.line_borders.clear();
+        self.goal_borders.clear();
         let ground = GroundView::new(frame);
         for edge in &self.edges {
             let ideal_px = frame.camera.ideal_px(&edge.px);
@@ -165,10 +171,13 @@ impl FieldAnalyzer {
                 continue;
             }
             let pixel = FeaturePixel { px: edge.px, ideal_px, kind: edge.kind };
+            let border = BorderPixel { ideal_px, inward: edge.inward(), kind: edge.kind };
             if edge.kind == FeatureKind::FieldLine {
                 self.line_pixels.push(pixel);
+                self.line_borders.push(border);
             } else {
                 self.goal_pixels.push(pixel);
+                self.goal_borders.push(border);
             }
         }
     }
@@ -278,12 +287,15 @@ impl FieldAnalyzer {
 
     /// Random discard and quality.
     fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
-        let Self { percept, config, line_pixels, goal_pixels, blobs, .. } = self;
+        let Self { percept, config, line_pixels, goal_pixels, line_borders, goal_borders, blobs, .. } = self;
         blobs.perceived(&mut percept.blobs);
         percept.at = frame.at;
         percept.camera = frame.camera;
         percept.robot_from_camera = frame.robot_from_camera;
         percept.pixels.clear();
+        percept.borders.clear();
+        thin_out(line_borders, config.max_line_borders, &mut percept.borders);
+        thin_out(goal_borders, config.max_goal_borders, &mut percept.borders);
         for (pixels, max) in
             [(&mut *line_pixels, config.max_line_pixels), (&mut *goal_pixels, config.max_goal_pixels)]
         {
@@ -306,6 +318,12 @@ impl FieldAnalyzer {
         percept.is_informative = !goal_pixels.is_empty() || lines_suffice;
         percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
     }
+}
+
+/// Appends at most `max` of the pixels, evenly spread over their order, which is that of the scan lines.
+fn thin_out(pixels: &[BorderPixel], max: usize, out: &mut Vec<BorderPixel>) {
+    let count = pixels.len().min(max);
+    out.extend((0..count).map(|i| pixels[i * pixels.len() / count]));
 }
 
 /// Quality of an image, 0 to 1. Source: 2010 section 4.3.3.

@@ -92,6 +92,10 @@ pub struct FieldAnalysisConfig {
     pub max_line_pixels: usize,
     /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
     pub max_goal_pixels: usize,
+    /// How many line pixels the refinement of the pose gets; 0 for none.
+    pub max_line_borders: usize,
+    /// How many goal pixels the refinement of the pose gets; 0 for none.
+    pub max_goal_borders: usize,
 }
 
 impl Default for FieldAnalysisConfig {
@@ -116,6 +120,8 @@ impl Default for FieldAnalysisConfig {
             min_informative_lines: 0,
             max_line_pixels: 12,
             max_goal_pixels: 8,
+            max_line_borders: 120,
+            max_goal_borders: 60,
         }
     }
 }

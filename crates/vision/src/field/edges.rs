@@ -1,6 +1,6 @@
 //! Border pixels: the ends of the runs along a scan line.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use visloc_base::RgbImage;
 
 use super::scan::{Direction, Run, ScanLine};
@@ -16,6 +16,8 @@ pub(super) struct Edge {
     pub px: Point2<f64>,
     /// The last pixel inside of the run.
     pub inside_px: (u32, u32),
+    /// Whether the run begins here; otherwise it ends.
+    pub is_start: bool,
     pub kind: FeatureKind,
     /// Brightness of the carpet near the run.
     pub green_luma: u32,
@@ -27,6 +29,17 @@ pub(super) struct Edge {
     pub direction: Direction,
     /// For goals on a horizontal scan line: whether the border goes on upright on the next scan line.
     pub is_upright: bool,
+}
+
+impl Edge {
+    /// Unit vector along the scan line, towards the inside of the run.
+    pub fn inward(&self) -> Vector2<f64> {
+        let sign = if self.is_start { 1.0 } else { -1.0 };
+        match self.direction {
+            Direction::Horizontal => Vector2::new(sign, 0.0),
+            Direction::Vertical => Vector2::new(0.0, sign),
+        }
+    }
 }
 
 /// Most pixels of mixed color between a line and the carpet.
@@ -52,8 +65,8 @@ pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edg
                 let fall = crossing_back(image, line, run.start, run.end + after, level);
                 let rise = rise.unwrap_or(f64::from(run.start) - 0.5);
                 let fall = fall.unwrap_or(f64::from(run.end) - 0.5);
-                edges.push(edge(line, run, run.start, rise, is_beside_carpet));
-                edges.push(edge(line, run, run.end - 1, fall, is_beside_carpet));
+                edges.push(edge(line, run, true, rise, is_beside_carpet));
+                edges.push(edge(line, run, false, fall, is_beside_carpet));
             }
             ColorClass::Yellow | ColorClass::Blue if run.end - run.start >= MIN_GOAL_RUN_PX => {
                 push_ends(line, run, false, edges);
@@ -66,21 +79,22 @@ pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edg
 /// Appends the ends of a run to the nearest half pixel.
 fn push_ends(line: &ScanLine, run: &Run, is_beside_carpet: bool, edges: &mut Vec<Edge>) {
     if run.start > line.from {
-        edges.push(edge(line, run, run.start, f64::from(run.start) - 0.5, is_beside_carpet));
+        edges.push(edge(line, run, true, f64::from(run.start) - 0.5, is_beside_carpet));
     }
     if run.end < line.to {
-        edges.push(edge(line, run, run.end - 1, f64::from(run.end) - 0.5, is_beside_carpet));
+        edges.push(edge(line, run, false, f64::from(run.end) - 0.5, is_beside_carpet));
     }
 }
 
-fn edge(line: &ScanLine, run: &Run, inside: u32, position: f64, is_beside_carpet: bool) -> Edge {
+fn edge(line: &ScanLine, run: &Run, is_start: bool, position: f64, is_beside_carpet: bool) -> Edge {
     let fixed = f64::from(line.fixed);
     Edge {
         px: match line.direction {
             Direction::Horizontal => Point2::new(position, fixed),
             Direction::Vertical => Point2::new(fixed, position),
         },
-        inside_px: line.pixel(inside),
+        inside_px: line.pixel(if is_start { run.start } else { run.end - 1 }),
+        is_start,
         kind: match run.class {
             ColorClass::Yellow => FeatureKind::YellowGoal,
             ColorClass::Blue => FeatureKind::BlueGoal,

@@ -5,7 +5,7 @@
 //! cylinder: a ray that grazes it passes its axis at exactly its radius. A goal has three parts, so an exact search is
 //! as fast as a table.
 
-use nalgebra::{Point2, Point3, Vector2};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use visloc_vision::FeatureKind;
 use visloc_world::field::{Goal, GoalColor};
 
@@ -89,6 +89,40 @@ impl GoalSilhouette {
         }
     }
 
+    /// The edges of the goal that a border pixel can show: the sides of the posts for a border that is crossed sideways,
+    /// the crossbar for one that is crossed up- or downwards. The ray goes from the eye through the pixel, `inward` points
+    /// from the pixel to the goal's color. Each edge is given by a point near the ray and its direction.
+    pub fn visit_edges(
+        &self,
+        eye: &Point3<f64>,
+        ray: &Vector3<f64>,
+        inward: &Vector2<f64>,
+        tolerance_m: f64,
+        mut visit: impl FnMut(Point3<f64>, Vector3<f64>),
+    ) {
+        if inward.y != 0.0 {
+            let z = if inward.y > 0.0 { self.over_m } else { self.under_m };
+            let s = (self.x_m - eye.x) / ray.x;
+            let y = eye.y + ray.y * s;
+            if s > 0.0 && s.is_finite() && y.abs() < self.post_y_m + self.radius_m + tolerance_m {
+                visit(Point3::new(self.x_m, y, z), Vector3::y());
+            }
+            return;
+        }
+        let length = ray.xy().norm();
+        let (ahead, rise) = (ray.xy() / length, ray.z / length);
+        // The left border of a post has its color to the right.
+        let side = self.radius_m.copysign(inward.x);
+        for post in self.posts() {
+            let to_post = post - eye.xy();
+            let distance = to_post.dot(&ahead);
+            let z = eye.z + rise * distance;
+            if distance > self.radius_m && (-tolerance_m..self.over_m + tolerance_m).contains(&z) {
+                visit(Point3::new(post.x - ahead.y * side, post.y + ahead.x * side, z), Vector3::z());
+            }
+        }
+    }
+
     /// The nearest point on the outline of a post, as (offset from the axis, height): one of its sides or its foot.
     #[inline]
     fn nearest_on_post(&self, offset: f64, z: f64) -> (f64, f64) {
@@ -142,7 +176,6 @@ fn steps(from: f64, to: f64, step: f64, mut visit: impl FnMut(f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
 
     fn goal() -> GoalSilhouette {
         GoalSilhouette::new(&Goal {

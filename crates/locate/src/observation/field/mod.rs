@@ -1,10 +1,12 @@
 //! The observation model of the RoboCup field.
 
+mod features;
 mod goal;
 mod model;
 mod outline;
 mod reference;
 mod table;
 
+pub use features::FieldFeatureModel;
 pub use model::{FieldModelConfig, FieldObservationModel};
 pub use reference::DrawnFieldModel;

@@ -47,12 +47,24 @@ impl NearestTable {
 
     /// The nearest point, with the outline's direction there, on each of the two nearest marks.
     #[inline]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn nearest_points(&self, point: &Point2<f64>) -> [(Point2<f64>, Vector2<f64>); 2] {
+        self.nearest_indices(point).map(|i| self.outlines[usize::from(i)].nearest_point(point))
+    }
+
+    /// An outline and the opposite border of the same strip.
+    #[inline]
+    pub fn both_borders(&self, index: u8) -> [&Outline; 2] {
+        [index, index ^ 1].map(|i| &self.outlines[usize::from(i)])
+    }
+
+    /// The nearest outline of each of the two nearest marks.
+    #[inline]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    pub fn nearest_indices(&self, point: &Point2<f64>) -> [u8; 2] {
         // A cast of a float saturates, so points far outside land on the border cells.
         let column = (((point.x - self.min.x) * (1.0 / CELL_M)) as usize).min(self.columns - 1);
         let row = (((point.y - self.min.y) * (1.0 / CELL_M)) as usize).min(self.rows - 1);
-        self.cells[row * self.columns + column].map(|i| self.outlines[usize::from(i)].nearest_point(point))
+        self.cells[row * self.columns + column]
     }
 
     pub fn outlines(&self) -> &[Outline] {

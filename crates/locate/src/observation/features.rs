@@ -1,0 +1,56 @@
+//! What the refinement of a pose needs of a map: how far each feature of an image lies from its counterpart, and how that
+//! distance changes with the pose.
+
+use nalgebra::{Matrix3, Vector3, Vector6};
+use visloc_geom::PlanarPose;
+use visloc_vision::Percept;
+
+/// Where the camera was, as far as a refinement may change it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraState {
+    /// The robot.
+    pub world_from_robot: PlanarPose,
+    /// Error of the camera's direction: a rotation vector in the camera frame, radians. The true camera frame, seen from
+    /// the reported one.
+    pub tilt_rad: Vector3<f64>,
+}
+
+/// A feature and its counterpart on the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FeatureMatch {
+    /// Features of one group are judged together: 0 for lines, 1 for goals.
+    pub group: usize,
+    /// Signed distance in the image, and its derivative by (x, y, heading, tilt); `None` if the feature has no
+    /// counterpart within the gate.
+    pub residual: Option<Residual>,
+}
+
+/// Signed distance of a feature from its counterpart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Residual {
+    /// The distance in the undistorted image, pixels.
+    pub error_px: f64,
+    /// Its derivative by x and y (meters), heading (radians) and the camera's tilt (three angles, radians).
+    pub jacobian: Vector6<f64>,
+}
+
+/// Matches the features of an image to a map.
+pub trait FeatureModel: Send + Sync {
+    /// Takes the features of this percept.
+    fn condition_on(&mut self, percept: &Percept);
+
+    /// How many features there are.
+    fn num_features(&self) -> usize;
+
+    /// Matches every feature, seen from here. What is farther from its counterpart than `gate_px` has none.
+    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch));
+
+    /// The pose from which everything looks the same, if the map has such a symmetry.
+    fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;
+}
+
+/// The rotation of a small rotation vector, to second order.
+pub(crate) fn small_rotation(v: &Vector3<f64>) -> Matrix3<f64> {
+    let cross = v.cross_matrix();
+    Matrix3::identity() + cross + cross * cross * 0.5
+}

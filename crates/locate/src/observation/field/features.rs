@@ -1,0 +1,190 @@
+//! Border pixels of lines and goals matched to the borders of a field.
+//!
+//! A border of a line is matched only to borders that have their white on the same side in the image, so the two borders
+//! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
+//! image of the border.
+
+use nalgebra::{Matrix3, Point3, Vector2, Vector3, Vector6};
+use visloc_geom::PlanarPose;
+use visloc_vision::{FeatureKind, Percept};
+use visloc_world::field::Field;
+
+use super::{model::FieldTables, outline::Outline};
+use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, Residual, small_rotation};
+
+/// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
+const END_TOLERANCE_M: f64 = 0.06;
+/// Group of the goals; lines are 0.
+const GOALS: usize = 1;
+
+/// A border pixel as it is needed for matching.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    /// Direction in the camera frame with z = 1.
+    ray: Vector3<f64>,
+    /// Towards the object, pixels.
+    inward: Vector2<f64>,
+    kind: FeatureKind,
+}
+
+/// Matches border pixels to a field.
+#[derive(Debug, Clone)]
+pub struct FieldFeatureModel {
+    tables: FieldTables,
+    is_point_symmetric: bool,
+    borders: Vec<Border>,
+    focal_px: (f64, f64),
+    robot_from_camera: Matrix3<f64>,
+    eye_in_robot: Vector3<f64>,
+}
+
+/// The camera of one state in the world.
+struct Eye {
+    at: Point3<f64>,
+    /// From the robot's foot to the eye, in the world's axes.
+    lever: Vector3<f64>,
+    world_from_camera: Matrix3<f64>,
+}
+
+/// A straight border in space: a point on it and its direction.
+struct Edge {
+    point: Point3<f64>,
+    along: Vector3<f64>,
+}
+
+impl FieldFeatureModel {
+    /// A model of a field; builds its tables.
+    #[must_use]
+    pub fn new(field: &Field) -> Self {
+        Self {
+            tables: FieldTables::new(field),
+            is_point_symmetric: field.is_point_symmetric(),
+            borders: Vec::new(),
+            focal_px: (1.0, 1.0),
+            robot_from_camera: Matrix3::identity(),
+            eye_in_robot: Vector3::zeros(),
+        }
+    }
+
+    fn eye(&self, state: &CameraState) -> Eye {
+        let (sin, cos) = state.world_from_robot.yaw_rad.sin_cos();
+        let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let lever = turn * self.eye_in_robot;
+        Eye {
+            at: Point3::new(state.world_from_robot.x_m, state.world_from_robot.y_m, 0.0) + lever,
+            lever,
+            world_from_camera: turn * self.robot_from_camera * small_rotation(&state.tilt_rad),
+        }
+    }
+
+    /// Signed distance of a pixel from the image of an edge; also the unit normal of that image.
+    fn residual(&self, border: &Border, eye: &Eye, edge: &Edge) -> Option<(Residual, Vector2<f64>)> {
+        // The plane through the eye and the edge.
+        let plane = edge.along.cross(&(edge.point - eye.at));
+        let plane_in_camera = eye.world_from_camera.tr_mul(&plane);
+        let line = Vector2::new(plane_in_camera.x / self.focal_px.0, plane_in_camera.y / self.focal_px.1);
+        let scale = line.norm();
+        if scale < 1e-9 {
+            return None;
+        }
+        let ray = eye.world_from_camera * border.ray;
+        let by_eye = edge.along.cross(&ray);
+        let by_heading = by_eye.y * eye.lever.x - by_eye.x * eye.lever.y + plane.y * ray.x - plane.x * ray.y;
+        let by_tilt = border.ray.cross(&plane_in_camera);
+        let jacobian = Vector6::new(by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z) / scale;
+        Some((Residual { error_px: plane.dot(&ray) / scale, jacobian }, line / scale))
+    }
+
+    fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
+        let ray = eye.world_from_camera * border.ray;
+        if ray.z >= 0.0 {
+            return None;
+        }
+        let ground = (eye.at + ray * (-eye.at.z / ray.z)).xy();
+        let mut best: Option<Residual> = None;
+        for nearest in self.tables.ground.nearest_indices(&ground) {
+            for outline in self.tables.ground.both_borders(nearest) {
+                let (point, along) = outline.nearest_point(&ground);
+                let inward = outline.inward(&point);
+                if along == Vector2::zeros()
+                    && (ground - point).dot(&outline.along_at_end()).abs() > END_TOLERANCE_M
+                {
+                    continue;
+                }
+                let along =
+                    if along == Vector2::zeros() { outline.along_at_end() } else { along.normalize() };
+                let edge = Edge { point: Point3::new(point.x, point.y, 0.0), along: along.push(0.0) };
+                let Some((residual, normal)) = self.residual(border, eye, &edge) else { continue };
+                // The side of the white in the image, from the plane's value a little inside of the border.
+                let plane = edge.along.cross(&(edge.point - eye.at));
+                let white_side = plane.xy().dot(&inward).signum();
+                let is_same_side = white_side * normal.dot(&border.inward) > 0.0;
+                let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
+                if is_same_side && is_nearer && residual.error_px.abs() < gate_px {
+                    best = Some(residual);
+                }
+            }
+        }
+        best
+    }
+
+    fn match_goal(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
+        let ray = eye.world_from_camera * border.ray;
+        let mut best: Option<Residual> = None;
+        for goal in self.tables.goals.iter().filter(|goal| goal.matches(border.kind)) {
+            goal.visit_edges(&eye.at, &ray, &border.inward, END_TOLERANCE_M, |point, along| {
+                let Some((residual, _)) = self.residual(border, eye, &Edge { point, along }) else { return };
+                let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
+                if is_nearer && residual.error_px.abs() < gate_px {
+                    best = Some(residual);
+                }
+            });
+        }
+        best
+    }
+}
+
+impl FeatureModel for FieldFeatureModel {
+    fn condition_on(&mut self, percept: &Percept) {
+        let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
+        self.focal_px = (fx, fy);
+        self.robot_from_camera = *percept.robot_from_camera.rotation();
+        self.eye_in_robot = *percept.robot_from_camera.translation();
+        self.borders.clear();
+        self.borders.extend(percept.borders.iter().map(|border| Border {
+            ray: Vector3::new((border.ideal_px.x - cx) / fx, (border.ideal_px.y - cy) / fy, 1.0),
+            inward: border.inward,
+            kind: border.kind,
+        }));
+    }
+
+    fn num_features(&self) -> usize {
+        self.borders.len()
+    }
+
+    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch)) {
+        let eye = self.eye(state);
+        for border in &self.borders {
+            visit(if border.kind.is_goal() {
+                FeatureMatch { group: GOALS, residual: self.match_goal(border, &eye, gate_px) }
+            } else {
+                FeatureMatch { group: 0, residual: self.match_line(border, &eye, gate_px) }
+            });
+        }
+    }
+
+    fn mirrored(&self, pose: &PlanarPose) -> Option<PlanarPose> {
+        self.is_point_symmetric
+            .then(|| PlanarPose::new(-pose.x_m, -pose.y_m, pose.yaw_rad + std::f64::consts::PI))
+    }
+}
+
+impl Outline {
+    /// Direction of a segment, for points beyond its ends; zero for a circle, which has none.
+    fn along_at_end(&self) -> Vector2<f64> {
+        match self {
+            Self::Segment { along, .. } => along.normalize(),
+            Self::Circle { .. } => Vector2::zeros(),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Parameters of the refinement.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ConfigError, ReliabilityConfig, require};
+
+/// Parameters of the tracks and their filters.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RefinementConfig {
+    /// Most tracks at a time.
+    pub max_tracks: usize,
+    /// Standard deviation of a border pixel, pixels.
+    pub pixel_noise_px: f64,
+    /// Neighboring pixels err alike: all pixels of an image together count as at most so many.
+    pub max_independent_pixels: f64,
+    /// A pixel farther from its counterpart than this has none, pixels.
+    pub gate_px: f64,
+    /// Distance at which a pixel agrees by 60 % with the map, pixels.
+    pub agreement_px: f64,
+    /// Standard deviation of the camera's direction that changes with every image, radians.
+    pub tilt_noise_rad: f64,
+    /// Standard deviation of the camera's direction that changes slowly, radians.
+    pub tilt_bias_rad: f64,
+    /// Time in which the slow part changes, seconds.
+    pub tilt_bias_secs: f64,
+    /// Position noise of the odometry, meters per square root of a meter.
+    pub odometry_noise_m: f64,
+    /// Heading noise of the odometry, radians per square root of a meter.
+    pub odometry_noise_rad: f64,
+    /// Heading noise of the odometry, radians per square root of a radian turned.
+    pub odometry_turn_noise_rad: f64,
+    /// Standard deviation of the systematic error of the odometry, a share of the motion.
+    pub odometry_scale_error: f64,
+    /// Standard deviation of the systematic turn of the odometry, radians per meter.
+    pub odometry_drift_rad_per_m: f64,
+    /// Largest acceleration to expect without odometry, m/s per square root of a second.
+    pub acceleration: f64,
+    /// Largest angular acceleration to expect without odometry, rad/s per square root of a second.
+    pub turn_acceleration: f64,
+    /// Standard deviation of a new track's position, meters.
+    pub birth_noise_m: f64,
+    /// Standard deviation of a new track's heading, radians.
+    pub birth_noise_rad: f64,
+    /// A new track must explain at least this share of the features.
+    pub min_birth_agreement: f64,
+    /// Evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
+    /// nothing.
+    pub evidence_per_image: f64,
+    /// Evidence fades in this time, seconds.
+    pub evidence_secs: f64,
+    /// A new track starts this far behind the best one, as a logarithm of odds.
+    pub birth_handicap: f64,
+    /// Tracks that are nearer than this are one, meters.
+    pub merge_distance_m: f64,
+    /// Tracks whose headings differ by less than this are one, radians.
+    pub merge_turn_rad: f64,
+    /// A track whose agreement of late is below this does not know where it is.
+    pub lost_agreement: f64,
+    /// Standard deviation of the position at which the reliability begins to shrink, meters.
+    pub reliable_spread_m: f64,
+    /// Reliability, driven by the agreement instead of the likelihood of twenty pixels.
+    pub reliability: ReliabilityConfig,
+}
+
+impl Default for RefinementConfig {
+    fn default() -> Self {
+        Self {
+            max_tracks: 4,
+            pixel_noise_px: 1.0,
+            max_independent_pixels: 30.0,
+            gate_px: 8.0,
+            agreement_px: 3.0,
+            tilt_noise_rad: 0.004,
+            tilt_bias_rad: 0.007,
+            tilt_bias_secs: 8.0,
+            odometry_noise_m: 0.02,
+            odometry_noise_rad: 0.03,
+            odometry_turn_noise_rad: 0.02,
+            odometry_scale_error: 0.08,
+            odometry_drift_rad_per_m: 0.03,
+            acceleration: 0.3,
+            turn_acceleration: 0.6,
+            birth_noise_m: 0.3,
+            birth_noise_rad: 0.2,
+            min_birth_agreement: 0.5,
+            evidence_per_image: 6.0,
+            evidence_secs: 1.0,
+            birth_handicap: 2.0,
+            merge_distance_m: 0.25,
+            merge_turn_rad: 0.2,
+            lost_agreement: 0.35,
+            reliable_spread_m: 0.1,
+            reliability: ReliabilityConfig {
+                high_likelihood: 0.65,
+                low_likelihood: 0.5,
+                ..ReliabilityConfig::published_2010()
+            },
+        }
+    }
+}
+
+impl RefinementConfig {
+    /// Checks the ranges of all values.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        require((1..=100).contains(&self.max_tracks), "refinement.max_tracks", "1 to 100", self.max_tracks)?;
+        for (key, value) in [
+            ("refinement.pixel_noise_px", self.pixel_noise_px),
+            ("refinement.max_independent_pixels", self.max_independent_pixels),
+            ("refinement.gate_px", self.gate_px),
+            ("refinement.agreement_px", self.agreement_px),
+            ("refinement.tilt_noise_rad", self.tilt_noise_rad),
+            ("refinement.tilt_bias_rad", self.tilt_bias_rad),
+            ("refinement.tilt_bias_secs", self.tilt_bias_secs),
+            ("refinement.odometry_noise_m", self.odometry_noise_m),
+            ("refinement.odometry_noise_rad", self.odometry_noise_rad),
+            ("refinement.odometry_turn_noise_rad", self.odometry_turn_noise_rad),
+            ("refinement.odometry_scale_error", self.odometry_scale_error),
+            ("refinement.odometry_drift_rad_per_m", self.odometry_drift_rad_per_m),
+            ("refinement.acceleration", self.acceleration),
+            ("refinement.turn_acceleration", self.turn_acceleration),
+            ("refinement.birth_noise_m", self.birth_noise_m),
+            ("refinement.birth_noise_rad", self.birth_noise_rad),
+            ("refinement.evidence_per_image", self.evidence_per_image),
+            ("refinement.evidence_secs", self.evidence_secs),
+            ("refinement.merge_distance_m", self.merge_distance_m),
+            ("refinement.merge_turn_rad", self.merge_turn_rad),
+            ("refinement.reliable_spread_m", self.reliable_spread_m),
+        ] {
+            require(value > 0.0 && value <= 1000.0, key, "above 0, at most 1000", value)?;
+        }
+        for (key, value) in [
+            ("refinement.min_birth_agreement", self.min_birth_agreement),
+            ("refinement.lost_agreement", self.lost_agreement),
+        ] {
+            require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
+        }
+        let handicap = self.birth_handicap;
+        require((0.0..=1000.0).contains(&handicap), "refinement.birth_handicap", "0 to 1000", handicap)?;
+        self.reliability.check()
+    }
+}

@@ -1,0 +1,237 @@
+//! The filter of one track.
+
+use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use visloc_geom::{PlanarPose, angle};
+
+use super::RefinementConfig;
+use crate::observation::features::{CameraState, FeatureModel};
+
+/// Length of the state: pose (3), slow tilt of the camera (3), motion (4).
+const STATE: usize = 10;
+/// First of the tilt angles.
+const TILT: usize = 3;
+/// First of the motion parameters: with odometry the relative errors of its three axes, without it the velocity
+/// of the body (m/s, m/s, rad/s).
+const MOTION: usize = 6;
+/// With odometry its systematic turn, radians per meter.
+const DRIFT: usize = 9;
+
+type State = SVector<f64, STATE>;
+type Covariance = SMatrix<f64, STATE, STATE>;
+
+/// The features that a pose explains.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Agreement {
+    /// Sum of the agreements and number of the features, for each group.
+    groups: [(f64, f64); 2],
+}
+
+impl Agreement {
+    /// Share of the features that are explained, 0 to 1; lines and goals count the same, as in the documents, but a
+    /// group of few features counts less.
+    pub fn value(&self) -> f64 {
+        let weight = |count: f64| (count / 8.0).min(1.0);
+        let total: f64 = self.groups.iter().map(|(_, count)| weight(*count)).sum();
+        let sum: f64 =
+            self.groups.iter().filter(|g| g.1 > 0.0).map(|(sum, count)| weight(*count) * sum / count).sum();
+        if total > 0.0 { sum / total } else { 0.0 }
+    }
+}
+
+/// Normal equations of one image over (x, y, heading, tilt).
+struct Fit {
+    information: Matrix6<f64>,
+    gradient: Vector6<f64>,
+    agreement: Agreement,
+}
+
+/// Pose, camera tilt and motion of one hypothesis with their covariance.
+#[derive(Debug, Clone)]
+pub(super) struct PoseFilter {
+    mean: State,
+    covariance: Covariance,
+    has_odometry: bool,
+}
+
+impl PoseFilter {
+    /// A filter around a rough pose.
+    pub fn new(pose: &PlanarPose, config: &RefinementConfig) -> Self {
+        let mut mean = State::zeros();
+        mean.fixed_rows_mut::<3>(0).copy_from(&Vector3::new(pose.x_m, pose.y_m, pose.yaw_rad));
+        let mut filter = Self { mean, covariance: Covariance::zeros(), has_odometry: true };
+        let (m, rad) = (config.birth_noise_m.powi(2), config.birth_noise_rad.powi(2));
+        for (i, variance) in [m, m, rad].into_iter().enumerate() {
+            filter.covariance[(i, i)] = variance;
+        }
+        for i in TILT..MOTION {
+            filter.covariance[(i, i)] = config.tilt_bias_rad.powi(2);
+        }
+        filter.forget_motion(true, config);
+        filter
+    }
+
+    /// The same motion and tilt at another pose.
+    pub fn moved_to(&self, pose: &PlanarPose, config: &RefinementConfig) -> Self {
+        let mut filter = Self::new(pose, config);
+        filter.has_odometry = self.has_odometry;
+        filter.mean.fixed_rows_mut::<7>(TILT).copy_from(&self.mean.fixed_rows::<7>(TILT));
+        filter
+            .covariance
+            .fixed_view_mut::<7, 7>(TILT, TILT)
+            .copy_from(&self.covariance.fixed_view::<7, 7>(TILT, TILT));
+        filter
+    }
+
+    pub fn pose(&self) -> PlanarPose {
+        PlanarPose::new(self.mean[0], self.mean[1], self.mean[2])
+    }
+
+    pub fn set_pose(&mut self, pose: &PlanarPose) {
+        self.mean[0] = pose.x_m;
+        self.mean[1] = pose.y_m;
+        self.mean[2] = pose.yaw_rad;
+    }
+
+    pub fn pose_covariance(&self) -> Matrix3<f64> {
+        self.covariance.fixed_view::<3, 3>(0, 0).into_owned()
+    }
+
+    /// Standard deviation of the position in its worst direction, meters.
+    pub fn spread_m(&self) -> f64 {
+        let c = &self.covariance;
+        let (mean, half) = (f64::midpoint(c[(0, 0)], c[(1, 1)]), (c[(0, 0)] - c[(1, 1)]) / 2.0);
+        (mean + half.hypot(c[(0, 1)])).max(0.0).sqrt()
+    }
+
+    fn forget_motion(&mut self, has_odometry: bool, config: &RefinementConfig) {
+        self.has_odometry = has_odometry;
+        for i in MOTION..STATE {
+            self.mean[i] = 0.0;
+            self.covariance.row_mut(i).fill(0.0);
+            self.covariance.column_mut(i).fill(0.0);
+        }
+        let spreads = if has_odometry {
+            let scale = config.odometry_scale_error;
+            [scale, scale, scale, config.odometry_drift_rad_per_m]
+        } else {
+            // What a walking robot reaches within a second.
+            [config.acceleration, config.acceleration, config.turn_acceleration, 0.0]
+        };
+        for (i, spread) in spreads.into_iter().enumerate() {
+            self.covariance[(MOTION + i, MOTION + i)] = spread * spread;
+        }
+    }
+
+    /// Moves on by the motion that the odometry tells, seen from the robot, or by the time passed without odometry.
+    pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
+        if odometry.is_some() != self.has_odometry {
+            self.forget_motion(odometry.is_some(), config);
+        }
+        let (sin, cos) = self.mean[2].sin_cos();
+        let mut change = Covariance::identity();
+        let mut noise = State::zeros();
+        let m = self.mean.fixed_rows::<4>(MOTION).into_owned();
+        let motion = if let Some(o) = odometry {
+            let length = o.x_m.hypot(o.y_m);
+            for (axis, step) in [(0, (cos * o.x_m, sin * o.x_m)), (1, (-sin * o.y_m, cos * o.y_m))] {
+                change[(0, MOTION + axis)] = step.0;
+                change[(1, MOTION + axis)] = step.1;
+            }
+            change[(2, MOTION + 2)] = o.yaw_rad;
+            change[(2, DRIFT)] = length;
+            let position = config.odometry_noise_m.powi(2) * (length + 0.05 * o.yaw_rad.abs());
+            noise[0] = position;
+            noise[1] = position;
+            noise[2] = config.odometry_noise_rad.powi(2) * length
+                + config.odometry_turn_noise_rad.powi(2) * o.yaw_rad.abs();
+            Vector3::new(o.x_m * (1.0 + m[0]), o.y_m * (1.0 + m[1]), o.yaw_rad * (1.0 + m[2]) + m[3] * length)
+        } else {
+            change[(0, MOTION)] = cos * secs;
+            change[(1, MOTION)] = sin * secs;
+            change[(0, MOTION + 1)] = -sin * secs;
+            change[(1, MOTION + 1)] = cos * secs;
+            change[(2, MOTION + 2)] = secs;
+            noise[MOTION] = config.acceleration.powi(2) * secs;
+            noise[MOTION + 1] = config.acceleration.powi(2) * secs;
+            noise[MOTION + 2] = config.turn_acceleration.powi(2) * secs;
+            Vector3::new(m[0] * secs, m[1] * secs, m[2] * secs)
+        };
+        change[(0, 2)] = -sin * motion.x - cos * motion.y;
+        change[(1, 2)] = cos * motion.x - sin * motion.y;
+        let kept = (-secs / config.tilt_bias_secs).exp();
+        for i in TILT..MOTION {
+            change[(i, i)] = kept;
+            noise[i] = config.tilt_bias_rad.powi(2) * (1.0 - kept * kept);
+            self.mean[i] *= kept;
+        }
+        self.mean[0] += cos * motion.x - sin * motion.y;
+        self.mean[1] += sin * motion.x + cos * motion.y;
+        self.mean[2] = angle::wrap(self.mean[2] + motion.z);
+        self.covariance = change * self.covariance * change.transpose() + Covariance::from_diagonal(&noise);
+    }
+
+    /// Fits pose and tilt to the features of an image: one Gauss-Newton step for each gate.
+    pub fn update(
+        &mut self,
+        model: &dyn FeatureModel,
+        gates_px: &[f64],
+        config: &RefinementConfig,
+    ) -> Agreement {
+        let prior = self.mean.fixed_rows::<6>(0).into_owned();
+        // Covariance of the state with (pose, tilt of this image).
+        let cross = self.covariance.fixed_columns::<6>(0).into_owned();
+        let mut spread: Matrix6<f64> = cross.fixed_rows::<6>(0).into_owned();
+        for i in TILT..MOTION {
+            spread[(i, i)] += config.tilt_noise_rad.powi(2);
+        }
+        let mut at = prior;
+        let mut step = None;
+        for gate_px in gates_px {
+            let fit = fit(model, &at, *gate_px, config);
+            let pull = fit.gradient + fit.information * (at - prior);
+            let Some(solved) = (Matrix6::identity() + fit.information * spread).try_inverse() else { break };
+            at = prior + spread * (solved * pull);
+            step = Some((solved * pull, solved * fit.information));
+        }
+        if let Some((pull, information)) = step {
+            let correction = cross * pull;
+            if correction.iter().all(|v| v.is_finite()) {
+                self.mean += correction;
+                self.mean[2] = angle::wrap(self.mean[2]);
+                let covariance = self.covariance - cross * information * cross.transpose();
+                self.covariance = (covariance + covariance.transpose()) * 0.5;
+            }
+        }
+        fit(model, &at, config.gate_px, config).agreement
+    }
+}
+
+/// Matches all features from one state and adds up their normal equations.
+fn fit(model: &dyn FeatureModel, at: &Vector6<f64>, gate_px: f64, config: &RefinementConfig) -> Fit {
+    let state = CameraState {
+        world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
+        tilt_rad: at.fixed_rows::<3>(3).into_owned(),
+    };
+    let mut fit =
+        Fit { information: Matrix6::zeros(), gradient: Vector6::zeros(), agreement: Agreement::default() };
+    let mut total_weight = 0.0;
+    let soft_px = gate_px / 3.0;
+    model.visit_matches(&state, gate_px, &mut |feature| {
+        let group = &mut fit.agreement.groups[feature.group];
+        group.1 += 1.0;
+        let Some(residual) = feature.residual else { return };
+        let error2 = residual.error_px.powi(2);
+        group.0 += (-0.5 * error2 / config.agreement_px.powi(2)).exp();
+        // Geman and McClure's weight: what is far off does not pull.
+        let weight = (1.0 + error2 / soft_px.powi(2)).powi(-2);
+        total_weight += weight;
+        let weighted = residual.jacobian * weight;
+        fit.information += weighted * residual.jacobian.transpose();
+        fit.gradient -= weighted * residual.error_px;
+    });
+    let independent = (config.max_independent_pixels / total_weight.max(1e-9)).min(1.0);
+    let scale = independent / config.pixel_noise_px.powi(2);
+    fit.information *= scale;
+    fit.gradient *= scale;
+    fit
+}

@@ -1,0 +1,152 @@
+//! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
+
+use visloc_geom::PlanarPose;
+
+use super::{
+    RefinementConfig,
+    filter::{Agreement, PoseFilter},
+};
+use crate::{Estimate, observation::features::FeatureModel};
+
+/// Gates of a new track, from coarse to fine, pixels.
+const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
+/// Fewer features than this say nothing.
+const MIN_FEATURES: usize = 6;
+/// Share of the newest image in the agreement of late.
+const AGREEMENT_FOLLOW: f64 = 0.15;
+/// A track whose odds fall below the best one's by this is given up, as a logarithm.
+const HOPELESS: f64 = 12.0;
+
+/// One hypothesis with its filter.
+#[derive(Debug, Clone)]
+pub(super) struct Track {
+    pub id: u64,
+    pub filter: PoseFilter,
+    /// Agreement of the last image.
+    pub last_agreement: f64,
+    /// Agreement of late.
+    pub agreement: f64,
+    /// Logarithm of its odds against the best one: 0 or less.
+    pub evidence: f64,
+}
+
+/// All tracks; the best one comes first.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Tracks {
+    tracks: Vec<Track>,
+    next_id: u64,
+}
+
+impl Tracks {
+    pub fn clear(&mut self) {
+        self.tracks.clear();
+    }
+
+    pub fn best(&self) -> Option<&Track> {
+        self.tracks.first()
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Track> {
+        self.tracks.iter()
+    }
+
+    pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
+        for track in &mut self.tracks {
+            track.filter.predict(odometry, secs, config);
+        }
+    }
+
+    /// Takes in the features of an image, and the hypotheses of the localizer as places to look at.
+    pub fn update(
+        &mut self,
+        model: &dyn FeatureModel,
+        searched: &Estimate,
+        secs: f64,
+        config: &RefinementConfig,
+    ) {
+        if model.num_features() < MIN_FEATURES {
+            return;
+        }
+        let gates = [config.gate_px * 1.5, config.gate_px];
+        for track in &mut self.tracks {
+            let agreement = track.filter.update(model, &gates, config).value();
+            track.last_agreement = agreement;
+            track.agreement += AGREEMENT_FOLLOW * (agreement - track.agreement);
+        }
+        self.compete(model, secs, config);
+        self.bear(model, searched, config);
+        self.merge(config);
+        self.tracks.retain(|track| track.evidence > -HOPELESS && track.agreement > config.lost_agreement);
+        self.tracks.truncate(config.max_tracks);
+    }
+
+    /// Evidence grows with the agreement and fades.
+    fn compete(&mut self, model: &dyn FeatureModel, secs: f64, config: &RefinementConfig) {
+        let kept = (-secs / config.evidence_secs).exp();
+        #[allow(clippy::cast_precision_loss)]
+        let weight = config.evidence_per_image * (model.num_features() as f64 / 30.0).min(1.0);
+        for track in &mut self.tracks {
+            track.evidence = track.evidence * kept + weight * track.last_agreement;
+        }
+        self.rank();
+    }
+
+    fn rank(&mut self) {
+        // Stable: of equals the older one stays in front.
+        self.tracks.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let best = self.tracks.first().map_or(0.0, |track| track.evidence);
+        for track in &mut self.tracks {
+            track.evidence -= best;
+        }
+    }
+
+    /// Begins tracks at hypotheses of the localizer that no track follows.
+    fn bear(&mut self, model: &dyn FeatureModel, searched: &Estimate, config: &RefinementConfig) {
+        let best = self.tracks.first().map_or(0.0, |track| track.agreement);
+        for hypothesis in searched.hypotheses.iter().filter(|h| h.probability > 0.02) {
+            let pose = hypothesis.world_from_robot;
+            if self.tracks.iter().any(|track| is_near(&track.filter.pose(), &pose, 1.5, config)) {
+                continue;
+            }
+            let mut filter = match self.tracks.first() {
+                Some(track) => track.filter.moved_to(&pose, config),
+                None => PoseFilter::new(&pose, config),
+            };
+            let agreement: Agreement = filter.update(model, &BIRTH_GATES_PX, config);
+            let agreement = agreement.value();
+            let is_known =
+                self.tracks.iter().any(|track| is_near(&track.filter.pose(), &filter.pose(), 1.0, config));
+            if is_known || agreement < config.min_birth_agreement.max(best - 0.2) {
+                continue;
+            }
+            let evidence = if self.tracks.is_empty() { 0.0 } else { -config.birth_handicap };
+            self.tracks.push(Track {
+                id: self.next_id,
+                filter,
+                last_agreement: agreement,
+                agreement,
+                evidence,
+            });
+            self.next_id += 1;
+        }
+        self.rank();
+    }
+
+    /// Of two tracks at one place the one with more evidence stays.
+    fn merge(&mut self, config: &RefinementConfig) {
+        let mut i = 1;
+        while i < self.tracks.len() {
+            let pose = self.tracks[i].filter.pose();
+            if self.tracks[..i].iter().any(|track| is_near(&track.filter.pose(), &pose, 1.0, config)) {
+                self.tracks.remove(i);
+            } else {
+                i += 1;
+            }
+        }
+    }
+}
+
+fn is_near(a: &PlanarPose, b: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
+    a.distance_m(b) < factor * config.merge_distance_m
+        && a.heading_difference_rad(b) < factor * config.merge_turn_rad
+}
