@@ -46,6 +46,10 @@ pub trait Localizer: Send {
     /// Takes in one image and the motion since the last one.
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate;
 
+    /// Somebody has evidence that the answer is wrong: look everywhere in the next step. A localizer that searches all the
+    /// time needs to do nothing.
+    fn doubt(&mut self) {}
+
     /// The answer of the last step.
     fn estimate(&self) -> &Estimate;
 

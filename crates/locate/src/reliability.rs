@@ -110,6 +110,12 @@ impl Reliability {
         self.value = self.value.clamp(0.0, 1.0);
     }
 
+    /// A part of the way to another reliability; `share` is 0 to 1.
+    #[must_use]
+    pub fn toward(&self, other: &Self, share: f64) -> Self {
+        Self { value: self.value + share * (other.value - self.value), ..*self }
+    }
+
     /// The estimate jumped by this distance: the reliability shrinks, to 0 at `max_distance_m`. Equation 4.9 (2017).
     pub fn jump(&mut self, distance_m: f64, max_distance_m: f64) {
         self.value *= (1.0 - distance_m / max_distance_m).max(0.0);

@@ -30,6 +30,8 @@ pub struct Evolutionary {
     prior: StartPrior,
     /// Where the robot was before it was lifted.
     old_pose: Option<PlanarPose>,
+    /// Somebody says that the answer is wrong.
+    is_doubted: bool,
     estimate: Estimate,
 }
 
@@ -48,6 +50,7 @@ impl Evolutionary {
             parents: Vec::with_capacity(config.num_exploiters),
             prior: StartPrior::Uniform,
             old_pose: None,
+            is_doubted: false,
             estimate: Estimate::unknown(),
             config,
             model,
@@ -104,7 +107,9 @@ impl Evolutionary {
     /// Lets explorers search, and makes races of what they find.
     fn explore(&mut self, is_informative: bool, rng: &mut Rng) {
         // Until the first good answer the search is as deep as when the robot is lost.
-        let is_lost = !self.estimate.is_localized() || self.races.all_below(self.config.lost_health);
+        let is_doubted = std::mem::take(&mut self.is_doubted);
+        let is_lost =
+            is_doubted || !self.estimate.is_localized() || self.races.all_below(self.config.lost_health);
         let found = self.explorers.search(self.model.as_ref(), is_informative, is_lost, rng);
         if let Some(candidates) = found {
             self.races.offer(candidates, &self.config, rng);
@@ -182,6 +187,10 @@ impl Localizer for Evolutionary {
         self.races.evolve(&self.config, rng, &mut self.parents);
         debug_assert!(self.races.winner().is_some() || self.races.is_empty());
         &self.estimate
+    }
+
+    fn doubt(&mut self) {
+        self.is_doubted = true;
     }
 
     fn estimate(&self) -> &Estimate {

@@ -23,6 +23,9 @@ pub struct FeatureMatch {
     /// Signed distance in the image, and its derivative by (x, y, heading, tilt); `None` if the feature has no
     /// counterpart within the gate.
     pub residual: Option<Residual>,
+    /// How far a feature without counterpart agrees with the map all the same, 0 to 1: seen from this pose it may show
+    /// something that the map does not have.
+    pub unmatched_agreement: f64,
 }
 
 /// Signed distance of a feature from its counterpart.
@@ -44,6 +47,9 @@ pub trait FeatureModel: Send + Sync {
 
     /// Matches every feature, seen from here. What is farther from its counterpart than `gate_px` has none.
     fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch));
+
+    /// Whether the map has landmarks that tell places apart: features of group 1.
+    fn has_landmarks(&self) -> bool;
 
     /// The pose from which everything looks the same, if the map has such a symmetry.
     fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;

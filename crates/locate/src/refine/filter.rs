@@ -16,6 +16,9 @@ const MOTION: usize = 6;
 /// With odometry its systematic turn, radians per meter.
 const DRIFT: usize = 9;
 
+/// Group of the features that belong to landmarks.
+const LANDMARKS: usize = 1;
+
 type State = SVector<f64, STATE>;
 type Covariance = SMatrix<f64, STATE, STATE>;
 
@@ -26,7 +29,16 @@ pub(super) struct Agreement {
     groups: [(f64, f64); 2],
 }
 
+/// Fewer features of a landmark than this neither confirm nor contradict.
+const MIN_LANDMARK_FEATURES: f64 = 6.0;
+
 impl Agreement {
+    /// Share of the features of landmarks that are explained, if enough are in view.
+    pub fn of_landmarks(&self) -> Option<f64> {
+        let (sum, count) = self.groups[LANDMARKS];
+        (count >= MIN_LANDMARK_FEATURES).then(|| sum / count)
+    }
+
     /// Share of the features that are explained, 0 to 1; lines and goals count the same, as in the documents, but a
     /// group of few features counts less.
     pub fn value(&self) -> f64 {
@@ -219,9 +231,12 @@ fn fit(model: &dyn FeatureModel, at: &Vector6<f64>, gate_px: f64, config: &Refin
     model.visit_matches(&state, gate_px, &mut |feature| {
         let group = &mut fit.agreement.groups[feature.group];
         group.1 += 1.0;
-        let Some(residual) = feature.residual else { return };
+        let Some(residual) = feature.residual else {
+            group.0 += feature.unmatched_agreement;
+            return;
+        };
         let error2 = residual.error_px.powi(2);
-        group.0 += (-0.5 * error2 / config.agreement_px.powi(2)).exp();
+        group.0 += (-0.5 * error2 / config.agreement_px.powi(2)).exp().max(feature.unmatched_agreement);
         // Geman and McClure's weight: what is far off does not pull.
         let weight = (1.0 + error2 / soft_px.powi(2)).powi(-2);
         total_weight += weight;

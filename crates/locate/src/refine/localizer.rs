@@ -1,5 +1,6 @@
 //! A localizer whose hypotheses are refined.
 
+use nalgebra::Vector3;
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
 
@@ -12,6 +13,13 @@ use crate::{
 /// Longest time between two images that is taken for one step, seconds.
 const MAX_STEP_SECS: f64 = 1.0;
 
+/// An image from so far away, or turned by so much, shows something new.
+const NEW_VIEW_M: f64 = 0.2;
+const NEW_VIEW_RAD: f64 = 0.2;
+/// Below this reliability for this long, the robot is lost.
+const LOST_RELIABILITY: f64 = 0.3;
+const LOST_SECS: f64 = 0.2;
+
 /// Tracks the hypotheses of another localizer.
 pub struct Refined {
     config: RefinementConfig,
@@ -23,6 +31,11 @@ pub struct Refined {
     last_at: Option<Timestamp>,
     winner: Option<(u64, PlanarPose)>,
     max_jump_m: f64,
+    has_landmarks: bool,
+    /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
+    last_view: Option<PlanarPose>,
+    /// Seconds without a pose that can be relied on.
+    lost_secs: f64,
     estimate: Estimate,
 }
 
@@ -39,6 +52,9 @@ impl Refined {
     ) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self {
+            has_landmarks: model.has_landmarks(),
+            last_view: None,
+            lost_secs: 0.0,
             reliability: Reliability::new(config.reliability),
             config,
             search,
@@ -75,13 +91,32 @@ impl Refined {
         (motion.filter(|m| m.x_m.hypot(m.y_m) < self.max_jump_m / 2.0), secs)
     }
 
-    fn update_reliability(&mut self, quality: f64) {
+    /// How much of an image is new, 0 to 1: what was seen from nearly the same place is no new evidence.
+    fn novelty(&mut self, input: &StepInput<'_>) -> f64 {
+        let ahead = input.percept.robot_from_camera.rotate(&Vector3::z());
+        let camera_yaw_rad = ahead.y.atan2(ahead.x);
+        let robot = self.tracks.best().map_or(self.estimate.world_from_robot, |track| track.filter.pose());
+        let view = PlanarPose::new(robot.x_m, robot.y_m, robot.yaw_rad + camera_yaw_rad);
+        let novelty = self.last_view.map_or(1.0, |last| {
+            last.distance_m(&view) / NEW_VIEW_M + last.heading_difference_rad(&view) / NEW_VIEW_RAD
+        });
+        self.last_view = Some(view);
+        novelty.min(1.0)
+    }
+
+    fn update_reliability(&mut self, input: &StepInput<'_>) {
+        let novelty = if input.percept.is_informative { 1.0 } else { self.novelty(input) };
+        let quality = input.percept.quality;
         let Some(best) = self.tracks.best() else {
             self.reliability.reset();
             self.winner = None;
             return;
         };
+        let before = self.reliability;
         self.reliability.update(best.last_agreement, quality);
+        if self.reliability.value() > before.value() {
+            self.reliability = before.toward(&self.reliability, novelty);
+        }
         let pose = best.filter.pose();
         if let Some((id, last)) = self.winner
             && id != best.id
@@ -89,6 +124,15 @@ impl Refined {
             self.reliability.jump(last.distance_m(&pose), self.max_jump_m);
         }
         self.winner = Some((best.id, pose));
+    }
+
+    /// Tells the search when what it found does not hold.
+    fn doubt(&mut self, secs: f64) {
+        self.lost_secs =
+            if self.estimate.reliability < LOST_RELIABILITY { self.lost_secs + secs } else { 0.0 };
+        if self.lost_secs > LOST_SECS {
+            self.search.doubt();
+        }
     }
 
     fn update_estimate(&mut self) {
@@ -115,7 +159,8 @@ impl Refined {
         estimate.normalize_hypotheses();
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
         let total: f64 = self.tracks.iter().map(|track| track.evidence.exp()).sum();
-        estimate.reliability = self.reliability.value() * spread / total;
+        let confirmed = if self.has_landmarks { 0.5 + 0.5 * best.confirmed } else { 1.0 };
+        estimate.reliability = self.reliability.value() * confirmed * spread / total;
     }
 }
 
@@ -140,8 +185,9 @@ impl Localizer for Refined {
         self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);
         self.tracks.update(self.model.as_ref(), self.search.estimate(), secs, &self.config);
-        self.update_reliability(input.percept.quality);
+        self.update_reliability(input);
         self.update_estimate();
+        self.doubt(secs);
         &self.estimate
     }
 

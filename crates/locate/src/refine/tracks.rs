@@ -14,6 +14,8 @@ const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
 const MIN_FEATURES: usize = 6;
 /// Share of the newest image in the agreement of late.
 const AGREEMENT_FOLLOW: f64 = 0.15;
+/// What one image of landmarks that are all explained adds to the confirmation.
+const CONFIRMATION: f64 = 0.1;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
 const HOPELESS: f64 = 12.0;
 
@@ -26,8 +28,19 @@ pub(super) struct Track {
     pub last_agreement: f64,
     /// Agreement of late.
     pub agreement: f64,
+    /// How far landmarks have confirmed it, 0 to 1.
+    pub confirmed: f64,
     /// Logarithm of its odds against the best one: 0 or less.
     pub evidence: f64,
+}
+
+impl Track {
+    /// Landmarks in view confirm the track or take its confirmation away.
+    fn see_landmarks(&mut self, agreement: &Agreement) {
+        if let Some(share) = agreement.of_landmarks() {
+            self.confirmed = (self.confirmed + CONFIRMATION * (2.0 * share - 1.0)).clamp(0.0, 1.0);
+        }
+    }
 }
 
 /// All tracks; the best one comes first.
@@ -69,7 +82,9 @@ impl Tracks {
         }
         let gates = [config.gate_px * 1.5, config.gate_px];
         for track in &mut self.tracks {
-            let agreement = track.filter.update(model, &gates, config).value();
+            let agreement = track.filter.update(model, &gates, config);
+            track.see_landmarks(&agreement);
+            let agreement = agreement.value();
             track.last_agreement = agreement;
             track.agreement += AGREEMENT_FOLLOW * (agreement - track.agreement);
         }
@@ -112,8 +127,7 @@ impl Tracks {
                 Some(track) => track.filter.moved_to(&pose, config),
                 None => PoseFilter::new(&pose, config),
             };
-            let agreement: Agreement = filter.update(model, &BIRTH_GATES_PX, config);
-            let agreement = agreement.value();
+            let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
             let is_known =
                 self.tracks.iter().any(|track| is_near(&track.filter.pose(), &filter.pose(), 1.0, config));
             if is_known || agreement < config.min_birth_agreement.max(best - 0.2) {
@@ -125,6 +139,7 @@ impl Tracks {
                 filter,
                 last_agreement: agreement,
                 agreement,
+                confirmed: 0.0,
                 evidence,
             });
             self.next_id += 1;

@@ -4,7 +4,7 @@
 //! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
 //! image of the border.
 
-use nalgebra::{Matrix3, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3, Vector6};
 use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
@@ -14,6 +14,13 @@ use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, Resi
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
 const END_TOLERANCE_M: f64 = 0.06;
+/// Behind a goal are a net and the bars that hold it: this far to the sides of the posts and this far behind, meters.
+const NET_WIDTH_M: f64 = 0.3;
+const NET_DEPTH_M: f64 = 1.0;
+/// Agreement of a line pixel that matches nothing and lies behind a goal, and of one that lies outside of the lines
+/// elsewhere. Inside, the map is complete.
+const NET_AGREEMENT: f64 = 0.9;
+const OUTSIDE_AGREEMENT: f64 = 0.5;
 /// Group of the goals; lines are 0.
 const GOALS: usize = 1;
 
@@ -32,6 +39,9 @@ struct Border {
 pub struct FieldFeatureModel {
     tables: FieldTables,
     is_point_symmetric: bool,
+    /// To the outer borders of the outer lines, meters.
+    half_field_m: (f64, f64),
+    half_goal_m: f64,
     borders: Vec<Border>,
     focal_px: (f64, f64),
     robot_from_camera: Matrix3<f64>,
@@ -56,9 +66,15 @@ impl FieldFeatureModel {
     /// A model of a field; builds its tables.
     #[must_use]
     pub fn new(field: &Field) -> Self {
+        let d = field.dimensions();
         Self {
             tables: FieldTables::new(field),
             is_point_symmetric: field.is_point_symmetric(),
+            half_field_m: (
+                (d.length_m + d.line_width_m) / 2.0 + END_TOLERANCE_M,
+                (d.width_m + d.line_width_m) / 2.0 + END_TOLERANCE_M,
+            ),
+            half_goal_m: field.goals()[0].post_y_m,
             borders: Vec::new(),
             focal_px: (1.0, 1.0),
             robot_from_camera: Matrix3::identity(),
@@ -95,10 +111,11 @@ impl FieldFeatureModel {
         Some((Residual { error_px: plane.dot(&ray) / scale, jacobian }, line / scale))
     }
 
-    fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
+    /// The nearest border with its white on the same side, and how far the pixel agrees with the map without one.
+    fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> (Option<Residual>, f64) {
         let ray = eye.world_from_camera * border.ray;
         if ray.z >= 0.0 {
-            return None;
+            return (None, 0.0);
         }
         let ground = (eye.at + ray * (-eye.at.z / ray.z)).xy();
         let mut best: Option<Residual> = None;
@@ -125,7 +142,20 @@ impl FieldFeatureModel {
                 }
             }
         }
-        best
+        (best, self.agreement_outside(&ground))
+    }
+
+    /// Agreement of a pixel of the ground that matches nothing.
+    fn agreement_outside(&self, ground: &Point2<f64>) -> f64 {
+        let (x, y) = (ground.x.abs(), ground.y.abs());
+        let (half_x, half_y) = self.half_field_m;
+        if x < half_x && y < half_y {
+            0.0
+        } else if x >= half_x && x < half_x + NET_DEPTH_M && y < self.half_goal_m + NET_WIDTH_M {
+            NET_AGREEMENT
+        } else {
+            OUTSIDE_AGREEMENT
+        }
     }
 
     fn match_goal(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
@@ -166,11 +196,17 @@ impl FeatureModel for FieldFeatureModel {
         let eye = self.eye(state);
         for border in &self.borders {
             visit(if border.kind.is_goal() {
-                FeatureMatch { group: GOALS, residual: self.match_goal(border, &eye, gate_px) }
+                let residual = self.match_goal(border, &eye, gate_px);
+                FeatureMatch { group: GOALS, residual, unmatched_agreement: 0.0 }
             } else {
-                FeatureMatch { group: 0, residual: self.match_line(border, &eye, gate_px) }
+                let (residual, unmatched_agreement) = self.match_line(border, &eye, gate_px);
+                FeatureMatch { group: 0, residual, unmatched_agreement }
             });
         }
+    }
+
+    fn has_landmarks(&self) -> bool {
+        !self.is_point_symmetric
     }
 
     fn mirrored(&self, pose: &PlanarPose) -> Option<PlanarPose> {
