@@ -29,23 +29,32 @@ pub(super) struct Agreement {
     groups: [(f64, f64); 2],
 }
 
+/// Shares of the features of lines and of goals that are as good as all: even at the right place the rest are robots,
+/// boards and people.
+const FULL_SHARES: [f64; 2] = [0.85, 0.6];
 /// Fewer features of a landmark than this neither confirm nor contradict.
 const MIN_LANDMARK_FEATURES: f64 = 6.0;
 
 impl Agreement {
-    /// Share of the features of landmarks that are explained, if enough are in view.
+    /// How well landmarks in view are explained, -1 to 1: positive if more of their features find a counterpart than
+    /// chance would bring about. `None` if too few are in view to tell.
     pub fn of_landmarks(&self) -> Option<f64> {
         let (sum, count) = self.groups[LANDMARKS];
-        (count >= MIN_LANDMARK_FEATURES).then(|| sum / count)
+        let by_chance = 0.5 * FULL_SHARES[LANDMARKS];
+        (count >= MIN_LANDMARK_FEATURES).then(|| ((sum / count - by_chance) / by_chance).clamp(-1.0, 1.0))
     }
 
-    /// Share of the features that are explained, 0 to 1; lines and goals count the same, as in the documents, but a
-    /// group of few features counts less.
+    /// How well the features are explained, 0 to 1; lines and goals count the same, as in the documents, but a group of
+    /// few features counts less.
     pub fn value(&self) -> f64 {
         let weight = |count: f64| (count / 8.0).min(1.0);
-        let total: f64 = self.groups.iter().map(|(_, count)| weight(*count)).sum();
-        let sum: f64 =
-            self.groups.iter().filter(|g| g.1 > 0.0).map(|(sum, count)| weight(*count) * sum / count).sum();
+        let (mut sum, mut total) = (0.0, 0.0);
+        for ((agreeing, count), full) in self.groups.into_iter().zip(FULL_SHARES) {
+            if count > 0.0 {
+                sum += weight(count) * (agreeing / count / full).min(1.0);
+                total += weight(count);
+            }
+        }
         if total > 0.0 { sum / total } else { 0.0 }
     }
 }

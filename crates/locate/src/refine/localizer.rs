@@ -149,7 +149,7 @@ impl Refined {
             let hypothesis = Hypothesis {
                 world_from_robot: track.filter.pose(),
                 covariance: track.filter.pose_covariance(),
-                probability: track.evidence.exp(),
+                probability: track.log_odds.exp(),
             };
             if let Some(mirrored) = self.model.mirrored(&hypothesis.world_from_robot) {
                 estimate.hypotheses.push(Hypothesis { world_from_robot: mirrored, ..hypothesis });
@@ -158,7 +158,7 @@ impl Refined {
         }
         estimate.normalize_hypotheses();
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
-        let total: f64 = self.tracks.iter().map(|track| track.evidence.exp()).sum();
+        let total: f64 = self.tracks.iter().map(|track| track.log_odds.exp()).sum();
         let confirmed = if self.has_landmarks { 0.5 + 0.5 * best.confirmed } else { 1.0 };
         estimate.reliability = self.reliability.value() * confirmed * spread / total;
     }

@@ -16,6 +16,8 @@ const MIN_FEATURES: usize = 6;
 const AGREEMENT_FOLLOW: f64 = 0.15;
 /// What one image of landmarks that are all explained adds to the confirmation.
 const CONFIRMATION: f64 = 0.1;
+/// What a full confirmation adds to the logarithm of a track's odds.
+const CONFIRMED_LOG_ODDS: f64 = 5.0;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
 const HOPELESS: f64 = 12.0;
 
@@ -30,15 +32,17 @@ pub(super) struct Track {
     pub agreement: f64,
     /// How far landmarks have confirmed it, 0 to 1.
     pub confirmed: f64,
+    /// Evidence of late, as a logarithm of odds.
+    evidence: f64,
     /// Logarithm of its odds against the best one: 0 or less.
-    pub evidence: f64,
+    pub log_odds: f64,
 }
 
 impl Track {
     /// Landmarks in view confirm the track or take its confirmation away.
     fn see_landmarks(&mut self, agreement: &Agreement) {
         if let Some(share) = agreement.of_landmarks() {
-            self.confirmed = (self.confirmed + CONFIRMATION * (2.0 * share - 1.0)).clamp(0.0, 1.0);
+            self.confirmed = (self.confirmed + CONFIRMATION * share).clamp(0.0, 1.0);
         }
     }
 }
@@ -91,7 +95,7 @@ impl Tracks {
         self.compete(model, secs, config);
         self.bear(model, searched, config);
         self.merge(config);
-        self.tracks.retain(|track| track.evidence > -HOPELESS && track.agreement > config.lost_agreement);
+        self.tracks.retain(|track| track.log_odds > -HOPELESS && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
     }
 
@@ -107,11 +111,12 @@ impl Tracks {
     }
 
     fn rank(&mut self) {
+        let score = |track: &Track| track.evidence + CONFIRMED_LOG_ODDS * track.confirmed;
         // Stable: of equals the older one stays in front.
-        self.tracks.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        let best = self.tracks.first().map_or(0.0, |track| track.evidence);
+        self.tracks.sort_by(|a, b| score(b).total_cmp(&score(a)));
+        let best = self.tracks.first().map_or(0.0, score);
         for track in &mut self.tracks {
-            track.evidence -= best;
+            track.log_odds = score(track) - best;
         }
     }
 
@@ -133,7 +138,8 @@ impl Tracks {
             if is_known || agreement < config.min_birth_agreement.max(best - 0.2) {
                 continue;
             }
-            let evidence = if self.tracks.is_empty() { 0.0 } else { -config.birth_handicap };
+            let handicap = if self.tracks.is_empty() { 0.0 } else { config.birth_handicap };
+            let evidence = self.tracks.first().map_or(0.0, |track| track.evidence) - handicap;
             self.tracks.push(Track {
                 id: self.next_id,
                 filter,
@@ -141,6 +147,7 @@ impl Tracks {
                 agreement,
                 confirmed: 0.0,
                 evidence,
+                log_odds: -handicap,
             });
             self.next_id += 1;
         }
