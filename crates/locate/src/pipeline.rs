@@ -13,7 +13,7 @@ use visloc_world::{
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StepInput, build_localizer,
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StepInput, build_localizer,
     observation::field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
     refine::{Refined, RefinementConfig},
 };
@@ -88,11 +88,10 @@ impl Pipeline {
         };
         config.lift.check()?;
         let model = FieldObservationModel::new(field, &config.observation)?;
-        let max_jump_m = model.max_jump_m();
-        let mut localizer = build_localizer(algorithm, algorithm_toml, Box::new(model))?;
+        let mut localizer = build_localizer(algorithm, algorithm_toml, Box::new(model.clone()))?;
         if config.features == FeatureChoice::Rich {
             let features = Box::new(FieldFeatureModel::new(field));
-            localizer = Box::new(Refined::new(config.refinement, localizer, features, max_jump_m)?);
+            localizer = Box::new(Refined::new(config.refinement, localizer, features, Box::new(model))?);
         }
         Ok(Self {
             analyzer: FieldAnalyzer::new(analysis_for(field, config.analysis))?,

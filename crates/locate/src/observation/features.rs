@@ -2,6 +2,7 @@
 //! distance changes with the pose.
 
 use nalgebra::{Matrix3, Vector3, Vector6};
+use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
@@ -47,6 +48,9 @@ pub trait FeatureModel: Send + Sync {
 
     /// Matches every feature, seen from here. What is farther from its counterpart than `gate_px` has none.
     fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch));
+
+    /// A pose at which some of the features fall on counterparts, at random; `None` if the features suggest nothing.
+    fn suggest(&self, rng: &mut Rng) -> Option<PlanarPose>;
 
     /// Whether the map has landmarks that tell places apart: features of group 1.
     fn has_landmarks(&self) -> bool;

@@ -66,7 +66,7 @@ pub struct RefinementConfig {
 impl Default for RefinementConfig {
     fn default() -> Self {
         Self {
-            max_tracks: 4,
+            max_tracks: 8,
             pixel_noise_px: 1.0,
             max_independent_pixels: 30.0,
             gate_px: 8.0,
@@ -92,8 +92,8 @@ impl Default for RefinementConfig {
             lost_agreement: 0.35,
             reliable_spread_m: 0.1,
             reliability: ReliabilityConfig {
-                high_likelihood: 0.65,
-                low_likelihood: 0.5,
+                high_likelihood: 0.85,
+                low_likelihood: 0.6,
                 ..ReliabilityConfig::published_2010()
             },
         }

@@ -3,16 +3,22 @@
 use nalgebra::Vector3;
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
+use visloc_vision::Percept;
 
-use super::{RefinementConfig, tracks::Tracks};
+use super::{RefinementConfig, search::PlaceSearch, tracks::Tracks};
 use crate::{
-    ConfigError, Estimate, Hypothesis, Individual, Localizer, Reliability, StartPrior, StepInput,
-    observation::features::FeatureModel,
+    ConfigError, Estimate, Hypothesis, Individual, Localizer, ObservationModel, Reliability, StartPrior,
+    StepInput, observation::features::FeatureModel,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
 const MAX_STEP_SECS: f64 = 1.0;
 
+/// A hypothesis less probable than this is not worth a track.
+const MIN_PROBABILITY: f64 = 0.02;
+/// Poses weighed and places kept in one step, while localized and while not.
+const SEARCH: (usize, usize) = (40, 1);
+const DEEP_SEARCH: (usize, usize) = (400, 8);
 /// An image from so far away, or turned by so much, shows something new.
 const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
@@ -25,6 +31,9 @@ pub struct Refined {
     config: RefinementConfig,
     search: Box<dyn Localizer>,
     model: Box<dyn FeatureModel>,
+    places: PlaceSearch,
+    /// Where tracks may begin in this step.
+    candidates: Vec<PlanarPose>,
     tracks: Tracks,
     reliability: Reliability,
     last_odometry: Option<PlanarPose>,
@@ -40,30 +49,32 @@ pub struct Refined {
 }
 
 impl Refined {
-    /// Refines what `search` finds. `max_jump_m` is the distance at which two poses share nothing.
+    /// Refines what `search` finds; `features` are matched to the map, `pixels` weigh places.
     ///
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(
         config: RefinementConfig,
         search: Box<dyn Localizer>,
-        model: Box<dyn FeatureModel>,
-        max_jump_m: f64,
+        features: Box<dyn FeatureModel>,
+        pixels: Box<dyn ObservationModel>,
     ) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self {
-            has_landmarks: model.has_landmarks(),
+            has_landmarks: features.has_landmarks(),
+            max_jump_m: pixels.max_jump_m(),
             last_view: None,
             lost_secs: 0.0,
             reliability: Reliability::new(config.reliability),
             config,
             search,
-            model,
+            model: features,
+            places: PlaceSearch::new(pixels),
+            candidates: Vec::new(),
             tracks: Tracks::default(),
             last_odometry: None,
             last_at: None,
             winner: None,
-            max_jump_m,
             estimate: Estimate::unknown(),
         })
     }
@@ -126,6 +137,16 @@ impl Refined {
         self.winner = Some((best.id, pose));
     }
 
+    /// Hypotheses of the search, and places that the features suggest: more of them when lost.
+    fn find_candidates(&mut self, percept: &Percept, rng: &mut Rng) {
+        self.candidates.clear();
+        let hypotheses = &self.search.estimate().hypotheses;
+        let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
+        self.candidates.extend(probable.map(|h| h.world_from_robot));
+        let effort = if self.estimate.is_localized() { SEARCH } else { DEEP_SEARCH };
+        self.candidates.extend(self.places.search(percept, self.model.as_ref(), effort, rng));
+    }
+
     /// Tells the search when what it found does not hold.
     fn doubt(&mut self, secs: f64) {
         self.lost_secs =
@@ -184,7 +205,8 @@ impl Localizer for Refined {
         }
         self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);
-        self.tracks.update(self.model.as_ref(), self.search.estimate(), secs, &self.config);
+        self.find_candidates(input.percept, rng);
+        self.tracks.update(self.model.as_ref(), &self.candidates, secs, &self.config);
         self.update_reliability(input);
         self.update_estimate();
         self.doubt(secs);

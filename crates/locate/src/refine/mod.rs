@@ -14,6 +14,7 @@
 mod config;
 mod filter;
 mod localizer;
+mod search;
 mod tracks;
 
 pub use config::RefinementConfig;

@@ -6,7 +6,7 @@ use super::{
     RefinementConfig,
     filter::{Agreement, PoseFilter},
 };
-use crate::{Estimate, observation::features::FeatureModel};
+use crate::observation::features::FeatureModel;
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -73,11 +73,11 @@ impl Tracks {
         }
     }
 
-    /// Takes in the features of an image, and the hypotheses of the localizer as places to look at.
+    /// Takes in the features of an image, and places where tracks may begin.
     pub fn update(
         &mut self,
         model: &dyn FeatureModel,
-        searched: &Estimate,
+        places: &[PlanarPose],
         secs: f64,
         config: &RefinementConfig,
     ) {
@@ -93,7 +93,10 @@ impl Tracks {
             track.agreement += AGREEMENT_FOLLOW * (agreement - track.agreement);
         }
         self.compete(model, secs, config);
-        self.bear(model, searched, config);
+        for place in places {
+            self.bear(model, place, config);
+        }
+        self.rank();
         self.merge(config);
         self.tracks.retain(|track| track.log_odds > -HOPELESS && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
@@ -120,38 +123,37 @@ impl Tracks {
         }
     }
 
-    /// Begins tracks at hypotheses of the localizer that no track follows.
-    fn bear(&mut self, model: &dyn FeatureModel, searched: &Estimate, config: &RefinementConfig) {
-        let best = self.tracks.first().map_or(0.0, |track| track.agreement);
-        for hypothesis in searched.hypotheses.iter().filter(|h| h.probability > 0.02) {
-            let pose = hypothesis.world_from_robot;
-            if self.tracks.iter().any(|track| is_near(&track.filter.pose(), &pose, 1.5, config)) {
-                continue;
-            }
-            let mut filter = match self.tracks.first() {
-                Some(track) => track.filter.moved_to(&pose, config),
-                None => PoseFilter::new(&pose, config),
-            };
-            let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
-            let is_known =
-                self.tracks.iter().any(|track| is_near(&track.filter.pose(), &filter.pose(), 1.0, config));
-            if is_known || agreement < config.min_birth_agreement.max(best - 0.2) {
-                continue;
-            }
-            let handicap = if self.tracks.is_empty() { 0.0 } else { config.birth_handicap };
-            let evidence = self.tracks.first().map_or(0.0, |track| track.evidence) - handicap;
-            self.tracks.push(Track {
-                id: self.next_id,
-                filter,
-                last_agreement: agreement,
-                agreement,
-                confirmed: 0.0,
-                evidence,
-                log_odds: -handicap,
-            });
-            self.next_id += 1;
+    /// Begins a track at a place that no track follows, if it explains the features.
+    fn bear(&mut self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) {
+        if self.knows(place, 1.5, config) {
+            return;
         }
-        self.rank();
+        let mut filter = match self.tracks.first() {
+            Some(track) => track.filter.moved_to(place, config),
+            None => PoseFilter::new(place, config),
+        };
+        let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
+        let best = self.tracks.first().map_or(0.0, |track| track.agreement);
+        if agreement < config.min_birth_agreement.max(best - 0.2) || self.knows(&filter.pose(), 1.0, config) {
+            return;
+        }
+        let handicap = if self.tracks.is_empty() { 0.0 } else { config.birth_handicap };
+        let evidence = self.tracks.first().map_or(0.0, |track| track.evidence) - handicap;
+        self.tracks.push(Track {
+            id: self.next_id,
+            filter,
+            last_agreement: agreement,
+            agreement,
+            confirmed: 0.0,
+            evidence,
+            log_odds: -handicap,
+        });
+        self.next_id += 1;
+    }
+
+    /// Whether there is a track at this place, or at some times the distance.
+    fn knows(&self, place: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
+        self.tracks.iter().any(|track| is_near(&track.filter.pose(), place, factor, config))
     }
 
     /// Of two tracks at one place the one with more evidence stays.

@@ -9,8 +9,13 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 
-use super::{model::FieldTables, outline::Outline};
+use super::{
+    model::FieldTables,
+    outline::Outline,
+    suggest::{self, GroundBorder},
+};
 use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, Residual, small_rotation};
+use visloc_base::Rng;
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
 const END_TOLERANCE_M: f64 = 0.06;
@@ -43,6 +48,8 @@ pub struct FieldFeatureModel {
     half_field_m: (f64, f64),
     half_goal_m: f64,
     borders: Vec<Border>,
+    /// Line pixels on the ground, seen from the robot.
+    ground_borders: Vec<GroundBorder>,
     focal_px: (f64, f64),
     robot_from_camera: Matrix3<f64>,
     eye_in_robot: Vector3<f64>,
@@ -76,10 +83,17 @@ impl FieldFeatureModel {
             ),
             half_goal_m: field.goals()[0].post_y_m,
             borders: Vec::new(),
+            ground_borders: Vec::new(),
             focal_px: (1.0, 1.0),
             robot_from_camera: Matrix3::identity(),
             eye_in_robot: Vector3::zeros(),
         }
+    }
+
+    /// Where a ray meets the ground.
+    fn ground_in_robot(&self, ray_in_camera: &Vector3<f64>) -> Option<Point2<f64>> {
+        let ray = self.robot_from_camera * ray_in_camera;
+        (ray.z < 0.0).then(|| Point2::from((self.eye_in_robot + ray * (-self.eye_in_robot.z / ray.z)).xy()))
     }
 
     fn eye(&self, state: &CameraState) -> Eye {
@@ -186,6 +200,14 @@ impl FeatureModel for FieldFeatureModel {
             inward: border.inward,
             kind: border.kind,
         }));
+        self.ground_borders.clear();
+        for border in self.borders.iter().filter(|border| !border.kind.is_goal()) {
+            let inward = Vector3::new(border.inward.x / fx, border.inward.y / fy, 0.0);
+            let at = self.ground_in_robot(&border.ray);
+            let inside = self.ground_in_robot(&(border.ray + inward));
+            self.ground_borders
+                .extend(at.zip(inside).map(|(at, inside)| GroundBorder { at, inward: inside - at }));
+        }
     }
 
     fn num_features(&self) -> usize {
@@ -203,6 +225,10 @@ impl FeatureModel for FieldFeatureModel {
                 FeatureMatch { group: 0, residual, unmatched_agreement }
             });
         }
+    }
+
+    fn suggest(&self, rng: &mut Rng) -> Option<PlanarPose> {
+        suggest::pose_from_line(&self.ground_borders, self.tables.ground.outlines(), rng)
     }
 
     fn has_landmarks(&self) -> bool {

@@ -5,6 +5,7 @@ mod goal;
 mod model;
 mod outline;
 mod reference;
+mod suggest;
 mod table;
 
 pub use features::FieldFeatureModel;

@@ -1,0 +1,95 @@
+//! Poses that a piece of a line suggests.
+//!
+//! Three border pixels in a row on the ground are a piece of a straight border with its white on a known side. Laid on one
+//! of the field's borders it leaves only the place along that border open, so some hundred suggestions cover a field.
+
+use nalgebra::{Point2, Rotation2, Vector2};
+use rand::RngExt;
+use visloc_base::Rng;
+use visloc_geom::PlanarPose;
+
+use super::outline::Outline;
+
+/// Shortest and longest piece, meters.
+const PIECE_M: std::ops::Range<f64> = 0.08..1.5;
+/// A pixel between the ends is this near to the straight line, as a share of the piece.
+const STRAIGHTNESS: f64 = 0.06;
+/// Pieces tried for one suggestion.
+const TRIES: usize = 8;
+/// Scan lines between the ends of a piece, at most.
+const MAX_STEPS: usize = 6;
+
+/// A border pixel of a line on the ground.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct GroundBorder {
+    /// Seen from the robot, meters.
+    pub at: Point2<f64>,
+    /// Towards the white, of any length.
+    pub inward: Vector2<f64>,
+}
+
+/// A pose at which a piece of a line, taken at random, lies on a border of the field.
+pub(super) fn pose_from_line(
+    borders: &[GroundBorder],
+    outlines: &[Outline],
+    rng: &mut Rng,
+) -> Option<PlanarPose> {
+    let (middle, inward) = (0..TRIES).find_map(|_| piece(borders, rng))?;
+    let (point, target_inward) = random_point(outlines, rng)?;
+    let yaw_rad = target_inward.y.atan2(target_inward.x) - inward.y.atan2(inward.x);
+    let offset = Rotation2::new(yaw_rad) * middle.coords;
+    Some(PlanarPose::new(point.x - offset.x, point.y - offset.y, yaw_rad))
+}
+
+/// Middle of a straight piece and the direction towards its white, seen from the robot.
+fn piece(borders: &[GroundBorder], rng: &mut Rng) -> Option<(Point2<f64>, Vector2<f64>)> {
+    if borders.len() < 3 {
+        return None;
+    }
+    let first = rng.random_range(0..borders.len() - 2);
+    let a = borders[first];
+    let last = (first + 2 * MAX_STEPS).min(borders.len() - 1);
+    let c = borders[rng.random_range(first + 2..=last)];
+    let along = c.at - a.at;
+    let length = along.norm();
+    if !PIECE_M.contains(&length) {
+        return None;
+    }
+    let across = Vector2::new(-along.y, along.x) / length;
+    let is_white_left = a.inward.dot(&across) > 0.0;
+    if is_white_left != (c.inward.dot(&across) > 0.0) {
+        return None;
+    }
+    let is_between = |b: &GroundBorder| {
+        let offset = b.at - a.at;
+        let t = offset.dot(&along) / (length * length);
+        (0.2..0.8).contains(&t)
+            && offset.dot(&across).abs() < STRAIGHTNESS * length
+            && (b.inward.dot(&across) > 0.0) == is_white_left
+    };
+    let middle = borders[first + 1..last].iter().find(|b| is_between(b))?;
+    Some((middle.at, if is_white_left { across } else { -across }))
+}
+
+/// A random point on a straight border of the field, with the direction towards its white.
+fn random_point(outlines: &[Outline], rng: &mut Rng) -> Option<(Point2<f64>, Vector2<f64>)> {
+    let total: f64 = outlines.iter().map(length).sum();
+    let mut at = rng.random_range(0.0..total.max(1e-9));
+    for outline in outlines {
+        let length = length(outline);
+        if at < length
+            && let Outline::Segment { start, along, inward, .. } = outline
+        {
+            return Some((start + along * (at / length), *inward));
+        }
+        at -= length;
+    }
+    None
+}
+
+fn length(outline: &Outline) -> f64 {
+    match outline {
+        Outline::Segment { along, .. } => along.norm(),
+        Outline::Circle { .. } => 0.0,
+    }
+}

@@ -1,0 +1,68 @@
+//! A search for places of its own: poses that features of the image suggest, weighed by the observation model.
+
+use rand::RngExt;
+use visloc_base::Rng;
+use visloc_geom::PlanarPose;
+use visloc_vision::Percept;
+
+use crate::{ObservationModel, observation::features::FeatureModel};
+
+/// Two candidates nearer than this are one: the fit of either ends at the same place.
+const SAME_PLACE_M: f64 = 0.15;
+const SAME_PLACE_RAD: f64 = 0.1;
+
+/// Suggests places at which a track may begin.
+pub(super) struct PlaceSearch {
+    model: Box<dyn ObservationModel>,
+    /// The most likely poses of the last search with their likelihood, the best first.
+    best: Vec<(PlanarPose, f64)>,
+}
+
+impl PlaceSearch {
+    pub fn new(model: Box<dyn ObservationModel>) -> Self {
+        Self { model, best: Vec::new() }
+    }
+
+    /// Weighs `num_poses` suggestions and returns the most likely `num_kept` of them.
+    pub fn search(
+        &mut self,
+        percept: &Percept,
+        features: &dyn FeatureModel,
+        (num_poses, num_kept): (usize, usize),
+        rng: &mut Rng,
+    ) -> impl Iterator<Item = PlanarPose> + '_ {
+        self.best.clear();
+        self.model.condition_on(percept);
+        if self.model.has_evidence() {
+            let region = self.model.region();
+            for _ in 0..num_poses {
+                let suggested = if rng.random_bool(0.5) { features.suggest(rng) } else { None };
+                let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
+                if region.contains(&pose) {
+                    let likelihood = self.model.likelihood(&pose);
+                    keep(&mut self.best, pose, likelihood, num_kept);
+                }
+            }
+        }
+        self.best.iter().map(|(pose, _)| *pose)
+    }
+}
+
+/// Keeps the best `max`, one for each place.
+fn keep(best: &mut Vec<(PlanarPose, f64)>, pose: PlanarPose, likelihood: f64, max: usize) {
+    if best.len() == max && best.last().is_some_and(|last| last.1 >= likelihood) {
+        return;
+    }
+    let is_same = |other: &PlanarPose| {
+        other.distance_m(&pose) < SAME_PLACE_M && other.heading_difference_rad(&pose) < SAME_PLACE_RAD
+    };
+    if let Some(i) = best.iter().position(|(other, _)| is_same(other)) {
+        if best[i].1 >= likelihood {
+            return;
+        }
+        best.remove(i);
+    }
+    let at = best.partition_point(|other| other.1 >= likelihood);
+    best.insert(at, (pose, likelihood));
+    best.truncate(max);
+}
