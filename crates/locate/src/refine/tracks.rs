@@ -17,9 +17,9 @@ const AGREEMENT_FOLLOW: f64 = 0.15;
 /// What one image of landmarks that are all explained adds to the confirmation.
 const CONFIRMATION: f64 = 0.1;
 /// What a full confirmation adds to the logarithm of a track's odds.
-const CONFIRMED_LOG_ODDS: f64 = 5.0;
+const CONFIRMED_LOG_ODDS: f64 = 12.0;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
-const HOPELESS: f64 = 12.0;
+const HOPELESS: f64 = 30.0;
 
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
