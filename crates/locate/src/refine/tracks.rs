@@ -16,6 +16,8 @@ const MIN_FEATURES: usize = 6;
 const AGREEMENT_FOLLOW: f64 = 0.15;
 /// What one image of landmarks that are all explained adds to the confirmation.
 const CONFIRMATION: f64 = 0.1;
+/// What one image of landmarks that are not explained takes away: less, since boards and clothes have colors of landmarks.
+const CONTRADICTION: f64 = 0.02;
 /// What a full confirmation adds to the logarithm of a track's odds.
 const CONFIRMED_LOG_ODDS: f64 = 12.0;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
@@ -42,7 +44,8 @@ impl Track {
     /// Landmarks in view confirm the track or take its confirmation away.
     fn see_landmarks(&mut self, agreement: &Agreement) {
         if let Some(share) = agreement.of_landmarks() {
-            self.confirmed = (self.confirmed + CONFIRMATION * share).clamp(0.0, 1.0);
+            let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
+            self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
         }
     }
 }
