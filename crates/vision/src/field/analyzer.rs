@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
-    color::{ColorTable, luma},
+    color::{ColorClass, ColorTable, luma},
 };
 
 /// Finds border pixels of lines and goals. Keeps its buffers and the carpet's brightness from image to image.
@@ -112,7 +112,7 @@ impl FieldAnalyzer {
         for y in (image.height() / 4..image.height()).step_by(12) {
             for x in (6..image.width()).step_by(12) {
                 let rgb = image.get(x, y);
-                if self.table.class(rgb[0], rgb[1], rgb[2]) == crate::color::ColorClass::Green {
+                if self.table.class(rgb[0], rgb[1], rgb[2]) == ColorClass::Green {
                     sum += luma(rgb);
                     count += 1;
                 }
@@ -148,7 +148,15 @@ impl FieldAnalyzer {
         let white = self.table.white_threshold(self.carpet_luma);
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
-        self.blobs.finish(&self.config, camera.size_px(), &self.field_end);
+        let stands_on_carpet = |(x, y): (u32, u32), reach: u32| {
+            // A foot at the lower border of the image cannot be judged.
+            y + reach >= image.height()
+                || (y..=y + reach).any(|y| {
+                    let [r, g, b] = image.get(x, y);
+                    self.table.class(r, g, b) == ColorClass::Green
+                })
+        };
+        self.blobs.finish(&self.config, camera.size_px(), &self.field_end, stands_on_carpet);
         self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
     }
 

@@ -58,6 +58,8 @@ pub(super) struct BlobFinder {
     blob_of_root: Vec<Option<usize>>,
 }
 
+/// A goal stands on the goal line: carpet comes within so many pixels below its foot at least.
+const MIN_FOOT_REACH_PX: u32 = 8;
 /// Shortest run that is joined to a blob.
 const MIN_RUN_PX: u32 = 2;
 
@@ -101,7 +103,14 @@ impl BlobFinder {
     }
 
     /// Joins what was added to blobs and judges them: a goal's foot stands below the end of the field.
-    pub fn finish(&mut self, config: &FieldAnalysisConfig, size_px: (u32, u32), field_end: &FieldEnd) {
+    /// `stands_on_carpet` tells whether there is carpet below a pixel, within so many pixels.
+    pub fn finish(
+        &mut self,
+        config: &FieldAnalysisConfig,
+        size_px: (u32, u32),
+        field_end: &FieldEnd,
+        stands_on_carpet: impl Fn((u32, u32), u32) -> bool,
+    ) {
         self.blobs.clear();
         self.feet.clear();
         self.moments.clear();
@@ -135,8 +144,10 @@ impl BlobFinder {
             self.feet[index] = (u32::midpoint(run.start, run.end), last_row);
         }
         for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
-            blob.is_valid =
-                is_goal_shaped(config, blob) && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0));
+            let reach = blob.width().clamp(MIN_FOOT_REACH_PX, blob.height() / 2 + MIN_FOOT_REACH_PX);
+            blob.is_valid = is_goal_shaped(config, blob)
+                && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0))
+                && stands_on_carpet(*foot, reach);
         }
     }
 

@@ -44,6 +44,10 @@ impl Edge {
 
 /// Most pixels of mixed color between a line and the carpet.
 const MAX_BLEND_PX: u32 = 4;
+/// Pixels of carpet that are looked at on each side of a line.
+const CARPET_SAMPLES: i64 = 3;
+/// Two patches of carpet differ by less than this in their share of green.
+const MAX_CARPET_DIFFERENCE: f64 = 0.08;
 /// Shortest run of a goal color.
 const MIN_GOAL_RUN_PX: u32 = 3;
 
@@ -54,7 +58,9 @@ pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edg
             ColorClass::White => {
                 let before = carpet_beside(runs[..i].iter().rev());
                 let after = carpet_beside(runs[i + 1..].iter());
-                let is_beside_carpet = before.is_some() && after.is_some();
+                let is_beside_carpet = before
+                    .zip(after)
+                    .is_some_and(|(before, after)| is_same_carpet(image, line, run, before, after));
                 let (Some(before), Some(after)) = (before, after) else {
                     push_ends(line, run, is_beside_carpet, edges);
                     continue;
@@ -122,6 +128,31 @@ fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>) -> Option<u32> {
         }
     }
     None
+}
+
+/// Whether the green before and after a run is the same carpet: of one hue, whatever the light. The gap between a carpet
+/// and a green board is not a line.
+fn is_same_carpet(image: &RgbImage, line: &ScanLine, run: &Run, before: u32, after: u32) -> bool {
+    let first = i64::from(run.start) - i64::from(before) - 1;
+    let last = i64::from(run.end) + i64::from(after);
+    match (green_share(image, line, first, -1), green_share(image, line, last, 1)) {
+        (Some(a), Some(b)) => (a - b).abs() < MAX_CARPET_DIFFERENCE,
+        _ => true,
+    }
+}
+
+/// Share of green in the color of the carpet from a position on; `None` if too little of the line is left to tell.
+fn green_share(image: &RgbImage, line: &ScanLine, from: i64, step: i64) -> Option<f64> {
+    let (mut green, mut all) = (0, 0);
+    // The first pixel may still be mixed with the line.
+    for i in 1..=CARPET_SAMPLES {
+        let position = u32::try_from(from + step * i).ok().filter(|p| (line.from..line.to).contains(p))?;
+        let (x, y) = line.pixel(position);
+        let [r, g, b] = image.get(x, y).map(u32::from);
+        green += g;
+        all += r + g + b;
+    }
+    (all > 0).then(|| f64::from(green) / f64::from(all))
 }
 
 fn luma_at(image: &RgbImage, line: &ScanLine, position: u32) -> u32 {
