@@ -181,7 +181,9 @@ impl Refined {
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
         let total: f64 = self.tracks.iter().map(|track| track.log_odds.exp()).sum();
         let confirmed = if self.has_landmarks { 0.5 + 0.5 * best.confirmed } else { 1.0 };
-        estimate.reliability = self.reliability.value() * confirmed * spread / total;
+        // Two that are as probable as each other leave nothing to rely on.
+        let undisputed = (2.0 / total - 1.0).max(0.0);
+        estimate.reliability = self.reliability.value() * confirmed * spread * undisputed;
     }
 }
 
@@ -207,6 +209,7 @@ impl Localizer for Refined {
         self.model.condition_on(input.percept);
         self.find_candidates(input.percept, rng);
         self.tracks.update(self.model.as_ref(), &self.candidates, secs, &self.config);
+        self.tracks.leave(&self.places.region());
         self.update_reliability(input);
         self.update_estimate();
         self.doubt(secs);

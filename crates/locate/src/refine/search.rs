@@ -5,7 +5,7 @@ use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
-use crate::{ObservationModel, observation::features::FeatureModel};
+use crate::{ObservationModel, Region, observation::features::FeatureModel};
 
 /// Two candidates nearer than this are one: the fit of either ends at the same place.
 const SAME_PLACE_M: f64 = 0.15;
@@ -21,6 +21,11 @@ pub(super) struct PlaceSearch {
 impl PlaceSearch {
     pub fn new(model: Box<dyn ObservationModel>) -> Self {
         Self { model, best: Vec::new() }
+    }
+
+    /// Where the robot can be.
+    pub fn region(&self) -> Region {
+        self.model.region()
     }
 
     /// Weighs `num_poses` suggestions and returns the most likely `num_kept` of them.

@@ -6,7 +6,7 @@ use super::{
     RefinementConfig,
     filter::{Agreement, PoseFilter},
 };
-use crate::observation::features::FeatureModel;
+use crate::{Region, observation::features::FeatureModel};
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -152,6 +152,12 @@ impl Tracks {
             log_odds: -handicap,
         });
         self.next_id += 1;
+    }
+
+    /// Gives up the tracks that have left the map.
+    pub fn leave(&mut self, region: &Region) {
+        self.tracks.retain(|track| region.contains(&track.filter.pose()));
+        self.rank();
     }
 
     /// Whether there is a track at this place, or at some times the distance.
