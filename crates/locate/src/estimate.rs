@@ -26,6 +26,9 @@ pub struct Estimate {
     pub covariance: Matrix3<f64>,
     /// How far the pose can be trusted, 0 to 1; localized above [`LOCALIZED_RELIABILITY`].
     pub reliability: f64,
+    /// The same on a map that looks alike from a mirrored pose, if that pose were as good an answer. Without such a
+    /// symmetry, and from localizers that do not look for it, it equals the reliability.
+    pub reliability_up_to_symmetry: f64,
     /// Likelihood of the last image at the pose, 0 to 1.
     pub likelihood: f64,
     /// All hypotheses, the most probable first.
@@ -40,6 +43,7 @@ impl Estimate {
             world_from_robot: PlanarPose::default(),
             covariance: Matrix3::identity() * 100.0,
             reliability: 0.0,
+            reliability_up_to_symmetry: 0.0,
             likelihood: 0.0,
             hypotheses: Vec::new(),
         }
@@ -51,6 +55,12 @@ impl Estimate {
         self.hypotheses.clear();
         *self =
             Self { world_from_robot, hypotheses: std::mem::take(&mut self.hypotheses), ..Self::unknown() };
+    }
+
+    /// Sets the reliability of a localizer that knows of no symmetry.
+    pub(crate) fn set_reliability(&mut self, reliability: f64) {
+        self.reliability = reliability;
+        self.reliability_up_to_symmetry = reliability;
     }
 
     /// Whether the pose can be relied on.
@@ -81,6 +91,7 @@ mod tests {
             world_from_robot: PlanarPose::new(1.0, 2.0, 0.5),
             covariance: Matrix3::identity() * 1e-4,
             reliability: 0.9,
+            reliability_up_to_symmetry: 0.9,
             likelihood: 0.95,
             hypotheses: Vec::new(),
         };

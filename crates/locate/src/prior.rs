@@ -4,10 +4,13 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 use visloc_base::{Rng, gaussian};
-use visloc_geom::PlanarPose;
+use visloc_geom::{PlanarPose, angle};
 use visloc_world::field::Field;
 
 use crate::Region;
+
+/// A pose agrees with a prior within so many standard deviations.
+const MAX_DEVIATION: f64 = 3.0;
 
 /// Where the robot may be at the start.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -124,6 +127,30 @@ impl StartPrior {
     #[must_use]
     pub fn is_uniform(&self) -> bool {
         *self == Self::Uniform
+    }
+
+    /// Whether a pose agrees with it; three standard deviations are allowed.
+    #[must_use]
+    pub fn allows(&self, pose: &PlanarPose) -> bool {
+        let is_near = |yaw_rad: f64, spread_rad: f64| {
+            angle::difference(pose.yaw_rad, yaw_rad).abs() <= MAX_DEVIATION * spread_rad
+        };
+        match self {
+            Self::Uniform => true,
+            Self::Region { region, heading } => {
+                region.contains(pose) && heading.is_none_or(|h| is_near(h.yaw_rad, h.spread_rad))
+            }
+            Self::Poses(poses) => poses.iter().any(|p| {
+                pose.distance_m(&p.world_from_robot) <= MAX_DEVIATION * p.position_spread_m
+                    && is_near(p.world_from_robot.yaw_rad, p.heading_spread_rad)
+            }),
+            Self::SideLines(lines) => [1.0, -1.0].into_iter().any(|side| {
+                let reach = MAX_DEVIATION * lines.position_spread_m;
+                (lines.min_x_m - reach..=lines.max_x_m + reach).contains(&pose.x_m)
+                    && (pose.y_m - side * lines.half_width_m).abs() <= reach
+                    && is_near(-side * FRAC_PI_2, lines.heading_spread_rad)
+            }),
+        }
     }
 
     /// Whether it tells the heading.

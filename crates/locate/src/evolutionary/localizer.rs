@@ -134,7 +134,7 @@ impl Evolutionary {
 
     fn update_estimate(&mut self) {
         let estimate = &mut self.estimate;
-        estimate.reliability = self.reliability.value();
+        estimate.set_reliability(self.reliability.value());
         estimate.hypotheses.clear();
         let Some(winner) = self.races.winner() else { return };
         estimate.world_from_robot = winner.pose;

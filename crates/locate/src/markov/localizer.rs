@@ -127,7 +127,7 @@ impl Markov {
         let mass = if self.config.counts_neighbors { belief.mass_around(best) } else { probability };
         self.estimate.world_from_robot = world_from_robot;
         self.estimate.covariance = covariance;
-        self.estimate.reliability = if self.has_evidence { reliability_of(mass) } else { 0.0 };
+        self.estimate.set_reliability(if self.has_evidence { reliability_of(mass) } else { 0.0 });
         let largest = self.likelihoods.iter().copied().fold(0.0, f64::max);
         let own = self.likelihoods.get(best).copied().unwrap_or(0.0);
         self.estimate.likelihood = if largest > 0.0 { own / largest } else { 0.0 };

@@ -153,7 +153,7 @@ impl MonteCarlo {
         let config = (&self.config.estimate, &self.config.clusters);
         self.estimator.update(config, &self.particles, &self.best, &mut self.estimate);
         self.reliability.update(self.estimate.likelihood, quality);
-        self.estimate.reliability = self.reliability.value();
+        self.estimate.set_reliability(self.reliability.value());
     }
 
     /// The elite unchanged, copies drawn by weight, and newcomers.

@@ -47,10 +47,6 @@ pub struct RefinementConfig {
     /// Evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
     /// nothing.
     pub evidence_per_image: f64,
-    /// Evidence fades in this time, seconds.
-    pub evidence_secs: f64,
-    /// A new track starts this far behind the best one, as a logarithm of odds.
-    pub birth_handicap: f64,
     /// Tracks that are nearer than this are one, meters.
     pub merge_distance_m: f64,
     /// Tracks whose headings differ by less than this are one, radians.
@@ -68,7 +64,7 @@ impl Default for RefinementConfig {
         Self {
             max_tracks: 8,
             pixel_noise_px: 1.0,
-            max_independent_pixels: 30.0,
+            max_independent_pixels: 12.0,
             gate_px: 8.0,
             agreement_px: 3.0,
             tilt_noise_rad: 0.004,
@@ -85,8 +81,6 @@ impl Default for RefinementConfig {
             birth_noise_rad: 0.2,
             min_birth_agreement: 0.5,
             evidence_per_image: 6.0,
-            evidence_secs: 1.0,
-            birth_handicap: 2.0,
             merge_distance_m: 0.25,
             merge_turn_rad: 0.2,
             lost_agreement: 0.35,
@@ -125,7 +119,6 @@ impl RefinementConfig {
             ("refinement.birth_noise_m", self.birth_noise_m),
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),
-            ("refinement.evidence_secs", self.evidence_secs),
             ("refinement.merge_distance_m", self.merge_distance_m),
             ("refinement.merge_turn_rad", self.merge_turn_rad),
             ("refinement.reliable_spread_m", self.reliable_spread_m),
@@ -138,8 +131,6 @@ impl RefinementConfig {
         ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
         }
-        let handicap = self.birth_handicap;
-        require((0.0..=1000.0).contains(&handicap), "refinement.birth_handicap", "0 to 1000", handicap)?;
         self.reliability.check()
     }
 }

@@ -5,7 +5,11 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
-use super::{RefinementConfig, search::PlaceSearch, tracks::Tracks};
+use super::{
+    RefinementConfig,
+    search::PlaceSearch,
+    tracks::{Tracks, View},
+};
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, Localizer, ObservationModel, Reliability, StartPrior,
     StepInput, observation::features::FeatureModel,
@@ -22,6 +26,14 @@ const DEEP_SEARCH: (usize, usize) = (400, 8);
 /// An image from so far away, or turned by so much, shows something new.
 const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
+/// A track confirmed this far needs no prior any more.
+const ESTABLISHED: f64 = 0.9;
+/// How sure a prior makes one of two mirrored poses, and having been near one of them last.
+const SURE: f64 = 0.99;
+const LIKELY: f64 = 0.9;
+/// So near is where the robot was last.
+const NEAR_LAST_M: f64 = 1.0;
+const NEAR_LAST_RAD: f64 = 1.0;
 /// Below this reliability for this long, the robot is lost.
 const LOST_RELIABILITY: f64 = 0.3;
 const LOST_SECS: f64 = 0.2;
@@ -40,6 +52,10 @@ pub struct Refined {
     last_at: Option<Timestamp>,
     winner: Option<(u64, PlanarPose)>,
     max_jump_m: f64,
+    /// What is known about the pose, until a track is established.
+    prior: StartPrior,
+    /// Where the last established track was.
+    last_pose: Option<PlanarPose>,
     has_landmarks: bool,
     /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
     last_view: Option<PlanarPose>,
@@ -63,6 +79,8 @@ impl Refined {
         Ok(Self {
             has_landmarks: features.has_landmarks(),
             max_jump_m: pixels.max_jump_m(),
+            prior: StartPrior::Uniform,
+            last_pose: None,
             last_view: None,
             lost_secs: 0.0,
             reliability: Reliability::new(config.reliability),
@@ -83,6 +101,7 @@ impl Refined {
         self.tracks.clear();
         self.reliability.reset();
         self.winner = None;
+        self.last_pose = None;
         self.estimate.forget();
     }
 
@@ -115,8 +134,23 @@ impl Refined {
         novelty.min(1.0)
     }
 
-    fn update_reliability(&mut self, input: &StepInput<'_>) {
-        let novelty = if input.percept.is_informative { 1.0 } else { self.novelty(input) };
+    fn update_tracks(&mut self, novelty: f64) {
+        let view = View { novelty, has_landmarks: self.has_landmarks };
+        let (prior, last) = (&self.prior, self.last_pose.as_ref());
+        let own_share = |pose: &PlanarPose| own_share(self.model.as_ref(), pose, prior, last);
+        self.tracks.update(self.model.as_ref(), &self.candidates, &view, own_share, &self.config);
+        self.tracks.leave(&self.places.region());
+        if let Some(best) = self.tracks.best()
+            && best.confirmed >= ESTABLISHED
+        {
+            self.prior = StartPrior::Uniform;
+            self.last_pose = Some(best.filter.pose());
+        }
+    }
+
+    fn update_reliability(&mut self, input: &StepInput<'_>, novelty: f64) {
+        let shows_landmark = self.has_landmarks && input.percept.is_informative;
+        let novelty = if shows_landmark { 1.0 } else { novelty };
         let quality = input.percept.quality;
         let Some(best) = self.tracks.best() else {
             self.reliability.reset();
@@ -161,6 +195,7 @@ impl Refined {
         estimate.hypotheses.clear();
         let Some(best) = self.tracks.best() else {
             estimate.reliability = 0.0;
+            estimate.reliability_up_to_symmetry = 0.0;
             return;
         };
         estimate.world_from_robot = best.filter.pose();
@@ -170,20 +205,48 @@ impl Refined {
             let hypothesis = Hypothesis {
                 world_from_robot: track.filter.pose(),
                 covariance: track.filter.pose_covariance(),
-                probability: track.log_odds.exp(),
+                probability: track.log_odds.exp() * track.own_share,
             };
-            if let Some(mirrored) = self.model.mirrored(&hypothesis.world_from_robot) {
-                estimate.hypotheses.push(Hypothesis { world_from_robot: mirrored, ..hypothesis });
+            if let Some(world_from_robot) = self.model.mirrored(&hypothesis.world_from_robot) {
+                let probability = track.log_odds.exp() * (1.0 - track.own_share);
+                estimate.hypotheses.push(Hypothesis { world_from_robot, probability, ..hypothesis });
             }
             estimate.hypotheses.push(hypothesis);
         }
         estimate.normalize_hypotheses();
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
         let total: f64 = self.tracks.iter().map(|track| track.log_odds.exp()).sum();
-        let confirmed = if self.has_landmarks { 0.5 + 0.5 * best.confirmed } else { 1.0 };
+        let confirmed = 0.5 + 0.5 * best.confirmed;
         // Two that are as probable as each other leave nothing to rely on.
-        let undisputed = (2.0 / total - 1.0).max(0.0);
-        estimate.reliability = self.reliability.value() * confirmed * spread * undisputed;
+        let undisputed = |probability: f64| (2.0 * probability - 1.0).max(0.0);
+        let trusted = self.reliability.value() * confirmed * spread;
+        estimate.reliability = trusted * undisputed(best.own_share / total);
+        estimate.reliability_up_to_symmetry = trusted * undisputed(1.0 / total);
+    }
+}
+
+/// Probability of a pose beside its mirrored one: what is known about the start decides, then where the robot was last.
+fn own_share(
+    model: &dyn FeatureModel,
+    pose: &PlanarPose,
+    prior: &StartPrior,
+    last: Option<&PlanarPose>,
+) -> f64 {
+    let Some(mirrored) = model.mirrored(pose) else { return 1.0 };
+    match (prior.allows(pose), prior.allows(&mirrored)) {
+        (true, false) => return SURE,
+        (false, true) => return 1.0 - SURE,
+        _ => {}
+    }
+    let is_near_last = |pose: &PlanarPose| {
+        last.is_some_and(|last| {
+            pose.distance_m(last) < NEAR_LAST_M && pose.heading_difference_rad(last) < NEAR_LAST_RAD
+        })
+    };
+    match (is_near_last(pose), is_near_last(&mirrored)) {
+        (true, false) => LIKELY,
+        (false, true) => 1.0 - LIKELY,
+        _ => 0.5,
     }
 }
 
@@ -191,11 +254,13 @@ impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
         self.forget();
+        self.prior = StartPrior::Uniform;
     }
 
     fn reset_to(&mut self, prior: &StartPrior) {
         self.search.reset_to(prior);
         self.forget();
+        self.prior = prior.clone();
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
@@ -208,9 +273,9 @@ impl Localizer for Refined {
         self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);
         self.find_candidates(input.percept, rng);
-        self.tracks.update(self.model.as_ref(), &self.candidates, secs, &self.config);
-        self.tracks.leave(&self.places.region());
-        self.update_reliability(input);
+        let novelty = self.novelty(input);
+        self.update_tracks(novelty);
+        self.update_reliability(input, novelty);
         self.update_estimate();
         self.doubt(secs);
         &self.estimate

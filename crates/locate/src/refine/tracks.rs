@@ -18,8 +18,14 @@ const AGREEMENT_FOLLOW: f64 = 0.15;
 const CONFIRMATION: f64 = 0.1;
 /// What one image of landmarks that are not explained takes away: less, since boards and clothes have colors of landmarks.
 const CONTRADICTION: f64 = 0.02;
-/// What a full confirmation adds to the logarithm of a track's odds.
-const CONFIRMED_LOG_ODDS: f64 = 12.0;
+/// What a view that is all new adds on a map without landmarks, if it is explained this well.
+const VIEW_CONFIRMATION: f64 = 0.04;
+const GOOD_AGREEMENT: f64 = 0.8;
+/// How far, as a logarithm of odds, a new track starts behind one that is fully confirmed: somebody must have carried the
+/// robot away.
+const ESTABLISHED_LOG_ODDS: f64 = 14.0;
+/// So many features are full evidence.
+const MANY_FEATURES: f64 = 30.0;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
 const HOPELESS: f64 = 30.0;
 
@@ -32,22 +38,35 @@ pub(super) struct Track {
     pub last_agreement: f64,
     /// Agreement of late.
     pub agreement: f64,
-    /// How far landmarks have confirmed it, 0 to 1.
+    /// How far landmarks, or new views on a map without any, have confirmed it, 0 to 1.
     pub confirmed: f64,
-    /// Evidence of late, as a logarithm of odds.
-    evidence: f64,
     /// Logarithm of its odds against the best one: 0 or less.
     pub log_odds: f64,
+    /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
+    pub own_share: f64,
 }
 
 impl Track {
-    /// Landmarks in view confirm the track or take its confirmation away.
-    fn see_landmarks(&mut self, agreement: &Agreement) {
-        if let Some(share) = agreement.of_landmarks() {
+    /// Landmarks in view confirm the track or take its confirmation away; without landmarks new views do, slowly.
+    fn confirm(&mut self, agreement: &Agreement, view: &View) {
+        if !view.has_landmarks {
+            let step =
+                if agreement.value() > GOOD_AGREEMENT { VIEW_CONFIRMATION } else { -VIEW_CONFIRMATION };
+            self.confirmed = (self.confirmed + step * view.novelty).clamp(0.0, 1.0);
+        } else if let Some(share) = agreement.of_landmarks() {
             let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
             self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
         }
     }
+}
+
+/// What the tracks have to know about an image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct View {
+    /// How much of it is new, 0 to 1.
+    pub novelty: f64,
+    /// Whether the map has landmarks.
+    pub has_landmarks: bool,
 }
 
 /// All tracks; the best one comes first.
@@ -76,28 +95,33 @@ impl Tracks {
         }
     }
 
-    /// Takes in the features of an image, and places where tracks may begin.
+    /// Takes in the features of an image, and places where tracks may begin. `own_share` tells of a pose how probable it
+    /// is, and of its mirrored pose, beside each other.
     pub fn update(
         &mut self,
         model: &dyn FeatureModel,
         places: &[PlanarPose],
-        secs: f64,
+        view: &View,
+        own_share: impl Fn(&PlanarPose) -> f64,
         config: &RefinementConfig,
     ) {
         if model.num_features() < MIN_FEATURES {
             return;
         }
+        #[allow(clippy::cast_precision_loss)]
+        let weight = config.evidence_per_image * (model.num_features() as f64 / MANY_FEATURES).min(1.0);
         let gates = [config.gate_px * 1.5, config.gate_px];
         for track in &mut self.tracks {
             let agreement = track.filter.update(model, &gates, config);
-            track.see_landmarks(&agreement);
-            let agreement = agreement.value();
-            track.last_agreement = agreement;
-            track.agreement += AGREEMENT_FOLLOW * (agreement - track.agreement);
+            track.confirm(&agreement, view);
+            track.last_agreement = agreement.value();
+            track.agreement += AGREEMENT_FOLLOW * (track.last_agreement - track.agreement);
+            track.log_odds += weight * track.last_agreement;
         }
-        self.compete(model, secs, config);
+        self.rank();
+        let handicap = self.best().map_or(0.0, |best| ESTABLISHED_LOG_ODDS * best.confirmed);
         for place in places {
-            self.bear(model, place, config);
+            self.bear(model, place, handicap, &own_share, config);
         }
         self.rank();
         self.merge(config);
@@ -105,30 +129,26 @@ impl Tracks {
         self.tracks.truncate(config.max_tracks);
     }
 
-    /// Evidence grows with the agreement and fades.
-    fn compete(&mut self, model: &dyn FeatureModel, secs: f64, config: &RefinementConfig) {
-        let kept = (-secs / config.evidence_secs).exp();
-        #[allow(clippy::cast_precision_loss)]
-        let weight = config.evidence_per_image * (model.num_features() as f64 / 30.0).min(1.0);
-        for track in &mut self.tracks {
-            track.evidence = track.evidence * kept + weight * track.last_agreement;
-        }
-        self.rank();
-    }
-
+    /// The best one first, with odds of 1.
     fn rank(&mut self) {
-        let score = |track: &Track| track.evidence + CONFIRMED_LOG_ODDS * track.confirmed;
         // Stable: of equals the older one stays in front.
-        self.tracks.sort_by(|a, b| score(b).total_cmp(&score(a)));
-        let best = self.tracks.first().map_or(0.0, score);
+        self.tracks.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
+        let best = self.tracks.first().map_or(0.0, |track| track.log_odds);
         for track in &mut self.tracks {
-            track.log_odds = score(track) - best;
+            track.log_odds -= best;
         }
     }
 
     /// Begins a track at a place that no track follows, if it explains the features.
-    fn bear(&mut self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) {
-        if self.knows(place, 1.5, config) {
+    fn bear(
+        &mut self,
+        model: &dyn FeatureModel,
+        place: &PlanarPose,
+        handicap: f64,
+        own_share: impl Fn(&PlanarPose) -> f64,
+        config: &RefinementConfig,
+    ) {
+        if self.knows(model, place, 1.5, config) {
             return;
         }
         let mut filter = match self.tracks.first() {
@@ -137,19 +157,26 @@ impl Tracks {
         };
         let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
-        if agreement < config.min_birth_agreement.max(best - 0.2) || self.knows(&filter.pose(), 1.0, config) {
+        if agreement < config.min_birth_agreement.max(best - 0.2)
+            || self.knows(model, &filter.pose(), 1.0, config)
+        {
             return;
         }
-        let handicap = if self.tracks.is_empty() { 0.0 } else { config.birth_handicap };
-        let evidence = self.tracks.first().map_or(0.0, |track| track.evidence) - handicap;
+        let mut share = own_share(&filter.pose());
+        if share < 0.5
+            && let Some(mirrored) = model.mirrored(&filter.pose())
+        {
+            filter.set_pose(&mirrored);
+            share = 1.0 - share;
+        }
         self.tracks.push(Track {
             id: self.next_id,
             filter,
             last_agreement: agreement,
             agreement,
             confirmed: 0.0,
-            evidence,
             log_odds: -handicap,
+            own_share: share,
         });
         self.next_id += 1;
     }
@@ -160,9 +187,20 @@ impl Tracks {
         self.rank();
     }
 
-    /// Whether there is a track at this place, or at some times the distance.
-    fn knows(&self, place: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
-        self.tracks.iter().any(|track| is_near(&track.filter.pose(), place, factor, config))
+    /// Whether there is a track at this place or its mirrored one, or at some times the distance.
+    fn knows(
+        &self,
+        model: &dyn FeatureModel,
+        place: &PlanarPose,
+        factor: f64,
+        config: &RefinementConfig,
+    ) -> bool {
+        let mirrored = model.mirrored(place);
+        self.tracks.iter().any(|track| {
+            let pose = track.filter.pose();
+            is_near(&pose, place, factor, config)
+                || mirrored.is_some_and(|place| is_near(&pose, &place, factor, config))
+        })
     }
 
     /// Of two tracks at one place the one with more evidence stays.
