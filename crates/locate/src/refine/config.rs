@@ -34,10 +34,12 @@ pub struct RefinementConfig {
     pub odometry_scale_error: f64,
     /// Standard deviation of the systematic turn of the odometry, radians per meter.
     pub odometry_drift_rad_per_m: f64,
-    /// Largest acceleration to expect without odometry, m/s per square root of a second.
-    pub acceleration: f64,
-    /// Largest angular acceleration to expect without odometry, rad/s per square root of a second.
-    pub turn_acceleration: f64,
+    /// Standard deviation of the speed ahead that is expected without odometry, m/s.
+    pub speed_m_per_s: f64,
+    /// Standard deviation of the turning that is expected without odometry, rad/s.
+    pub turn_rad_per_s: f64,
+    /// Time in which the speed changes without odometry, seconds.
+    pub speed_secs: f64,
     /// Standard deviation of a new track's position, meters.
     pub birth_noise_m: f64,
     /// Standard deviation of a new track's heading, radians.
@@ -75,8 +77,9 @@ impl Default for RefinementConfig {
             odometry_turn_noise_rad: 0.02,
             odometry_scale_error: 0.08,
             odometry_drift_rad_per_m: 0.03,
-            acceleration: 0.3,
-            turn_acceleration: 0.6,
+            speed_m_per_s: 0.2,
+            turn_rad_per_s: 0.6,
+            speed_secs: 1.5,
             birth_noise_m: 0.3,
             birth_noise_rad: 0.2,
             min_birth_agreement: 0.5,
@@ -114,8 +117,9 @@ impl RefinementConfig {
             ("refinement.odometry_turn_noise_rad", self.odometry_turn_noise_rad),
             ("refinement.odometry_scale_error", self.odometry_scale_error),
             ("refinement.odometry_drift_rad_per_m", self.odometry_drift_rad_per_m),
-            ("refinement.acceleration", self.acceleration),
-            ("refinement.turn_acceleration", self.turn_acceleration),
+            ("refinement.speed_m_per_s", self.speed_m_per_s),
+            ("refinement.turn_rad_per_s", self.turn_rad_per_s),
+            ("refinement.speed_secs", self.speed_secs),
             ("refinement.birth_noise_m", self.birth_noise_m),
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),

@@ -32,6 +32,11 @@ pub(super) struct Agreement {
 /// Shares of the features of lines and of goals that are as good as all: even at the right place the rest are robots,
 /// boards and people.
 const FULL_SHARES: [f64; 2] = [0.85, 0.6];
+/// Without odometry: speed to the sides beside the speed ahead.
+const SIDEWAYS: f64 = 0.5;
+/// Shift in an image of ordinary size and angle of view by a step of one meter, and by a turn.
+const PX_PER_M: f64 = 100.0;
+const PX_PER_RAD: f64 = 370.0;
 /// Fewer features of a landmark than this neither confirm nor contradict.
 const MIN_LANDMARK_FEATURES: f64 = 6.0;
 
@@ -124,6 +129,11 @@ impl PoseFilter {
         (mean + half.hypot(c[(0, 1)])).max(0.0).sqrt()
     }
 
+    /// About how far off in the image, by twice the standard deviation, things a few meters away are expected, pixels.
+    pub fn spread_px(&self) -> f64 {
+        2.0 * (PX_PER_M * self.spread_m() + PX_PER_RAD * self.covariance[(2, 2)].max(0.0).sqrt())
+    }
+
     fn forget_motion(&mut self, has_odometry: bool, config: &RefinementConfig) {
         self.has_odometry = has_odometry;
         for i in MOTION..STATE {
@@ -135,8 +145,8 @@ impl PoseFilter {
             let scale = config.odometry_scale_error;
             [scale, scale, scale, config.odometry_drift_rad_per_m]
         } else {
-            // What a walking robot reaches within a second.
-            [config.acceleration, config.acceleration, config.turn_acceleration, 0.0]
+            let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
+            [speed, SIDEWAYS * speed, turn, 0.0]
         };
         for (i, spread) in spreads.into_iter().enumerate() {
             self.covariance[(MOTION + i, MOTION + i)] = spread * spread;
@@ -172,9 +182,13 @@ impl PoseFilter {
             change[(0, MOTION + 1)] = -sin * secs;
             change[(1, MOTION + 1)] = cos * secs;
             change[(2, MOTION + 2)] = secs;
-            noise[MOTION] = config.acceleration.powi(2) * secs;
-            noise[MOTION + 1] = config.acceleration.powi(2) * secs;
-            noise[MOTION + 2] = config.turn_acceleration.powi(2) * secs;
+            let kept = (-secs / config.speed_secs).exp();
+            let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
+            for (i, spread) in [speed, SIDEWAYS * speed, turn].into_iter().enumerate() {
+                change[(MOTION + i, MOTION + i)] = kept;
+                noise[MOTION + i] = spread * spread * (1.0 - kept * kept);
+                self.mean[MOTION + i] *= kept;
+            }
             Vector3::new(m[0] * secs, m[1] * secs, m[2] * secs)
         };
         change[(0, 2)] = -sin * motion.x - cos * motion.y;

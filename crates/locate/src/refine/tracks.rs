@@ -110,9 +110,12 @@ impl Tracks {
         }
         #[allow(clippy::cast_precision_loss)]
         let weight = config.evidence_per_image * (model.num_features() as f64 / MANY_FEATURES).min(1.0);
-        let gates = [config.gate_px * 1.5, config.gate_px];
         for track in &mut self.tracks {
-            let agreement = track.filter.update(model, &gates, config);
+            // The less is known the wider the first gate.
+            let wide =
+                BIRTH_GATES_PX.partition_point(|gate| *gate > track.filter.spread_px() + config.gate_px);
+            let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
+            let agreement = track.filter.update(model, gates, config);
             track.confirm(&agreement, view);
             track.last_agreement = agreement.value();
             track.agreement += AGREEMENT_FOLLOW * (track.last_agreement - track.agreement);
