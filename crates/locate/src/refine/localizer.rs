@@ -41,8 +41,8 @@ const LOST_SECS: f64 = 0.2;
 /// Tracks the hypotheses of another localizer.
 pub struct Refined {
     config: RefinementConfig,
-    search: Box<dyn Localizer>,
-    model: Box<dyn FeatureModel>,
+    pub(super) search: Box<dyn Localizer>,
+    pub(super) model: Box<dyn FeatureModel>,
     places: PlaceSearch,
     /// Where tracks may begin in this step.
     candidates: Vec<PlanarPose>,

@@ -15,6 +15,8 @@ mod config;
 mod filter;
 mod localizer;
 mod search;
+#[cfg(test)]
+mod tests;
 mod tracks;
 
 pub use config::RefinementConfig;

@@ -55,19 +55,24 @@ fn random_pose(field: &Field, rng: &mut Rng) -> PlanarPose {
 }
 
 /// Measure: the absolute difference of the two likelihoods of one image and one pose, both 0 to 1. Bounds: 0.015 in the
-/// mean, 0.05 for 95 % of the images, 0.2 for all. The fast model looks at the two marks that are nearest on the ground
-/// and takes their images for straight; the reference looks at all marks and draws them as they are.
+/// mean, 0.05 for 95 % of the images; at poses within 0.3 m of the truth 0.1 for all. The fast model looks at the two
+/// marks that are nearest on the ground and takes their images for straight; the reference looks at all marks and draws
+/// them as they are. At a pose that is meters off the nearest on the ground need not be the nearest in the image: 0.3.
 #[test]
 fn fast_and_drawn_likelihood_agree() {
     let Map::Field(field) = Map::load("robocup-spl-2010").unwrap() else { panic!("a field") };
     let mut fast = FieldObservationModel::new(&field, &FieldModelConfig::default()).unwrap();
     let drawn = DrawnFieldModel::new(&field, &FieldModelConfig::default()).unwrap();
-    let (mut differences, mut at_truth) = (Vec::new(), Vec::new());
+    let (mut differences, mut near_truth, mut at_truth) = (Vec::new(), Vec::new(), Vec::new());
     for_each_image(
         |percept, truth, pose| {
             fast.condition_on(percept);
             if fast.has_evidence() {
-                differences.push((drawn.likelihood(percept, pose) - fast.likelihood(pose)).abs());
+                let difference = (drawn.likelihood(percept, pose) - fast.likelihood(pose)).abs();
+                differences.push(difference);
+                if pose.distance_m(truth) < 0.3 {
+                    near_truth.push(difference);
+                }
                 at_truth.push(fast.likelihood(truth));
             }
         },
@@ -79,7 +84,15 @@ fn fast_and_drawn_likelihood_agree() {
     let quantile = |sorted: &[f64], q: f64| sorted[(q * (sorted.len() - 1) as f64) as usize];
     let mean = differences.iter().sum::<f64>() / differences.len() as f64;
     let (p95, largest) = (quantile(&differences, 0.95), quantile(&differences, 1.0));
-    println!("difference: mean {mean:.4}, 95 % {p95:.4}, largest {largest:.4}");
-    assert!(mean < 0.015 && p95 < 0.05 && largest < 0.2, "mean {mean}, 95 % {p95}, largest {largest}");
+    let largest_near = near_truth.iter().copied().fold(0.0, f64::max);
+    println!(
+        "difference: mean {mean:.4}, 95 % {p95:.4}, largest {largest:.4}, near the truth {largest_near:.4}"
+    );
+    assert!(mean < 0.015 && p95 < 0.05 && largest < 0.3, "mean {mean}, 95 % {p95}, largest {largest}");
+    assert!(
+        near_truth.len() > 400 && largest_near < 0.1,
+        "{} near, largest {largest_near}",
+        near_truth.len()
+    );
     assert!(quantile(&at_truth, 0.5) > 0.95, "the true pose explains its image");
 }

@@ -250,3 +250,141 @@ impl Outline {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt;
+    use visloc_base::RngTree;
+    use visloc_geom::{Camera, nao};
+    use visloc_vision::BorderPixel;
+    use visloc_world::Map;
+
+    const STATES: u64 = 40;
+
+    fn field() -> Field {
+        let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };
+        field
+    }
+
+    fn percept(head: &nao::HeadAngles) -> Percept {
+        let camera = Camera::pinhole((320, 240), (370.0, 360.0), (160.0, 118.0)).unwrap();
+        let robot_from_camera = nao::robot_from_camera(&nao::Torso::upright(), head, nao::NaoCamera::TopV3);
+        Percept { camera, robot_from_camera, ..Percept::default() }
+    }
+
+    /// Border pixels as they are seen from a pose: the outlines of the field and the posts, projected.
+    fn seen_from(pose: &PlanarPose, percept: &Percept, model: &FieldFeatureModel) -> Vec<BorderPixel> {
+        let camera_from_world = (pose.to_rigid3() * percept.robot_from_camera).inverse();
+        let project = |p: Point3<f64>| {
+            let px = percept.camera.project(&camera_from_world.transform(&p)).ok()?;
+            percept.camera.contains(&px).then_some(px)
+        };
+        let mut borders = Vec::new();
+        for outline in model.tables.ground.outlines() {
+            outline.sample(0.11, |p| {
+                let inside = p + outline.inward(&p) * 0.01;
+                let lift = |q: Point2<f64>| Point3::new(q.x, q.y, 0.0);
+                let Some((px, inside)) = project(lift(p)).zip(project(lift(inside))) else { return };
+                let inward = inside - px;
+                let inward = if inward.x.abs() > inward.y.abs() {
+                    Vector2::new(inward.x.signum(), 0.0)
+                } else {
+                    Vector2::new(0.0, inward.y.signum())
+                };
+                borders.push(BorderPixel { ideal_px: px, inward, kind: FeatureKind::FieldLine });
+            });
+        }
+        borders
+    }
+
+    fn random_state(i: u64) -> (PlanarPose, nao::HeadAngles, Rng) {
+        let mut rng = RngTree::new(21).stream("state", i);
+        let pose = PlanarPose::new(
+            rng.random_range(-2.5..2.5),
+            rng.random_range(-1.7..1.7),
+            rng.random_range(-3.1..3.1),
+        );
+        let head =
+            nao::HeadAngles { yaw_rad: rng.random_range(-0.9..0.9), pitch_rad: rng.random_range(0.1..0.35) };
+        (pose, head, rng)
+    }
+
+    fn residuals(model: &FieldFeatureModel, state: &CameraState) -> Vec<Option<Residual>> {
+        let mut all = Vec::new();
+        model.visit_matches(state, 8.0, &mut |feature| all.push(feature.residual));
+        all
+    }
+
+    #[test]
+    fn borders_match_themselves_and_jacobians_agree_with_differences() {
+        let mut compared = 0;
+        for i in 0..STATES {
+            let (pose, head, _) = random_state(i);
+            let mut percept = percept(&head);
+            let mut model = FieldFeatureModel::new(&field());
+            percept.borders = seen_from(&pose, &percept, &model);
+            model.condition_on(&percept);
+            let at = |step: Vector6<f64>| CameraState {
+                world_from_robot: PlanarPose::new(
+                    pose.x_m + step[0],
+                    pose.y_m + step[1],
+                    pose.yaw_rad + step[2],
+                ),
+                tilt_rad: step.fixed_rows::<3>(3).into_owned(),
+            };
+            let here = residuals(&model, &at(Vector6::zeros()));
+            let matched = here.iter().flatten().filter(|r| r.error_px.abs() < 0.1).count();
+            // Pieces inside of a crossing line may match that line's other border instead.
+            assert!(matched * 10 >= here.len() * 9, "state {i}: {matched} of {}", here.len());
+            for axis in 0..6 {
+                let mut step = Vector6::zeros();
+                step[axis] = 1e-6;
+                let (after, before) = (residuals(&model, &at(step)), residuals(&model, &at(-step)));
+                for ((here, after), before) in here.iter().zip(after).zip(before) {
+                    let (Some(here), Some(after), Some(before)) = (here, after, before) else { continue };
+                    // The Jacobian is that at the border itself. In a corner a pixel may change to the other border.
+                    let is_same = (after.jacobian - before.jacobian).norm() < 0.1 * here.jacobian.norm()
+                        && (after.jacobian - here.jacobian).norm() < 0.1 * here.jacobian.norm();
+                    if here.error_px.abs() > 1e-6 || !is_same {
+                        continue;
+                    }
+                    let numeric = (after.error_px - before.error_px) / 2e-6;
+                    let analytic = here.jacobian[axis];
+                    assert!(
+                        (numeric - analytic).abs() < 0.02 * (1.0 + analytic.abs()),
+                        "axis {axis}: {numeric} {analytic}"
+                    );
+                    compared += 1;
+                }
+            }
+        }
+        assert!(compared > 2000, "{compared}");
+    }
+
+    #[test]
+    fn suggestions_come_near_the_truth() {
+        let mut near = 0;
+        for i in 0..STATES {
+            let (pose, head, mut rng) = random_state(i);
+            let mut percept = percept(&head);
+            let mut model = FieldFeatureModel::new(&field());
+            percept.borders = seen_from(&pose, &percept, &model);
+            model.condition_on(&percept);
+            let is_near = |suggested: &PlanarPose| {
+                suggested.distance_m(&pose) < 0.25 && suggested.heading_difference_rad(&pose) < 0.1
+            };
+            let hits = (0..1000).filter_map(|_| model.suggest(&mut rng)).filter(is_near).count();
+            near += usize::from(percept.borders.len() < 10 || hits >= 3);
+        }
+        assert!(near >= 36, "{near} of {STATES} views");
+    }
+
+    #[test]
+    fn behind_a_goal_unmatched_pixels_prove_nothing() {
+        let model = FieldFeatureModel::new(&field());
+        assert!(model.agreement_outside(&Point2::new(0.5, 0.5)).abs() < 1e-12);
+        assert!((model.agreement_outside(&Point2::new(-3.5, 0.2)) - NET_AGREEMENT).abs() < 1e-12);
+        assert!((model.agreement_outside(&Point2::new(0.0, 2.4)) - OUTSIDE_AGREEMENT).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,313 @@
+//! Filters and tracks on a world of which everything is known.
+
+use nalgebra::Vector6;
+use visloc_base::{Rng, RngTree, Timestamp, gaussian};
+use visloc_geom::{PlanarPose, angle, nao};
+use visloc_vision::Percept;
+
+use super::{Refined, RefinementConfig, filter::PoseFilter};
+use crate::{
+    Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
+    observation::features::{CameraState, FeatureMatch, FeatureModel, Residual},
+};
+
+/// Features that tell x, y and heading, each many times. Seen from `places` (all of them alike) they are all explained,
+/// from elsewhere none is. The percept's quality carries the index of the true world, so that a kidnap can be played.
+#[derive(Clone)]
+struct Alike {
+    places: Vec<PlanarPose>,
+    noise: Vec<f64>,
+    is_symmetric: bool,
+    has_landmarks: bool,
+}
+
+/// Pixels per meter and per radian.
+const SCALE: [f64; 3] = [100.0, 100.0, 300.0];
+const NUM_FEATURES: usize = 60;
+
+impl Alike {
+    fn new(places: &[PlanarPose]) -> Self {
+        let noise = vec![0.0; NUM_FEATURES];
+        Self { places: places.to_vec(), noise, is_symmetric: false, has_landmarks: true }
+    }
+
+    fn with_noise(mut self, rng: &mut Rng) -> Self {
+        self.noise.iter_mut().for_each(|noise| *noise = gaussian(rng, 0.5));
+        self
+    }
+
+    fn offset(&self, pose: &PlanarPose) -> [f64; 3] {
+        let offsets = self.places.iter().map(|place| {
+            [pose.x_m - place.x_m, pose.y_m - place.y_m, angle::difference(pose.yaw_rad, place.yaw_rad)]
+        });
+        let size = |o: &[f64; 3]| o[0].hypot(o[1]) + o[2].abs();
+        offsets.min_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or([9.0; 3])
+    }
+}
+
+impl FeatureModel for Alike {
+    fn condition_on(&mut self, _: &Percept) {}
+
+    fn num_features(&self) -> usize {
+        NUM_FEATURES
+    }
+
+    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch)) {
+        let offset = self.offset(&state.world_from_robot);
+        for (i, noise) in self.noise.iter().enumerate() {
+            let axis = i % 3;
+            let error_px = SCALE[axis] * offset[axis] + noise;
+            let mut jacobian = Vector6::zeros();
+            jacobian[axis] = SCALE[axis];
+            let is_near = offset.iter().zip(SCALE).all(|(o, scale)| (o * scale).abs() < gate_px);
+            let residual = (is_near && error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });
+            visit(FeatureMatch { group: usize::from(i % 2 == 0), residual, unmatched_agreement: 0.0 });
+        }
+    }
+
+    fn suggest(&self, _: &mut Rng) -> Option<PlanarPose> {
+        None
+    }
+
+    fn has_landmarks(&self) -> bool {
+        self.has_landmarks
+    }
+
+    fn mirrored(&self, pose: &PlanarPose) -> Option<PlanarPose> {
+        self.is_symmetric.then(|| PlanarPose::new(-pose.x_m, -pose.y_m, pose.yaw_rad + std::f64::consts::PI))
+    }
+}
+
+/// Weighs poses by their distance to the places, and proposes them.
+impl ObservationModel for Alike {
+    fn condition_on(&mut self, _: &Percept) {}
+    fn has_evidence(&self) -> bool {
+        true
+    }
+    fn likelihood(&self, pose: &PlanarPose) -> f64 {
+        let [x, y, turn] = self.offset(pose);
+        (-(x * x + y * y + turn * turn)).exp()
+    }
+    fn region(&self) -> Region {
+        Region { min_x_m: -5.0, max_x_m: 5.0, min_y_m: -4.0, max_y_m: 4.0 }
+    }
+    fn max_jump_m(&self) -> f64 {
+        2.0
+    }
+    fn propose(&self, rng: &mut Rng) -> PlanarPose {
+        let sampled = self.region().sample(rng);
+        PlanarPose::new(sampled.x_m, sampled.y_m, self.propose_heading(0.0, 0.0, rng))
+    }
+    fn propose_heading(&self, _: f64, _: f64, _: &mut Rng) -> f64 {
+        self.places.first().map_or(0.0, |place| place.yaw_rad)
+    }
+}
+
+/// A search that always answers with the same places.
+struct Fixed(Estimate);
+
+impl Fixed {
+    fn new(places: &[PlanarPose]) -> Self {
+        let mut estimate = Estimate::unknown();
+        estimate.hypotheses.extend(places.iter().map(|place| Hypothesis {
+            world_from_robot: *place,
+            covariance: nalgebra::Matrix3::identity(),
+            probability: 1.0,
+        }));
+        estimate.normalize_hypotheses();
+        Self(estimate)
+    }
+}
+
+impl Localizer for Fixed {
+    fn reset(&mut self) {}
+    fn step(&mut self, _: &StepInput<'_>, _: &mut Rng) -> &Estimate {
+        &self.0
+    }
+    fn estimate(&self) -> &Estimate {
+        &self.0
+    }
+    fn individuals(&self, _: &mut Vec<Individual>) {}
+}
+
+fn refined(world: &Alike, searched: &[PlanarPose]) -> Refined {
+    let search = Box::new(Fixed::new(searched));
+    let (features, pixels) = (Box::new(world.clone()), Box::new(world.clone()));
+    Refined::new(RefinementConfig::default(), search, features, pixels).unwrap()
+}
+
+/// Steps through images that show landmarks. The head turns, so that every image is a new view.
+fn step(localizer: &mut Refined, steps: std::ops::Range<u32>, is_lifted: bool) -> Estimate {
+    let mut rng = RngTree::new(1).stream("refined", u64::from(steps.start));
+    for i in steps {
+        let head = nao::HeadAngles { yaw_rad: 0.3 * f64::from(i % 20), pitch_rad: 0.1 };
+        let percept = Percept {
+            at: Timestamp::from_secs(f64::from(i) / 30.0),
+            robot_from_camera: nao::robot_from_camera(&nao::Torso::upright(), &head, nao::NaoCamera::TopV3),
+            quality: 1.0,
+            is_informative: true,
+            ..Percept::default()
+        };
+        let odometry = Some(PlanarPose::default());
+        localizer.step(&StepInput { percept: &percept, odometry, is_lifted }, &mut rng);
+    }
+    localizer.estimate().clone()
+}
+
+fn is_at(estimate: &Estimate, place: &PlanarPose) -> bool {
+    estimate.world_from_robot.distance_m(place) < 0.02
+        && estimate.world_from_robot.heading_difference_rad(place) < 0.01
+}
+
+#[test]
+fn a_rough_place_becomes_an_exact_pose() {
+    let place = PlanarPose::new(1.0, -0.5, 0.7);
+    let mut localizer = refined(&Alike::new(&[place]), &[PlanarPose::new(1.15, -0.4, 0.75)]);
+    let estimate = step(&mut localizer, 0..30, false);
+    assert!(is_at(&estimate, &place) && estimate.is_localized(), "{estimate:?}");
+    let sigma_m = estimate.covariance[(0, 0)].sqrt();
+    assert!((0.0003..0.02).contains(&sigma_m), "{sigma_m}");
+}
+
+/// Two places that explain everything leave nothing to rely on, and both are told.
+#[test]
+fn of_two_places_that_look_alike_neither_is_relied_upon() {
+    let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    let mut localizer = refined(&Alike::new(&places), &places);
+    let estimate = step(&mut localizer, 0..60, false);
+    assert!(estimate.reliability < 0.1, "{}", estimate.reliability);
+    assert_eq!(estimate.hypotheses.len(), 2);
+    assert!(estimate.hypotheses.iter().all(|h| (h.probability - 0.5).abs() < 0.1));
+}
+
+#[test]
+fn an_established_track_is_not_replaced_by_a_newcomer_that_is_as_good() {
+    let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    let mut localizer = refined(&Alike::new(&places[..1]), &places[..1]);
+    step(&mut localizer, 0..60, false);
+    localizer.search = Box::new(Fixed::new(&places));
+    localizer.model = Box::new(Alike::new(&places));
+    let estimate = step(&mut localizer, 60..120, false);
+    assert!(is_at(&estimate, &places[0]) && estimate.is_localized(), "{estimate:?}");
+    assert!(estimate.hypotheses.len() == 2 && estimate.hypotheses[1].probability < 0.01);
+}
+
+/// Carried to another place without noticing: the old track explains nothing any more.
+#[test]
+fn after_a_kidnap_trust_is_lost_at_once_and_the_new_place_found() {
+    let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    let mut localizer = refined(&Alike::new(&places[..1]), &places);
+    assert!(is_at(&step(&mut localizer, 0..60, false), &places[0]));
+    localizer.model = Box::new(Alike::new(&places[1..]));
+    for i in 60..75 {
+        let estimate = step(&mut localizer, i..i + 1, false);
+        let is_wrong = !is_at(&estimate, &places[1]);
+        assert!(!(i > 63 && is_wrong && estimate.is_localized()), "image {i}: {estimate:?}");
+    }
+    let estimate = step(&mut localizer, 75..120, false);
+    assert!(is_at(&estimate, &places[1]) && estimate.is_localized(), "{estimate:?}");
+}
+
+#[test]
+fn a_lifted_robot_is_nowhere() {
+    let place = PlanarPose::new(1.0, -0.5, 0.7);
+    let mut localizer = refined(&Alike::new(&[place]), &[place]);
+    step(&mut localizer, 0..30, false);
+    let estimate = step(&mut localizer, 30..31, true);
+    assert!(estimate.reliability.abs() < 1e-12 && estimate.hypotheses.is_empty());
+}
+
+/// On a map that looks the same from a mirrored pose both are told, with equal probability; knowing the half settles it.
+#[test]
+fn mirrored_poses_share_the_probability_until_the_half_is_known() {
+    let place = PlanarPose::new(1.5, 0.5, 0.3);
+    let mirrored = PlanarPose::new(-1.5, -0.5, 0.3 - std::f64::consts::PI);
+    let mut world = Alike::new(&[place, mirrored]);
+    (world.is_symmetric, world.has_landmarks) = (true, false);
+    let mut localizer = refined(&world, &[place, mirrored]);
+    let estimate = step(&mut localizer, 0..90, false);
+    assert!(estimate.reliability < 0.1 && estimate.reliability_up_to_symmetry > 0.6, "{estimate:?}");
+    assert_eq!(estimate.hypotheses.len(), 2);
+    assert!(estimate.hypotheses.iter().all(|h| (h.probability - 0.5).abs() < 1e-9));
+    for (half, expected) in [
+        (Region { max_x_m: 0.0, ..world.region() }, mirrored),
+        (Region { min_x_m: 0.0, ..world.region() }, place),
+    ] {
+        localizer.reset_to(&StartPrior::Region { region: half, heading: None });
+        let estimate = step(&mut localizer, 0..90, false);
+        assert!(is_at(&estimate, &expected) && estimate.is_localized(), "{estimate:?}");
+        assert!(estimate.hypotheses[1].probability < 0.02, "the other is still told");
+    }
+}
+
+/// An odometry that tells 10 % too much forward motion is corrected: after a blind stretch the pose is right.
+#[test]
+fn the_scale_of_the_odometry_is_learned() {
+    let config = RefinementConfig::default();
+    let mut rng = RngTree::new(5).stream("noise", 0);
+    let mut truth = PlanarPose::new(-4.0, 0.0, 0.0);
+    let mut filter = PoseFilter::new(&truth, &config);
+    let told = |step_m: f64| PlanarPose::new(step_m * 1.1, 0.0, 0.0);
+    for _ in 0..600 {
+        truth.x_m += 0.007;
+        filter.predict(Some(&told(0.007)), 1.0 / 30.0, &config);
+        filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[12.0, 8.0], &config);
+    }
+    let start_m = filter.pose().distance_m(&truth);
+    for _ in 0..200 {
+        truth.x_m += 0.01;
+        filter.predict(Some(&told(0.01)), 1.0 / 30.0, &config);
+    }
+    let error_m = filter.pose().distance_m(&truth);
+    assert!(start_m < 0.01 && error_m < 0.05, "{start_m} {error_m}: uncorrected it would be 0.2 m");
+}
+
+/// Without odometry the speed is learned from the images.
+#[test]
+fn without_odometry_the_filter_goes_on_moving() {
+    let config = RefinementConfig::default();
+    let mut truth = PlanarPose::new(-1.0, 0.0, 0.4);
+    let mut filter = PoseFilter::new(&truth, &config);
+    let motion = PlanarPose::new(0.2 / 30.0, 0.0, 0.3 / 30.0);
+    for _ in 0..90 {
+        truth = truth.compose(&motion);
+        filter.predict(None, 1.0 / 30.0, &config);
+        filter.update(&Alike::new(&[truth]), &[12.0, 8.0], &config);
+    }
+    let (before_m, spread_m) = (filter.pose().distance_m(&truth), filter.spread_m());
+    for _ in 0..15 {
+        truth = truth.compose(&motion);
+        filter.predict(None, 1.0 / 30.0, &config);
+    }
+    let error_m = filter.pose().distance_m(&truth);
+    assert!(before_m < 0.01 && error_m < 0.05, "{before_m} {error_m}: standing still it would be 0.1 m");
+    assert!(filter.spread_m() > 2.0 * spread_m, "and it knows that it knows less");
+}
+
+/// Covariances are honest: over many runs with independent noise of the assumed size the normalized error has its mean,
+/// three for three dimensions. Margin: 0.3, three standard errors of 600 runs.
+#[test]
+fn the_covariance_of_one_update_is_honest() {
+    let config = RefinementConfig {
+        pixel_noise_px: 0.5,
+        max_independent_pixels: 1000.0,
+        gate_px: 50.0,
+        ..RefinementConfig::default()
+    };
+    let mut rng = RngTree::new(8).stream("noise", 0);
+    let truth = PlanarPose::new(0.3, 0.2, 0.1);
+    let mut sum = 0.0;
+    for _ in 0..600 {
+        let mut filter = PoseFilter::new(&truth, &config);
+        filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[50.0; 3], &config);
+        let pose = filter.pose();
+        let error = nalgebra::Vector3::new(
+            pose.x_m - truth.x_m,
+            pose.y_m - truth.y_m,
+            angle::difference(pose.yaw_rad, truth.yaw_rad),
+        );
+        sum += error.dot(&(filter.pose_covariance().try_inverse().unwrap() * error));
+    }
+    let mean = sum / 600.0;
+    assert!((mean - 3.0).abs() < 0.3, "{mean}");
+}
