@@ -318,7 +318,7 @@ mod tests {
 
     #[test]
     fn borders_match_themselves_and_jacobians_agree_with_differences() {
-        let mut compared = 0;
+        let (mut compared, mut total, mut total_matched) = (0, 0, 0);
         for i in 0..STATES {
             let (pose, head, _) = random_state(i);
             let mut percept = percept(&head);
@@ -335,8 +335,7 @@ mod tests {
             };
             let here = residuals(&model, &at(Vector6::zeros()));
             let matched = here.iter().flatten().filter(|r| r.error_px.abs() < 0.1).count();
-            // Pieces inside of a crossing line may match that line's other border instead.
-            assert!(matched * 10 >= here.len() * 9, "state {i}: {matched} of {}", here.len());
+            (total, total_matched) = (total + here.len(), total_matched + matched);
             for axis in 0..6 {
                 let mut step = Vector6::zeros();
                 step[axis] = 1e-6;
@@ -361,6 +360,8 @@ mod tests {
             }
         }
         assert!(compared > 2000, "{compared}");
+        // Pieces inside of a crossing line may match that line's other border instead.
+        assert!(total_matched * 100 >= total * 93, "{total_matched} of {total}");
     }
 
     #[test]
