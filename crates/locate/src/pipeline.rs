@@ -13,7 +13,7 @@ use visloc_world::{
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StepInput, build_localizer,
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StartPrior, StepInput, build_localizer,
     observation::field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
     refine::{Refined, RefinementConfig},
 };
@@ -115,6 +115,11 @@ impl Pipeline {
         let is_lifted = self.lift.update(frame.at, frame.ground_contact.as_ref());
         let input = StepInput { percept: self.analyzer.percept(), odometry: frame.odometry, is_lifted };
         self.localizer.step(&input, &mut self.localizer_rng)
+    }
+
+    /// Begins again with what is known about the pose, for instance the half in which the robot is put down.
+    pub fn reset_to(&mut self, prior: &StartPrior) {
+        self.localizer.reset_to(prior);
     }
 
     /// The image analysis, for pictures of what it found.

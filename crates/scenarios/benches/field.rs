@@ -8,7 +8,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use visloc_base::{Frame, FrameSource, RngTree};
 use visloc_geom::PlanarPose;
 use visloc_locate::{
-    ALGORITHMS, ObservationModel, Pipeline, PipelineConfig,
+    ALGORITHMS, FeatureChoice, ObservationModel, Pipeline, PipelineConfig,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
 };
 use visloc_sim::{Scenario, Simulation};
@@ -59,12 +59,15 @@ fn candidate_pose(c: &mut Criterion) {
 
 fn iterations(c: &mut Criterion) {
     let (map, frames) = frames();
-    for algorithm in ALGORITHMS {
+    let pixels = ALGORITHMS.map(|algorithm| (algorithm.name, FeatureChoice::Pixels));
+    let rich = [("evolutionary", FeatureChoice::Rich), ("mce", FeatureChoice::Rich)];
+    for (algorithm, features) in pixels.into_iter().chain(rich) {
         let pipeline = || {
-            let config = PipelineConfig::default();
-            Pipeline::new(&map, algorithm.name, None, &config, RngTree::new(1)).unwrap()
+            let config = PipelineConfig { features, ..PipelineConfig::default() };
+            Pipeline::new(&map, algorithm, None, &config, RngTree::new(1)).unwrap()
         };
-        c.bench_function(&format!("180 iterations of {}, with analysis", algorithm.name), |b| {
+        let name = format!("180 iterations of {algorithm} on {features:?}, with analysis");
+        c.bench_function(&name, |b| {
             let run = |mut pipeline: Pipeline| {
                 for frame in &frames {
                     pipeline.analyze(frame).unwrap();

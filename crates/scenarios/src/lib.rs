@@ -2,7 +2,7 @@
 
 use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
 use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
-use visloc_locate::{Pipeline, PipelineConfig, PipelineError};
+use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
 use visloc_world::Map;
 
 /// A run that could not be carried out.
@@ -36,11 +36,11 @@ pub fn run(
     source: &mut dyn FrameSource,
     map: &Map,
     algorithm: &str,
-    algorithm_toml: Option<&str>,
+    features: FeatureChoice,
     seed: u64,
 ) -> Result<Run, RunError> {
-    let mut pipeline =
-        Pipeline::new(map, algorithm, algorithm_toml, &PipelineConfig::default(), RngTree::new(seed))?;
+    let config = PipelineConfig { features, ..PipelineConfig::default() };
+    let mut pipeline = Pipeline::new(map, algorithm, None, &config, RngTree::new(seed))?;
     let mut truth = PlanarTrajectory::new();
     let mut estimates = Vec::new();
     while let Some(source_frame) = source.next_frame() {

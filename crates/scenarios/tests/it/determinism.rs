@@ -1,7 +1,7 @@
 //! Same seed, same bits, on any number of threads.
 
 use visloc_base::SourceFrame;
-use visloc_locate::ALGORITHMS;
+use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
@@ -18,9 +18,9 @@ fn frames(seed: u64, num_threads: usize) -> Vec<SourceFrame> {
 }
 
 /// Bits of every estimate.
-fn bits(frames: &[SourceFrame], algorithm: &str, seed: u64) -> Vec<[u64; 4]> {
+fn bits(frames: &[SourceFrame], algorithm: &str, features: FeatureChoice, seed: u64) -> Vec<[u64; 4]> {
     let map = Map::load("robocup-spl-2010").unwrap();
-    let estimates = run(&mut Replay::new(frames), &map, algorithm, None, seed).unwrap().estimates;
+    let estimates = run(&mut Replay::new(frames), &map, algorithm, features, seed).unwrap().estimates;
     let bits = |e: &visloc_eval::EstimateSample| {
         let pose = e.world_from_robot;
         [pose.x_m, pose.y_m, pose.yaw_rad, e.reliability.unwrap_or(-1.0)].map(f64::to_bits)
@@ -32,12 +32,15 @@ fn bits(frames: &[SourceFrame], algorithm: &str, seed: u64) -> Vec<[u64; 4]> {
 fn same_seed_same_bits_and_another_seed_other_bits() {
     let [frames, again] = [3, 3].map(|seed| frames(seed, 1));
     for algorithm in ALGORITHMS {
-        let first = bits(&frames, algorithm.name, 3);
-        assert_eq!(first.len(), 90);
-        assert_eq!(first, bits(&again, algorithm.name, 3), "{}", algorithm.name);
-        // The grid draws no random numbers.
-        let is_random = algorithm.name != "markov";
-        assert_eq!(first != bits(&frames, algorithm.name, 4), is_random, "{}", algorithm.name);
+        for features in [FeatureChoice::Pixels, FeatureChoice::Rich] {
+            let bits = |frames: &[SourceFrame], seed: u64| bits(frames, algorithm.name, features, seed);
+            let first = bits(&frames, 3);
+            assert_eq!(first.len(), 90);
+            assert_eq!(first, bits(&again, 3), "{} {features:?}", algorithm.name);
+            // The grid alone draws no random numbers.
+            let is_random = algorithm.name != "markov" || features == FeatureChoice::Rich;
+            assert_eq!(first != bits(&frames, 4), is_random, "{} {features:?}", algorithm.name);
+        }
     }
 }
 
@@ -47,8 +50,10 @@ fn another_number_of_threads_same_bits() {
     for num_threads in [2, 4, 7] {
         let many = frames(5, num_threads);
         for algorithm in ALGORITHMS {
-            let (a, b) = (bits(&one, algorithm.name, 5), bits(&many, algorithm.name, 5));
-            assert_eq!(a, b, "{} on {num_threads} threads", algorithm.name);
+            for features in [FeatureChoice::Pixels, FeatureChoice::Rich] {
+                let bits = |frames: &[SourceFrame]| bits(frames, algorithm.name, features, 5);
+                assert_eq!(bits(&one), bits(&many), "{} on {num_threads} threads", algorithm.name);
+            }
         }
     }
 }

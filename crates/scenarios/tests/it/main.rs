@@ -3,5 +3,6 @@
 #![allow(clippy::unwrap_used)] // a test may stop
 
 mod determinism;
-mod localization;
 mod model_agreement;
+mod pixels;
+mod refined;

@@ -1,4 +1,4 @@
-//! Every algorithm finds and follows a robot, over lists of seeds.
+//! Every algorithm finds and follows a robot by twenty pixels an image, as in the documents, over lists of seeds.
 //!
 //! Margins: an algorithm that keeps several places apart must nearly always be right. A Monte Carlo filter keeps one
 //! cloud, which may settle on a wrong place before the right one has been seen; in the documents it ends right after 3
@@ -7,7 +7,7 @@
 use visloc_base::{FrameSource, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_eval::Evaluation;
-use visloc_locate::ALGORITHMS;
+use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
@@ -18,19 +18,20 @@ fn keeps_several_places(algorithm: &str) -> bool {
     algorithm.starts_with("evolutionary") || algorithm == "markov"
 }
 
-fn tour(num_frames: usize, seed: u64) -> Vec<SourceFrame> {
+pub fn tour(num_frames: usize, seed: u64) -> Vec<SourceFrame> {
     let simulation = Simulation::new(&Scenario::load("tour").unwrap(), seed).unwrap();
     collect(&mut simulation.with_threads(2).with_num_frames(num_frames)).unwrap()
 }
 
-fn recorded(bag: &str) -> Vec<SourceFrame> {
+pub fn recorded(bag: &str) -> Vec<SourceFrame> {
     let path = format!("{}/../../testdata/{bag}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = BagReader::open(path, BagTopics::default()).unwrap();
     std::iter::from_fn(|| reader.next_frame()).collect::<Result<_, _>>().unwrap()
 }
 
 fn evaluate(frames: &[SourceFrame], algorithm: &str, seed: u64) -> Evaluation {
-    run(&mut Replay::new(frames), &Map::load(MAP).unwrap(), algorithm, None, seed).unwrap().evaluation
+    let map = Map::load(MAP).unwrap();
+    run(&mut Replay::new(frames), &map, algorithm, FeatureChoice::Pixels, seed).unwrap().evaluation
 }
 
 /// Of `good` runs out of `all`, enough for the kind of algorithm: all but one, or two of three.
