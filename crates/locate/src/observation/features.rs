@@ -46,8 +46,14 @@ pub trait FeatureModel: Send + Sync {
     /// How many features there are.
     fn num_features(&self) -> usize;
 
-    /// Matches every feature, seen from here. What is farther from its counterpart than `gate_px` has none.
-    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch));
+    /// Matches one feature in `stride`, seen from here. What is farther from its counterpart than `gate_px` has none.
+    fn visit_matches(
+        &self,
+        state: &CameraState,
+        gate_px: f64,
+        stride: usize,
+        visit: &mut dyn FnMut(FeatureMatch),
+    );
 
     /// A pose at which some of the features fall on counterparts, at random; `None` if the features suggest nothing.
     fn suggest(&self, rng: &mut Rng) -> Option<PlanarPose>;

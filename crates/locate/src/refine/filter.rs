@@ -32,13 +32,16 @@ pub(super) struct Agreement {
 /// Shares of the features of lines and of goals that are as good as all: even at the right place the rest are robots,
 /// boards and people.
 const FULL_SHARES: [f64; 2] = [0.85, 0.6];
+/// Coarse steps of a fit take one feature in so many, and so does the agreement at its end.
+const COARSE_STRIDE: usize = 3;
+const JUDGE_STRIDE: usize = 2;
 /// Without odometry: speed to the sides beside the speed ahead.
 const SIDEWAYS: f64 = 0.5;
 /// Shift in an image of ordinary size and angle of view by a step of one meter, and by a turn.
 const PX_PER_M: f64 = 100.0;
 const PX_PER_RAD: f64 = 370.0;
 /// Fewer features of a landmark than this neither confirm nor contradict.
-const MIN_LANDMARK_FEATURES: f64 = 6.0;
+const MIN_LANDMARK_FEATURES: f64 = 3.0;
 
 impl Agreement {
     /// How well landmarks in view are explained, -1 to 1: positive if more of their features find a counterpart than
@@ -52,7 +55,7 @@ impl Agreement {
     /// How well the features are explained, 0 to 1; lines and goals count the same, as in the documents, but a group of
     /// few features counts less.
     pub fn value(&self) -> f64 {
-        let weight = |count: f64| (count / 8.0).min(1.0);
+        let weight = |count: f64| (count / 4.0).min(1.0);
         let (mut sum, mut total) = (0.0, 0.0);
         for ((agreeing, count), full) in self.groups.into_iter().zip(FULL_SHARES) {
             if count > 0.0 {
@@ -221,8 +224,10 @@ impl PoseFilter {
         }
         let mut at = prior;
         let mut step = None;
-        for gate_px in gates_px {
-            let fit = fit(model, &at, *gate_px, config);
+        for (i, gate_px) in gates_px.iter().enumerate() {
+            // Only the last step has to be exact.
+            let stride = if i + 1 < gates_px.len() { COARSE_STRIDE } else { 1 };
+            let fit = fit(model, &at, (*gate_px, stride), config);
             let pull = fit.gradient + fit.information * (at - prior);
             let Some(solved) = (Matrix6::identity() + fit.information * spread).try_inverse() else { break };
             at = prior + spread * (solved * pull);
@@ -237,12 +242,17 @@ impl PoseFilter {
                 self.covariance = (covariance + covariance.transpose()) * 0.5;
             }
         }
-        fit(model, &at, config.gate_px, config).agreement
+        fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement
     }
 }
 
-/// Matches all features from one state and adds up their normal equations.
-fn fit(model: &dyn FeatureModel, at: &Vector6<f64>, gate_px: f64, config: &RefinementConfig) -> Fit {
+/// Matches one feature in `stride` from one state and adds up their normal equations.
+fn fit(
+    model: &dyn FeatureModel,
+    at: &Vector6<f64>,
+    (gate_px, stride): (f64, usize),
+    config: &RefinementConfig,
+) -> Fit {
     let state = CameraState {
         world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
         tilt_rad: at.fixed_rows::<3>(3).into_owned(),
@@ -251,7 +261,7 @@ fn fit(model: &dyn FeatureModel, at: &Vector6<f64>, gate_px: f64, config: &Refin
         Fit { information: Matrix6::zeros(), gradient: Vector6::zeros(), agreement: Agreement::default() };
     let mut total_weight = 0.0;
     let soft_px = gate_px / 3.0;
-    model.visit_matches(&state, gate_px, &mut |feature| {
+    model.visit_matches(&state, gate_px, stride, &mut |feature| {
         let group = &mut fit.agreement.groups[feature.group];
         group.1 += 1.0;
         let Some(residual) = feature.residual else {

@@ -11,8 +11,8 @@ use super::{
     tracks::{Tracks, View},
 };
 use crate::{
-    ConfigError, Estimate, Hypothesis, Individual, Localizer, ObservationModel, Reliability, StartPrior,
-    StepInput, observation::features::FeatureModel,
+    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
+    Reliability, StartPrior, StepInput, observation::features::FeatureModel,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
@@ -22,7 +22,10 @@ const MAX_STEP_SECS: f64 = 1.0;
 const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step, while localized and while not.
 const SEARCH: (usize, usize) = (40, 1);
-const DEEP_SEARCH: (usize, usize) = (400, 8);
+const DEEP_SEARCH: (usize, usize) = (300, 6);
+/// Candidates that are fitted in one step.
+const CANDIDATES: usize = 1;
+const DEEP_CANDIDATES: usize = 5;
 /// An image from so far away, or turned by so much, shows something new.
 const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
@@ -46,6 +49,8 @@ pub struct Refined {
     places: PlaceSearch,
     /// Where tracks may begin in this step.
     candidates: Vec<PlanarPose>,
+    /// Whose turn it is among them.
+    turn: usize,
     tracks: Tracks,
     reliability: Reliability,
     last_odometry: Option<PlanarPose>,
@@ -89,6 +94,7 @@ impl Refined {
             model: features,
             places: PlaceSearch::new(pixels),
             candidates: Vec::new(),
+            turn: 0,
             tracks: Tracks::default(),
             last_odometry: None,
             last_at: None,
@@ -177,8 +183,16 @@ impl Refined {
         let hypotheses = &self.search.estimate().hypotheses;
         let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
         self.candidates.extend(probable.map(|h| h.world_from_robot));
-        let effort = if self.estimate.is_localized() { SEARCH } else { DEEP_SEARCH };
+        let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
+        let effort = if is_localized { SEARCH } else { DEEP_SEARCH };
         self.candidates.extend(self.places.search(percept, self.model.as_ref(), effort, rng));
+        // Each costs a fit, so they take turns.
+        let max = if is_localized { CANDIDATES } else { DEEP_CANDIDATES };
+        if self.candidates.len() > max {
+            self.turn = (self.turn + max) % self.candidates.len();
+            self.candidates.rotate_left(self.turn);
+            self.candidates.truncate(max);
+        }
     }
 
     /// Tells the search when what it found does not hold.

@@ -52,7 +52,13 @@ impl FeatureModel for Alike {
         NUM_FEATURES
     }
 
-    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch)) {
+    fn visit_matches(
+        &self,
+        state: &CameraState,
+        gate_px: f64,
+        _: usize,
+        visit: &mut dyn FnMut(FeatureMatch),
+    ) {
         let offset = self.offset(&state.world_from_robot);
         for (i, noise) in self.noise.iter().enumerate() {
             let axis = i % 3;

@@ -27,7 +27,7 @@ const ESTABLISHED_LOG_ODDS: f64 = 14.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
 /// A track whose odds fall below the best one's by this is given up, as a logarithm.
-const HOPELESS: f64 = 30.0;
+const HOPELESS: f64 = 20.0;
 
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
@@ -127,7 +127,7 @@ impl Tracks {
             self.bear(model, place, handicap, &own_share, config);
         }
         self.rank();
-        self.merge(config);
+        self.merge(model, config);
         self.tracks.retain(|track| track.log_odds > -HOPELESS && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
     }
@@ -151,7 +151,7 @@ impl Tracks {
         own_share: impl Fn(&PlanarPose) -> f64,
         config: &RefinementConfig,
     ) {
-        if self.knows(model, place, 1.5, config) {
+        if knows(&self.tracks, model, place, 1.5, config) {
             return;
         }
         let mut filter = match self.tracks.first() {
@@ -161,7 +161,7 @@ impl Tracks {
         let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2)
-            || self.knows(model, &filter.pose(), 1.0, config)
+            || knows(&self.tracks, model, &filter.pose(), 1.0, config)
         {
             return;
         }
@@ -190,34 +190,34 @@ impl Tracks {
         self.rank();
     }
 
-    /// Whether there is a track at this place or its mirrored one, or at some times the distance.
-    fn knows(
-        &self,
-        model: &dyn FeatureModel,
-        place: &PlanarPose,
-        factor: f64,
-        config: &RefinementConfig,
-    ) -> bool {
-        let mirrored = model.mirrored(place);
-        self.tracks.iter().any(|track| {
-            let pose = track.filter.pose();
-            is_near(&pose, place, factor, config)
-                || mirrored.is_some_and(|place| is_near(&pose, &place, factor, config))
-        })
-    }
-
-    /// Of two tracks at one place the one with more evidence stays.
-    fn merge(&mut self, config: &RefinementConfig) {
+    /// Of two tracks at one place, or at mirrored ones, the one with more evidence stays.
+    fn merge(&mut self, model: &dyn FeatureModel, config: &RefinementConfig) {
         let mut i = 1;
         while i < self.tracks.len() {
             let pose = self.tracks[i].filter.pose();
-            if self.tracks[..i].iter().any(|track| is_near(&track.filter.pose(), &pose, 1.0, config)) {
+            if knows(&self.tracks[..i], model, &pose, 1.0, config) {
                 self.tracks.remove(i);
             } else {
                 i += 1;
             }
         }
     }
+}
+
+/// Whether one of the tracks is at this place or its mirrored one, or at some times the distance.
+fn knows(
+    tracks: &[Track],
+    model: &dyn FeatureModel,
+    place: &PlanarPose,
+    factor: f64,
+    config: &RefinementConfig,
+) -> bool {
+    let mirrored = model.mirrored(place);
+    tracks.iter().any(|track| {
+        let pose = track.filter.pose();
+        is_near(&pose, place, factor, config)
+            || mirrored.is_some_and(|place| is_near(&pose, &place, factor, config))
+    })
 }
 
 fn is_near(a: &PlanarPose, b: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {

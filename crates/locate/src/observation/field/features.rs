@@ -214,9 +214,15 @@ impl FeatureModel for FieldFeatureModel {
         self.borders.len()
     }
 
-    fn visit_matches(&self, state: &CameraState, gate_px: f64, visit: &mut dyn FnMut(FeatureMatch)) {
+    fn visit_matches(
+        &self,
+        state: &CameraState,
+        gate_px: f64,
+        stride: usize,
+        visit: &mut dyn FnMut(FeatureMatch),
+    ) {
         let eye = self.eye(state);
-        for border in &self.borders {
+        for border in self.borders.iter().step_by(stride) {
             visit(if border.kind.is_goal() {
                 let residual = self.match_goal(border, &eye, gate_px);
                 FeatureMatch { group: GOALS, residual, unmatched_agreement: 0.0 }
@@ -312,7 +318,7 @@ mod tests {
 
     fn residuals(model: &FieldFeatureModel, state: &CameraState) -> Vec<Option<Residual>> {
         let mut all = Vec::new();
-        model.visit_matches(state, 8.0, &mut |feature| all.push(feature.residual));
+        model.visit_matches(state, 8.0, 1, &mut |feature| all.push(feature.residual));
         all
     }
 
