@@ -1,6 +1,7 @@
 //! Errors of configurations, and the check that all of them share.
 
 use thiserror::Error;
+use visloc_settings::SettingsError;
 
 /// A configuration that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -34,6 +35,13 @@ pub enum ConfigError {
         /// All names.
         known: String,
     },
+}
+
+impl ConfigError {
+    /// A mistake in the text of a file or an algorithm's parameters.
+    pub(crate) fn from_settings(name: &str, error: SettingsError) -> Self {
+        Self::Syntax { name: name.to_owned(), line: error.line, reason: error.reason }
+    }
 }
 
 /// Checks one value of a configuration.

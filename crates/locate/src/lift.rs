@@ -1,12 +1,13 @@
 //! Finds out from the feet that the robot was lifted or has fallen.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::{GroundContact, Timestamp};
 
 use crate::{ConfigError, require};
 
 /// Parameters of the lift detector. Source: 2010 section 3.10: all sensors near zero for a configurable time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LiftConfig {
     /// A sensor below this force carries nothing, newtons.

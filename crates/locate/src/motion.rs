@@ -4,6 +4,7 @@
 //! systematic error acts on the motion in the robot's axes, where a walk's errors live; with one factor for both axes
 //! it is the same as in the documents.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::{Rng, gaussian};
 use visloc_geom::{PlanarPose, angle};
@@ -11,7 +12,7 @@ use visloc_geom::{PlanarPose, angle};
 use crate::{ConfigError, require};
 
 /// Parameters of the motion model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotionConfig {
     /// Correction of the systematic error, true motion over measured motion, for forward, sideways and turning.

@@ -1,5 +1,6 @@
 //! Image analysis, lift detector and localizer for the frames of one robot.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_base::{Frame, Rng, RngTree};
@@ -19,7 +20,7 @@ use crate::{
 };
 
 /// Parameters of everything but the algorithm.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PipelineConfig {
     /// Image analysis.

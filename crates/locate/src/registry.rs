@@ -1,6 +1,6 @@
 //! The algorithms by name. A new algorithm adds its folder and one entry here.
 
-use serde::{Serialize, de::DeserializeOwned};
+use visloc_settings::{Settings, SettingsError, commented_toml, overlay};
 
 use crate::{
     ConfigError, Localizer, ObservationModel,
@@ -20,7 +20,7 @@ pub struct AlgorithmInfo {
     /// One line about it.
     pub summary: &'static str,
     build: Build,
-    defaults: fn() -> Result<String, toml::ser::Error>,
+    defaults: fn() -> Result<String, SettingsError>,
 }
 
 /// A particle filter by the function that makes its parameters.
@@ -33,7 +33,7 @@ macro_rules! monte_carlo_info {
                 let config = parse(name, text, MonteCarloConfig::$config())?;
                 Ok(Box::new(MonteCarlo::new(config, model)?))
             },
-            defaults: || toml::to_string(&MonteCarloConfig::$config()),
+            defaults: || commented_toml(&MonteCarloConfig::$config()),
         }
     };
 }
@@ -46,7 +46,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
         build: |name, text, model| {
             Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary())?, model)?))
         },
-        defaults: || toml::to_string(&evolutionary()),
+        defaults: || commented_toml(&evolutionary()),
     },
     AlgorithmInfo {
         name: "evolutionary-grid",
@@ -54,7 +54,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
         build: |name, text, model| {
             Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary_grid())?, model)?))
         },
-        defaults: || toml::to_string(&evolutionary_grid()),
+        defaults: || commented_toml(&evolutionary_grid()),
     },
     monte_carlo_info!("mce", "Monte Carlo with elitism: the best particles survive unchanged", default),
     monte_carlo_info!("mc", "classic Monte Carlo", classic),
@@ -68,7 +68,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
         build: |name, text, model| {
             Ok(Box::new(Markov::new(parse(name, text, MarkovConfig::default())?, model.as_ref())?))
         },
-        defaults: || toml::to_string(&MarkovConfig::default()),
+        defaults: || commented_toml(&MarkovConfig::default()),
     },
 ];
 
@@ -93,16 +93,12 @@ pub fn build_localizer(
     (find(name)?.build)(name, config_toml, model)
 }
 
-/// The default parameters of an algorithm as TOML.
+/// The default parameters of an algorithm as TOML, each with its meaning as a comment.
 ///
 /// # Errors
 /// If there is no such algorithm.
 pub fn default_config_toml(name: &str) -> Result<String, ConfigError> {
-    (find(name)?.defaults)().map_err(|error| ConfigError::Syntax {
-        name: name.to_owned(),
-        line: None,
-        reason: error.to_string(),
-    })
+    (find(name)?.defaults)().map_err(|error| ConfigError::from_settings(name, error))
 }
 
 fn find(name: &str) -> Result<&'static AlgorithmInfo, ConfigError> {
@@ -113,34 +109,9 @@ fn find(name: &str) -> Result<&'static AlgorithmInfo, ConfigError> {
 }
 
 /// Lays the given parameters over the defaults of the algorithm, so that a file may name only what it changes.
-fn parse<C: Serialize + DeserializeOwned>(
-    name: &str,
-    text: Option<&str>,
-    defaults: C,
-) -> Result<C, ConfigError> {
+fn parse<C: Settings>(name: &str, text: Option<&str>, defaults: C) -> Result<C, ConfigError> {
     let Some(text) = text else { return Ok(defaults) };
-    let syntax = |line, reason: String| ConfigError::Syntax { name: name.to_owned(), line, reason };
-    // Parsed once on its own, so that an error has the line of the user's text.
-    if let Err(error) = toml::from_str::<C>(text) {
-        let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-        return Err(syntax(line, error.message().to_owned()));
-    }
-    let given: toml::Table =
-        toml::from_str(text).map_err(|error| syntax(None, error.message().to_owned()))?;
-    let mut merged = toml::Table::try_from(&defaults).map_err(|error| syntax(None, error.to_string()))?;
-    overlay(&mut merged, given);
-    merged.try_into().map_err(|error: toml::de::Error| syntax(None, error.message().to_owned()))
-}
-
-fn overlay(base: &mut toml::Table, over: toml::Table) {
-    for (key, value) in over {
-        match (base.get_mut(&key), value) {
-            (Some(toml::Value::Table(inner)), toml::Value::Table(given)) => overlay(inner, given),
-            (_, value) => {
-                base.insert(key, value);
-            }
-        }
-    }
+    overlay(&defaults, text).map_err(|error| ConfigError::from_settings(name, error))
 }
 
 #[cfg(test)]
@@ -169,7 +140,10 @@ mod tests {
     fn unknown_keys_are_refused_with_their_line() {
         let error =
             parse("mc", Some("\nnum_partikles = 5\n"), MonteCarloConfig::classic()).unwrap_err().to_string();
-        assert!(error.contains("line 2") && error.contains("num_particles"), "{error}");
+        assert_eq!(
+            error,
+            "configuration of mc, line 2: unknown key `num_partikles`, did you mean `num_particles`?"
+        );
     }
 
     #[test]
@@ -177,6 +151,9 @@ mod tests {
         for algorithm in ALGORITHMS {
             let text = default_config_toml(algorithm.name).unwrap();
             assert!(text.contains("[motion]"), "{text}");
+            let is_explained = |lines: &[&str]| !lines[1].contains(" = ") || lines[0].starts_with('#');
+            let lines: Vec<&str> = text.lines().collect();
+            assert!(lines.windows(2).all(is_explained), "{text}");
         }
         let text = default_config_toml("evolutionary-grid").unwrap();
         assert_eq!(parse("evolutionary", Some(&text), evolutionary()).unwrap(), evolutionary_grid());

@@ -1,11 +1,12 @@
 //! How far the estimate can be trusted: a value that follows quality and likelihood slowly.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{ConfigError, require};
 
 /// Thresholds and steps of the reliability.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReliabilityConfig {
     /// Likelihood above which the reliability grows (`P_max`).

@@ -1,8 +1,9 @@
 //! `visloc algorithms` and `visloc config`.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use visloc_data::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
+use visloc_settings::commented_toml;
 
 use crate::{
     args::{ConfigArgs, ConfigCommand},
@@ -16,8 +17,8 @@ use crate::{
 pub fn execute(args: &ConfigArgs) -> Result<()> {
     let ConfigCommand::Show { name } = &args.command;
     let text = match name.as_str() {
-        "pipeline" => toml::to_string(&PipelineConfig::default()).context("pipeline")?,
-        "topics" => toml::to_string(&BagTopics::default()).context("topics")?,
+        "pipeline" => commented_toml(&PipelineConfig::default())?,
+        "topics" => commented_toml(&BagTopics::default())?,
         algorithm => default_config_toml(algorithm)?,
     };
     say::text(format_args!("{text}"));

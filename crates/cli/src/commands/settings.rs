@@ -3,9 +3,9 @@
 use std::{fs, path::Path};
 
 use anyhow::{Context, Result, anyhow};
-use serde::de::DeserializeOwned;
 use visloc_data::bag::BagTopics;
 use visloc_locate::PipelineConfig;
+use visloc_settings::{Settings, SettingsError, overlay};
 
 use crate::args::TopicArgs;
 
@@ -49,11 +49,10 @@ pub fn bag_topics(args: &TopicArgs) -> Result<BagTopics> {
     Ok(topics)
 }
 
-fn from_toml<T: DeserializeOwned>(path: &Path) -> Result<T> {
+fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
     let text = read_text(path)?;
-    toml::from_str(&text).map_err(|error| {
-        let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
+    overlay(&T::default(), &text).map_err(|SettingsError { line, reason }| {
         let line = line.map(|line| format!(", line {line}")).unwrap_or_default();
-        anyhow!("{}{line}: {}", path.display(), error.message())
+        anyhow!("{}{line}: {reason}", path.display())
     })
 }

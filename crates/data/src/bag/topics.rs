@@ -1,5 +1,6 @@
 //! Names of topics and frames in a recording.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What a topic is for.
@@ -53,7 +54,7 @@ impl TopicRole {
 
 /// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
 /// must have the image and calibration topics, one of the two `tf` topics, and every topic whose name is not the default.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BagTopics {
     /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, bgr8, rgba8, bgra8,

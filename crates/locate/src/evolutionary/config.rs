@@ -1,11 +1,12 @@
 //! Parameters of the evolutionary algorithm.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{ConfigError, MotionConfig, ReliabilityConfig, require};
 
 /// How explorers are spread.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ExplorerKind {
     /// At random over the map. Source: 2017 section 4.2.2.
@@ -15,7 +16,7 @@ pub enum ExplorerKind {
 }
 
 /// Parameters of the explorers.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExplorerConfig {
     /// How they are spread.
@@ -57,7 +58,7 @@ impl Default for ExplorerConfig {
 }
 
 /// Parameters of the evolutionary algorithm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvolutionaryConfig {
     /// Most races. Source: 2010 section 5.2.6, 4.

@@ -1,12 +1,13 @@
 //! Groups of particles that stand for one place.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_geom::{PlanarPose, weighted_pose_statistics};
 
 use crate::{ConfigError, Hypothesis, require};
 
 /// When two particles stand for the same place.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClusterConfig {
     /// Largest distance from the group's best particle, meters.

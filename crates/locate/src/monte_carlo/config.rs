@@ -1,5 +1,6 @@
 //! Parameters of the particle filter.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -9,7 +10,7 @@ use super::{
 use crate::{ConfigError, MotionConfig, ReliabilityConfig, require};
 
 /// How the filter begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InitializationConfig {
     /// Share of the first particles whose heading is aimed at something seen; the rest has any heading. The documents
@@ -39,7 +40,7 @@ impl Default for InitializationConfig {
 }
 
 /// Noise on the copies that survive; the elite has none.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseConfig {
     /// Standard deviation of x and y, meters.
@@ -60,7 +61,7 @@ impl Default for NoiseConfig {
 }
 
 /// When the filter gives up and starts anew. Source: 2017 section 4.1.1, which leaves the values open.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RestartConfig {
     /// While every particle is below this likelihood (0: never) ...
@@ -76,7 +77,7 @@ impl Default for RestartConfig {
 }
 
 /// Parameters of a particle filter. The variants of the documents differ in them only.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarloConfig {
     /// How many particles, at most if the number follows a rule. Source: 2010 section 5.1.4, 200.

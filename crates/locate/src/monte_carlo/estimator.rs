@@ -1,5 +1,6 @@
 //! From particles to one answer.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_geom::weighted_pose_statistics;
 
@@ -7,7 +8,7 @@ use super::{ClusterConfig, Clusters, Particles, share, weights::to_f64};
 use crate::{ConfigError, Estimate, require};
 
 /// What the answer is the mean of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimateKind {
     /// The best particles. Source: 2017 section 4.1.4, classic Monte Carlo.
@@ -18,7 +19,7 @@ pub enum EstimateKind {
 }
 
 /// Parameters of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EstimateConfig {
     /// What it is the mean of.

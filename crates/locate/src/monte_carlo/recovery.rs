@@ -1,5 +1,6 @@
 //! Random particles when the belief explains the images worse than it used to.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 use visloc_geom::PlanarPose;
@@ -7,7 +8,7 @@ use visloc_geom::PlanarPose;
 use crate::{ConfigError, ObservationModel, require};
 
 /// Where random particles are put.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum InjectionSource {
     /// Anywhere on the map. Source: 2017 section 2.1.4.
@@ -31,7 +32,7 @@ impl InjectionSource {
 ///
 /// The averages follow the likelihoods themselves, not normalized weights, whose mean says nothing. They are never set
 /// back after random particles were put in, so that the search goes on until it succeeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InjectionConfig {
     /// Largest share of random particles; 0 switches them off.

@@ -1,13 +1,14 @@
 //! Drawing survivors by weight.
 
 use rand::RngExt;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 
 use crate::{ConfigError, require};
 
 /// When survivors are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ResamplingTrigger {
     /// After every image, as in the documents.
@@ -18,7 +19,7 @@ pub enum ResamplingTrigger {
 }
 
 /// Parameters of the drawing of survivors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ResamplingConfig {
     /// How survivors are drawn.
@@ -53,7 +54,7 @@ impl ResamplingConfig {
 }
 
 /// How survivors are drawn. All have the same expected counts; they differ in the spread around them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Resampling {
     /// Independent draws (multinomial). Source: 2010 section 5.1.2.

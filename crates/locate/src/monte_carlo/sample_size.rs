@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_geom::PlanarPose;
 
@@ -10,7 +11,7 @@ use super::weights::to_f64;
 use crate::{ConfigError, require};
 
 /// Rule for the number of particles.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SampleSizeRule {
     /// Always `num_particles`.
@@ -23,7 +24,7 @@ pub enum SampleSizeRule {
 ///
 /// Particles fall into bins of the map; with `k` bins occupied, the given number of particles keeps the distance between
 /// the belief and its samples below `max_error` with probability `1 - delta`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SampleSizeConfig {
     /// The rule.

@@ -1,10 +1,11 @@
 //! The color classes as a person writes them: ranges of hue, saturation and brightness.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// One colored class: a range of hue, and how colorful and bright a pixel must be.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HueRange {
     /// Start of the range on the color circle, degrees (red 0, yellow 60, green 120, blue 240).
@@ -32,7 +33,7 @@ impl HueRange {
 
 /// All classes of a RoboCup field. Hue and saturation hardly change with brightness, and white is judged against the
 /// carpet beside it, so one calibration holds under changing and uneven light.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColorConfig {
     /// The carpet.

@@ -1,12 +1,13 @@
 //! Parameters of the analysis.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::color::{ColorConfig, ColorConfigError};
 
 /// Which filters run. The documents switch each one on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[allow(clippy::struct_excessive_bools)] // independent switches
 pub struct FilterSwitches {
@@ -50,7 +51,7 @@ impl Default for FilterSwitches {
 }
 
 /// Parameters of the analysis of a field image. Pixel values are for images 320 px wide and scale with the width.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FieldAnalysisConfig {
     /// Color classes.

@@ -6,6 +6,7 @@
 
 use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
@@ -16,7 +17,7 @@ use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable}
 use crate::{ConfigError, ObservationModel, Region, observation::Landmark, require};
 
 /// Parameters of the observation model of a field.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FieldModelConfig {
     /// Distance in the image at which a pixel agrees with nothing (`D`), pixels. Source: 2010 equation 4.1, 50.

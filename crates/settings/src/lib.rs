@@ -1,0 +1,26 @@
+//! Parameters as people read and write them: TOML that is laid over defaults, refused with the nearest known key if one
+//! is unknown, and shown with the meaning of every key.
+//!
+//! Names, meanings and choices come from the parameters' own types: their documentation is what the user reads, through
+//! the schema that `schemars` derives. So they are written once.
+
+mod commented;
+mod error;
+mod keys;
+mod overlay;
+mod schema;
+
+pub use commented::commented_toml;
+pub use error::SettingsError;
+pub use overlay::overlay;
+
+use schemars::JsonSchema;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Parameters: plain data with a derived schema.
+pub trait Settings: Serialize + DeserializeOwned + JsonSchema {}
+
+impl<T: Serialize + DeserializeOwned + JsonSchema> Settings for T {}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,76 @@
+//! What the types say about themselves.
+
+use schemars::{JsonSchema, schema_for};
+use serde_json::{Map, Value};
+
+/// The schema of a type, with the types that it is made of.
+pub(crate) struct Schema(Value);
+
+impl Schema {
+    pub fn of<T: JsonSchema>() -> Self {
+        Self(schema_for!(T).to_value())
+    }
+
+    /// The whole.
+    pub fn root(&self) -> Node<'_> {
+        self.node(&self.0)
+    }
+
+    fn node<'a>(&'a self, value: &'a Value) -> Node<'a> {
+        Node { schema: self, outer: value, inner: self.resolve(value) }
+    }
+
+    /// Follows a reference to the type that it names. An optional value is what it is if it is there.
+    fn resolve<'a>(&'a self, value: &'a Value) -> &'a Value {
+        let one_of = value.get("anyOf").and_then(Value::as_array);
+        let is_null = |v: &&Value| v.get("type").is_some_and(|kind| kind == "null");
+        let value = one_of.and_then(|all| all.iter().find(|v| !is_null(v))).unwrap_or(value);
+        let Some(reference) = value.get("$ref").and_then(Value::as_str) else { return value };
+        self.0.pointer(reference.trim_start_matches('#')).unwrap_or(value)
+    }
+}
+
+/// One value in a schema.
+#[derive(Clone, Copy)]
+pub(crate) struct Node<'a> {
+    schema: &'a Schema,
+    /// Where the value is used.
+    outer: &'a Value,
+    /// Its type.
+    inner: &'a Value,
+}
+
+impl<'a> Node<'a> {
+    /// What is said where the value is used, or else of its type.
+    pub fn meaning(&self) -> Option<String> {
+        description(self.outer).or_else(|| description(self.inner))
+    }
+
+    /// Names that the value can have, with what they mean.
+    pub fn choices(&self) -> Vec<(&'a str, Option<String>)> {
+        let values = self.inner.get("enum").and_then(Value::as_array).into_iter().flatten();
+        let plain = values.filter_map(|value| Some((value.as_str()?, None)));
+        let variants = self.inner.get("oneOf").and_then(Value::as_array).into_iter().flatten();
+        let described = variants.filter_map(|v| Some((v.get("const")?.as_str()?, description(v))));
+        plain.chain(described).collect()
+    }
+
+    /// Names of the keys below this one; none if it is not a table.
+    pub fn keys(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.properties().into_iter().flat_map(|all| all.keys().map(String::as_str))
+    }
+
+    /// The value of a key below this one.
+    pub fn get(&self, key: &str) -> Option<Self> {
+        Some(self.schema.node(self.properties()?.get(key)?))
+    }
+
+    fn properties(&self) -> Option<&'a Map<String, Value>> {
+        self.inner.get("properties")?.as_object()
+    }
+}
+
+fn description(value: &Value) -> Option<String> {
+    let text = value.get("description")?.as_str()?;
+    Some(text.split_whitespace().collect::<Vec<_>>().join(" "))
+}

@@ -1,0 +1,88 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::*;
+
+/// How something is done.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum Way {
+    /// Round the hill.
+    LongWay,
+    /// Over it.
+    ShortWay,
+}
+
+/// A color.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Color {
+    /// Start, degrees.
+    from_deg: f64,
+    /// End, degrees.
+    to_deg: f64,
+}
+
+/// Everything.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct Example {
+    /// The grass.
+    green: Color,
+    /// Rounds until
+    /// it is done.
+    iterations: u32,
+    /// Which way.
+    way: Way,
+    /// Frame of the camera.
+    camera_frame: Option<String>,
+    /// Factors.
+    factors: [f64; 2],
+}
+
+fn example() -> Example {
+    Example {
+        green: Color { from_deg: 85.0, to_deg: 185.0 },
+        iterations: 300,
+        way: Way::LongWay,
+        camera_frame: None,
+        factors: [1.0, 0.5],
+    }
+}
+
+#[test]
+fn a_text_changes_only_what_it_names() {
+    let changed = overlay(&example(), "way = \"short-way\"\n[green]\nto_deg = 170\n").unwrap();
+    let green = Color { from_deg: 85.0, to_deg: 170.0 };
+    assert_eq!(changed, Example { way: Way::ShortWay, green, ..example() });
+    assert_eq!(overlay(&example(), "").unwrap(), example());
+    let named = overlay(&example(), "camera_frame = \"eye\"").unwrap();
+    assert_eq!(named.camera_frame.as_deref(), Some("eye"), "a key without a default is known, too");
+}
+
+#[test]
+fn mistakes_have_a_line_and_the_nearest_key() {
+    let error = |text: &str| overlay(&example(), text).unwrap_err().to_string();
+    assert_eq!(error("\niteratons = 3"), "line 2: unknown key `iteratons`, did you mean `iterations`?");
+    assert_eq!(
+        error("[green]\n\nto_degrees = 3"),
+        "line 3: unknown key `to_degrees` in [green], did you mean `to_deg`?"
+    );
+    assert!(error("zzz = 1").contains("known: ") && error("zzz = 1").contains("camera_frame"));
+    assert!(error("\n\niterations = \"many\"").starts_with("line 3: "));
+    assert!(error("\n[green]\nfrom_deg = true").starts_with("line 3: "));
+    assert!(error("way = \"detour\"").starts_with("line 1: "));
+    assert!(error("way = ").starts_with("line 1: "));
+    assert!(error("\ngreen = 3").starts_with("line 2: "));
+}
+
+#[test]
+fn every_key_is_shown_with_its_meaning_and_the_text_reads_back() {
+    let text = commented_toml(&example()).unwrap();
+    assert!(text.starts_with("# Everything.\n"), "{text}");
+    assert!(text.contains("# Rounds until it is done.\niterations = 300\n"), "{text}");
+    assert!(text.contains("# The grass.\n[green]\n# Start, degrees.\nfrom_deg = 85.0\n"), "{text}");
+    assert!(text.contains("# Which way.\n# - \"long-way\": Round the hill.\n"), "{text}");
+    assert!(text.contains("# Frame of the camera.\n# camera_frame =\n"), "{text}");
+    assert_eq!(overlay(&example(), &text).unwrap(), example());
+}
