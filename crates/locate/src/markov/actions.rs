@@ -1,5 +1,6 @@
 //! What the robot does between two observations, and what comes of it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{ConfigError, require};
@@ -31,7 +32,7 @@ impl Action {
 }
 
 /// How often an action has no effect, happens once, twice or three times: shares that sum to 1.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Outcomes {
     /// Of walking.

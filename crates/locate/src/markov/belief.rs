@@ -125,6 +125,13 @@ impl Belief {
         }
     }
 
+    /// Gives a share of the belief, 0 to 1, to another belief over the same states.
+    pub(super) fn mix(&mut self, other: &Self, share: f64) {
+        for (p, q) in self.probabilities.iter_mut().zip(&other.probabilities) {
+            *p += share * (q - *p);
+        }
+    }
+
     /// Probability of a state together with the states that touch it.
     #[must_use]
     pub fn mass_around(&self, index: usize) -> f64 {

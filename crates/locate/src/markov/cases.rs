@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_vision::{FeatureKind, Percept};
+
+use super::{ViewLikelihoods, table_text};
 
 /// Cases of each of the two observations.
 pub const NUM_CASES: usize = 9;
@@ -40,7 +43,7 @@ impl BlobView {
 }
 
 /// Where one case ends and the next begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct CaseLimits {
     /// Limits between the nine cases of the size, pixels of an image 160 pixels wide. Source: table 4.
@@ -143,12 +146,8 @@ impl CaseTables {
         }
     }
 
-    /// Likelihood of an observation in every state: both observations in turn, which is their product.
-    pub fn likelihoods(&self, view: Option<&BlobView>, out: &mut Vec<f64>) {
-        self.likelihoods_of_cases(self.limits.size_case(view), self.limits.centroid_case(view), out);
-    }
-
-    /// The same for the cases themselves; cases that do not exist are impossible.
+    /// Likelihood of a size and a centroid in every state: both observations in turn, which is their product. Cases that
+    /// do not exist are impossible.
     pub fn likelihoods_of_cases(&self, size: usize, centroid: usize, out: &mut Vec<f64>) {
         out.clear();
         let share = |row: &[f64; NUM_CASES], case: usize| row.get(case).copied().unwrap_or(0.0);
@@ -181,23 +180,19 @@ impl CaseTables {
     /// # Errors
     /// If a line has not 19 numbers, states do not follow each other, or a share is not one.
     pub fn from_csv(limits: CaseLimits, text: &str) -> Result<Self, TableError> {
-        let (mut sizes, mut centroids) = (Vec::new(), Vec::new());
-        for (i, line) in text.lines().enumerate().skip(1) {
-            let wrong = |expected: &str| TableError { line: i + 1, expected: expected.to_owned() };
-            let numbers: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
-            let numbers = numbers.map_err(|_| wrong("numbers between commas"))?;
-            let [state, shares @ ..] = numbers.as_slice() else { return Err(wrong("a state")) };
-            if shares.len() != 2 * NUM_CASES || !shares.iter().all(|share| (0.0..=1.0).contains(share)) {
-                return Err(wrong("a state and 18 shares from 0 to 1"));
-            }
-            #[allow(clippy::cast_precision_loss)]
-            if *state != sizes.len() as f64 {
-                return Err(wrong(&format!("state {}", sizes.len())));
-            }
-            let row = |first: usize| std::array::from_fn(|case| shares[first + case]);
-            sizes.push(row(0));
-            centroids.push(row(NUM_CASES));
+        let rows = table_text::rows(text, 2 * NUM_CASES, "shares from 0 to 1")?;
+        if let Some(i) = rows.iter().position(|row| !row.iter().all(|share| (0.0..=1.0).contains(share))) {
+            return Err(TableError { line: i + 2, expected: "shares from 0 to 1".to_owned() });
         }
-        Ok(Self { limits, sizes, centroids })
+        let part = |first: usize| -> Vec<[f64; NUM_CASES]> {
+            rows.iter().map(|row| std::array::from_fn(|case| row[first + case])).collect()
+        };
+        Ok(Self { limits, sizes: part(0), centroids: part(NUM_CASES) })
+    }
+}
+
+impl ViewLikelihoods for CaseTables {
+    fn likelihoods(&self, view: Option<&BlobView>, out: &mut Vec<f64>) {
+        self.likelihoods_of_cases(self.limits.size_case(view), self.limits.centroid_case(view), out);
     }
 }

@@ -1,5 +1,6 @@
 //! Parameters of Markov localization.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Outcomes;
@@ -7,7 +8,7 @@ use crate::{ConfigError, MotionConfig, require};
 
 /// What is done against runs of observations without a landmark. The source names the trouble as open work: such
 /// observations raise the belief of many states, and the robot recovers slowly afterwards.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Remedy {
     /// Weight of the first observation of a run, 0 to 1: the power to which its likelihood is raised.
@@ -48,8 +49,8 @@ impl Default for Remedy {
     }
 }
 
-/// Where the robot starts, if that is known.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Where the robot starts, if that is known, and what is kept when it is lifted.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct KnownStart {
     /// Whether it is known.
@@ -60,18 +61,34 @@ pub struct KnownStart {
     pub y_m: f64,
     /// Heading in the map, degrees.
     pub yaw_deg: f64,
-    /// Probability of the state there. Source: section 4.3, 0.8.
+    /// Probability of the state there, or of all states of a start prior together. Source: section 4.3, 0.8.
     pub probability: f64,
+    /// After a lift, this share of the belief is put around the last pose that could be relied on, 0 to 1: somebody may
+    /// have set the robot back. 0 forgets it.
+    pub keep_old_pose_share: f64,
+    /// Spread around that pose, meters.
+    pub old_pose_spread_m: f64,
+    /// Spread around its heading, degrees.
+    pub old_pose_spread_deg: f64,
 }
 
 impl Default for KnownStart {
     fn default() -> Self {
-        Self { is_known: false, x_m: 0.0, y_m: 0.0, yaw_deg: 0.0, probability: 0.8 }
+        Self {
+            is_known: false,
+            x_m: 0.0,
+            y_m: 0.0,
+            yaw_deg: 0.0,
+            probability: 0.8,
+            keep_old_pose_share: 0.0,
+            old_pose_spread_m: 0.3,
+            old_pose_spread_deg: 17.0,
+        }
     }
 }
 
 /// How seen landmarks are compared with those that a state expects.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ExpectedViewConfig {
     /// Poses spread over each state that stand for it. The source takes 50 captures in each state.
@@ -139,7 +156,7 @@ impl ExpectedViewConfig {
 }
 
 /// Parameters of Markov localization.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarkovConfig {
     /// Side of a tile, meters. Source: section 4.1, 0.5.
@@ -202,6 +219,14 @@ impl MarkovConfig {
         require(is_place, "start", "finite numbers", format!("{start:?}"))?;
         let known = start.probability;
         require(known > 0.0 && known <= 1.0, "start.probability", "above 0, at most 1", known)?;
+        let kept = start.keep_old_pose_share;
+        require((0.0..=1.0).contains(&kept), "start.keep_old_pose_share", "0 to 1", kept)?;
+        for (key, value) in [
+            ("start.old_pose_spread_m", start.old_pose_spread_m),
+            ("start.old_pose_spread_deg", start.old_pose_spread_deg),
+        ] {
+            require((0.0..=360.0).contains(&value), key, "0 to 360", value)?;
+        }
         self.outcomes.check()?;
         self.remedy.check()?;
         self.view.check()?;

@@ -117,6 +117,21 @@ impl Grid {
         -(heading as f64) * self.heading_step_rad()
     }
 
+    /// The part of the map that the tiles cover.
+    #[must_use]
+    pub fn region(&self) -> Region {
+        let corner = self.world_from_grid.position();
+        let size_m = |tiles: usize| tiles as f64 * self.tile_m;
+        let opposite = PlanarPose::new(size_m(self.num_columns), size_m(self.num_rows), 0.0);
+        let opposite = self.world_from_grid.compose(&opposite).position();
+        Region {
+            min_x_m: corner.x.min(opposite.x),
+            max_x_m: corner.x.max(opposite.x),
+            min_y_m: corner.y.min(opposite.y),
+            max_y_m: corner.y.max(opposite.y),
+        }
+    }
+
     /// The middle of a state: center of its tile, its heading.
     #[must_use]
     pub fn pose(&self, index: usize) -> PlanarPose {

@@ -7,10 +7,11 @@ use visloc_vision::Percept;
 
 use super::{
     Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, expected::ExpectedViews,
+    start::belief_of,
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
-    ObservationModel, Region, StepInput, require,
+    ObservationModel, PosePrior, Region, StartPrior, StepInput, require,
 };
 
 /// At most so many hypotheses ...
@@ -29,6 +30,8 @@ pub struct Markov {
     /// Where the camera looked when the last image was weighed, yaw in the robot's frame, radians.
     weighed_yaw_rad: Option<f64>,
     has_evidence: bool,
+    /// Where the robot was before it was lifted.
+    old_pose: Option<PlanarPose>,
     actions: Vec<Action>,
     likelihoods: Vec<f64>,
     estimate: Estimate,
@@ -53,12 +56,13 @@ impl Markov {
         let num_states = grid.num_states();
         require(num_states <= 1_000_000, "tile_m, num_headings", "at most 1000000 states", num_states)?;
         Ok(Self {
-            filter: MarkovFilter::new(start(&config, grid), config.outcomes, config.remedy),
+            filter: MarkovFilter::new(known_start(&config, grid), config.outcomes, config.remedy),
             views: ExpectedViews::new(config.view, &grid, landmarks),
             motion: MotionModel::new(config.motion),
             cutter: OdometryCutter::new(&grid),
             weighed_yaw_rad: None,
             has_evidence: config.start.is_known,
+            old_pose: None,
             actions: Vec::new(),
             likelihoods: Vec::new(),
             estimate: Estimate::unknown(),
@@ -144,12 +148,25 @@ impl Markov {
         self.estimate.normalize_hypotheses();
     }
 
-    fn forget(&mut self) {
-        let belief = Belief::uniform(self.grid);
+    /// Begins again with a prior. Of an old pose that is kept, the prior's share gets smaller by its own.
+    fn begin_again(&mut self, prior: &StartPrior, keeps_old_pose: bool) {
+        let start = &self.config.start;
+        let old_pose = self.estimate.is_localized().then_some(self.estimate.world_from_robot);
+        self.old_pose = old_pose.or(self.old_pose).filter(|_| keeps_old_pose);
+        let mut belief = belief_of(self.grid, prior, start.probability);
+        if let Some(old_pose) = self.old_pose.filter(|_| start.keep_old_pose_share > 0.0) {
+            let old = PosePrior {
+                world_from_robot: old_pose,
+                position_spread_m: start.old_pose_spread_m,
+                heading_spread_rad: start.old_pose_spread_deg.to_radians(),
+                weight: 1.0,
+            };
+            belief.mix(&belief_of(self.grid, &StartPrior::Poses(vec![old]), 1.0), start.keep_old_pose_share);
+        }
+        self.has_evidence = !prior.is_uniform();
         self.filter = MarkovFilter::new(belief, self.config.outcomes, self.config.remedy);
         self.cutter.reset();
         self.weighed_yaw_rad = None;
-        self.has_evidence = false;
         self.likelihoods.clear();
         self.estimate.forget();
     }
@@ -168,7 +185,7 @@ fn grid_for(config: &MarkovConfig, map: &Region) -> Grid {
     Grid::new(&region, config.tile_m, config.num_headings, Direction::PlusX)
 }
 
-fn start(config: &MarkovConfig, grid: Grid) -> Belief {
+fn known_start(config: &MarkovConfig, grid: Grid) -> Belief {
     let start = &config.start;
     if !start.is_known {
         return Belief::uniform(grid);
@@ -203,7 +220,11 @@ fn reliability_of(mass: f64) -> f64 {
 
 impl Localizer for Markov {
     fn reset(&mut self) {
-        self.forget();
+        self.begin_again(&StartPrior::Uniform, false);
+    }
+
+    fn reset_to(&mut self, prior: &StartPrior) {
+        self.begin_again(prior, true);
     }
 
     /// Uses no random numbers.
@@ -211,7 +232,7 @@ impl Localizer for Markov {
         if input.is_lifted {
             // The odometry of the feet in the air is no motion over the map.
             self.motion.update(input.odometry);
-            self.forget();
+            self.begin_again(&StartPrior::Uniform, true);
             return &self.estimate;
         }
         let acted = self.act(input.odometry);

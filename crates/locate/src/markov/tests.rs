@@ -2,10 +2,15 @@
 
 use rand::RngExt;
 use visloc_base::RngTree;
-use visloc_geom::PlanarPose;
+use visloc_geom::{Camera, PlanarPose};
+use visloc_vision::Percept;
+use visloc_world::Map;
 
 use super::*;
-use crate::Region;
+use crate::{
+    Half, Localizer, Region, SideLines, StartPrior, StepInput,
+    observation::field::{FieldModelConfig, FieldObservationModel},
+};
 
 fn region(length_m: f64, width_m: f64) -> Region {
     let (x, y) = (length_m / 2.0, width_m / 2.0);
@@ -314,4 +319,48 @@ fn synthetic_walk_along_the_edge() {
         right_at_end += usize::from(filter.belief().best().0 == 352);
     }
     assert!(right_at_end >= 18 && right_steps >= 198, "{right_at_end} of 20, {right_steps} of 220");
+}
+
+/// A penalty, a lift, and a restart without knowledge: what the localizer believes afterwards.
+#[test]
+fn starts_follow_their_priors() {
+    let Map::Field(field) = Map::load("robocup-spl-2010").unwrap() else { panic!("a field") };
+    let model = FieldObservationModel::new(&field, &FieldModelConfig::default()).unwrap();
+    let config = MarkovConfig {
+        start: KnownStart {
+            is_known: true,
+            x_m: 1.25,
+            y_m: 0.25,
+            keep_old_pose_share: 0.4,
+            ..KnownStart::default()
+        },
+        ..MarkovConfig::default()
+    };
+    let mut localizer = Markov::new(config, &model).unwrap();
+    let mass = |localizer: &Markov, holds: &dyn Fn(&PlanarPose) -> bool| -> f64 {
+        let belief = localizer.belief();
+        let states = belief.probabilities().iter().enumerate();
+        states.filter(|(i, _)| holds(&belief.grid().pose(*i))).map(|(_, p)| p).sum()
+    };
+    let mut rng = RngTree::new(1).stream("unused", 0);
+    let percept = Percept {
+        camera: Camera::pinhole((320, 240), (300.0, 300.0), (160.0, 120.0)).unwrap(),
+        ..Percept::default()
+    };
+    let mut step = |localizer: &mut Markov, is_lifted| {
+        localizer.step(&StepInput { percept: &percept, odometry: None, is_lifted }, &mut rng).reliability
+    };
+    assert!(step(&mut localizer, false) > 0.6, "the start is known");
+    assert!(step(&mut localizer, true) == 0.0, "lifted");
+    let is_old = |pose: &PlanarPose| pose.distance_m(&PlanarPose::new(1.25, 0.25, 0.0)) < 0.8;
+    let kept = mass(&localizer, &is_old);
+    assert!(kept > 0.4 && kept < 0.6, "the old pose keeps its share and a little of the rest: {kept}");
+    let lines = SideLines::of(&field, Half::Negative);
+    localizer.reset_to(&StartPrior::SideLines(lines));
+    assert!(localizer.estimate().reliability == 0.0);
+    let on_lines = mass(&localizer, &|pose| pose.x_m < 0.0 && pose.y_m.abs() > 1.5);
+    assert!(on_lines > 0.6 * 0.8 - 0.02, "the prior's share of what the old pose leaves: {on_lines}");
+    localizer.reset();
+    let half = mass(&localizer, &|pose| pose.x_m < 0.0);
+    assert!((half - 0.5).abs() < 1e-9, "anywhere: {half}");
 }
