@@ -2,19 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_base::RngTree;
-use visloc_locate::markov::{CaseLimits, CaseTables, Outcomes};
+use visloc_locate::markov::{CaseTables, Outcomes, Remedy, ViewDensities, ViewLikelihoods};
 
 use super::{
     goalkeeper::{self, GoalkeeperRecord, Keeper},
     goalless::{self, Blindness, GoallessCell, GoallessRecord},
     stage::Stage,
-    tables::learn,
+    tables::Learned,
     walk::{self, WalkRecord},
 };
 use crate::{Cell, Experiment, ExperimentError};
 
-/// Tables learned from 50 captures in each state with seed 1.
-const LEARNED_TABLES: &str = include_str!("../../data/markov-tables.csv");
 /// Share of each row of the tables that goes to all cases alike.
 const SOFT_SHARE: f64 = 0.03;
 
@@ -39,12 +37,21 @@ pub struct Captures {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Task {
     Synthetic,
-    /// With the published outcomes, measured on a robot without odometry.
-    Images,
-    /// With outcomes for a robot that has odometry, as the simulated one does what it is told.
-    ImagesWithOdometry,
+    Images(Reading),
     Goalkeeper(Keeper),
     Goalless(GoallessCell),
+}
+
+/// How a walk with pictures is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reading {
+    /// The published tables and outcomes, which were measured on a robot without odometry; no remedy.
+    Published,
+    /// The published tables with the remedy, and outcomes for a robot that has odometry, as the simulated one does what
+    /// it is told.
+    Odometry,
+    /// The same with densities in place of the tables.
+    Densities,
 }
 
 /// What one run found.
@@ -63,7 +70,8 @@ pub enum MarkovRecord {
 pub struct MarkovExperiment {
     settings: MarkovSettings,
     pub(super) stage: Stage,
-    learned: CaseTables,
+    learned: Learned,
+    /// The learned tables, softened.
     pub(super) tables: CaseTables,
     cells: Vec<Cell>,
     pub(super) tasks: Vec<Task>,
@@ -79,21 +87,26 @@ impl MarkovExperiment {
         let stage = Stage::new()?;
         let learned = match settings.captures {
             Some(captures) => {
-                learn(&stage, captures.per_state, &RngTree::new(captures.seed).subtree("markov-tables", 0))?
+                let seeds = RngTree::new(captures.seed).subtree("markov-tables", 0);
+                Learned::from_captures(&stage, captures.per_state, &seeds)?
             }
-            None => CaseTables::from_csv(CaseLimits::default(), LEARNED_TABLES).map_err(|error| {
-                ExperimentError::Run { cell: "tables".to_owned(), run: 0, reason: error.to_string() }
-            })?,
+            None => Learned::shipped()?,
         };
         let tasks = tasks();
         let cells = tasks.iter().map(|task| Cell { label: label(task), num_runs }).collect();
-        Ok(Self { settings, stage, tables: learned.softened(SOFT_SHARE), learned, cells, tasks })
+        Ok(Self { settings, stage, tables: learned.cases.softened(SOFT_SHARE), learned, cells, tasks })
     }
 
     /// The learned tables, as plain shares of the captures.
     #[must_use]
     pub fn learned_tables(&self) -> &CaseTables {
-        &self.learned
+        &self.learned.cases
+    }
+
+    /// What the same captures teach without cases.
+    #[must_use]
+    pub fn learned_densities(&self) -> &ViewDensities {
+        &self.learned.densities
     }
 }
 
@@ -117,11 +130,15 @@ impl Experiment for MarkovExperiment {
         let (stage, tables) = (&self.stage, &self.tables);
         Ok(match &self.tasks[cell] {
             Task::Synthetic => MarkovRecord::Walk(walk::synthetic(stage, tables, run, seeds)),
-            Task::Images => {
-                MarkovRecord::Walk(walk::images(stage, tables, Outcomes::published(), run, seeds)?)
-            }
-            Task::ImagesWithOdometry => {
-                MarkovRecord::Walk(walk::images(stage, tables, Outcomes::of_odometry(), run, seeds)?)
+            Task::Images(reading) => {
+                let (views, outcomes, remedy): (&dyn ViewLikelihoods, _, _) = match reading {
+                    Reading::Published => (tables, Outcomes::published(), Remedy::none()),
+                    Reading::Odometry => (tables, Outcomes::of_odometry(), Remedy::default()),
+                    Reading::Densities => {
+                        (&self.learned.densities, Outcomes::of_odometry(), Remedy::default())
+                    }
+                };
+                MarkovRecord::Walk(walk::images(stage, views, outcomes, remedy, (run, seeds))?)
             }
             Task::Goalkeeper(keeper) => {
                 MarkovRecord::Goalkeeper(goalkeeper::run(stage, tables, *keeper, run, seeds)?)
@@ -134,8 +151,9 @@ impl Experiment for MarkovExperiment {
 fn tasks() -> Vec<Task> {
     let mut tasks = vec![
         Task::Synthetic,
-        Task::Images,
-        Task::ImagesWithOdometry,
+        Task::Images(Reading::Published),
+        Task::Images(Reading::Odometry),
+        Task::Images(Reading::Densities),
         Task::Goalkeeper(Keeper::Published),
         Task::Goalkeeper(Keeper::Corrected),
     ];
@@ -152,8 +170,9 @@ fn tasks() -> Vec<Task> {
 fn label(task: &Task) -> String {
     match task {
         Task::Synthetic => "walk, synthetic".to_owned(),
-        Task::Images => "walk, images".to_owned(),
-        Task::ImagesWithOdometry => "walk, images, outcomes of odometry".to_owned(),
+        Task::Images(Reading::Published) => "walk, images, as published".to_owned(),
+        Task::Images(Reading::Odometry) => "walk, images, outcomes of odometry".to_owned(),
+        Task::Images(Reading::Densities) => "walk, images, densities".to_owned(),
         Task::Goalkeeper(Keeper::Published) => "goalkeeper, published".to_owned(),
         Task::Goalkeeper(Keeper::Corrected) => "goalkeeper, corrected".to_owned(),
         Task::Goalless(cell) => {

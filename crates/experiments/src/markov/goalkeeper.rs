@@ -8,7 +8,9 @@ use visloc_base::{Rng, RngTree, gaussian};
 use visloc_geom::{PlanarPose, angle};
 use visloc_locate::{
     Localizer, StepInput,
-    markov::{Action, Belief, CaseTables, Markov, MarkovConfig, MarkovFilter, Outcomes, Remedy},
+    markov::{
+        Action, Belief, CaseTables, Markov, MarkovConfig, MarkovFilter, Outcomes, Remedy, ViewLikelihoods,
+    },
     observation::field::{FieldModelConfig, FieldObservationModel},
 };
 
@@ -196,10 +198,12 @@ fn walk_corrected(
     Ok((false, MAX_ACTIONS))
 }
 
+/// Tiles of half the published size. Headings as fine as the bearing of a post tells: with 16 of them the few samples of
+/// a state lie farther apart than the bearing's error, and the robot may walk on while its state stays.
 fn fine_config() -> MarkovConfig {
-    let mut config = MarkovConfig { tile_m: 0.2, num_headings: 16, ..MarkovConfig::default() };
+    let mut config = MarkovConfig { tile_m: 0.25, num_headings: 32, ..MarkovConfig::default() };
     config.view.samples_per_state = 6;
-    config.view.bearing_sigma_deg = 2.0;
+    config.view.bearing_sigma_deg = 3.0;
     config.view.log_area_sigma = 0.15;
     config.view.weight = 1.0;
     config

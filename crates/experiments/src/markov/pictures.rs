@@ -6,7 +6,7 @@ use visloc_plot::{
 };
 
 use super::{
-    experiment::{MarkovExperiment, MarkovRecord, Task},
+    experiment::{MarkovExperiment, MarkovRecord, Reading, Task},
     goalkeeper::Keeper,
 };
 use crate::Results;
@@ -19,7 +19,8 @@ pub(super) fn all(experiment: &MarkovExperiment, results: &Results<MarkovRecord>
     let mut pictures = Vec::new();
     for (name, task, instants) in [
         ("synthetic", Task::Synthetic, &SYNTHETIC_INSTANTS[..]),
-        ("images", Task::Images, &IMAGE_INSTANTS[..]),
+        ("images", Task::Images(Reading::Published), &IMAGE_INSTANTS[..]),
+        ("densities", Task::Images(Reading::Densities), &IMAGE_INSTANTS[..]),
     ] {
         let walks = experiment.walks(results, task);
         let Some(first) = walks.first() else { continue };

@@ -3,20 +3,55 @@
 use rayon::prelude::*;
 use visloc_base::RngTree;
 use visloc_geom::angle;
-use visloc_locate::markov::{BlobView, CaseLimits, CaseTables, learn_tables};
+use visloc_locate::markov::{
+    BlobView, CaseLimits, CaseTables, TableError, ViewDensities, learn_densities, learn_tables,
+};
 
 use super::stage::Stage;
 use crate::ExperimentError;
 
-/// Takes captures in every state and learns both tables.
-///
-/// Where the goal is far out of view no picture is drawn: nothing is seen.
-pub(super) fn learn(stage: &Stage, captures: u64, seeds: &RngTree) -> Result<CaseTables, ExperimentError> {
-    let states: Vec<usize> = (0..stage.grid.num_states()).collect();
-    let of_state = |state: &usize| captures_of(stage, *state, captures, seeds);
-    let taken: Result<Vec<_>, _> = states.par_iter().map(of_state).collect();
-    let captures = taken?.into_iter().flatten();
-    Ok(learn_tables(CaseLimits::default(), states.len(), captures))
+/// What the captures of all states taught.
+pub(super) struct Learned {
+    /// The published tables, as plain shares of the captures.
+    pub cases: CaseTables,
+    /// The same captures without cases.
+    pub densities: ViewDensities,
+}
+
+/// Tables learned from 50 captures in each state with seed 1.
+const CASES: &str = include_str!("../../data/markov-tables.csv");
+/// Densities learned from the same captures.
+const DENSITIES: &str = include_str!("../../data/markov-densities.csv");
+/// Share of views that can be anything, in the densities.
+const OUTLIER: f64 = 0.03;
+
+impl Learned {
+    /// The tables that come with the program.
+    pub fn shipped() -> Result<Self, ExperimentError> {
+        let refused = |error: TableError| ExperimentError::Run {
+            cell: "tables".to_owned(),
+            run: 0,
+            reason: error.to_string(),
+        };
+        Ok(Self {
+            cases: CaseTables::from_csv(CaseLimits::default(), CASES).map_err(refused)?,
+            densities: ViewDensities::from_csv(OUTLIER, DENSITIES).map_err(refused)?,
+        })
+    }
+
+    /// What captures in every state teach.
+    ///
+    /// Where the goal is far out of view no picture is drawn: nothing is seen.
+    pub fn from_captures(stage: &Stage, captures: u64, seeds: &RngTree) -> Result<Self, ExperimentError> {
+        let states: Vec<usize> = (0..stage.grid.num_states()).collect();
+        let of_state = |state: &usize| captures_of(stage, *state, captures, seeds);
+        let taken: Vec<Vec<_>> = states.par_iter().map(of_state).collect::<Result<_, _>>()?;
+        let all = || taken.iter().flatten().copied();
+        Ok(Self {
+            cases: learn_tables(CaseLimits::default(), states.len(), all()),
+            densities: learn_densities(states.len(), OUTLIER, all()),
+        })
+    }
 }
 
 /// The captures of one state.

@@ -2,7 +2,11 @@
 
 use visloc_base::RngTree;
 
-use super::{experiment::Task, goalkeeper::Keeper, *};
+use super::{
+    experiment::{Reading, Task},
+    goalkeeper::Keeper,
+    *,
+};
 use crate::{Experiment, RunOptions, RunTarget, Shard, run};
 
 fn experiment(num_runs: u64) -> MarkovExperiment {
@@ -32,21 +36,25 @@ fn shipped_tables_are_learned_from_the_simulator() {
     }
 }
 
-/// Ten walks: known at the wall; mostly always found by t = 4 from pictures.
+/// Ten walks for each reading: known at the wall; found by t = 4 from pictures mostly, and with densities always.
 #[test]
 fn walks_are_localized() {
     let experiment = experiment(10);
-    let (mut found, mut at_wall) = ([0; 2], 0);
-    for (count, task) in found.iter_mut().zip([Task::Images, Task::ImagesWithOdometry]) {
-        for record in records(&experiment, task) {
+    let readings = [Reading::Published, Reading::Odometry, Reading::Densities];
+    let (mut found, mut at_wall) = ([0; 3], 0);
+    for (count, reading) in found.iter_mut().zip(readings) {
+        for record in records(&experiment, Task::Images(reading)) {
             let MarkovRecord::Walk(walk) = record else { panic!("a walk") };
-            assert!(!walk.is_right_at(0), "one picture is not enough");
+            assert!(
+                reading == Reading::Densities || !walk.is_right_at(0),
+                "one picture is not enough for cases"
+            );
             at_wall += usize::from(walk.is_right_at(11));
             *count += usize::from((0..=4).any(|t| walk.is_right_at(t)));
         }
     }
-    assert!(at_wall >= 16, "{at_wall} of 20 at the wall");
-    assert!(found[0] >= 5 && found[1] >= 5, "{found:?} of 10");
+    assert!(at_wall >= 24, "{at_wall} of 30 at the wall");
+    assert!(found[0] >= 5 && found[1] >= 5 && found[2] == 10, "{found:?} of 10");
 }
 
 /// Five goalkeepers; four must end inside the tile.

@@ -3,7 +3,9 @@
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use visloc_base::{Rng, RngTree};
-use visloc_locate::markov::{Action, Belief, CaseTables, MarkovFilter, NUM_CASES, Outcomes, Remedy};
+use visloc_locate::markov::{
+    Action, Belief, CaseTables, MarkovFilter, NUM_CASES, Outcomes, Remedy, ViewLikelihoods,
+};
 
 use super::stage::Stage;
 use crate::ExperimentError;
@@ -67,14 +69,15 @@ pub(super) fn synthetic(stage: &Stage, tables: &CaseTables, run: u64, seeds: &Rn
 /// Experiment 2: unknown start, pictures from the simulator, the robot within a few centimeters of the tiles' middles.
 pub(super) fn images(
     stage: &Stage,
-    tables: &CaseTables,
+    views: &dyn ViewLikelihoods,
     outcomes: Outcomes,
-    run: u64,
-    seeds: &RngTree,
+    remedy: Remedy,
+    (run, seeds): (u64, &RngTree),
 ) -> Result<WalkRecord, ExperimentError> {
+    // The same pictures for all readings.
     let mut rng = seeds.stream("images", run);
     let mut eye = stage.eye()?;
-    let mut filter = MarkovFilter::new(Belief::uniform(stage.grid), outcomes, Remedy::default());
+    let mut filter = MarkovFilter::new(Belief::uniform(stage.grid), outcomes, remedy);
     let mut record = empty();
     let mut likelihoods = Vec::new();
     for t in 0..=NUM_STEPS {
@@ -82,7 +85,7 @@ pub(super) fn images(
             filter.act(Action::ADVANCE);
         }
         let view = eye.goal_in_state(32 * t, &mut rng);
-        tables.likelihoods(view.as_ref(), &mut likelihoods);
+        views.likelihoods(view.as_ref(), &mut likelihoods);
         filter.observe(&likelihoods, view.is_some());
         record.push(&filter, t, run == 0);
     }
