@@ -55,4 +55,12 @@ pub trait Localizer: Send {
 
     /// Appends all particles or exploiters.
     fn individuals(&self, out: &mut Vec<Individual>);
+
+    /// How many individuals the last step weighed. A localizer whose number changes within a step says so itself; for the
+    /// others it is the number of [`Localizer::individuals`].
+    fn num_weighed(&self) -> usize {
+        let mut all = Vec::new();
+        self.individuals(&mut all);
+        all.len()
+    }
 }

@@ -27,6 +27,14 @@ impl PositionsWorld {
     pub fn new(scenario: Arc<Scenario>, floor: f64) -> Self {
         Self { scenario, floor, iteration: 0 }
     }
+
+    /// Square of the distance to the nearest position, square meters.
+    #[inline]
+    fn nearest_squared_m2(&self, pose: &PlanarPose) -> f64 {
+        let squared_m2 = |p: &[f64; 2]| (p[0] - pose.x_m).powi(2) + (p[1] - pose.y_m).powi(2);
+        let positions = self.scenario.positions(self.iteration).iter();
+        positions.map(squared_m2).fold(f64::INFINITY, f64::min)
+    }
 }
 
 impl ObservationModel for PositionsWorld {
@@ -41,11 +49,17 @@ impl ObservationModel for PositionsWorld {
 
     #[inline]
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
-        let squared_m2 =
-            |p: &[f64; 2]| (p[0] - world_from_robot.x_m).powi(2) + (p[1] - world_from_robot.y_m).powi(2);
-        let positions = self.scenario.positions(self.iteration).iter();
-        let nearest_m2 = positions.map(squared_m2).fold(f64::INFINITY, f64::min);
-        self.floor + (1.0 - self.floor) * (-0.5 * nearest_m2).exp()
+        self.floor + (1.0 - self.floor) * (-0.5 * self.nearest_squared_m2(world_from_robot)).exp()
+    }
+
+    /// Without a floor the logarithm needs no exponential.
+    #[inline]
+    fn log_likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
+        if self.floor == 0.0 {
+            -0.5 * self.nearest_squared_m2(world_from_robot)
+        } else {
+            self.likelihood(world_from_robot).ln()
+        }
     }
 
     fn region(&self) -> Region {

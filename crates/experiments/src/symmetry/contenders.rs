@@ -15,15 +15,42 @@ pub(super) struct Filter {
     algorithm: &'static str,
     noise_m: f64,
     elite_share: f64,
+    /// Whether survivors are drawn only when the effective sample size is below half of the particles.
+    is_selective: bool,
 }
 
-/// The published filters, and systematic resampling as the fair opponent.
-pub(super) const FILTERS: [Filter; 5] = [
-    Filter { label: "MC", algorithm: "mc", noise_m: NOISE_M, elite_share: 0.0 },
-    Filter { label: "MCA", algorithm: "mca", noise_m: NOISE_M, elite_share: 0.0 },
-    Filter { label: "MCE", algorithm: "mce", noise_m: ELITIST_NOISE_M, elite_share: 0.2 },
-    Filter { label: "MCAe", algorithm: "mcae", noise_m: ELITIST_NOISE_M, elite_share: 0.2 },
-    Filter { label: "MC systematic", algorithm: "mc-systematic", noise_m: NOISE_M, elite_share: 0.0 },
+/// The published filters, and systematic resampling as the fair opponent, in every iteration and when it is due.
+pub(super) const FILTERS: [Filter; 6] = [
+    Filter { label: "MC", algorithm: "mc", noise_m: NOISE_M, elite_share: 0.0, is_selective: false },
+    Filter { label: "MCA", algorithm: "mca", noise_m: NOISE_M, elite_share: 0.0, is_selective: false },
+    Filter {
+        label: "MCE",
+        algorithm: "mce",
+        noise_m: ELITIST_NOISE_M,
+        elite_share: 0.2,
+        is_selective: false,
+    },
+    Filter {
+        label: "MCAe",
+        algorithm: "mcae",
+        noise_m: ELITIST_NOISE_M,
+        elite_share: 0.2,
+        is_selective: false,
+    },
+    Filter {
+        label: "MC systematic",
+        algorithm: "mc-systematic",
+        noise_m: NOISE_M,
+        elite_share: 0.0,
+        is_selective: false,
+    },
+    Filter {
+        label: "MC systematic, when due",
+        algorithm: "mc-systematic",
+        noise_m: NOISE_M,
+        elite_share: 0.0,
+        is_selective: true,
+    },
 ];
 
 /// Label of the null control.
@@ -38,6 +65,9 @@ pub(super) fn filter(filter: &Filter, num_particles: usize) -> Contender {
     if filter.label.starts_with("MCA") {
         config += PLAIN_INJECTION;
     }
+    if filter.is_selective {
+        config += "[resampling]\ntrigger = \"effective-sample-size\"\nmin_effective_share = 0.5\n";
+    }
     Contender {
         label: filter.label.to_owned(),
         algorithm: filter.algorithm.to_owned(),
@@ -46,9 +76,10 @@ pub(super) fn filter(filter: &Filter, num_particles: usize) -> Contender {
     }
 }
 
-/// What the documents do not have is switched off. Ends in the table of the noise.
+/// What the documents do not have is switched off; runs are parallel, so particles need not be. Ends in the table of the noise.
 const PLAIN_FILTER: &str = "\
 weight_exponent = 1.0
+parallel_from = 1000000
 [initialization]
 aimed_share = 0.0
 [restart]

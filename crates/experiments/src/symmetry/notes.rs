@@ -14,6 +14,9 @@ pub(super) fn published(summary: &Summary) -> Vec<String> {
         "Criterion of the document: somebody within 2 m of every position. Strict: near every position a quarter of its \
          fair share of all individuals, explorers included. The null control shows what the first one is worth."
             .to_owned(),
+        "When due: survivors are drawn only in iterations in which the effective sample size is below half of the \
+         particles; until then particles keep their weights."
+            .to_owned(),
         "Noise: 0.1 m for MC, MCA and systematic, 0.15 m for MCE and MCAe, whose elite has none. The document does not \
          say it. Positions are at least 0.5 m from the border, so that no cloud is cut in half there, and 4 m from each \
          other; the document does not say how they are placed."

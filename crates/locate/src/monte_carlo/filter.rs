@@ -29,6 +29,8 @@ pub struct MonteCarlo {
     waited: u32,
     /// Images in a row that no particle explained.
     unexplained: u32,
+    /// Particles that the last step weighed; the number of survivors may differ.
+    num_weighed: usize,
     /// The best particles, in order.
     best: Vec<usize>,
     survivors: Survivors,
@@ -55,6 +57,7 @@ impl MonteCarlo {
             old_pose: None,
             waited: 0,
             unexplained: 0,
+            num_weighed: 0,
             best: Vec::new(),
             survivors: Survivors::default(),
             estimator: Estimator::default(),
@@ -137,6 +140,7 @@ impl MonteCarlo {
         let config = &self.config;
         self.particles.weigh(self.model.as_ref(), config.weight_exponent, config.parallel_from);
         let count = self.particles.len();
+        self.num_weighed = count;
         let num_best = config.estimate.num_best(count).max(share(config.elite_share, config.num_particles));
         self.particles.rank(num_best, &mut self.best);
     }
@@ -201,6 +205,7 @@ impl Localizer for MonteCarlo {
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
+        self.num_weighed = 0;
         if input.is_lifted {
             self.motion.update(input.odometry);
             self.begin_again(StartPrior::Uniform);
@@ -241,5 +246,9 @@ impl Localizer for MonteCarlo {
             likelihood: *likelihood,
             population: 0,
         }));
+    }
+
+    fn num_weighed(&self) -> usize {
+        self.num_weighed
     }
 }

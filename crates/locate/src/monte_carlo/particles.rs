@@ -10,8 +10,8 @@ use super::{
 };
 use crate::{ObservationModel, PlanarMotion};
 
-/// Particles weighed by one thread at a time.
-const CHUNK: usize = 512;
+/// Particles weighed by one thread at a time: long enough, at half a microsecond each, to be worth a thread's while.
+const CHUNK: usize = 256;
 
 /// Standard deviations of noise on a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -155,12 +155,13 @@ impl Particles {
     pub fn rank(&self, count: usize, order: &mut Vec<usize>) {
         let logs = self.weights.logs();
         let better = |a: &usize, b: &usize| logs[*b].total_cmp(&logs[*a]).then(a.cmp(b));
+        let count = count.min(self.poses.len());
         order.clear();
-        order.extend(0..self.poses.len());
-        let count = count.min(order.len());
-        if count == 0 {
+        if logs.is_empty() || count == 0 {
+            order.extend(0..count);
             return;
         }
+        order.extend(0..self.poses.len());
         if count < order.len() {
             order.select_nth_unstable_by(count - 1, better);
         }
@@ -178,10 +179,10 @@ impl Particles {
         newcomers: impl IntoIterator<Item = PlanarPose>,
     ) {
         self.next.clear();
+        self.next_numbers.clear();
         self.next.extend(sources.iter().map(|i| self.poses[*i]));
         self.next.extend(newcomers);
         std::mem::swap(&mut self.poses, &mut self.next);
-        self.next_numbers.clear();
         self.next_numbers.extend(sources.iter().map(|i| self.likelihoods[*i]));
         self.next_numbers.resize(self.poses.len(), 0.0);
         std::mem::swap(&mut self.likelihoods, &mut self.next_numbers);
@@ -197,7 +198,7 @@ impl Particles {
         }
     }
 
-    /// Logarithms of the weights over the largest one.
+    /// Logarithms of the weights over the largest one; empty if all are equal.
     pub(super) fn log_weights(&self) -> &[f64] {
         self.weights.logs()
     }

@@ -144,7 +144,9 @@ impl Survivors {
         elite.iter().for_each(|i| self.counts[*i] = 0);
         self.sources.extend((0..particles.len()).filter(|i| self.counts[*i] == 1));
         self.logs.clear();
-        self.logs.extend(self.sources.iter().map(|i| particles.log_weights()[*i]));
+        if let logs @ [_, ..] = particles.log_weights() {
+            self.logs.extend(self.sources.iter().map(|i| logs[*i]));
+        }
     }
 
     /// One stratum for each hypothesis that is probable enough, and a last one for everything else.

@@ -8,6 +8,7 @@
 /// any weight, all have the same.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Weights {
+    /// Logarithms of the weights over the largest one; empty if all weights are equal.
     log: Vec<f64>,
     /// Weights over the largest weight.
     relative: Vec<f64>,
@@ -19,7 +20,6 @@ impl Weights {
     /// Equal weights for so many particles.
     pub fn reset(&mut self, count: usize) {
         self.log.clear();
-        self.log.resize(count, 0.0);
         self.relative.clear();
         self.relative.resize(count, 1.0);
         self.total = to_f64(count);
@@ -29,41 +29,44 @@ impl Weights {
     pub fn set_logs(&mut self, logs: &[f64]) {
         self.log.clear();
         self.log.extend_from_slice(logs);
-        self.normalize();
+        self.relative.resize(logs.len(), 0.0);
+        self.normalize(logs.iter().copied().fold(f64::NEG_INFINITY, f64::max));
     }
 
     /// Multiplies the weights by likelihoods to a power. Replaces the log likelihoods by the likelihoods.
     pub fn multiply(&mut self, log_likelihoods: &mut [f64], exponent: f64) {
-        debug_assert_eq!(self.log.len(), log_likelihoods.len());
+        debug_assert_eq!(self.relative.len(), log_likelihoods.len());
+        let (is_equal, mut largest) = (self.log.is_empty(), f64::NEG_INFINITY);
+        self.log.resize(log_likelihoods.len(), 0.0);
         for (log, likelihood) in self.log.iter_mut().zip(log_likelihoods) {
             if likelihood.is_nan() {
                 self.num_invalid += 1;
                 *likelihood = f64::NEG_INFINITY;
             }
             // A weight of zero stays zero, whatever comes: minus infinity plus infinity is not a number.
-            *log = if *log == f64::NEG_INFINITY { *log } else { *log + exponent * *likelihood };
+            if is_equal || *log != f64::NEG_INFINITY {
+                *log += exponent * *likelihood;
+            }
             *likelihood = likelihood.exp();
+            largest = largest.max(*log);
         }
-        self.normalize();
+        self.normalize(largest);
     }
 
-    /// Works out the weights over the largest one.
-    fn normalize(&mut self) {
-        let largest = self.log.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    /// Works out the weights over the largest one, whose logarithm is given. One pass: many particles do not fit into
+    /// the processor's memory, and each pass over them costs as much as the arithmetic.
+    fn normalize(&mut self, largest: f64) {
         if largest == f64::NEG_INFINITY {
-            self.reset(self.log.len());
+            self.reset(self.relative.len());
             return;
         }
-        if largest == f64::INFINITY {
-            for log in &mut self.log {
-                *log = if *log == f64::INFINITY { 0.0 } else { f64::NEG_INFINITY };
-            }
-        } else {
-            self.log.iter_mut().for_each(|log| *log -= largest);
-        }
-        self.relative.resize(self.log.len(), 0.0);
         self.total = 0.0;
-        for (relative, log) in self.relative.iter_mut().zip(&self.log) {
+        for (relative, log) in self.relative.iter_mut().zip(&mut self.log) {
+            *log = match largest {
+                f64::INFINITY if *log == f64::INFINITY => 0.0,
+                f64::INFINITY => f64::NEG_INFINITY,
+                _ => *log - largest,
+            };
             *relative = log.exp();
             self.total += *relative;
         }
@@ -74,7 +77,7 @@ impl Weights {
         &self.relative
     }
 
-    /// The logarithms of the same.
+    /// The logarithms of the same; empty if all are equal.
     pub fn logs(&self) -> &[f64] {
         &self.log
     }
