@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JsonArg, SeedArg};
+use super::JsonArg;
 
 /// Arguments of `visloc evaluate`.
 #[derive(Debug, Args)]
@@ -32,10 +32,6 @@ pub struct EvaluateArgs {
     /// Map below the trajectories in the pictures, built-in or TOML file
     #[arg(long, value_name = "NAME|FILE")]
     pub map: Option<String>,
-    // Nothing is random here; accepted so that scripts can pass the same options to every command.
-    #[command(flatten)]
-    #[allow(dead_code)]
-    pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
 }

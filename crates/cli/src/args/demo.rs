@@ -47,6 +47,7 @@ pub struct DemoArgs {
                   `ros2 bag play` understands.",
     after_long_help = "Examples:\n  \
                        visloc simulate --list\n  \
+                       visloc simulate kidnaps                              writes out/kidnaps.mcap\n  \
                        visloc simulate tour --out out/tour.mcap --seed 3\n  \
                        visloc localize out/tour.mcap --map robocup-spl-2010"
 )]
@@ -54,8 +55,8 @@ pub struct SimulateArgs {
     /// Built-in scenario or TOML file
     #[arg(value_name = "SCENARIO", required_unless_present = "list")]
     pub scenario: Option<String>,
-    /// The bag: FILE.mcap or a folder
-    #[arg(long, value_name = "BAG", required_unless_present = "list")]
+    /// The bag: FILE.mcap or a folder [default: out/SCENARIO.mcap]
+    #[arg(long, value_name = "BAG")]
     pub out: Option<PathBuf>,
     /// List the built-in scenarios and do nothing else
     #[arg(long, exclusive = true)]

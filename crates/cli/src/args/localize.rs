@@ -49,6 +49,9 @@ pub struct LocalizeArgs {
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,
+    /// The image shown in the picture of the analysis, seconds after the first [default: the most telling one]
+    #[arg(long, value_name = "SECONDS", requires = "plots")]
+    pub picture_at: Option<f64>,
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,

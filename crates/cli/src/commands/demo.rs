@@ -97,6 +97,7 @@ fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<(
             label: runner.name(),
             samples: runner.records().iter().map(FrameRecord::sample).collect(),
             comparison: report.comparison.as_ref(),
+            individuals: runner.records().iter().map(|record| (record.at, record.num_individuals)).collect(),
         }
     };
     let means = report.algorithms.iter().map(|algorithm| {
@@ -126,6 +127,7 @@ fn print_next_steps(out: &Path) {
     say::line!("In {out}:");
     say::line!("  trajectories.png   where the robot was and where they thought it was");
     say::line!("  errors.png         errors and reliability over time");
+    say::line!("  individuals.png    how many particles or exploiters each needed");
     say::line!("  analysis.png       what the image analysis keeps and drops, and why");
     say::line!("  *.tum, *.csv       where they thought it was, frame by frame");
     say::line!("  summary.json       all numbers");

@@ -43,7 +43,12 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
             subtitle: format!("{} against {}", args.estimate.display(), args.truth.display()),
             map: map.as_ref(),
             truth: &truth,
-            curves: vec![Curve { label: &label, samples, comparison: Some(&evaluation) }],
+            curves: vec![Curve {
+                label: &label,
+                samples,
+                comparison: Some(&evaluation),
+                individuals: Vec::new(),
+            }],
         };
         pictures.save(folder)?;
         say::line!("\npictures: {}", folder.display());

@@ -48,7 +48,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut runners = [Runner::new(&source.map, &settings, files)?];
 
     let mut progress = Progress::new(source.frames.num_frames());
-    let mut snapshots = SnapshotTaker::default();
+    let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = vec![&mut progress];
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
@@ -108,7 +108,7 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     say::line!();
     let column = Column { title: &report.algorithm.algorithm, report: &report.algorithm.evaluation };
     say::text(format_args!("{}", comparison_table(&[column])));
-    if report.algorithm.comparison.is_none() {
+    if report.algorithm.comparison.is_none() && !runner.records().is_empty() {
         print_without_truth(runner.records());
     }
     say::line!();
@@ -155,6 +155,7 @@ fn draw(
             label: runner.name(),
             samples: runner.records().iter().map(FrameRecord::sample).collect(),
             comparison: report.algorithm.comparison.as_ref(),
+            individuals: runner.records().iter().map(|record| (record.at, record.num_individuals)).collect(),
         }],
     };
     pictures.save(folder)?;

@@ -22,7 +22,8 @@ use crate::{
 /// # Errors
 /// If the scenario cannot be used or the bag not be written.
 pub fn execute(args: &SimulateArgs) -> Result<()> {
-    let (Some(scenario), Some(bag)) = (&args.scenario, &args.out) else { return list() };
+    let Some(scenario) = &args.scenario else { return list() };
+    let bag = &args.out.clone().unwrap_or_else(|| default_bag(scenario));
     let mut simulation = simulation(scenario, args.seed.seed, args.threads.count(), args.frames)?;
     if let Some(folder) = bag.parent() {
         std::fs::create_dir_all(folder)
@@ -63,6 +64,12 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     say::line!("{}: the truth", report.truth);
     say::line!("next: visloc localize {} --map {}", report.bag, simulation.scenario().map);
     args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+}
+
+/// Where the bag goes if nobody says it: named as the scenario or its file.
+fn default_bag(scenario: &str) -> PathBuf {
+    let name = Path::new(scenario).file_stem().unwrap_or_default();
+    Path::new("out").join(name).with_extension("mcap")
 }
 
 /// `BAG.truth.tum` beside a file, `truth.tum` in a folder.

@@ -20,13 +20,19 @@ pub struct AnalysisSnapshot {
     secs: f64,
 }
 
-/// Waits for the image that shows most of what the analysis can do.
+/// Waits for the image that somebody asked for, or else for the one that shows most of what the analysis can do.
 #[derive(Default)]
 pub struct SnapshotTaker {
+    at_secs: Option<f64>,
     best: Option<(f64, AnalysisSnapshot)>,
 }
 
 impl SnapshotTaker {
+    /// Takes the image nearest to this time, seconds after the first, if it is given.
+    pub fn new(at_secs: Option<f64>) -> Self {
+        Self { at_secs, best: None }
+    }
+
     /// The best image so far.
     pub fn snapshot(&self) -> Option<&AnalysisSnapshot> {
         self.best.as_ref().map(|(_, snapshot)| snapshot)
@@ -36,7 +42,10 @@ impl SnapshotTaker {
 impl Spectator for SnapshotTaker {
     fn after_frame(&mut self, view: &FrameView<'_>) {
         let Some(runner) = view.runners.first() else { return };
-        let score = score(view.frame, runner.pipeline());
+        let score = match self.at_secs {
+            Some(at_secs) => -(view.secs - at_secs).abs(),
+            None => score(view.frame, runner.pipeline()),
+        };
         if self.best.as_ref().is_none_or(|(best, _)| score > *best) {
             self.best = Some((score, AnalysisSnapshot::new(view, runner.pipeline())));
         }

@@ -1,13 +1,15 @@
 //! The numbers of a run. Keys are shared by all commands and stay; what is not known is `null`.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use anyhow::{Context, Result};
 use serde::Serialize;
 use visloc_eval::{ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate};
 
+use visloc_vision::DropReason;
+
 use super::SkippedReport;
-use crate::run::{FrameRecord, RunOutcome, Runner, write_text};
+use crate::run::{FrameRecord, PixelCounts, RunOutcome, Runner, write_text};
 
 /// How well an algorithm did: the keys that every command shares.
 #[derive(Debug, Clone, Serialize, Default)]
@@ -58,6 +60,10 @@ pub struct AlgorithmReport {
     pub evaluation: EvaluationReport,
     /// Localizer alone, milliseconds a frame.
     pub localizer_ms: TimingSummary,
+    /// Particles or exploiters that were weighed, an image.
+    pub individuals: Option<IndividualsReport>,
+    /// Pixels that looked like lines or goals, over all images.
+    pub pixels: PixelReport,
     /// The comparison in full, for pictures.
     #[serde(skip)]
     pub comparison: Option<Evaluation>,
@@ -82,8 +88,52 @@ impl AlgorithmReport {
                 ..comparison.as_ref().map(EvaluationReport::of).unwrap_or_default()
             },
             localizer_ms: timing(|record| record.localizer_ms),
+            individuals: IndividualsReport::of(records),
+            pixels: PixelReport::of(runner.pixels()),
             comparison,
         }
+    }
+}
+
+/// How many individuals were weighed, over the images in which there were any.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct IndividualsReport {
+    /// In the first such image.
+    pub first: usize,
+    /// In the middle of all.
+    pub median: usize,
+    /// On average.
+    pub mean: f64,
+    /// At most.
+    pub max: usize,
+}
+
+impl IndividualsReport {
+    /// `None` if there never were any.
+    pub fn of(records: &[FrameRecord]) -> Option<Self> {
+        let mut counts: Vec<usize> = records.iter().map(|r| r.num_individuals).filter(|n| *n > 0).collect();
+        let first = *counts.first()?;
+        counts.sort_unstable();
+        #[allow(clippy::cast_precision_loss)]
+        let mean = counts.iter().sum::<usize>() as f64 / counts.len() as f64;
+        Some(Self { first, median: counts[counts.len() / 2], mean, max: counts[counts.len() - 1] })
+    }
+}
+
+/// What became of the pixels.
+#[derive(Debug, Clone, Serialize)]
+pub struct PixelReport {
+    /// Given to the localizer.
+    pub kept: u64,
+    /// Dropped, by reason.
+    pub dropped: BTreeMap<&'static str, u64>,
+}
+
+impl PixelReport {
+    /// The counts with their names.
+    pub fn of(counts: &PixelCounts) -> Self {
+        let named = DropReason::ALL.iter().map(|reason| reason.name()).zip(counts.num_dropped);
+        Self { kept: counts.num_kept, dropped: named.collect() }
     }
 }
 

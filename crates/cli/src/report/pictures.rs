@@ -20,6 +20,8 @@ pub struct Curve<'a> {
     pub samples: Vec<EstimateSample>,
     /// Their errors, if there is a truth.
     pub comparison: Option<&'a Evaluation>,
+    /// How many individuals were weighed at which time; may be empty.
+    pub individuals: Vec<(Timestamp, usize)>,
 }
 
 /// Everything that the pictures of a run show.
@@ -46,7 +48,8 @@ impl RunPictures<'_> {
         if let Some(map) = self.map {
             saved.extend(save(folder, "trajectories", self.paths(map))?);
         }
-        saved.extend(save(folder, "errors", Some(self.over_time()))?);
+        saved.extend(save(folder, "errors", Some(self.errors_over_time()))?);
+        saved.extend(save(folder, "individuals", self.individuals_over_time())?);
         Ok(saved)
     }
 
@@ -81,23 +84,11 @@ impl RunPictures<'_> {
         Some(Kidnap { from: pose_at(span.from)?, to: pose_at(span.until?)? })
     }
 
-    fn over_time(&self) -> Picture {
-        let start = self.truth.poses().first().map(|pose| pose.at);
-        let start = start.or_else(|| self.curves.iter().find_map(|curve| Some(curve.samples.first()?.at)));
-        let start = start.unwrap_or_default();
-        let end = self.truth.poses().last().map_or(start, |pose| pose.at);
-        let spans = carried_spans(self.truth, &EvaluationOptions::default());
-        let carried = spans.iter().map(|span| Span {
-            start_secs: span.from.secs_since(start),
-            end_secs: span.until.unwrap_or(end).secs_since(start),
-            label: "carried".to_owned(),
-        });
+    fn errors_over_time(&self) -> Picture {
+        let start = self.start();
         let mut panels = Vec::new();
         if self.curves.iter().any(|curve| curve.comparison.is_some()) {
-            let log = ValueAxis::Log { min: 0.01, max: 10.0 };
-            panels.push(self.panel("position error [m]", log, |curve| {
-                errors(curve, start, |error| error.position_error_m.max(0.01))
-            }));
+            panels.push(self.position_errors());
             let log = ValueAxis::Log { min: 0.1, max: 180.0 };
             panels.push(self.panel("heading error [deg]", log, |curve| {
                 errors(curve, start, |error| error.heading_error_rad.to_degrees().max(0.1))
@@ -116,6 +107,54 @@ impl RunPictures<'_> {
             color: Color::GRAY,
         });
         panels.push(reliability);
+        self.over_time(panels)
+    }
+
+    /// How many individuals were weighed, above the error that they left; `None` if nobody counted them.
+    fn individuals_over_time(&self) -> Option<Picture> {
+        let counts = self.curves.iter().flat_map(|curve| &curve.individuals).map(|(_, count)| *count);
+        let most = counts.max().filter(|most| *most > 0)?;
+        #[allow(clippy::cast_precision_loss)] // small
+        let powers = (most as f64).log10().ceil().max(2.0);
+        let axis = ValueAxis::Log { min: 10.0, max: 10.0_f64.powf(powers) };
+        let start = self.start();
+        let mut panels = vec![self.panel("individuals", axis, |curve| {
+            #[allow(clippy::cast_precision_loss)] // small
+            let point = |(at, count): &(Timestamp, usize)| {
+                (at.secs_since(start), if *count > 0 { *count as f64 } else { f64::NAN })
+            };
+            curve.individuals.iter().map(point).collect()
+        })];
+        if self.curves.iter().any(|curve| curve.comparison.is_some()) {
+            panels.push(self.position_errors());
+        }
+        Some(self.over_time(panels))
+    }
+
+    fn position_errors(&self) -> Panel {
+        let (start, log) = (self.start(), ValueAxis::Log { min: 0.01, max: 10.0 });
+        self.panel("position error [m]", log, |curve| {
+            errors(curve, start, |error| error.position_error_m.max(0.01))
+        })
+    }
+
+    /// Time of the first pose.
+    fn start(&self) -> Timestamp {
+        let start = self.truth.poses().first().map(|pose| pose.at);
+        let start = start.or_else(|| self.curves.iter().find_map(|curve| Some(curve.samples.first()?.at)));
+        start.unwrap_or_default()
+    }
+
+    /// Panels above each other, shaded while the robot is carried.
+    fn over_time(&self, panels: Vec<Panel>) -> Picture {
+        let start = self.start();
+        let end = self.truth.poses().last().map_or(start, |pose| pose.at);
+        let spans = carried_spans(self.truth, &EvaluationOptions::default());
+        let carried = spans.iter().map(|span| Span {
+            start_secs: span.from.secs_since(start),
+            end_secs: span.until.unwrap_or(end).secs_since(start),
+            label: "carried".to_owned(),
+        });
         time_series(&TimeSeriesPicture {
             title: self.title.clone(),
             subtitle: self.subtitle.clone(),

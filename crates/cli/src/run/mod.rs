@@ -11,5 +11,5 @@ mod source;
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
-pub use runner::{FrameRecord, Runner, RunnerSettings};
+pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
 pub use source::{SourceSettings, open_source, simulation};

@@ -14,7 +14,7 @@ use super::FrameRecord;
 
 /// First line of a table of estimates. Seconds, meters and radians; `t`, `x`, `y`, `yaw` as in tables of the truth.
 pub const CSV_HEADER: &str =
-    "t,x,y,yaw,reliability,likelihood,sigma_x,sigma_y,sigma_yaw,hypotheses,quality,pixels";
+    "t,x,y,yaw,reliability,likelihood,sigma_x,sigma_y,sigma_yaw,hypotheses,quality,pixels,individuals";
 
 /// So much data is lost at most if the program is killed, seconds.
 const FLUSH_SECS: f64 = 1.0;
@@ -115,7 +115,7 @@ fn csv_line(record: &FrameRecord) -> String {
     let pose = record.world_from_robot;
     let [sigma_x, sigma_y, sigma_yaw] = record.sigma;
     format!(
-        "{},{:.6},{:.6},{:.6},{:.6},{:.6},{sigma_x:.6},{sigma_y:.6},{sigma_yaw:.6},{},{:.4},{}",
+        "{},{:.6},{:.6},{:.6},{:.6},{:.6},{sigma_x:.6},{sigma_y:.6},{sigma_yaw:.6},{},{:.4},{},{}",
         record.at,
         pose.x_m,
         pose.y_m,
@@ -125,5 +125,6 @@ fn csv_line(record: &FrameRecord) -> String {
         record.num_hypotheses,
         record.quality,
         record.num_pixels,
+        record.num_individuals,
     )
 }

@@ -5,6 +5,7 @@ use visloc_base::{Frame, RngTree, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
 use visloc_geom::PlanarPose;
 use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
+use visloc_vision::{DropReason, Percept};
 use visloc_world::Map;
 
 use super::OutputFiles;
@@ -29,6 +30,8 @@ pub struct FrameRecord {
     pub quality: f64,
     /// Pixels that were weighed.
     pub num_pixels: usize,
+    /// Particles or exploiters that were weighed.
+    pub num_individuals: usize,
     /// Time for the image, milliseconds.
     pub analysis_ms: f64,
     /// Time for the pose, milliseconds.
@@ -47,6 +50,24 @@ impl FrameRecord {
             at: self.at,
             world_from_robot: self.world_from_robot,
             reliability: Some(self.reliability),
+        }
+    }
+}
+
+/// What became of the pixels that looked like lines or goals, over all images.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PixelCounts {
+    /// Given to the localizer.
+    pub num_kept: u64,
+    /// Dropped, in the order of [`DropReason::ALL`].
+    pub num_dropped: [u64; DropReason::ALL.len()],
+}
+
+impl PixelCounts {
+    fn count(&mut self, percept: &Percept) {
+        self.num_kept += percept.pixels.len() as u64;
+        for (count, reason) in self.num_dropped.iter_mut().zip(DropReason::ALL) {
+            *count += percept.num_dropped(reason) as u64;
         }
     }
 }
@@ -70,6 +91,7 @@ pub struct Runner {
     files: OutputFiles,
     records: Vec<FrameRecord>,
     rejected: Vec<SkippedInput>,
+    pixels: PixelCounts,
 }
 
 impl Runner {
@@ -86,6 +108,7 @@ impl Runner {
             files,
             records: Vec::new(),
             rejected: Vec::new(),
+            pixels: PixelCounts::default(),
         })
     }
 
@@ -96,7 +119,10 @@ impl Runner {
     pub fn step(&mut self, frame: &Frame) -> Result<()> {
         let watch = Stopwatch::start();
         let (quality, num_pixels) = match self.pipeline.analyze(frame) {
-            Ok(percept) => (percept.quality, percept.pixels.len()),
+            Ok(percept) => {
+                self.pixels.count(percept);
+                (percept.quality, percept.pixels.len())
+            }
             Err(error) => {
                 let (at, origin) = (Some(frame.at), "image analysis".to_owned());
                 self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
@@ -116,6 +142,7 @@ impl Runner {
             num_hypotheses: estimate.hypotheses.len(),
             quality,
             num_pixels,
+            num_individuals: self.pipeline.localizer().num_weighed(),
             analysis_ms,
             localizer_ms,
         };
@@ -144,6 +171,11 @@ impl Runner {
     /// All frames so far.
     pub fn records(&self) -> &[FrameRecord] {
         &self.records
+    }
+
+    /// What became of the pixels of all images.
+    pub fn pixels(&self) -> &PixelCounts {
+        &self.pixels
     }
 
     /// Frames that could not be analyzed.

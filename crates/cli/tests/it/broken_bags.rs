@@ -41,6 +41,22 @@ fn what_came_before_the_cut_stays() {
 }
 
 #[test]
+fn a_wrong_frame_lists_what_there_is() {
+    let bag = excerpt_text("R1");
+    for (option, key) in [("--base-frame", "base_frame"), ("--camera-frame", "camera_frame")] {
+        let outcome = Workspace::new().visloc(&["localize", &bag, "--map", MAP, option, "nowhere"]);
+        assert_eq!(outcome.code, 1);
+        let wanted = format!("set {key} to one of: base_footprint, camera_optical");
+        assert!(
+            outcome.stderr.contains("no frame 'nowhere'") && outcome.stderr.contains(&wanted),
+            "{}",
+            outcome.stderr
+        );
+        assert!(!outcome.stdout.contains("knew the place"), "{}", outcome.stdout);
+    }
+}
+
+#[test]
 fn a_wrong_topic_lists_what_there_is() {
     let bag = excerpt_text("R1");
     let error = Workspace::new().refused(&["localize", &bag, "--map", MAP, "--image-topic", "/eye"]);

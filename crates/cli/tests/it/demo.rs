@@ -12,7 +12,7 @@ fn every_file_is_there_and_threads_change_nothing() {
         assert!(outcome.stdout.contains("evolutionary") && outcome.stdout.contains("Next:"));
         assert!(!outcome.stdout.contains('\u{1b}'), "no terminal codes in a pipe");
     }
-    let pictures = ["trajectories", "errors", "analysis"];
+    let pictures = ["trajectories", "errors", "individuals", "analysis"];
     let pictures = pictures.iter().flat_map(|name| [format!("{name}.svg"), format!("{name}.png")]);
     let tables = ["evolutionary.tum", "evolutionary.csv", "mcae.tum", "mcae.csv", "truth.tum"];
     for name in pictures.chain(tables.map(str::to_owned)) {

@@ -47,9 +47,37 @@ fn a_kidnap_is_in_the_report() {
     for key in ["time_s", "recovered", "recovery_s", "position_error_m"] {
         assert!(kidnaps[0].get(key).is_some(), "{key}");
     }
-    for picture in ["trajectories.svg", "trajectories.png", "errors.svg", "errors.png", "analysis.png"] {
+    for picture in ["trajectories.svg", "trajectories.png", "errors.png", "individuals.png", "analysis.png"] {
         assert!(workspace.path("plots").join(picture).exists(), "{picture}");
     }
+}
+
+/// As many particles as needed: many at the start, few as soon as the place is known.
+#[test]
+fn the_number_of_particles_and_the_reasons_of_the_analysis_are_reported() {
+    let workspace = Workspace::new();
+    let options = ["--map", MAP, "--algorithm", "kld", "--json", "r.json", "--estimates", "r.csv"];
+    workspace.must(&[&["localize", &excerpt_text("R1")], &options[..]].concat());
+    let report = workspace.json("r.json");
+    let count = |key: &str| report["individuals"][key].as_u64().unwrap();
+    assert_eq!((count("first"), count("max")), (3000, 3000));
+    assert!(count("median") < 300, "{report}");
+    assert!(
+        workspace.read("r.csv").starts_with("t,x,y") && workspace.read("r.csv").contains(",individuals\n")
+    );
+    let dropped = report["pixels"]["dropped"].as_object().unwrap();
+    assert_eq!(dropped.len(), 10);
+    assert!(report["pixels"]["kept"].as_u64().unwrap() > 500 && dropped["too thin"].is_u64(), "{report}");
+}
+
+#[test]
+fn the_picture_of_the_analysis_can_be_chosen() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let base = ["localize", &bag, "--map", MAP, "--plots", "plots", "--picture-at", "1.5"];
+    workspace.must(&base);
+    assert!(workspace.read("plots/analysis.svg").contains("image at 1.5 s"));
+    assert_eq!(workspace.visloc(&["localize", &bag, "--map", MAP, "--picture-at", "1"]).code, 2);
 }
 
 #[test]
@@ -86,6 +114,13 @@ fn a_scenario_in_place_of_a_bag() {
     let first = run("3", "1", "a.csv");
     assert_eq!(first, run("3", "2", "b.csv"), "threads change nothing");
     assert_ne!(first, run("4", "1", "c.csv"), "the seed does");
+}
+
+#[test]
+fn a_simulated_bag_has_a_place_of_its_own() {
+    let workspace = Workspace::new();
+    workspace.must(&["simulate", "still", "--frames", "3"]);
+    assert!(workspace.path("out/still.mcap").exists());
 }
 
 #[test]

@@ -66,6 +66,46 @@ fn parameters_with_mistakes_name_file_and_line() {
 }
 
 #[test]
+fn unknown_keys_have_a_nearest_one_and_colors_can_be_named_in_part() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let base = ["localize", &bag, "--map", MAP, "--frames", "5"];
+    workspace.write("e.toml", "\n[explorers]\nperod = 5\n");
+    let error = workspace.refused(&[&base[..], &["--config", "e.toml"]].concat());
+    let wanted = "line 3: unknown key `perod` in [explorers], did you mean `period`?";
+    assert!(error.contains("e.toml") && error.contains(wanted), "{error}");
+    workspace.write("c.toml", "[analysis.colors.green]\nmin_saturation = 0.25\n");
+    workspace.must(&[&base[..], &["--pipeline", "c.toml"]].concat());
+    workspace.write("c.toml", "[analysis.colors.green]\nfrom_degrees = 80\n");
+    let error = workspace.refused(&[&base[..], &["--pipeline", "c.toml"]].concat());
+    assert!(error.contains("in [analysis.colors.green], did you mean `from_deg`?"), "{error}");
+}
+
+#[test]
+fn every_parameter_is_shown_with_its_meaning() {
+    let workspace = Workspace::new();
+    for name in ["evolutionary", "kld", "markov", "pipeline", "topics"] {
+        let text = workspace.must(&["config", "show", name]).stdout;
+        let lines: Vec<&str> = text.lines().collect();
+        let is_explained = |pair: &[&str]| !pair[1].contains(" = ") || pair[0].starts_with('#');
+        assert!(lines.windows(2).all(is_explained), "{text}");
+    }
+    let topics = workspace.must(&["config", "show", "topics"]).stdout;
+    assert!(topics.contains("# camera_frame ="), "{topics}");
+    workspace.write("topics.toml", &topics);
+    workspace.must(&[
+        "localize",
+        &excerpt_text("R1"),
+        "--map",
+        MAP,
+        "--frames",
+        "5",
+        "--topics",
+        "topics.toml",
+    ]);
+}
+
+#[test]
 fn colors_are_learned_from_a_painted_image() {
     let workspace = Workspace::new();
     let mut image = RgbImage::new(40, 30);

@@ -74,13 +74,7 @@ impl TfTree {
     /// Pose of frame `src` in frame `dst`, or why it is not known.
     pub(super) fn lookup(&self, dst: &str, src: &str, at: Timestamp) -> Result<TreePose, String> {
         let Some((up_from_dst, up_from_src)) = self.branches(dst, src) else {
-            let known: Vec<_> =
-                self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent)).collect();
-            let known = if known.is_empty() { "none".into() } else { known.join(", ") };
-            return Err(format!(
-                "expected a chain of transforms from '{dst}' to '{src}'; set base_frame and camera_frame. \
-                 Transforms so far: {known}"
-            ));
+            return Err(self.why_not_connected(dst, src));
         };
         let (root_from_dst, is_dst_held) = self.compose(&up_from_dst, at)?;
         let (root_from_src, is_src_held) = self.compose(&up_from_src, at)?;
@@ -88,6 +82,30 @@ impl TfTree {
             dst_from_src: root_from_dst.inverse() * root_from_src,
             is_held: is_dst_held || is_src_held,
         })
+    }
+
+    /// Which of the two frames is wrong, and what there is instead.
+    fn why_not_connected(&self, dst: &str, src: &str) -> String {
+        let parents = self.edges.values().map(|edge| edge.parent.as_str());
+        let mut frames: Vec<&str> = self.edges.keys().map(String::as_str).chain(parents).collect();
+        frames.sort_unstable();
+        frames.dedup();
+        if frames.is_empty() {
+            return format!("no transforms yet, expected some from '{dst}' to '{src}'");
+        }
+        for (frame, key, what) in
+            [(dst, "base_frame", "the robot on the ground"), (src, "camera_frame", "the camera")]
+        {
+            if !frames.contains(&frame) {
+                let known = frames.join(", ");
+                return format!("there is no frame '{frame}' for {what}: set {key} to one of: {known}");
+            }
+        }
+        let edges = self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent));
+        let edges = edges.collect::<Vec<_>>().join(", ");
+        format!(
+            "expected a chain of transforms from '{dst}' (base_frame) to '{src}' (camera_frame), found only: {edges}"
+        )
     }
 
     /// Drops what later times do not need.
