@@ -36,7 +36,7 @@ pub struct PipelineConfig {
 }
 
 /// What the pose is computed from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureChoice {
     /// Twenty pixels, as in the documents.

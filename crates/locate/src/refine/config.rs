@@ -1,11 +1,12 @@
 //! Parameters of the refinement.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{ConfigError, ReliabilityConfig, require};
 
 /// Parameters of the tracks and their filters.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RefinementConfig {
     /// Most tracks at a time.

@@ -302,4 +302,8 @@ impl Localizer for Refined {
     fn individuals(&self, out: &mut Vec<Individual>) {
         self.search.individuals(out);
     }
+
+    fn num_weighed(&self) -> usize {
+        self.search.num_weighed()
+    }
 }
