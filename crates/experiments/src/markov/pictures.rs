@@ -46,6 +46,16 @@ fn belief_map(experiment: &MarkovExperiment, belief: &[f64], name: &str, t: usiz
     let (best, probability) =
         belief.iter().enumerate().fold((0, 0.0), |best, (i, p)| if *p > best.1 { (i, *p) } else { best });
     let mark = |label: &str, color, pose: PlanarPose| PoseMark { label: label.to_owned(), color, pose };
+    // One arrow, if both would lie on each other.
+    let truth = 32 * t;
+    let marks = if best == truth {
+        vec![mark("robot, best", Color::BLUISH_GREEN, grid.pose(best))]
+    } else {
+        vec![
+            mark("robot", Color::BLUISH_GREEN, grid.pose(truth)),
+            mark("best", Color::VERMILION, grid.pose(best)),
+        ]
+    };
     let answer = if probability > 0.5 { "localized" } else { "not localized" };
     #[allow(clippy::cast_precision_loss)]
     let half_m = [columns, rows].map(|count| count as f64 * grid.tile_m() / 2.0);
@@ -64,10 +74,7 @@ fn belief_map(experiment: &MarkovExperiment, belief: &[f64], name: &str, t: usiz
             values,
         },
         range: Some((0.0, 1.0)),
-        marks: vec![
-            mark("robot", Color::BLUISH_GREEN, grid.pose(32 * t)),
-            mark("best", Color::VERMILION, grid.pose(best)),
-        ],
+        marks,
     };
     heat_map(&input, Some(&experiment.stage.field))
 }
