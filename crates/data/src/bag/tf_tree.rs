@@ -220,7 +220,13 @@ mod tests {
         let lookup = |tree: &TfTree, src, secs| tree.lookup("base", src, Timestamp::from_secs(secs));
         assert!(lookup(&tree, "head", 1.4).unwrap().is_held);
         assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
-        assert!(lookup(&tree, "camera", 1.0).unwrap_err().contains("base -> head"));
+        assert_eq!(
+            lookup(&tree, "camera", 1.0).unwrap_err(),
+            "there is no frame 'camera' for the camera: set camera_frame to one of: base, head"
+        );
+        tree.add_fixed(&transform(0.0, "tripod", "camera", 0.0, 0.0));
+        let apart = lookup(&tree, "camera", 1.0).unwrap_err();
+        assert!(apart.contains("base -> head") && apart.contains("tripod -> camera"), "{apart}");
         tree.add_fixed(&transform(0.0, "head", "base", 0.0, 0.0));
         assert!(lookup(&tree, "camera", 1.0).is_err());
     }
