@@ -89,8 +89,7 @@ impl MarkovExperiment {
                 "published (one run)",
             ],
         );
-        let columns =
-            [Reading::Published, Reading::Odometry, Reading::Densities].map(|reading| Task::Images(reading));
+        let columns = [Reading::Published, Reading::Odometry, Reading::Densities].map(Task::Images);
         let columns =
             [Task::Synthetic, columns[0], columns[1], columns[2]].map(|task| self.walks(results, task));
         let shares = |holds: &dyn Fn(&WalkRecord) -> bool| {
