@@ -93,16 +93,18 @@ impl TfTree {
         if frames.is_empty() {
             return format!("no transforms yet, expected some from '{dst}' to '{src}'");
         }
+        let edges = self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent));
+        let edges = edges.collect::<Vec<_>>().join(", ");
         for (frame, key, what) in
             [(dst, "base_frame", "the robot on the ground"), (src, "camera_frame", "the camera")]
         {
             if !frames.contains(&frame) {
                 let known = frames.join(", ");
-                return format!("there is no frame '{frame}' for {what}: set {key} to one of: {known}");
+                return format!(
+                    "there is no frame '{frame}' for {what}: set {key} to one of: {known} (transforms: {edges})"
+                );
             }
         }
-        let edges = self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent));
-        let edges = edges.collect::<Vec<_>>().join(", ");
         format!(
             "expected a chain of transforms from '{dst}' (base_frame) to '{src}' (camera_frame), found only: {edges}"
         )
@@ -222,7 +224,7 @@ mod tests {
         assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
         assert_eq!(
             lookup(&tree, "camera", 1.0).unwrap_err(),
-            "there is no frame 'camera' for the camera: set camera_frame to one of: base, head"
+            "there is no frame 'camera' for the camera: set camera_frame to one of: base, head (transforms: base -> head)"
         );
         tree.add_fixed(&transform(0.0, "tripod", "camera", 0.0, 0.0));
         let apart = lookup(&tree, "camera", 1.0).unwrap_err();
