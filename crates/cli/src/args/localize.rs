@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
-use super::{JsonArg, SeedArg, ThreadsArg};
+use super::{JsonArg, SeedArg, StartArg, ThreadsArg};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
@@ -19,7 +19,8 @@ use super::{JsonArg, SeedArg, ThreadsArg};
                        visloc localize recording.mcap --map robocup-spl-2010\n  \
                        visloc localize recording.mcap --map my-field.toml --algorithm mce --trajectory robot.tum\n  \
                        visloc localize recording.mcap --map my-field.toml --image-topic /eye/image_raw --base-frame base_link\n  \
-                       visloc localize sim:kidnaps --plots out/kidnaps\n\n\
+                       visloc localize sim:kidnaps --plots out/kidnaps\n  \
+                       visloc localize sim:tour-2024 --start half:negative\n\n\
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
 pub struct LocalizeArgs {
@@ -38,6 +39,13 @@ pub struct LocalizeArgs {
     /// Parameters of image analysis, observation model and lift detector, TOML
     #[arg(long, value_name = "FILE")]
     pub pipeline: Option<PathBuf>,
+    /// What poses are computed from [default: rich, or what --pipeline says]
+    #[arg(long, value_enum)]
+    pub features: Option<FeaturesArg>,
+    /// What is known about the start: half:negative, half:positive (x), side-lines[:HALF], or pose:X,Y,HEADING[,SPREAD]
+    /// in meters and degrees, which can be given several times
+    #[arg(long, value_name = "WHAT")]
+    pub start: Vec<StartArg>,
     #[command(flatten)]
     pub topics: TopicArgs,
     /// Write the pose of every frame to this file, TUM format
@@ -61,6 +69,15 @@ pub struct LocalizeArgs {
     pub json: JsonArg,
     #[command(flatten)]
     pub threads: ThreadsArg,
+}
+
+/// What poses are computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FeaturesArg {
+    /// Twenty pixels an image, as in the documents
+    Pixels,
+    /// All borders in view refine what the algorithm finds
+    Rich,
 }
 
 /// Names of topics and frames in the bag.

@@ -6,6 +6,7 @@ mod experiment;
 mod inspect;
 mod localize;
 mod shared;
+mod start;
 
 use clap::{Parser, Subcommand};
 
@@ -13,8 +14,9 @@ pub use analyze::{ColorsArgs, EvaluateArgs};
 pub use demo::{DemoArgs, SimulateArgs};
 pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
-pub use localize::{LocalizeArgs, TopicArgs};
+pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
+pub use start::StartArg;
 
 /// Tells a robot with one ordinary camera where it is
 #[derive(Debug, Parser)]

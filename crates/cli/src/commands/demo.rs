@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_data::trajectory::write_tum;
-use visloc_locate::PipelineConfig;
+use visloc_locate::{FeatureChoice, PipelineConfig, StartPrior};
 use visloc_plot::Picture;
 use visloc_world::Map;
 
@@ -22,7 +22,11 @@ use crate::{
 };
 
 /// Who looks for the robot.
-const ALGORITHMS: [&str; 2] = ["evolutionary", "mcae"];
+/// Algorithm, name in the output, and what poses are computed from.
+const ALGORITHMS: [(&str, &str, FeatureChoice); 2] = [
+    ("evolutionary", "evolutionary", FeatureChoice::Rich),
+    ("mcae", "mcae, 20 pixels", FeatureChoice::Pixels),
+];
 
 /// Runs the command.
 ///
@@ -33,7 +37,11 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let map = simulation.map().clone();
     let mut runners = start_runners(args, &map)?;
     say::line!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
-    say::line!("{} and {} look for it in the same images.\n", ALGORITHMS[0], ALGORITHMS[1]);
+    say::line!(
+        "Two algorithms look for it in the same images: {} with all borders in view, and",
+        ALGORITHMS[0].0
+    );
+    say::line!("{} with twenty pixels, as published in 2010.\n", ALGORITHMS[1].0);
     let mut snapshots = SnapshotTaker::default();
     let live = is_live_terminal().then(|| LiveView::new(&map, ALGORITHMS.len())).flatten();
     let mut viewer: Box<dyn Spectator> = match live {
@@ -61,16 +69,17 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
 }
 
 fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
-    let start = |algorithm: &&'static str| {
+    let start = |(algorithm, name, features): &(&'static str, &str, FeatureChoice)| {
         let file = |extension: &str| args.out.join(format!("{algorithm}.{extension}"));
         let files = OutputFiles::create(Some(&file("tum")), Some(&file("csv")))?;
         let settings = RunnerSettings {
             algorithm,
             algorithm_toml: None,
-            pipeline: PipelineConfig::default(),
+            pipeline: PipelineConfig { features: *features, ..PipelineConfig::default() },
+            start: StartPrior::Uniform,
             seed: args.seed.seed,
         };
-        Runner::new(map, &settings, files)
+        Ok(Runner::new(map, &settings, files)?.named(name))
     };
     ALGORITHMS.iter().map(start).collect()
 }

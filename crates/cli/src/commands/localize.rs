@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use visloc_locate::FeatureChoice;
 use visloc_world::Map;
 
-use super::settings::{bag_topics, pipeline_config, read_text};
+use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
 use crate::{
-    args::LocalizeArgs,
+    args::{FeaturesArg, LocalizeArgs},
     report::{
         AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
         comparison_table, measure, percent, save_json,
@@ -25,14 +26,14 @@ use crate::{
 /// If an input cannot be used, an output not be written, or the bag is cut off: then all results until there are
 /// written first.
 pub fn execute(args: &LocalizeArgs) -> Result<()> {
-    let settings = RunnerSettings {
-        algorithm: &args.algorithm,
-        algorithm_toml: None,
-        pipeline: pipeline_config(args.pipeline.as_deref())?,
-        seed: args.seed.seed,
-    };
+    let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
+    if let Some(features) = args.features {
+        pipeline.features = match features {
+            FeaturesArg::Pixels => FeatureChoice::Pixels,
+            FeaturesArg::Rich => FeatureChoice::Rich,
+        };
+    }
     let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
-    let settings = RunnerSettings { algorithm_toml: algorithm_toml.as_deref(), ..settings };
     let mut source = open_source(SourceSettings {
         name: &args.bag,
         map: args.map.as_deref(),
@@ -41,6 +42,13 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         num_threads: args.threads.count(),
         max_frames: args.frames,
     })?;
+    let settings = RunnerSettings {
+        algorithm: &args.algorithm,
+        algorithm_toml: algorithm_toml.as_deref(),
+        pipeline,
+        start: start_prior(&args.start, &source.map)?,
+        seed: args.seed.seed,
+    };
     // A wrong name or parameter must not empty the files of an earlier run, so the algorithm is tried first.
     let runner = Runner::new(&source.map, &settings, OutputFiles::default());
     runner.with_context(|| config_place(args))?;

@@ -2,12 +2,14 @@
 
 use std::{fs, path::Path};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use visloc_data::bag::BagTopics;
-use visloc_locate::PipelineConfig;
+use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_settings::{Settings, SettingsError, overlay};
 
-use crate::args::TopicArgs;
+use visloc_world::Map;
+
+use crate::args::{StartArg, TopicArgs};
 
 /// Text of a file.
 ///
@@ -55,4 +57,57 @@ fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
         let line = line.map(|line| format!(", line {line}")).unwrap_or_default();
         anyhow!("{}{line}: {reason}", path.display())
     })
+}
+
+/// What is known about the start, from the options given; nothing if there are none.
+///
+/// # Errors
+/// If the map has no halves or side lines, or if options cannot go together.
+pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
+    let Map::Field(field) = map else {
+        bail_unless_poses(starts, map)?;
+        return Ok(poses(starts));
+    };
+    let (half_x, half_y) = field.half_carpet_m();
+    match starts {
+        [] => Ok(StartPrior::Uniform),
+        [StartArg::Half(half)] => {
+            let (min_x_m, max_x_m) = match half {
+                Half::Negative => (-half_x, 0.0),
+                Half::Positive => (0.0, half_x),
+                Half::Both => (-half_x, half_x),
+            };
+            let region = Region { min_x_m, max_x_m, min_y_m: -half_y, max_y_m: half_y };
+            Ok(StartPrior::Region { region, heading: None })
+        }
+        [StartArg::SideLines(half)] => Ok(StartPrior::SideLines(SideLines::of(field, *half))),
+        starts => {
+            bail_unless_poses(starts, map)?;
+            Ok(poses(starts))
+        }
+    }
+}
+
+fn bail_unless_poses(starts: &[StartArg], map: &Map) -> Result<()> {
+    if starts.iter().all(|start| matches!(start, StartArg::Pose { .. })) {
+        return Ok(());
+    }
+    match map {
+        Map::Field(_) => bail!("--start: several are possible only for poses"),
+        _ => bail!("--start: the map {} has no halves and side lines; give pose:X,Y,HEADING", map.name()),
+    }
+}
+
+fn poses(starts: &[StartArg]) -> StartPrior {
+    let poses = starts.iter().filter_map(|start| match start {
+        StartArg::Pose { world_from_robot, spread } => Some(PosePrior {
+            world_from_robot: *world_from_robot,
+            position_spread_m: spread.0,
+            heading_spread_rad: spread.1,
+            weight: 1.0,
+        }),
+        _ => None,
+    });
+    let poses: Vec<_> = poses.collect();
+    if poses.is_empty() { StartPrior::Uniform } else { StartPrior::Poses(poses) }
 }

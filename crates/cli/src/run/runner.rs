@@ -4,7 +4,7 @@ use anyhow::Result;
 use visloc_base::{Frame, RngTree, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
 use visloc_geom::PlanarPose;
-use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
+use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior};
 use visloc_vision::{DropReason, Percept};
 use visloc_world::Map;
 
@@ -80,6 +80,8 @@ pub struct RunnerSettings<'a> {
     pub algorithm_toml: Option<&'a str>,
     /// All other parameters.
     pub pipeline: PipelineConfig,
+    /// What is known about the start.
+    pub start: StartPrior,
     /// Seed of everything random.
     pub seed: u64,
 }
@@ -100,11 +102,15 @@ impl Runner {
     /// # Errors
     /// If there is no such algorithm or a parameter is wrong.
     pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
-        let RunnerSettings { algorithm, algorithm_toml, pipeline, seed } = settings;
+        let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
         let rng = RngTree::new(*seed).subtree("pipeline", 0);
+        let mut pipeline = Pipeline::new(map, algorithm, *algorithm_toml, pipeline, rng)?;
+        if !start.is_uniform() {
+            pipeline.reset_to(start);
+        }
         Ok(Self {
             name: (*algorithm).to_owned(),
-            pipeline: Pipeline::new(map, algorithm, *algorithm_toml, pipeline, rng)?,
+            pipeline,
             files,
             records: Vec::new(),
             rejected: Vec::new(),
@@ -156,6 +162,13 @@ impl Runner {
     /// If one cannot be written.
     pub fn finish(&mut self) -> Result<()> {
         self.files.flush()
+    }
+
+    /// Another name, where the algorithm's own would not tell this one from the others.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        name.clone_into(&mut self.name);
+        self
     }
 
     /// Name of the algorithm.
