@@ -20,14 +20,14 @@ mod scenario;
 mod scene;
 mod simulation;
 
-pub use render::{CameraMotion, Renderer, Sensor, Shot};
+pub use render::{CameraMotion, LabelImage, Renderer, Sensor, Shot};
 pub use scenario::{
     BUILT_IN_SCENARIOS, Ball, BoxPiece, CameraSetup, Carry, FootSetup, FurniturePiece, GaitSetup, HeadSetup,
     KinematicsSetup, LightSetup, Motion, Mount, OdometrySetup, OtherRobot, Panel, PersonSetup, PlacedPose,
     RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk, Wander,
 };
 pub use scene::{
-    Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Lamp, LightGrid, Lighting, Paint,
-    Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
+    Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Label, Lamp, LightGrid, Lighting,
+    Paint, Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
 pub use simulation::Simulation;

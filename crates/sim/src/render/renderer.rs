@@ -7,13 +7,14 @@ use visloc_base::RgbImage;
 use visloc_geom::{Camera, CameraFrame, Rigid3, World};
 
 use super::blur::{CameraMotion, blur};
+use super::labels::{Floor, LabelImage};
 use super::overlay::lay_over;
 use super::prepare::{Prepared, View, prepare};
 use super::raster::{NOTHING, Visible, inverse_depth};
 use super::rays::Rays;
 use super::sensor::Sensor;
 use super::shade::{Run, shade_run};
-use crate::scene::{Scene, Surface};
+use crate::scene::{Label, Scene, Surface};
 
 /// Light of the sky or of a gap, where there is no surface.
 const BACKGROUND: [f32; 4] = [0.02, 0.02, 0.02, 1.0];
@@ -114,11 +115,7 @@ impl Renderer {
         world_from_camera: &Rigid3<World, CameraFrame>,
         shot: &Shot,
     ) -> RgbImage {
-        let view = View {
-            camera_from_world: world_from_camera.rotation().transpose().cast(),
-            camera_in_world: Point3::from(world_from_camera.translation().cast::<f32>()),
-        };
-        self.find_visible(scene, moving, &view);
+        self.find_visible(scene, moving, &view(world_from_camera));
         self.shade_all(scene, moving);
         self.smooth_edges();
         for overlay in &self.overlays {
@@ -136,6 +133,33 @@ impl Renderer {
         let exposure = MEAN_EXPOSURE * shot.gain;
         shot.sensor.develop(&self.light, &self.shading.1, exposure, shot.noise_seed, &mut image);
         image
+    }
+
+    /// What every pixel shows, without blur.
+    #[must_use]
+    pub fn labels(
+        &mut self,
+        scene: &Scene,
+        moving: &[Surface],
+        world_from_camera: &Rigid3<World, CameraFrame>,
+    ) -> LabelImage {
+        let view = view(world_from_camera);
+        self.find_visible(scene, moving, &view);
+        let floor = Floor {
+            marks: scene.ground_marks(),
+            world_from_camera: view.camera_from_world.transpose(),
+            camera_in_world: view.camera_in_world,
+        };
+        let rays = &*self.rays;
+        let label = |(i, id): (usize, &u32)| match *id {
+            NOTHING => Label::Other,
+            id => match surface(scene, moving, self.prepared[id as usize].surface).label {
+                Label::Carpet => floor.label(rays.x[i], rays.y[i]),
+                other => other,
+            },
+        };
+        let labels = self.visible.nearest.iter().enumerate().map(label).collect();
+        LabelImage::new(rays.width, rays.height, labels)
     }
 
     fn find_visible(&mut self, scene: &Scene, moving: &[Surface], view: &View) {
@@ -242,6 +266,13 @@ impl Renderer {
             }
         }
         sum.map(|part| part / EDGE_SAMPLES.len() as f32)
+    }
+}
+
+fn view(world_from_camera: &Rigid3<World, CameraFrame>) -> View {
+    View {
+        camera_from_world: world_from_camera.rotation().transpose().cast(),
+        camera_in_world: Point3::from(world_from_camera.translation().cast::<f32>()),
     }
 }
 

@@ -44,7 +44,7 @@ impl Body {
         let pan = (2.0 * phase(secs, head.pan_period_secs).sin()).tanh() / 2.0_f64.tanh();
         let tilt = (phase(secs, head.tilt_period_secs) + self.phases_rad[0]).sin();
         HeadAngles {
-            yaw_rad: head.pan_deg.to_radians() * pan,
+            yaw_rad: head.pan_mean_deg.to_radians() + head.pan_deg.to_radians() * pan,
             pitch_rad: (head.tilt_deg + head.tilt_swing_deg * tilt).to_radians(),
         }
     }

@@ -81,6 +81,8 @@ impl Default for RobotSetup {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HeadSetup {
+    /// Mean pan, positive to the left, degrees.
+    pub pan_mean_deg: f64,
     /// Largest pan to either side, degrees.
     pub pan_deg: f64,
     /// Time for going there and back.
@@ -96,6 +98,7 @@ pub struct HeadSetup {
 impl Default for HeadSetup {
     fn default() -> Self {
         Self {
+            pan_mean_deg: 0.0,
             pan_deg: 55.0,
             pan_period_secs: 6.5,
             tilt_deg: 13.0,
@@ -189,6 +192,7 @@ impl RobotSetup {
         range("neck_height_m", self.neck_height_m, 0.05, 5.0)?;
         range("eye_forward_m", self.eye_forward_m, -1.0, 1.0)?;
         range("eye_up_m", self.eye_up_m, -1.0, 1.0)?;
+        range("head.pan_mean_deg", self.head.pan_mean_deg, -180.0, 180.0)?;
         range("head.pan_deg", self.head.pan_deg, 0.0, 180.0)?;
         range("head.pan_period_secs", self.head.pan_period_secs, 0.5, 600.0)?;
         range("head.tilt_deg", self.head.tilt_deg, -90.0, 90.0)?;

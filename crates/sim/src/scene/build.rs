@@ -4,7 +4,9 @@ use nalgebra::{Point3, Vector3};
 use visloc_base::Rng;
 
 use super::light::{Light, LightGrid};
-use super::{Canvas, Color, Cuboid, Lamp, Lighting, Paint, Shape, Surface, Texture, TextureId, Wrap};
+use super::{
+    Canvas, Color, Cuboid, GroundMark, Label, Lamp, Lighting, Paint, Shape, Surface, Texture, TextureId, Wrap,
+};
 
 /// Everything that can be seen.
 #[derive(Debug, Clone)]
@@ -13,6 +15,7 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     light: Light,
     shadow: TextureId,
+    ground_marks: Vec<GroundMark>,
 }
 
 impl Scene {
@@ -23,7 +26,13 @@ impl Scene {
     pub fn new(lamps: Vec<Lamp>, ambient: f32, half_floor_m: (f32, f32)) -> Self {
         let light = Light::new(lamps, ambient, half_floor_m);
         let shadow = Texture::new(&shadow_canvas(), Wrap::Clamp);
-        Self { textures: vec![shadow], surfaces: Vec::new(), light, shadow: TextureId(0) }
+        Self {
+            textures: vec![shadow],
+            surfaces: Vec::new(),
+            light,
+            shadow: TextureId(0),
+            ground_marks: Vec::new(),
+        }
     }
 
     /// Takes a texture in.
@@ -44,6 +53,14 @@ impl Scene {
             None => self.lighting_around(&shape.middle()),
         };
         self.surfaces.push(Surface::new(shape, texture, lighting));
+    }
+
+    /// Adds a shape as part of something.
+    pub fn add_labelled(&mut self, shape: Shape, texture: TextureId, label: Label) {
+        self.add(shape, texture);
+        if let Some(surface) = self.surfaces.last_mut() {
+            surface.label = label;
+        }
     }
 
     /// Adds a shape whose texture repeats over it.
@@ -111,6 +128,15 @@ impl Scene {
     #[must_use]
     pub fn light_on(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
         self.light.on(point, normal)
+    }
+
+    /// Tells the labels where the carpet is painted.
+    pub(super) fn set_ground_marks(&mut self, marks: Vec<GroundMark>) {
+        self.ground_marks = marks;
+    }
+
+    pub(crate) fn ground_marks(&self) -> &[GroundMark] {
+        &self.ground_marks
     }
 
     /// All surfaces.

@@ -2,10 +2,10 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 use visloc_base::Rng;
-use visloc_world::field::{BallColor, Field, Goal, GoalColor, Segment};
+use visloc_world::field::{BallColor, Field, Goal, GoalColor};
 
 use super::noise::NoiseTile;
-use super::{Canvas, Color, Paint, Pattern, Scene, Shape, Texture, Wrap};
+use super::{Canvas, Color, GroundMark, Label, Paint, Pattern, Scene, Shape, Texture, Wrap};
 
 /// Texels per meter of the carpet: a line is 12 texels wide.
 const CARPET_PX_PER_M: f32 = 250.0;
@@ -36,7 +36,8 @@ impl Scene {
         let (x, y) = field.half_carpet_m();
         let shape = Shape::level((0.0, 0.0), (2.0 * x as f32, 2.0 * y as f32), 0.0);
         let carpet = self.add_texture(Texture::new(&carpet(field, look, rng), Wrap::Clamp));
-        self.add(shape, carpet);
+        self.add_labelled(shape, carpet, Label::Carpet);
+        self.set_ground_marks(GroundMark::of_field(field));
         for goal in field.goals() {
             self.add_goal(goal, rng);
         }
@@ -60,12 +61,17 @@ impl Scene {
             }
         };
         self.add_shadow((x, y), (radius_m * 5.0, radius_m * 5.0));
-        self.add(Shape::Sphere { center: Point3::new(x, y, radius_m), radius_m }, texture);
+        self.add_labelled(
+            Shape::Sphere { center: Point3::new(x, y, radius_m), radius_m },
+            texture,
+            Label::Ball,
+        );
     }
 
     fn add_goal(&mut self, goal: &Goal, rng: &mut Rng) {
         let paint = self.add_color(goal_color(goal.color));
         let white = self.add_color(Color::from_hex(0xe4_e4e2));
+        let label = goal_label(goal.color);
         let (x, post_y) = (goal.x_m as f32, goal.post_y_m as f32);
         let (radius_m, bar_z) = (goal.post_radius_m as f32, goal.crossbar_z_m as f32);
         let back = x + x.signum() * GOAL_DEPTH_M;
@@ -76,15 +82,18 @@ impl Scene {
         };
         for y in [post_y, -post_y] {
             self.add_shadow((x, y), (radius_m * 7.0, radius_m * 7.0));
-            self.add(bar(Point3::new(x, y, 0.0), Point3::new(x, y, bar_z + radius_m), radius_m), paint);
-            self.add(bar(Point3::new(x, y, 0.02), Point3::new(back, y, 0.02), 0.02), paint);
-            self.add(bar(Point3::new(x, y, bar_z - 0.04), Point3::new(back, y, 0.03), 0.0125), white);
+            let post = bar(Point3::new(x, y, 0.0), Point3::new(x, y, bar_z + radius_m), radius_m);
+            self.add_labelled(post, paint, label);
+            let base = bar(Point3::new(x, y, 0.02), Point3::new(back, y, 0.02), 0.02);
+            self.add_labelled(base, paint, Label::GoalBack);
+            let stay = bar(Point3::new(x, y, bar_z - 0.04), Point3::new(back, y, 0.03), 0.0125);
+            self.add_labelled(stay, white, Label::GoalBack);
         }
         let across = |x, z, reach: f32| (Point3::new(x, -reach, z), Point3::new(x, reach, z));
         let (left, right) = across(x, bar_z, post_y + radius_m);
-        self.add(bar(left, right, radius_m), paint);
+        self.add_labelled(bar(left, right, radius_m), paint, label);
         let (left, right) = across(back, 0.02, post_y);
-        self.add(bar(left, right, 0.02), white);
+        self.add_labelled(bar(left, right, 0.02), white, Label::GoalBack);
         self.add_net((x, bar_z - 0.05), (back, 0.04), post_y, rng);
     }
 
@@ -123,6 +132,14 @@ fn goal_color(color: GoalColor) -> Color {
     })
 }
 
+fn goal_label(color: GoalColor) -> Label {
+    match color {
+        GoalColor::Yellow => Label::YellowGoal,
+        GoalColor::Blue => Label::BlueGoal,
+        GoalColor::White => Label::WhiteGoal,
+    }
+}
+
 /// The carpet seen from above, +y up.
 fn carpet(field: &Field, look: &FieldLook, rng: &mut Rng) -> Canvas {
     let (half_x, half_y) = field.half_carpet_m();
@@ -137,14 +154,9 @@ fn carpet(field: &Field, look: &FieldLook, rng: &mut Rng) -> Canvas {
     });
     let wear = NoiseTile::new(8, 5, 0.8, rng);
     let mut painter = LinePainter { canvas: &mut canvas, half_x, half_y, look, wear: &wear };
-    let half_line_m = field.dimensions().line_width_m / 2.0;
-    for line in field.lines() {
-        painter.bar(line, half_line_m, half_line_m);
+    for mark in GroundMark::of_field(field) {
+        painter.paint(&mark);
     }
-    for mark in field.marks() {
-        painter.bar(mark, half_line_m, 0.0);
-    }
-    painter.circle(field.circle_radius_m(), half_line_m);
     canvas
 }
 
@@ -157,9 +169,9 @@ struct LinePainter<'a> {
 }
 
 impl LinePainter<'_> {
-    /// Paints where `distance_m`, the signed distance from the edge of the paint, is negative; looks only at a
-    /// rectangle of half sizes around a middle, meters.
-    fn paint(&mut self, middle: Point2<f64>, half: (f64, f64), distance_m: impl Fn(Point2<f64>) -> f64) {
+    /// Paints a mark with soft edges, worn where the noise says so.
+    fn paint(&mut self, mark: &GroundMark) {
+        let (middle, half) = mark.bounds();
         let scale = f64::from(CARPET_PX_PER_M);
         let to_px = |x: f64, y: f64| ((x + self.half_x) * scale, (self.half_y - y) * scale);
         let (left, top) = to_px(middle.x - half.0, middle.y + half.1);
@@ -170,7 +182,7 @@ impl LinePainter<'_> {
                     (x as f64 + 0.5) / scale - self.half_x,
                     self.half_y - (y as f64 + 0.5) / scale,
                 );
-                let cover = (0.5 - distance_m(point) * scale).clamp(0.0, 1.0) as f32;
+                let cover = (0.5 - mark.distance_m(&point) * scale).clamp(0.0, 1.0) as f32;
                 if cover > 0.0 && x >= 0 && y >= 0 {
                     let worn =
                         self.look.wear * (0.5 + 1.5 * self.wear.at(x as u32, y as u32)).clamp(0.0, 1.0);
@@ -179,29 +191,5 @@ impl LinePainter<'_> {
                 }
             }
         }
-    }
-
-    fn bar(&mut self, line: &Segment, half_width_m: f64, extend_m: f64) {
-        let middle = nalgebra::center(&line.start, &line.end);
-        let along = line.end - line.start;
-        let half_length_m = along.norm() / 2.0 + extend_m;
-        let axis = along.normalize();
-        let half = (
-            half_length_m * axis.x.abs() + half_width_m * axis.y.abs(),
-            half_length_m * axis.y.abs() + half_width_m * axis.x.abs(),
-        );
-        self.paint(middle, half, |point| {
-            let from_middle = point - middle;
-            let lengthwise = from_middle.dot(&axis).abs() - half_length_m;
-            let sideways = (from_middle.x * axis.y - from_middle.y * axis.x).abs() - half_width_m;
-            lengthwise.max(sideways)
-        });
-    }
-
-    fn circle(&mut self, radius_m: f64, half_width_m: f64) {
-        let reach = radius_m + half_width_m;
-        self.paint(Point2::origin(), (reach, reach), |point| {
-            (point.coords.norm() - radius_m).abs() - half_width_m
-        });
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use visloc_geom::PlanarPose;
 
-use super::{Color, Cuboid, Lighting, Scene, Shape, Surface, TextureId};
+use super::{Color, Cuboid, Label, Lighting, Scene, Shape, Surface, TextureId};
 
 /// What a figure is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,7 +64,11 @@ impl Figure {
         let chest = Point3::new(pose.x_m as f32, pose.y_m as f32, self.height_m * 0.6);
         let lighting = scene.lighting_around(&chest);
         let (sin, cos) = (pose.yaw_rad as f32).sin_cos();
-        let mut placer = Placer { scene, origin: (chest.x, chest.y), sin, cos, lighting, out };
+        let label = match self.kind {
+            FigureKind::Robot => Label::Robot,
+            FigureKind::Person => Label::Other,
+        };
+        let mut placer = Placer { scene, origin: (chest.x, chest.y), sin, cos, lighting, label, out };
         match self.kind {
             FigureKind::Robot => self.place_robot(&mut placer, stride_rad, swing, pose.yaw_rad as f32),
             FigureKind::Person => self.place_person(&mut placer),
@@ -140,6 +144,7 @@ struct Placer<'a> {
     sin: f32,
     cos: f32,
     lighting: Lighting,
+    label: Label,
     out: &'a mut Vec<Surface>,
 }
 
@@ -155,18 +160,18 @@ impl Placer<'_> {
     fn bar(&mut self, from: [f32; 3], to: [f32; 3], radius_m: f32, texture: TextureId) {
         let base = self.point(from);
         let shape = Shape::Cylinder { base, axis: self.point(to) - base, radius_m };
-        self.out.push(Surface::new(shape, texture, self.lighting.clone()));
+        self.out.push(Surface::new(shape, texture, self.lighting.clone()).labelled(self.label));
     }
 
     fn ball(&mut self, center: [f32; 3], radius_m: f32, texture: TextureId) {
         let shape = Shape::Sphere { center: self.point(center), radius_m };
-        self.out.push(Surface::new(shape, texture, self.lighting.clone()));
+        self.out.push(Surface::new(shape, texture, self.lighting.clone()).labelled(self.label));
     }
 
     fn cuboid(&mut self, at: [f32; 3], size: [f32; 3], yaw_rad: f32, texture: TextureId) {
         let cuboid = Cuboid { center: self.point(at), size: Vector3::from(size), yaw_rad };
         for shape in cuboid.faces() {
-            self.out.push(Surface::new(shape, texture, self.lighting.clone()));
+            self.out.push(Surface::new(shape, texture, self.lighting.clone()).labelled(self.label));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::light::LightGrid;
+use super::{Label, light::LightGrid};
 
 /// Index of a texture in a [`super::Scene`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,13 +65,21 @@ pub struct Surface {
     pub(crate) lighting: Lighting,
     /// Laid over what is behind it, by the texture's opacity.
     pub(crate) is_overlay: bool,
+    /// What it is; [`Label::Carpet`] has the field's lines on it.
+    pub(crate) label: Label,
 }
 
 impl Surface {
     /// An opaque surface that shows its texture once.
     #[must_use]
     pub fn new(shape: Shape, texture: TextureId, lighting: Lighting) -> Self {
-        Self { shape, texture, repeats: (1.0, 1.0), lighting, is_overlay: false }
+        Self { shape, texture, repeats: (1.0, 1.0), lighting, is_overlay: false, label: Label::Other }
+    }
+
+    /// The same surface as part of something.
+    #[must_use]
+    pub fn labelled(self, label: Label) -> Self {
+        Self { label, ..self }
     }
 }
 

@@ -10,7 +10,7 @@ use visloc_world::Map;
 
 use super::states::{Carrier, State};
 use super::world::World;
-use crate::render::{Renderer, Sensor, Shot};
+use crate::render::{LabelImage, Renderer, Sensor, Shot};
 use crate::robot::{MotionPlan, find_orbits};
 use crate::scenario::{Scenario, ScenarioError};
 use crate::scene::{Scene, Surface};
@@ -152,6 +152,14 @@ impl Simulation {
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// What every pixel of a frame shows, by the frame's number from 0, before any blur; `None` beyond the last frame.
+    pub fn labels(&mut self, index: usize) -> Option<LabelImage> {
+        let state = self.states.get(index)?;
+        let worker = &mut self.workers[0];
+        self.world.moving(state.secs, &mut worker.moving);
+        Some(worker.renderer.labels(&self.world.scene, &worker.moving, &state.world_from_camera))
     }
 
     /// Draws the next frames, one batch on all threads.
