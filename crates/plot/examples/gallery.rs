@@ -7,8 +7,8 @@ use visloc_geom::PlanarPose;
 use visloc_plot::{
     Bar, BarChart, BarGroup, BarSeries, Color, CovarianceEllipse, FieldPath, FieldPicture, Grid, HeatMap,
     Histogram, HistogramSeries, Kidnap, Mark, Panel, PathPoint, PlotError, PoseCloud, PoseMark,
-    ReferenceLine, Series, Span, TimeSeriesPicture, ValueAxis, bar_chart, field_picture, heat_map, histogram,
-    time_series,
+    ReferenceLine, Series, Span, SurfacePicture, TimeSeriesPicture, ValueAxis, bar_chart, field_picture,
+    heat_map, histogram, surface_picture, time_series,
 };
 use visloc_world::{Map, field::Field};
 
@@ -31,6 +31,7 @@ fn main() -> Result<(), PlotError> {
     time_series(&series_input(&run)).save(folder, "time_series")?;
     time_series(&TimeSeriesPicture::default()).save(folder, "empty")?;
     heat_map(&heat_input(), Some(&field)).save(folder, "heat_map")?;
+    surface_picture(&surface_input(), Some(&field)).save(folder, "surface")?;
     bar_chart(&bar_input()).save(folder, "bars")?;
     histogram(&histogram_input(&run)).save(folder, "histogram")
 }
@@ -215,6 +216,7 @@ fn series_input(run: &[Sample]) -> TimeSeriesPicture {
             .map(|(i, c)| Mark { at_secs: c.0, label: format!("kidnap {}", i + 1) })
             .collect(),
         range_secs: None,
+        panel_px: None,
     }
 }
 
@@ -241,6 +243,11 @@ fn heat_input() -> HeatMap {
         range: None,
         marks: vec![mark("truth", Color::BLACK, 1.15, 0.5), mark("estimate", Color::VERMILION, 1.6, 0.9)],
     }
+}
+
+fn surface_input() -> SurfacePicture {
+    let HeatMap { title, subtitle, value_label, grid, range, marks } = heat_input();
+    SurfacePicture { title, subtitle, value_label, grid, range, marks, ..SurfacePicture::default() }
 }
 
 fn bar_input() -> BarChart {

@@ -1,4 +1,4 @@
-//! Pictures of runs as SVG and PNG: the field from above with paths, time series, heat maps, bars and histograms,
+//! Pictures of runs as SVG and PNG: the field from above with paths, time series, heat maps, surfaces, bars and histograms,
 //! and what an image analysis found.
 //!
 //! Every picture is a plain struct that the caller fills with numbers, labels and colors, and one function that
@@ -36,6 +36,7 @@ mod histogram;
 mod image_picture;
 mod picture;
 mod scatter;
+mod surface;
 mod svg;
 mod time_series;
 
@@ -50,4 +51,5 @@ pub use histogram::{Histogram, HistogramSeries, histogram};
 pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};
 pub use picture::Picture;
 pub use scatter::{ScatterPicture, ScatterSeries, scatter};
+pub use surface::{SurfacePicture, surface_picture};
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -35,7 +35,8 @@ pub fn time_series(input: &TimeSeriesPicture) -> Picture {
     #[allow(clippy::cast_precision_loss)]
     let (marks_px, num_panels) = (num_rows as f64 * MARK_ROW_PX, input.panels.len().max(1) as f64);
     let first_top = header.height_px() + marks_px + PANEL_LABEL_PX;
-    let height = header.height_px() + marks_px + num_panels * (PANEL_PX + PANEL_LABEL_PX) + BELOW_PX;
+    let panel_px = input.panel_px.filter(|px| px.is_finite()).map_or(PANEL_PX, |px| px.clamp(40.0, 1000.0));
+    let height = header.height_px() + marks_px + num_panels * (panel_px + PANEL_LABEL_PX) + BELOW_PX;
     let mut canvas = Canvas::new(WIDTH_PX, height);
     header.draw(&mut canvas);
 
@@ -43,7 +44,7 @@ pub fn time_series(input: &TimeSeriesPicture) -> Picture {
     let panels = if input.panels.is_empty() { &empty[..] } else { &input.panels };
     let mut top = first_top;
     for (i, panel) in panels.iter().enumerate() {
-        let rect = Rect { left: LEFT_PX, top, right, bottom: top + PANEL_PX };
+        let rect = Rect { left: LEFT_PX, top, right, bottom: top + panel_px };
         let values = panel.series.iter().flat_map(|series| &series.points).map(|point| point.1);
         let values = values.chain(panel.references.iter().map(|line| line.value));
         let y = Axis::of_values(panel.axis, values, (rect.bottom, rect.top));
@@ -58,7 +59,7 @@ pub fn time_series(input: &TimeSeriesPicture) -> Picture {
             let label = if input.x_label.is_empty() { "time [s]" } else { &input.x_label };
             area.draw_x_label(&mut canvas, label);
         }
-        top += PANEL_PX + PANEL_LABEL_PX;
+        top += panel_px + PANEL_LABEL_PX;
     }
     draw_mark_labels(&mut canvas, &marks, header.height_px() + MARK_ROW_PX);
     canvas.finish()

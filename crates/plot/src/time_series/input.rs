@@ -19,6 +19,8 @@ pub struct TimeSeriesPicture {
     pub marks: Vec<Mark>,
     /// Shown range of time, seconds; without it everything is shown.
     pub range_secs: Option<(f64, f64)>,
+    /// Height of each panel, pixels; without it 140.
+    pub panel_px: Option<f64>,
 }
 
 /// One panel.
