@@ -9,6 +9,7 @@ mod framework;
 pub mod kidnap;
 pub mod markov;
 pub mod positions;
+pub mod robocup;
 pub mod symmetry;
 
 pub use framework::{

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use visloc_experiments::Shard;
+use visloc_experiments::{Shard, robocup::RobocupSet};
 
 use super::{JsonArg, SeedArg};
 
@@ -24,6 +24,8 @@ pub enum ExperimentCommand {
     Kidnap(CellArgs),
     /// Markov localization on a grid: walks, images, a goalkeeper, long times without a goal
     Markov(CellArgs),
+    /// On the field: tours, kidnaps, other robots, white goals; are reliability and covariance honest?
+    Robocup(RobocupArgs),
     /// Put the parts of an experiment together
     Merge(MergeArgs),
 }
@@ -69,6 +71,37 @@ pub struct CellArgs {
     /// Runs of each cell of the tables
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: u64,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment robocup`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Lets the algorithms look for a simulated robot, many times, and compares them with the published figures.\n\n\
+                  Sets: tours (a walk over the field), no-odometry (the same without odometry), crowd (other robots, boards, \
+                  uneven light), kidnaps (the feet notice), unfelt (only the camera can notice), white (kidnaps on a field with \
+                  white goals, where every place has a mirror image; each algorithm plays twice, once it is told the half).\n\n\
+                  A full run of everything takes about two hours of one core. With --out it can be stopped and goes on where it \
+                  stopped.",
+    after_long_help = "Examples:\n  \
+                       visloc experiment robocup --quick                                a first look\n  \
+                       visloc experiment robocup --set kidnaps --algorithm evolutionary\n  \
+                       visloc experiment robocup --out out/robocup                      run again to go on after an interruption"
+)]
+pub struct RobocupArgs {
+    /// Kind of runs; may be given several times [default: all]
+    #[arg(long = "set", value_name = "NAME")]
+    pub sets: Vec<RobocupSet>,
+    /// Name of an algorithm (see: visloc algorithms); may be given several times [default: all]
+    #[arg(long = "algorithm", value_name = "NAME")]
+    pub algorithms: Vec<String>,
+    /// Runs of each kind, each with another walk, light and sensor errors [default: 20; 2 with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub seeds: Option<u64>,
+    /// Short runs, and few of them
+    #[arg(long)]
+    pub quick: bool,
     #[command(flatten)]
     pub common: RunsArgs,
 }

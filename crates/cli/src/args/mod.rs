@@ -12,7 +12,7 @@ use clap::{Parser, Subcommand};
 
 pub use analyze::{ColorsArgs, EvaluateArgs};
 pub use demo::{DemoArgs, SimulateArgs};
-pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs};
+pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};

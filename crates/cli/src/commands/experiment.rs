@@ -10,12 +10,14 @@ use visloc_experiments::{
     Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget,
     kidnap::KidnapExperiment,
     markov::{MarkovExperiment, MarkovSettings},
-    merge, run,
+    merge,
+    robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, measure},
+    run,
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
 
 use crate::{
-    args::{ExperimentArgs, ExperimentCommand, MergeArgs, RunsArgs},
+    args::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs},
     report::save_json,
     run::Progress,
     say,
@@ -24,6 +26,8 @@ use crate::{
 
 /// Runs of each cell of the kidnap and Markov experiments.
 const NUM_RUNS: u64 = 100;
+/// Runs of each kind of the RoboCup experiment, and of its short form.
+const NUM_ROBOCUP_RUNS: (u64, u64) = (20, 2);
 
 /// Runs the command.
 ///
@@ -42,6 +46,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs)?;
             conduct(&experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
         }
+        ExperimentCommand::Robocup(args) => robocup(args),
         ExperimentCommand::Merge(args) => merge_parts(args),
     }
 }
@@ -52,6 +57,28 @@ fn symmetry(part: SymmetryPart, runs: Option<u64>) -> SymmetryExperiment {
         SymmetryPart::Long => 1000,
     };
     SymmetryExperiment::new(part, runs.unwrap_or(default))
+}
+
+/// The times are measured after the runs, when the machine is quiet; they are no part of the records.
+fn robocup(args: &RobocupArgs) -> Result<()> {
+    let mut settings = RobocupSettings::default();
+    if !args.sets.is_empty() {
+        settings.sets = RobocupSet::ALL.into_iter().filter(|set| args.sets.contains(set)).collect();
+    }
+    if !args.algorithms.is_empty() {
+        settings.algorithms.clone_from(&args.algorithms);
+    }
+    if args.quick {
+        settings.length = RunLength::QUICK;
+    }
+    let (usual, quick) = NUM_ROBOCUP_RUNS;
+    let num_runs = args.seeds.unwrap_or(if args.quick { quick } else { usual });
+    let experiment = RobocupExperiment::new(settings, num_runs)?;
+    conduct(&experiment, &args.common, |experiment, results, seed| {
+        let watch = Stopwatch::start();
+        let timings = measure(&experiment.settings().algorithms, seed, &mut || watch.ms())?;
+        experiment.report(results, seed, &timings)
+    })
 }
 
 /// What makes a report of an experiment's records.
@@ -113,6 +140,12 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
         "markov" => {
             let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs.unwrap_or(NUM_RUNS))?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)
+        }
+        "robocup" => {
+            let settings: RobocupSettings = serde_json::from_value(manifest.settings.clone())
+                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let experiment = RobocupExperiment::new(settings, args.runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
     };

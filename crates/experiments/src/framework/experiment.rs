@@ -34,6 +34,11 @@ pub trait Experiment: Sync {
     /// All conditions.
     fn cells(&self) -> &[Cell];
 
+    /// Runs that each thread does between two times of writing. Long runs are written one by one.
+    fn runs_per_thread(&self) -> usize {
+        8
+    }
+
     /// One run of the cell at this place of [`Experiment::cells`]. `seeds` is the same for all runs: streams are told apart
     /// by label and run, so that cells can share what they are to share.
     ///

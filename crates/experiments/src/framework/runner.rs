@@ -10,9 +10,6 @@ use super::{
     store::{Manifest, Store, read_records},
 };
 
-/// Runs that are done between two times of writing, for each thread.
-const RUNS_PER_THREAD: usize = 8;
-
 /// Where the records go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunTarget<'a> {
@@ -67,7 +64,8 @@ pub fn run<E: Experiment>(
     let wanted: Vec<(usize, u64)> = mine.filter(|(cell, run)| !results.has(*cell, *run as usize)).collect();
     let seeds = RngTree::new(options.seed);
     let mut num_done = 0;
-    for chunk in wanted.chunks(RUNS_PER_THREAD * rayon::current_num_threads()) {
+    watch(RunProgress { num_done, num_wanted: wanted.len() });
+    for chunk in wanted.chunks((experiment.runs_per_thread() * rayon::current_num_threads()).max(1)) {
         let records: Vec<_> =
             chunk.par_iter().map(|(cell, run)| experiment.run(*cell, *run, &seeds)).collect();
         for ((cell, run), record) in chunk.iter().zip(records) {

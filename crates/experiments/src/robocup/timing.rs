@@ -1,0 +1,75 @@
+//! How long an iteration takes. Not part of the records, which are the same on every machine.
+
+use visloc_base::{FrameSource, RngTree};
+use visloc_eval::TimingSummary;
+use visloc_locate::{Pipeline, PipelineConfig};
+
+use super::{RobocupSet, RunLength};
+use crate::ExperimentError;
+
+/// Time of an algorithm for a frame, with the image analysis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlgorithmTiming {
+    /// Name of the algorithm.
+    pub algorithm: String,
+    /// Milliseconds.
+    pub iteration_ms: TimingSummary,
+}
+
+/// Frames that are measured: 20 s.
+const NUM_FRAMES: usize = 600;
+/// Every frame is measured in so many equal passes, and the fastest counts: other programs only ever slow it down.
+const NUM_PASSES: usize = 3;
+
+/// Measures every algorithm on the first frames of a tour, one after the other on this thread. `clock_ms` tells the time
+/// in milliseconds.
+///
+/// # Errors
+/// If the tour cannot be simulated or there is no such algorithm.
+pub fn measure(
+    algorithms: &[String],
+    seed: u64,
+    clock_ms: &mut dyn FnMut() -> f64,
+) -> Result<Vec<AlgorithmTiming>, ExperimentError> {
+    let mut fastest_ms = vec![vec![f64::INFINITY; NUM_FRAMES]; algorithms.len()];
+    for _ in 0..NUM_PASSES {
+        pass(algorithms, seed, clock_ms, &mut fastest_ms)?;
+    }
+    let timing = |(algorithm, durations_ms): (&String, Vec<f64>)| AlgorithmTiming {
+        algorithm: algorithm.clone(),
+        iteration_ms: TimingSummary::of_ms(&durations_ms),
+    };
+    Ok(algorithms.iter().zip(fastest_ms).map(timing).collect())
+}
+
+/// One pass over all frames; keeps the smaller durations.
+fn pass(
+    algorithms: &[String],
+    seed: u64,
+    clock_ms: &mut dyn FnMut() -> f64,
+    fastest_ms: &mut [Vec<f64>],
+) -> Result<(), ExperimentError> {
+    let seeds = RngTree::new(seed);
+    let failed = |reason: String| ExperimentError::Run { cell: "timing".to_owned(), run: 0, reason };
+    let simulation = RobocupSet::Tours.simulation(RunLength::FULL, 0, &seeds);
+    let (simulation, _) = simulation.map_err(|error| failed(error.to_string()))?;
+    let mut simulation = simulation.with_num_frames(NUM_FRAMES);
+    let rng = seeds.subtree("pipeline", 0);
+    let mut pipelines = Vec::new();
+    for algorithm in algorithms {
+        let pipeline = Pipeline::new(simulation.map(), algorithm, None, &PipelineConfig::default(), rng);
+        pipelines.push(pipeline.map_err(|error| failed(error.to_string()))?);
+    }
+    for index in 0..NUM_FRAMES {
+        let Some(next) = simulation.next_frame() else { break };
+        let frame = next.map_err(|error| failed(error.to_string()))?.frame;
+        for (pipeline, fastest_ms) in pipelines.iter_mut().zip(&mut *fastest_ms) {
+            let start = clock_ms();
+            if pipeline.analyze(&frame).is_ok() {
+                pipeline.localize(&frame);
+                fastest_ms[index] = fastest_ms[index].min(clock_ms() - start);
+            }
+        }
+    }
+    Ok(())
+}
