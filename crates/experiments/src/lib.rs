@@ -7,6 +7,7 @@
 
 mod framework;
 pub mod kidnap;
+pub mod likelihood;
 pub mod markov;
 pub mod positions;
 pub mod robocup;

@@ -4,6 +4,7 @@ mod analyze;
 mod demo;
 mod experiment;
 mod inspect;
+mod likelihood;
 mod localize;
 mod shared;
 mod start;
@@ -14,6 +15,7 @@ pub use analyze::{ColorsArgs, EvaluateArgs};
 pub use demo::{DemoArgs, SimulateArgs};
 pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
+pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
 pub use start::StartArg;
@@ -49,6 +51,8 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// Repeat the published experiments, and harder ones
     Experiment(ExperimentArgs),
+    /// Draw how well every pose explains one image
+    Likelihood(Box<LikelihoodArgs>),
     /// List the algorithms
     Algorithms,
     /// List the built-in maps

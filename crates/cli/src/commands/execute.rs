@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, localize, map, simulate};
+use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.
@@ -16,6 +16,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Localize(args) => localize::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
+        Command::Likelihood(args) => likelihood::execute(&args),
         Command::Algorithms => {
             config::list_algorithms();
             Ok(())

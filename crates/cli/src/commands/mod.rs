@@ -6,6 +6,7 @@ mod demo;
 mod evaluate;
 mod execute;
 mod experiment;
+mod likelihood;
 mod localize;
 mod map;
 mod settings;

@@ -12,6 +12,12 @@ pub enum ExperimentError {
     /// A parameter of an algorithm.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// A study or picture cannot be set up.
+    #[error("{reason}")]
+    Setup {
+        /// What stopped it.
+        reason: String,
+    },
     /// A run could not be done.
     #[error("cell {cell:?}, run {run}: {reason}")]
     Run {

@@ -3,8 +3,9 @@
 use visloc_geom::PlanarPose;
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
-    Bar, BarChart, BarGroup, BarSeries, Color, FieldPath, FieldPicture, Kidnap, Panel, PathPoint, Picture,
-    ReferenceLine, Series, Span, TimeSeriesPicture, ValueAxis, bar_chart, field_picture, time_series,
+    Bar, BarChart, BarGroup, BarSeries, Color, FieldPath, FieldPicture, Kidnap, Mark, Panel, PathPoint,
+    Picture, ReferenceLine, Series, SeriesStyle, Span, TimeSeriesPicture, ValueAxis, bar_chart,
+    field_picture, time_series,
 };
 use visloc_world::field::Field;
 
@@ -138,33 +139,42 @@ fn errors(title: &str, truth: &[TruthPoint], trace: &[TracePoint]) -> Picture {
 /// Fewer frames in an interval say nothing.
 const LEAST_FRAMES: u64 = 100;
 
-/// Share of the frames near the truth against the reported reliability.
+/// Share of the frames near the truth against the reported reliability, one panel for each contender.
 #[allow(clippy::cast_precision_loss)]
 pub(super) fn calibration(rows: &[Row<'_>]) -> Picture {
-    let diagonal = Series::new("what a probability would do", Color::GRAY, vec![(0.0, 0.0), (1.0, 1.0)]);
-    let mut series = vec![diagonal];
-    for (i, (label, summary)) in rows.iter().enumerate() {
+    let panel = |(label, summary): &Row<'_>| {
         let sum = summary.calibration();
         let points = (0..10).filter(|bin| sum.frames[*bin] >= LEAST_FRAMES).filter_map(|bin| {
             let near = ratio(sum.near[bin], sum.frames[bin])?;
             Some((sum.reliability[bin] / sum.frames[bin] as f64, near))
         });
-        series.push(Series::new(label, Color::series(i), points.collect()));
-    }
+        let points: Vec<(f64, f64)> = points.collect();
+        let dots = Series { style: SeriesStyle::Points, ..Series::new("", Color::BLUE, points.clone()) };
+        let claimed = ratio(sum.claimed_near, sum.claimed).map_or_else(String::new, |share| {
+            format!(": {:.2} % of the {} frames above {LOCALIZED_RELIABILITY}", 100.0 * share, sum.claimed)
+        });
+        Panel {
+            label: format!("{label}{claimed}"),
+            axis: ValueAxis::Linear { min: 0.0, max: 1.0 },
+            series: vec![
+                Series::new("share equal to the reliability", Color::GRAY, vec![(0.0, 0.0), (1.0, 1.0)]),
+                Series::new("share of the frames near the truth", Color::BLUE, points),
+                dots,
+            ],
+            references: vec![ReferenceLine { value: 0.99, label: "99 %".to_owned(), color: Color::GRAY }],
+        }
+    };
     time_series(&TimeSeriesPicture {
         title: "Does the reliability mean something?".to_owned(),
         subtitle: format!(
-            "Share of the frames within {NEAR_M:.2} m of the truth, by reported reliability in ten intervals, all runs"
+            "Share of the frames within {NEAR_M:.2} m of the truth by reported reliability, in ten intervals with at least \
+             {LEAST_FRAMES} frames each; all runs"
         ),
         x_label: "reported reliability".to_owned(),
-        panels: vec![Panel {
-            label: "share of the frames that are near the truth".to_owned(),
-            axis: ValueAxis::Linear { min: 0.0, max: 1.0 },
-            series,
-            references: vec![ReferenceLine { value: 0.99, label: "99 %".to_owned(), color: Color::GRAY }],
-        }],
-        range_secs: Some((0.0, 1.0)),
-        panel_px: Some(430.0),
+        panels: rows.iter().map(panel).collect(),
+        marks: vec![Mark { at_secs: LOCALIZED_RELIABILITY, label: "localized".to_owned() }],
+        range_secs: Some((0.0, 1.02)),
+        panel_px: Some(if rows.len() > 3 { 150.0 } else { 320.0 }),
         ..TimeSeriesPicture::default()
     })
 }

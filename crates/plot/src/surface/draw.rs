@@ -20,8 +20,10 @@ const LEFT_PX: f64 = 74.0;
 const WIDTH_PX: f64 = 860.0;
 const RIGHT_PX: f64 = 60.0;
 const BELOW_PX: f64 = 44.0;
-/// How far a pin rises above the surface, in parts of the vertical axis.
-const PIN: f64 = 0.22;
+/// How far the first pin rises above the surface, in parts of the vertical axis, and how much farther each next one, so
+/// that labels of near places stay apart.
+const PIN: f64 = 0.2;
+const NEXT_PIN: f64 = 0.12;
 /// Step along the lines of a field that lie on the surface, meters.
 const LINE_STEP_M: f64 = 0.05;
 
@@ -58,8 +60,10 @@ pub fn surface_picture(input: &SurfacePicture, field: Option<&Field>) -> Picture
     draw_surface(&mut canvas, &mesh, &view, &lines);
     space.draw_walls(&mut canvas, &mesh);
     space.draw_axes(&mut canvas, (low, high), &input.value_label);
+    let mut pin = PIN;
     for mark in input.marks.iter().filter(|mark| mark.pose.is_finite()) {
-        draw_pin(&mut canvas, mark, &mesh, &view);
+        draw_pin(&mut canvas, mark, &mesh, &view, pin);
+        pin += NEXT_PIN;
     }
     canvas.finish()
 }
@@ -124,11 +128,11 @@ fn steps(length_m: f64) -> u32 {
     (length_m / LINE_STEP_M).ceil().clamp(1.0, 2000.0) as u32
 }
 
-fn draw_pin(canvas: &mut Canvas, mark: &PoseMark, mesh: &Mesh, view: &ObliqueView) {
+fn draw_pin(canvas: &mut Canvas, mark: &PoseMark, mesh: &Mesh, view: &ObliqueView, pin: f64) {
     let pose = &mark.pose;
     let Some((_, height)) = mesh.cell_at(pose.x_m, pose.y_m) else { return };
     let height = if height.is_finite() { height } else { 0.0 };
-    let (foot, head) = (view.px([pose.x_m, pose.y_m, height]), view.px([pose.x_m, pose.y_m, height + PIN]));
+    let (foot, head) = (view.px([pose.x_m, pose.y_m, height]), view.px([pose.x_m, pose.y_m, height + pin]));
     canvas.line(foot, head, &Paint::stroke(Color::WHITE, 4.0));
     canvas.line(foot, head, &Paint::stroke(mark.color, 2.0));
     canvas.circle(foot, 2.6, &Paint::fill(mark.color).outlined(Color::WHITE, 1.0));

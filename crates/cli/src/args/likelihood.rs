@@ -1,0 +1,152 @@
+//! `visloc likelihood`.
+
+use std::{path::PathBuf, str::FromStr};
+
+use clap::Args;
+
+use super::{JsonArg, SeedArg, TopicArgs};
+
+/// Arguments of `visloc likelihood`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Draws how well every pose on the map explains one image: over all places with the best or a given heading, as \
+                  colors and as a surface in space, and over all headings at one place.\n\n\
+                  The image is a frame of a recording (or of sim:SCENARIO), or one from a pose that you choose. The pictures \
+                  show the maximum, and the true pose where it is known.",
+    after_long_help = "Examples:\n  \
+                       visloc likelihood --view 0.6,1.3,-30                          on the field of 2010\n  \
+                       visloc likelihood --view -2,0.5,10 --pan 30 --map robocup-spl-2024\n  \
+                       visloc likelihood recording.mcap --at 12.5 --map robocup-spl-2010 --heading truth\n  \
+                       visloc likelihood sim:crowd --at 8 --step 0.1 --out out/crowd"
+)]
+pub struct LikelihoodArgs {
+    /// ROS 2 bag (.mcap or folder), or sim:SCENARIO
+    #[arg(value_name = "BAG", required_unless_present = "view")]
+    pub bag: Option<String>,
+    /// Which frame of the recording: the first that is so many seconds after the start
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
+    pub at: f64,
+    /// Instead of a recording, a simulated image from this pose: meters, meters, degrees
+    #[arg(long, value_name = "X,Y,DEG", conflicts_with = "bag", allow_hyphen_values = true)]
+    pub view: Option<PoseText>,
+    /// With --view: how far the head is turned to the left, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, requires = "view")]
+    pub pan: f64,
+    /// With --view: how far the head looks down, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 13.0, allow_hyphen_values = true, requires = "view")]
+    pub tilt: f64,
+    /// Built-in map or TOML file; may be left out with sim:SCENARIO [default with --view: robocup-spl-2010]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub map: Option<String>,
+    /// Heading at every place: "best", "truth" or degrees
+    #[arg(long, value_name = "HEADING", default_value = "best", allow_hyphen_values = true)]
+    pub heading: HeadingText,
+    /// Place of the profile over all headings, meters [default: the true place, else the maximum]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub place: Option<PlaceText>,
+    /// Side of a cell of the map, meters
+    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = step)]
+    pub step: f64,
+    /// Weigh all pixels instead of a few taken at random
+    #[arg(long)]
+    pub all_pixels: bool,
+    /// Parameters of image analysis and observation model, TOML
+    #[arg(long, value_name = "FILE")]
+    pub pipeline: Option<PathBuf>,
+    /// Folder for pictures and tables
+    #[arg(long, value_name = "DIR", default_value = "out/likelihood")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub topics: TopicArgs,
+    #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
+    pub json: JsonArg,
+}
+
+/// Numbers between commas.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let wrong = || format!("expected {N} numbers with commas between them, found {text:?}");
+    let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let numbers: [f64; N] = parts.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
+    if numbers.iter().all(|number| number.is_finite() && number.abs() <= 1e4) {
+        Ok(numbers)
+    } else {
+        Err(wrong())
+    }
+}
+
+/// A pose as it is typed: meters, meters, degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PoseText(pub [f64; 3]);
+
+impl FromStr for PoseText {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        numbers(text).map(Self)
+    }
+}
+
+/// A place as it is typed, meters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceText(pub [f64; 2]);
+
+impl FromStr for PlaceText {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        numbers(text).map(Self)
+    }
+}
+
+/// A heading as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum HeadingText {
+    /// The best at each place.
+    Best,
+    /// The true one everywhere.
+    Truth,
+    /// So many degrees everywhere.
+    Degrees(f64),
+}
+
+impl FromStr for HeadingText {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "best" => Ok(Self::Best),
+            "truth" => Ok(Self::Truth),
+            _ => match numbers::<1>(text) {
+                Ok([degrees]) => Ok(Self::Degrees(degrees)),
+                Err(_) => Err(format!("expected best, truth or degrees, found {text:?}")),
+            },
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| (0.0..=1e6).contains(value));
+    value.ok_or_else(|| format!("expected seconds from 0 on, found {text:?}"))
+}
+
+fn step(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| (0.01..=1.0).contains(value));
+    value.ok_or_else(|| format!("expected meters from 0.01 to 1, found {text:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn poses_places_and_headings_are_read() {
+        assert_eq!("1, -2,30".parse(), Ok(PoseText([1.0, -2.0, 30.0])));
+        assert!("1,2".parse::<PoseText>().is_err() && "1,x".parse::<PlaceText>().is_err());
+        assert!("nan,1".parse::<PlaceText>().is_err());
+        assert_eq!("-45".parse(), Ok(HeadingText::Degrees(-45.0)));
+        assert!("north".parse::<HeadingText>().unwrap_err().contains("truth"));
+        assert!(step("0").is_err() && seconds("-1").is_err());
+    }
+}
