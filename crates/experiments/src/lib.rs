@@ -11,6 +11,7 @@ pub mod likelihood;
 pub mod markov;
 pub mod positions;
 pub mod robocup;
+pub mod studies;
 pub mod symmetry;
 
 pub use framework::{

@@ -8,6 +8,7 @@ mod likelihood;
 mod localize;
 mod shared;
 mod start;
+mod study;
 
 use clap::{Parser, Subcommand};
 
@@ -19,6 +20,7 @@ pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
 pub use start::StartArg;
+pub use study::StudyArgs;
 
 /// Tells a robot with one ordinary camera where it is
 #[derive(Debug, Parser)]
@@ -53,6 +55,8 @@ pub enum Command {
     Experiment(ExperimentArgs),
     /// Draw how well every pose explains one image
     Likelihood(Box<LikelihoodArgs>),
+    /// Study what one image tells about the pose, and what disturbs it
+    Study(StudyArgs),
     /// List the algorithms
     Algorithms,
     /// List the built-in maps

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate};
+use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, study};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.
@@ -17,6 +17,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Evaluate(args) => evaluate::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
         Command::Likelihood(args) => likelihood::execute(&args),
+        Command::Study(args) => study::execute(&args),
         Command::Algorithms => {
             config::list_algorithms();
             Ok(())

@@ -11,5 +11,6 @@ mod localize;
 mod map;
 mod settings;
 mod simulate;
+mod study;
 
 pub use execute::execute;

@@ -1,0 +1,20 @@
+//! `visloc study`: what one image tells about the pose.
+
+use anyhow::Result;
+use visloc_experiments::studies::Study;
+
+use crate::{args::StudyArgs, report::save_json, say};
+
+/// Runs the command.
+///
+/// # Errors
+/// If a simulation is impossible or a file cannot be written.
+pub fn execute(args: &StudyArgs) -> Result<()> {
+    let outcome = Study::from(args.study).conduct(args.seed.seed)?;
+    say::text(format_args!("{}", outcome.report.text()));
+    if let Some(folder) = &args.out {
+        outcome.save(folder)?;
+        say::line!("\ntables and pictures: {}", folder.display());
+    }
+    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &outcome.report.json))
+}
