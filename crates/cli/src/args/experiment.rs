@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use visloc_experiments::{Shard, robocup::RobocupSet};
 
 use super::{JsonArg, SeedArg};
@@ -82,7 +82,7 @@ pub struct CellArgs {
                   Sets: tours (a walk over the field), no-odometry (the same without odometry), crowd (other robots, boards, \
                   uneven light), kidnaps (the feet notice), unfelt (only the camera can notice), white (kidnaps on a field with \
                   white goals, where every place has a mirror image; each algorithm plays twice, once it is told the half).\n\n\
-                  A full run of everything takes about two hours of one core. With --out it can be stopped and goes on where it \
+                  A full run of everything takes hours of one core. With --out it can be stopped and goes on where it \
                   stopped.",
     after_long_help = "Examples:\n  \
                        visloc experiment robocup --quick                                a first look\n  \
@@ -96,6 +96,9 @@ pub struct RobocupArgs {
     /// Name of an algorithm (see: visloc algorithms); may be given several times [default: all]
     #[arg(long = "algorithm", value_name = "NAME")]
     pub algorithms: Vec<String>,
+    /// What the pose is computed from
+    #[arg(long, value_enum, default_value_t = Features::Rich)]
+    pub features: Features,
     /// Runs of each kind, each with another walk, light and sensor errors [default: 20; 2 with --quick]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub seeds: Option<u64>,
@@ -104,6 +107,17 @@ pub struct RobocupArgs {
     pub quick: bool,
     #[command(flatten)]
     pub common: RunsArgs,
+}
+
+/// What the pose is computed from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Features {
+    /// All border pixels refine what the algorithm finds
+    Rich,
+    /// Twenty pixels, as in the documents
+    Pixels,
+    /// Every algorithm plays with each of them
+    Both,
 }
 
 /// Arguments of `visloc experiment merge`.

@@ -14,7 +14,7 @@ use clap::{Parser, Subcommand};
 
 pub use analyze::{ColorsArgs, EvaluateArgs};
 pub use demo::{DemoArgs, SimulateArgs};
-pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs};
+pub use experiment::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};

@@ -15,9 +15,10 @@ use visloc_experiments::{
     run,
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
+use visloc_locate::FeatureChoice;
 
 use crate::{
-    args::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs},
+    args::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs},
     report::save_json,
     run::Progress,
     say,
@@ -68,6 +69,11 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     if !args.algorithms.is_empty() {
         settings.algorithms.clone_from(&args.algorithms);
     }
+    settings.features = match args.features {
+        Features::Rich => vec![FeatureChoice::Rich],
+        Features::Pixels => vec![FeatureChoice::Pixels],
+        Features::Both => vec![FeatureChoice::Rich, FeatureChoice::Pixels],
+    };
     if args.quick {
         settings.length = RunLength::QUICK;
     }
@@ -76,7 +82,7 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     let experiment = RobocupExperiment::new(settings, num_runs)?;
     conduct(&experiment, &args.common, |experiment, results, seed| {
         let watch = Stopwatch::start();
-        let timings = measure(&experiment.settings().algorithms, seed, &mut || watch.ms())?;
+        let timings = measure(experiment, seed, &mut || watch.ms())?;
         experiment.report(results, seed, &timings)
     })
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_base::{FrameSource, RngTree};
-use visloc_locate::{ALGORITHMS, default_config_toml};
+use visloc_locate::{ALGORITHMS, FeatureChoice, default_config_toml};
 
 use super::{
     record::RobocupRecord,
@@ -19,16 +19,19 @@ pub struct RobocupSettings {
     pub sets: Vec<RobocupSet>,
     /// Names of the algorithms, with their default parameters.
     pub algorithms: Vec<String>,
+    /// What the pose is computed from; every algorithm plays with each of them.
+    pub features: Vec<FeatureChoice>,
     /// Length of the runs.
     pub length: RunLength,
 }
 
 impl Default for RobocupSettings {
-    /// Everything: all sets, all algorithms, full length.
+    /// All sets, all algorithms with all features that the analysis finds, full length.
     fn default() -> Self {
         Self {
             sets: RobocupSet::ALL.to_vec(),
             algorithms: ALGORITHMS.iter().map(|algorithm| algorithm.name.to_owned()).collect(),
+            features: vec![FeatureChoice::Rich],
             length: RunLength::FULL,
         }
     }
@@ -54,25 +57,36 @@ impl RobocupExperiment {
         Ok(Self { cells: settings.sets.iter().map(cell).collect(), settings })
     }
 
+    /// The players of a set: every algorithm with every choice of features, and where places have mirror images once more
+    /// with the half given.
     pub(super) fn contenders(&self, set: RobocupSet) -> Vec<Contender> {
-        let free = |algorithm: &String| Contender {
-            label: algorithm.clone(),
-            algorithm: algorithm.clone(),
-            is_given_half: false,
-            may_be_mirrored: set.is_mirrored(),
-        };
-        let given = |algorithm: &String| Contender {
-            label: format!("{algorithm}, half given"),
-            algorithm: algorithm.clone(),
-            is_given_half: true,
-            may_be_mirrored: false,
-        };
-        let free = self.settings.algorithms.iter().map(free);
-        if set.is_mirrored() {
-            free.chain(self.settings.algorithms.iter().map(given)).collect()
-        } else {
-            free.collect()
+        let mut contenders = Vec::new();
+        for features in &self.settings.features {
+            for algorithm in &self.settings.algorithms {
+                let label = match features {
+                    FeatureChoice::Rich => algorithm.clone(),
+                    FeatureChoice::Pixels => format!("{algorithm}, 20 pixels"),
+                };
+                contenders.push(Contender {
+                    label,
+                    algorithm: algorithm.clone(),
+                    features: *features,
+                    is_given_half: false,
+                    may_be_mirrored: set.is_mirrored(),
+                });
+            }
         }
+        if set.is_mirrored() {
+            let given = |contender: &Contender| Contender {
+                label: format!("{}, half given", contender.label),
+                is_given_half: true,
+                may_be_mirrored: false,
+                ..contender.clone()
+            };
+            let given: Vec<Contender> = contenders.iter().map(given).collect();
+            contenders.extend(given);
+        }
+        contenders
     }
 }
 

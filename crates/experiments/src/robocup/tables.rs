@@ -13,6 +13,11 @@ use crate::Table;
 /// A contender's label and its runs.
 pub(super) type Row<'a> = (String, Summary<'a>);
 
+/// Whether a contender plays a published algorithm, with any features.
+fn is_same(label: &str, algorithm: &str) -> bool {
+    label.split(',').next() == Some(algorithm)
+}
+
 /// Runs without kidnaps.
 pub(super) fn walks(set: RobocupSet, rows: &[Row<'_>]) -> Table {
     let title = format!("{}: errors from the first localization on, published | here", set.title());
@@ -28,7 +33,7 @@ pub(super) fn walks(set: RobocupSet, rows: &[Row<'_>]) -> Table {
     ];
     let mut table = Table::new(set.name(), &title, &header);
     for (label, summary) in rows {
-        let published = published::rows(set).iter().find(|row| row.algorithm == *label);
+        let published = published::rows(set).iter().find(|row| is_same(label, row.algorithm));
         let (position, heading) = (summary.position_m(), summary.heading_deg());
         table.push([
             label.clone(),
@@ -64,7 +69,7 @@ pub(super) fn kidnaps(set: RobocupSet, rows: &[Row<'_>]) -> Table {
     }
     let mut table = Table::new(set.name(), &title, &header);
     for (label, summary) in rows {
-        let published = published::rows(set).iter().find(|row| row.algorithm == *label);
+        let published = published::rows(set).iter().find(|row| is_same(label, row.algorithm));
         let count = summary.num_kidnaps();
         let of = |holds: fn(&super::record::KidnapScore) -> bool| percent(share(summary.count(holds), count));
         let position: Vec<f64> = summary.kidnaps().filter_map(|kidnap| kidnap.position_error_m).collect();
@@ -165,8 +170,8 @@ pub(super) fn timing(timings: &[AlgorithmTiming]) -> Table {
     let mut table = Table::new("timing", title, &header);
     for timing in timings {
         let published = match timing.algorithm.as_str() {
-            "mcae" => "27.7 (40)",
-            "evolutionary" => "37.6 (80)",
+            label if is_same(label, "mcae") => "27.7 (40)",
+            label if is_same(label, "evolutionary") => "37.6 (80)",
             _ => "-",
         };
         let summary = &timing.iteration_ms;

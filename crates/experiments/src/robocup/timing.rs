@@ -4,13 +4,13 @@ use visloc_base::{FrameSource, RngTree};
 use visloc_eval::TimingSummary;
 use visloc_locate::{Pipeline, PipelineConfig};
 
-use super::{RobocupSet, RunLength};
+use super::{RobocupExperiment, RobocupSet, RunLength, track::Contender};
 use crate::ExperimentError;
 
 /// Time of an algorithm for a frame, with the image analysis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlgorithmTiming {
-    /// Name of the algorithm.
+    /// Name of the contender.
     pub algorithm: String,
     /// Milliseconds.
     pub iteration_ms: TimingSummary,
@@ -21,30 +21,31 @@ const NUM_FRAMES: usize = 600;
 /// Every frame is measured in so many equal passes, and the fastest counts: other programs only ever slow it down.
 const NUM_PASSES: usize = 3;
 
-/// Measures every algorithm on the first frames of a tour, one after the other on this thread. `clock_ms` tells the time
+/// Measures every contender on the first frames of a tour, one after the other on this thread. `clock_ms` tells the time
 /// in milliseconds.
 ///
 /// # Errors
 /// If the tour cannot be simulated or there is no such algorithm.
 pub fn measure(
-    algorithms: &[String],
+    experiment: &RobocupExperiment,
     seed: u64,
     clock_ms: &mut dyn FnMut() -> f64,
 ) -> Result<Vec<AlgorithmTiming>, ExperimentError> {
-    let mut fastest_ms = vec![vec![f64::INFINITY; NUM_FRAMES]; algorithms.len()];
+    let contenders = experiment.contenders(RobocupSet::Tours);
+    let mut fastest_ms = vec![vec![f64::INFINITY; NUM_FRAMES]; contenders.len()];
     for _ in 0..NUM_PASSES {
-        pass(algorithms, seed, clock_ms, &mut fastest_ms)?;
+        pass(&contenders, seed, clock_ms, &mut fastest_ms)?;
     }
-    let timing = |(algorithm, durations_ms): (&String, Vec<f64>)| AlgorithmTiming {
-        algorithm: algorithm.clone(),
+    let timing = |(contender, durations_ms): (&Contender, Vec<f64>)| AlgorithmTiming {
+        algorithm: contender.label.clone(),
         iteration_ms: TimingSummary::of_ms(&durations_ms),
     };
-    Ok(algorithms.iter().zip(fastest_ms).map(timing).collect())
+    Ok(contenders.iter().zip(fastest_ms).map(timing).collect())
 }
 
 /// One pass over all frames; keeps the smaller durations.
 fn pass(
-    algorithms: &[String],
+    contenders: &[Contender],
     seed: u64,
     clock_ms: &mut dyn FnMut() -> f64,
     fastest_ms: &mut [Vec<f64>],
@@ -56,8 +57,9 @@ fn pass(
     let mut simulation = simulation.with_num_frames(NUM_FRAMES);
     let rng = seeds.subtree("pipeline", 0);
     let mut pipelines = Vec::new();
-    for algorithm in algorithms {
-        let pipeline = Pipeline::new(simulation.map(), algorithm, None, &PipelineConfig::default(), rng);
+    for contender in contenders {
+        let config = PipelineConfig { features: contender.features, ..PipelineConfig::default() };
+        let pipeline = Pipeline::new(simulation.map(), &contender.algorithm, None, &config, rng);
         pipelines.push(pipeline.map_err(|error| failed(error.to_string()))?);
     }
     for index in 0..NUM_FRAMES {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use visloc_base::{Frame, RngTree, Truth};
 use visloc_geom::{PlanarPose, angle};
-use visloc_locate::{Estimate, Pipeline, PipelineConfig, PipelineError, Region, StartPrior};
+use visloc_locate::{Estimate, FeatureChoice, Pipeline, PipelineConfig, PipelineError, Region, StartPrior};
 use visloc_world::Map;
 
 use super::{
@@ -18,6 +18,8 @@ pub(super) struct Contender {
     pub label: String,
     /// Of the registry.
     pub algorithm: String,
+    /// What its pose is computed from.
+    pub features: FeatureChoice,
     /// Whether it is told in which half of the field the robot stands, whenever it is put down.
     pub is_given_half: bool,
     /// Whether the mirror image of the true pose counts as right.
@@ -69,6 +71,7 @@ pub(super) struct Track {
 
 impl Track {
     pub(super) fn new(map: &Map, contender: &Contender, rng: RngTree) -> Result<Self, PipelineError> {
+        let config = PipelineConfig { features: contender.features, ..PipelineConfig::default() };
         let half_m = match map {
             Map::Field(field) => field.half_carpet_m(),
             _ => (0.0, 0.0), // refused below
@@ -76,7 +79,7 @@ impl Track {
         Ok(Self {
             contender: contender.clone(),
             moments: Vec::new(),
-            pipeline: Pipeline::new(map, &contender.algorithm, None, &PipelineConfig::default(), rng)?,
+            pipeline: Pipeline::new(map, &contender.algorithm, None, &config, rng)?,
             half_m,
             // At the start, too, the robot is put down.
             was_carried: true,
@@ -123,6 +126,9 @@ fn judge(estimate: &Estimate, secs: f64, truth: &Truth, may_be_mirrored: bool) -
         reliability: estimate.reliability,
         has_both: has(&pose) && has(&mirrored(&pose)),
     };
+    if may_be_mirrored {
+        moment.reliability = estimate.reliability_up_to_symmetry;
+    }
     if may_be_mirrored && is_mirror_nearer(&moment.estimate, &pose) {
         moment.estimate = mirrored(&moment.estimate);
         moment.covariance = mirrored_covariance(&moment.covariance);

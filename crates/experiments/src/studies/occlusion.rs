@@ -10,7 +10,7 @@ use crate::{ExperimentError, Table, likelihood::View};
 
 pub(super) fn conduct(seed: u64) -> Result<StudyOutcome, ExperimentError> {
     let free = View::new(MAP_2010, pose(0.9, 0.0, 0.0));
-    let hidden = View { robots: vec![pose(1.75, 0.30, 200.0), pose(2.2, -0.36, 170.0)], ..free.clone() };
+    let hidden = View { robots: vec![pose(2.0, 0.42, 200.0), pose(2.4, -0.1, 170.0)], ..free.clone() };
     let views = [
         ("free", "nothing in the way", free, "highest 1 to 2 m before the goal"),
         ("hidden", "two robots in the way", hidden, "the same zones, but larger; symmetric ones rise"),

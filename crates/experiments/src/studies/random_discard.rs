@@ -20,17 +20,19 @@ use crate::{
 
 /// Images that are looked at: one a second, of walks with several seeds.
 const NUM_SEEDS: u64 = 2;
+/// Most images that are used, evenly spread over all that qualify.
+const MAX_IMAGES: usize = 32;
 /// An image is used if it has at least so many line and goal pixels: more than the most that are kept.
 const LEAST_PIXELS: (usize, usize) = (40, 24);
 /// Random choices for each image and number.
-const NUM_DRAWS: u64 = 6;
+const NUM_DRAWS: u64 = 4;
 /// Numbers of pixels that are kept: of lines with all goal pixels, and of goals with all line pixels.
 const KEPT_LINES: [usize; 9] = [1, 2, 4, 6, 8, 12, 16, 24, 40];
 const KEPT_GOALS: [usize; 7] = [1, 2, 4, 6, 8, 12, 24];
 /// What the document keeps.
 const PUBLISHED: (usize, usize) = (12, 8);
 /// The highest peak is looked for from the best cells of a coarse map, meters.
-const COARSE_STEP_M: f64 = 0.25;
+const COARSE_STEP_M: f64 = 0.3;
 const NUM_STARTS: usize = 4;
 /// A peak within this distance of the truth is the right one, meters.
 const RIGHT_M: f64 = 0.5;
@@ -149,6 +151,8 @@ fn images(seed: u64) -> Result<(Map, Vec<Image>), ExperimentError> {
     if images.is_empty() {
         return Err(failed("random discard: no image has enough pixels of both kinds".to_owned()));
     }
+    let stride = images.len().div_ceil(MAX_IMAGES);
+    let images = images.into_iter().step_by(stride).collect();
     Ok((map, images))
 }
 
