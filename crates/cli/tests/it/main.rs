@@ -8,6 +8,7 @@ mod demo;
 mod evaluate;
 mod experiment;
 mod help;
+mod likelihood;
 mod localize;
 mod settings;
 mod support;
