@@ -7,6 +7,10 @@ pub fn chi_square_cdf(degrees: u32, x: f64) -> f64 {
     if x <= 0.0 || degrees == 0 {
         return 0.0;
     }
+    // Eight standard deviations above the mean nothing is left, and the series would begin below the smallest number.
+    if x > f64::from(degrees) + 8.0 * (2.0 * f64::from(degrees)).sqrt() + 60.0 {
+        return 1.0;
+    }
     let (a, half) = (f64::from(degrees) / 2.0, x / 2.0);
     let mut term = (a * half.ln() - half - ln_gamma_of_half(degrees + 2)).exp();
     let mut sum = term;
