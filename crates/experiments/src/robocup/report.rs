@@ -82,13 +82,15 @@ impl RobocupExperiment {
         labels.map(|label| (label.clone(), Summary { records: records(&label) })).collect()
     }
 
-    /// Every contender with its runs in all sets.
+    /// Every contender that has played, with its runs in all sets.
     fn all_rows<'a>(&self, results: &'a Results<RobocupRecord>) -> Vec<Row<'a>> {
         let cells: Vec<usize> = (0..self.cells().len()).collect();
         // The set with the most contenders names them all.
         let sets = &self.settings().sets;
         let fullest = sets.iter().copied().max_by_key(|set| self.contenders(*set).len());
-        fullest.map_or_else(Vec::new, |set| self.rows(set, results, &cells))
+        let mut rows = fullest.map_or_else(Vec::new, |set| self.rows(set, results, &cells));
+        rows.retain(|(_, summary)| !summary.records.is_empty());
+        rows
     }
 }
 
