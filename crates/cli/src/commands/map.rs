@@ -1,7 +1,7 @@
 //! `visloc maps` and `visloc map`.
 
 use anyhow::{Result, anyhow};
-use visloc_world::{BUILT_IN_MAPS, Map, field::Field};
+use visloc_world::{BUILT_IN_MAPS, Map, field::Field, office::Office};
 
 use crate::{
     args::{MapArgs, MapCommand},
@@ -36,6 +36,7 @@ pub fn list() -> Result<()> {
     for (name, text) in BUILT_IN_MAPS {
         match Map::parse(name, text)? {
             Map::Field(field) => say::line!("{name:<18} {}", in_one_line(&field)),
+            Map::Office(office) => say::line!("{name:<18} {}", office_in_one_line(&office)),
             other => say::line!("{}", other.name()),
         }
     }
@@ -52,11 +53,38 @@ fn in_one_line(field: &Field) -> String {
     format!("field of {} x {} m, {goals}", d.length_m, d.width_m)
 }
 
+fn office_in_one_line(office: &Office) -> String {
+    let num_doors = office.plan().doors.len();
+    format!("building with {:.0} m2 of floor and {num_doors} doors", office.free_space().area_m2())
+}
+
 fn describe(map: &Map) {
-    let field = match map {
-        Map::Field(field) => field,
-        other => return say::line!("  {}", other.name()),
-    };
+    match map {
+        Map::Field(field) => describe_field(field),
+        Map::Office(office) => describe_office(office),
+        other => say::line!("  {}", other.name()),
+    }
+}
+
+fn describe_office(office: &Office) {
+    let plan = office.plan();
+    let [min, max] = office.free_space().bounds_m();
+    say::line!("  name            {}", plan.name);
+    say::line!("  extent          x {} to {} m, y {} to {} m", round(min.x), round(max.x), round(min.y), round(max.y));
+    say::line!("  free floor      {:.1} m2", office.free_space().area_m2());
+    say::line!("  walls           {}, {:.1} m seen in all, {}", office.walls().len(), office.wall_length_m(), plan.wall_color);
+    let num_open = plan.doors.iter().filter(|door| door.is_open).count();
+    let colors: Vec<String> = office.door_colors().iter().map(ToString::to_string).collect();
+    say::line!("  doors           {}, {num_open} of them open; {}", plan.doors.len(), colors.join(", "));
+    say::line!("  floor           {}", plan.floor_color);
+}
+
+/// To a hundredth.
+fn round(value_m: f64) -> f64 {
+    (value_m * 100.0).round() / 100.0
+}
+
+fn describe_field(field: &Field) {
     let d = field.dimensions();
     say::line!("  name            {}", d.name);
     say::line!("  between lines   {} x {} m", d.length_m, d.width_m);

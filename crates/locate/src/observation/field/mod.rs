@@ -11,3 +11,4 @@ mod table;
 pub use features::FieldFeatureModel;
 pub use model::{FieldModelConfig, FieldObservationModel};
 pub use reference::DrawnFieldModel;
+pub(in crate::observation) use model::projection;
