@@ -90,6 +90,8 @@ pub enum DropReason {
     UnknownColors,
     /// A door's edge that does not stand upright.
     NotUpright,
+    /// A border of the floor that stands upright: the side of a thing that stands on the floor.
+    Upright,
     /// A line that is too short, even joined with others.
     TooShort,
     /// Its ground point is farther away than any line can be.
@@ -108,13 +110,14 @@ pub enum DropReason {
 
 impl DropReason {
     /// All reasons, in the order of the filters.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::NotBesideCarpet,
         Self::TooThin,
         Self::NotPostOrBar,
         Self::Isolated,
         Self::UnknownColors,
         Self::NotUpright,
+        Self::Upright,
         Self::TooShort,
         Self::BeyondHorizon,
         Self::OwnBody,
@@ -134,6 +137,7 @@ impl DropReason {
             Self::Isolated => "isolated",
             Self::UnknownColors => "unknown colors",
             Self::NotUpright => "not upright",
+            Self::Upright => "upright",
             Self::TooShort => "too short",
             Self::BeyondHorizon => "beyond horizon",
             Self::OwnBody => "own body",

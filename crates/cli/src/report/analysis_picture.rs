@@ -159,7 +159,7 @@ fn dropped(percept: &Percept) -> Vec<ImageDots> {
 
 /// One color for each reason, in the order of the filters.
 fn color(reason: DropReason) -> Color {
-    const COLORS: [Color; 13] = [
+    const COLORS: [Color; 14] = [
         Color::rgb(0xe4, 0x1a, 0x1c),
         Color::rgb(0xff, 0x7f, 0x00),
         Color::rgb(0xf7, 0x81, 0xbf),
@@ -170,15 +170,16 @@ fn color(reason: DropReason) -> Color {
         Color::rgb(0x5a, 0x3c, 0xd2),
         Color::rgb(0x70, 0x10, 0x30),
         Color::rgb(0x4d, 0xaf, 0x4a),
+        Color::rgb(0x8c, 0x6d, 0x31),
         Color::rgb(0xb3, 0x6a, 0xe2),
         Color::rgb(0x1f, 0x78, 0x8a),
         Color::rgb(0x9a, 0x9a, 0x9a),
     ];
     if reason == DropReason::RandomDiscard {
-        return COLORS[12];
+        return COLORS[13];
     }
     let index = DropReason::ALL.iter().position(|known| *known == reason).unwrap_or(0);
-    COLORS[index % 12]
+    COLORS[index % 13]
 }
 
 fn lines(frame: &Frame, analyzer: &ImageAnalyzer) -> Vec<ImageLine> {

@@ -104,11 +104,16 @@ impl OfficeAnalyzer {
         }
         self.lines.clear();
         for segment in &self.segments {
-            let kind = label(&frame.image, &self.table, segment);
+            let kind = label(&frame.image, &self.table, segment, config.min_wall_share);
             let reason = match kind {
                 None => Some(DropReason::UnknownColors),
-                Some(kind) if kind.is_door_edge() && config.filters.upright => {
-                    (!view.is_upright(segment, config.max_lean_deg)).then_some(DropReason::NotUpright)
+                Some(kind) if config.filters.upright => {
+                    let lean_deg = view.lean_deg(segment);
+                    if kind.is_door_edge() {
+                        (lean_deg > config.max_lean_deg).then_some(DropReason::NotUpright)
+                    } else {
+                        (lean_deg < config.min_floor_lean_deg).then_some(DropReason::Upright)
+                    }
                 }
                 Some(_) => None,
             };
@@ -220,11 +225,11 @@ impl<'a> View<'a> {
         (rows[0].min(rows[1]) - ROWS_ABOVE_HORIZON).clamp(0.0, f64::from(height)) as usize
     }
 
-    /// Whether a segment can be the picture of an upright edge: the plane of its two rays contains the vertical.
-    fn is_upright(&self, segment: &EdgeSegment, max_lean_deg: f64) -> bool {
+    /// How far the plane of a segment's two rays leans from the vertical, degrees: 0 for the picture of an upright edge.
+    fn lean_deg(&self, segment: &EdgeSegment) -> f64 {
         let ray = |px: &Point2<f64>| self.frame.robot_from_camera.rotate(&self.frame.camera.bearing(px));
         let normal = ray(&segment.start).cross(&ray(&segment.end));
-        normal.z.abs() <= max_lean_deg.to_radians().sin() * normal.norm()
+        (normal.z.abs() / normal.norm().max(1e-12)).min(1.0).asin().to_degrees()
     }
 
     /// Distance along the ground from the robot, meters; `None` above the horizon.

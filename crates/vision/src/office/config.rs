@@ -18,7 +18,7 @@ pub enum SegmentDetector {
 #[serde(deny_unknown_fields, default)]
 #[allow(clippy::struct_excessive_bools)]
 pub struct OfficeFilters {
-    /// Edges of doors stand upright.
+    /// Edges of doors stand upright, borders of the floor do not.
     pub upright: bool,
     /// Short lines are dropped.
     pub short: bool,
@@ -50,6 +50,11 @@ pub struct OfficeAnalysisConfig {
     pub max_gap_px: f64,
     /// A door's edge may lean by this much, degrees.
     pub max_lean_deg: f64,
+    /// A border of the floor leans from the upright by at least this much, degrees: the sides of things that stand on the
+    /// floor do not. A wall at the camera's height above the floor to one side leans by 45 degrees.
+    pub min_floor_lean_deg: f64,
+    /// Gray counts as wall beside the floor from this share of the floor's brightness on: darker things stand on the floor.
+    pub min_wall_share: f64,
     /// What is farther away than this is dropped, meters.
     pub max_distance_m: f64,
     /// Side of the cells of the grid at the horizon, pixels.
@@ -73,6 +78,8 @@ impl Default for OfficeAnalysisConfig {
             min_line_px: 11.0,
             max_gap_px: 8.0,
             max_lean_deg: 5.0,
+            min_floor_lean_deg: 15.0,
+            min_wall_share: 0.43,
             max_distance_m: 12.0,
             min_cell_px: 4.0,
             max_cell_px: 16.0,
@@ -104,6 +111,8 @@ impl OfficeAnalysisConfig {
             ("min_line_px", self.min_line_px),
             ("max_gap_px", self.max_gap_px),
             ("max_lean_deg", self.max_lean_deg),
+            ("min_floor_lean_deg", self.min_floor_lean_deg),
+            ("min_wall_share", self.min_wall_share),
             ("max_distance_m", self.max_distance_m),
         ];
         for (key, found) in lengths {

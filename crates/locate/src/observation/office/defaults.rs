@@ -13,7 +13,13 @@ pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
 const EVOLUTIONARY: &str = "
 max_races = 60
 max_exploiters = 300
+max_victories = 8
+
+[evidence]
+per_image = 8.0
 
 [explorers]
-num_candidates = 30
+num_candidates = 40
+is_refined = false
+num_slices = 4
 ";
