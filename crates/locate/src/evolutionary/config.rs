@@ -64,8 +64,10 @@ impl Default for ExplorerConfig {
 pub struct EvidenceConfig {
     /// What a health that is lower by 1 takes from the logarithm of a race's odds in each image; 0 switches evidence off.
     pub per_image: f64,
-    /// Smaller differences of the health say nothing.
+    /// Smaller differences of the health say nothing ...
     pub deadband: f64,
+    /// ... and larger ones no more than this: one image with something strange in it must not decide.
+    pub max_difference: f64,
     /// Share of the evidence that is kept from image to image.
     pub kept: f64,
     /// A new race begins with this much less than the best one, as a logarithm of odds, while nothing is known ...
@@ -78,7 +80,7 @@ pub struct EvidenceConfig {
 
 impl Default for EvidenceConfig {
     fn default() -> Self {
-        Self { per_image: 0.0, deadband: 0.01, kept: 0.998, newcomer_handicap: 2.0, late_handicap: 10.0, hopeless: 12.0 }
+        Self { per_image: 0.0, deadband: 0.01, max_difference: 0.1, kept: 0.998, newcomer_handicap: 2.0, late_handicap: 10.0, hopeless: 12.0 }
     }
 }
 
@@ -91,6 +93,9 @@ impl EvidenceConfig {
     fn check(&self) -> Result<(), ConfigError> {
         require((0.0..=1000.0).contains(&self.per_image), "evidence.per_image", "0 to 1000", self.per_image)?;
         require((0.0..1.0).contains(&self.deadband), "evidence.deadband", "0 to below 1", self.deadband)?;
+        let largest = self.max_difference;
+        let is_larger = largest > self.deadband && largest <= 1.0;
+        require(is_larger, "evidence.max_difference", "above deadband, at most 1", largest)?;
         require((0.0..=1.0).contains(&self.kept), "evidence.kept", "0 to 1", self.kept)?;
         let (newcomer, late) = (self.newcomer_handicap, self.late_handicap);
         require((0.0..=100.0).contains(&newcomer), "evidence.newcomer_handicap", "0 to 100", newcomer)?;

@@ -119,7 +119,8 @@ impl Races {
         }
         let best_health = self.races.iter().map(|race| race.last_health).fold(0.0, f64::max);
         for race in &mut self.races {
-            let worse = (best_health - race.last_health - evidence.deadband).max(0.0);
+            let worse = (best_health - race.last_health).min(evidence.max_difference) - evidence.deadband;
+            let worse = worse.max(0.0);
             race.evidence = evidence.kept * race.evidence - evidence.per_image * worse;
         }
         let best = self.races.iter().map(|race| race.evidence).fold(f64::NEG_INFINITY, f64::max);

@@ -1,4 +1,5 @@
-//! The theoretical lines of a building: edges of doors, and where walls and doors meet the floor.
+//! The theoretical lines of a building: edges of doors, corners that hide a part of a door, and where walls and doors meet
+//! the floor.
 
 use nalgebra::{Point2, Vector2};
 use visloc_vision::{DoorSide, FeatureKind};
@@ -20,6 +21,8 @@ pub(super) struct TheoreticalLine {
 
 /// Longer borders of the floor are cut, so that what a corner hides is hidden piece by piece, meters.
 const MAX_PIECE_M: f64 = 1.0;
+/// How far from a corner it is seen that the floor goes on around it, meters.
+const CORNER_M: f64 = 0.25;
 /// Shorter pieces are of no use, meters.
 const MIN_PIECE_M: f64 = 0.02;
 
@@ -59,8 +62,32 @@ pub(super) fn theoretical_lines(office: &Office) -> Vec<TheoreticalLine> {
             }
         }
         add_foot(&mut lines, FeatureKind::WallFoot, wall_from, wall.end, normal);
+        add_corners(&mut lines, office, wall);
     }
     lines
+}
+
+/// Where a wall ends and the room goes on behind its end, a door behind it seems to begin. What is seen at the right of a
+/// wall is like the left edge of a door.
+fn add_corners(lines: &mut Vec<TheoreticalLine>, office: &Office, wall: &Wall) {
+    let along = wall.direction();
+    for (side, at, outward) in [(DoorSide::Left, wall.end, along), (DoorSide::Right, wall.start, -along)] {
+        // Beside a convex corner there is floor beyond the wall's end, on both sides of its line.
+        let beyond = at + outward * CORNER_M;
+        let is_free = |point: Point2<f64>| office.free_space().contains(point.x, point.y);
+        if !(is_free(beyond + wall.normal() * CORNER_M) && is_free(beyond - wall.normal() * CORNER_M)) {
+            continue;
+        }
+        for paint in (0..=u8::MAX).take(office.door_colors().len()) {
+            lines.push(TheoreticalLine {
+                kind: FeatureKind::DoorEdge { side, paint },
+                start: at,
+                end: at,
+                end_height_m: office.plan().ceiling_height_m,
+                normal: wall.normal(),
+            });
+        }
+    }
 }
 
 /// A door's edge is seen where a wall is beside it: not where another door begins.
