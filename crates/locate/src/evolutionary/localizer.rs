@@ -134,7 +134,7 @@ impl Evolutionary {
 
     fn update_estimate(&mut self) {
         let estimate = &mut self.estimate;
-        estimate.set_reliability(self.reliability.value() * self.races.winner_share(&self.config));
+        estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
         self.races.set_trust(estimate.reliability);
         estimate.hypotheses.clear();
         let Some(winner) = self.races.winner() else { return };

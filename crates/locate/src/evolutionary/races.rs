@@ -130,10 +130,11 @@ impl Races {
         self.races.retain(|race| race.evidence > -evidence.hopeless);
     }
 
-    /// Odds of the winner against all races together, 0 to 1; 1 if evidence is not counted.
-    pub fn winner_share(&self, config: &EvolutionaryConfig) -> f64 {
+    /// How undisputed the winner is, 0 to 1: 0 if all others together are as probable. 1 if evidence is not counted.
+    pub fn undisputed(&self, config: &EvolutionaryConfig) -> f64 {
         let Some(winner) = self.winner().filter(|_| config.evidence.is_on()) else { return 1.0 };
-        winner.evidence.exp() / self.races.iter().map(|race| race.evidence.exp()).sum::<f64>()
+        let total: f64 = self.races.iter().map(|race| race.evidence.exp()).sum();
+        (2.0 * winner.evidence.exp() / total - 1.0).max(0.0)
     }
 
     /// Takes one life from every race and deletes those without life, victories and health.
