@@ -2,7 +2,8 @@
 //!
 //! A [`Scene`] is a list of quads, cylinders and spheres. [`Scene::new`] takes the lamps; `add_` methods take shapes
 //! with paint and work out the light once. Builders for whole things are one file each: `field` (carpet, goals, ball),
-//! `room` (floor, walls, ceiling), `furniture`, `figures` (robots and people, which may move).
+//! `room` (floor, walls, ceiling), `office` (corridors
+//! with doors), `furniture`, `figures` (robots and people, which may move).
 
 mod build;
 mod canvas;
@@ -13,6 +14,7 @@ mod furniture;
 mod glyphs;
 mod light;
 mod noise;
+mod office;
 mod paint;
 mod room;
 mod surface;
@@ -26,6 +28,7 @@ pub use field::FieldLook;
 pub use figures::{Figure, FigureKind};
 pub use furniture::FurnitureKind;
 pub use light::{Lamp, LightGrid};
+pub(crate) use office::{office_lamps, spots};
 pub use paint::{Paint, Pattern};
 pub use room::Room;
 pub use surface::{Cuboid, Lighting, Shape, Surface, TextureId};

@@ -6,11 +6,13 @@
 mod check;
 mod color;
 mod free_space;
+mod generate;
 mod geometry;
 pub mod import;
 mod plan;
 
 pub use color::SurfaceColor;
 pub use free_space::FreeSpace;
+pub use generate::WindingCorridor;
 pub use geometry::{Door, Office, Wall};
 pub use plan::{CorridorPlan, DoorPlan, OfficePlan, WallPlan, WallSides};
