@@ -8,6 +8,7 @@
 mod framework;
 pub mod kidnap;
 pub mod markov;
+pub mod office;
 pub mod positions;
 pub mod symmetry;
 

@@ -24,6 +24,8 @@ pub enum ExperimentCommand {
     Kidnap(CellArgs),
     /// Markov localization on a grid: walks, images, a goalkeeper, long times without a goal
     Markov(CellArgs),
+    /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
+    Office(FewArgs),
     /// Put the parts of an experiment together
     Merge(MergeArgs),
 }
@@ -68,6 +70,16 @@ pub struct SymmetryArgs {
 pub struct CellArgs {
     /// Runs of each cell of the tables
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: u64,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment office`.
+#[derive(Debug, Args)]
+pub struct FewArgs {
+    /// Runs of each cell of the table; each takes a quarter of a minute
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,

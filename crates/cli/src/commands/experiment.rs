@@ -10,7 +10,9 @@ use visloc_experiments::{
     Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget,
     kidnap::KidnapExperiment,
     markov::{MarkovExperiment, MarkovSettings},
-    merge, run,
+    merge,
+    office::{OfficeExperiment, OfficeSettings},
+    run,
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
 
@@ -41,6 +43,10 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
         ExperimentCommand::Markov(args) => {
             let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs)?;
             conduct(&experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
+        }
+        ExperimentCommand::Office(args) => {
+            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs);
+            conduct(&experiment, &args.common, OfficeExperiment::report)
         }
         ExperimentCommand::Merge(args) => merge_parts(args),
     }
@@ -113,6 +119,10 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
         "markov" => {
             let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs.unwrap_or(NUM_RUNS))?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)
+        }
+        "office" => {
+            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs.unwrap_or(5));
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
     };

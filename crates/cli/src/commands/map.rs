@@ -1,10 +1,14 @@
 //! `visloc maps` and `visloc map`.
 
+use std::path::Path;
+
 use anyhow::{Result, anyhow};
+use visloc_plot::{FieldPicture, field_picture};
 use visloc_world::{BUILT_IN_MAPS, Map, field::Field, office::Office};
 
 use crate::{
     args::{MapArgs, MapCommand},
+    report::ground,
     say,
 };
 
@@ -14,10 +18,19 @@ use crate::{
 /// If there is no such map or it has a mistake.
 pub fn execute(args: &MapArgs) -> Result<()> {
     match &args.command {
-        MapCommand::Check { map } => {
+        MapCommand::Check { map, plots } => {
             let loaded = Map::load(map)?;
             say::line!("{map}: fine");
             describe(&loaded);
+            if let Some(folder) = plots {
+                draw(folder, &loaded)?;
+            }
+        }
+        MapCommand::Import { list } => {
+            let Map::Office(office) = Map::load(list)? else {
+                return Err(anyhow!("{list}: expected a list of walls and doors"));
+            };
+            say::text(format_args!("{}", office.plan().to_toml()?));
         }
         MapCommand::Show { map } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);
@@ -25,6 +38,15 @@ pub fn execute(args: &MapArgs) -> Result<()> {
             say::text(format_args!("{text}"));
         }
     }
+    Ok(())
+}
+
+/// Draws a map.
+fn draw(folder: &Path, map: &Map) -> Result<()> {
+    let Some(ground) = ground(map) else { return Ok(()) };
+    let picture = FieldPicture { title: map.name().to_owned(), ..FieldPicture::default() };
+    field_picture(ground, &picture).save(folder, "map")?;
+    say::line!("picture: {}", folder.join("map.png").display());
     Ok(())
 }
 

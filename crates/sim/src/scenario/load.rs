@@ -14,7 +14,7 @@ use super::{
 use crate::scene::{Lamp, Room};
 
 /// Scenarios that are part of the program: name and text.
-pub const BUILT_IN_SCENARIOS: [(&str, &str); 9] = [
+pub const BUILT_IN_SCENARIOS: [(&str, &str); 10] = [
     ("demo", include_str!("../../../../scenarios/demo.toml")),
     ("tour", include_str!("../../../../scenarios/tour.toml")),
     ("kidnaps", include_str!("../../../../scenarios/kidnaps.toml")),
@@ -22,6 +22,7 @@ pub const BUILT_IN_SCENARIOS: [(&str, &str); 9] = [
     ("crowd", include_str!("../../../../scenarios/crowd.toml")),
     ("tour-2024", include_str!("../../../../scenarios/tour-2024.toml")),
     ("office", include_str!("../../../../scenarios/office.toml")),
+    ("office-walk", include_str!("../../../../scenarios/office-walk.toml")),
     ("office-large", include_str!("../../../../scenarios/office-large.toml")),
     ("still", include_str!("../../../../scenarios/still.toml")),
 ];

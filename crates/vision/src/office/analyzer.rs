@@ -190,7 +190,7 @@ impl OfficeAnalyzer {
             percept.pixels.extend_from_slice(pixels);
         }
         #[allow(clippy::cast_precision_loss)]
-        let share = doors.len() as f64 / config.max_door_pixels as f64;
+        let share = doors.len() as f64 / config.full_quality_pixels as f64;
         percept.quality = share.min(1.0);
         percept.is_informative = !doors.is_empty();
     }

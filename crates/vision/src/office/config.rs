@@ -61,10 +61,12 @@ pub struct OfficeAnalysisConfig {
     pub min_cell_px: f64,
     /// Side of the cells at the lower border of the image, pixels.
     pub max_cell_px: f64,
-    /// Most pixels of doors. Quality is their number divided by this.
+    /// Most pixels of doors.
     pub max_door_pixels: usize,
     /// Most pixels of the floor's border.
     pub max_floor_pixels: usize,
+    /// From so many pixels of doors on an image has full quality.
+    pub full_quality_pixels: usize,
     /// Which filters are on.
     pub filters: OfficeFilters,
 }
@@ -83,8 +85,9 @@ impl Default for OfficeAnalysisConfig {
             max_distance_m: 12.0,
             min_cell_px: 4.0,
             max_cell_px: 16.0,
-            max_door_pixels: 16,
-            max_floor_pixels: 16,
+            max_door_pixels: 40,
+            max_floor_pixels: 40,
+            full_quality_pixels: 16,
             filters: OfficeFilters::default(),
         }
     }
@@ -125,8 +128,8 @@ impl OfficeAnalysisConfig {
                 return Err(OfficeAnalysisConfigError { key, expected: "1 to 1000", found });
             }
         }
-        if self.max_door_pixels == 0 || self.max_floor_pixels == 0 {
-            let key = "max_door_pixels, max_floor_pixels";
+        if self.max_door_pixels == 0 || self.max_floor_pixels == 0 || self.full_quality_pixels == 0 {
+            let key = "max_door_pixels, max_floor_pixels, full_quality_pixels";
             return Err(OfficeAnalysisConfigError { key, expected: "at least 1", found: 0.0 });
         }
         Ok(())

@@ -16,3 +16,6 @@ pub use free_space::FreeSpace;
 pub use generate::WindingCorridor;
 pub use geometry::{Door, Office, Wall};
 pub use plan::{CorridorPlan, DoorPlan, OfficePlan, WallPlan, WallSides};
+
+#[cfg(test)]
+mod tests;

@@ -11,3 +11,6 @@ mod propose;
 
 pub use defaults::algorithm_defaults;
 pub use model::{OfficeModelConfig, OfficeObservationModel};
+
+#[cfg(test)]
+mod tests;
