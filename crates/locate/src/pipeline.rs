@@ -16,8 +16,7 @@ use visloc_world::{
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StartPrior,
-    StepInput,
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StartPrior, StepInput,
     observation::{
         features::FeatureModel,
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},

@@ -92,9 +92,20 @@ fn describe_office(office: &Office) {
     let plan = office.plan();
     let [min, max] = office.free_space().bounds_m();
     say::line!("  name            {}", plan.name);
-    say::line!("  extent          x {} to {} m, y {} to {} m", round(min.x), round(max.x), round(min.y), round(max.y));
+    say::line!(
+        "  extent          x {} to {} m, y {} to {} m",
+        round(min.x),
+        round(max.x),
+        round(min.y),
+        round(max.y)
+    );
     say::line!("  free floor      {:.1} m2", office.free_space().area_m2());
-    say::line!("  walls           {}, {:.1} m seen in all, {}", office.walls().len(), office.wall_length_m(), plan.wall_color);
+    say::line!(
+        "  walls           {}, {:.1} m seen in all, {}",
+        office.walls().len(),
+        office.wall_length_m(),
+        plan.wall_color
+    );
     let num_open = plan.doors.iter().filter(|door| door.is_open).count();
     let colors: Vec<String> = office.door_colors().iter().map(ToString::to_string).collect();
     say::line!("  doors           {}, {num_open} of them open; {}", plan.doors.len(), colors.join(", "));

@@ -44,8 +44,20 @@ pub(super) fn pictures(seeds: &RngTree) -> Result<Vec<(String, Picture)>, Experi
         ("discrimination", "Heading known: places that explain the image", WALKING_FRAME, false, |_| {}),
         ("any-heading", "Best over all headings", WALKING_FRAME, true, |_| {}),
         ("symmetry", "One door in view: best over all headings", STANDING_FRAME, true, |_| {}),
-        ("occlusion", "The right half of the image is hidden: best over all headings", WALKING_FRAME, true, hide_half),
-        ("false-positive", "A red thing that is no door: best over all headings", WALKING_FRAME, true, add_red),
+        (
+            "occlusion",
+            "The right half of the image is hidden: best over all headings",
+            WALKING_FRAME,
+            true,
+            hide_half,
+        ),
+        (
+            "false-positive",
+            "A red thing that is no door: best over all headings",
+            WALKING_FRAME,
+            true,
+            add_red,
+        ),
     ];
     let mut pictures = Vec::new();
     for (name, subtitle, index, any_heading, change) in studies {

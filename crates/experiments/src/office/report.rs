@@ -71,7 +71,8 @@ impl OfficeExperiment {
             heading: format!("Office experiment: {num_done} of {} runs, seed {seed}", results.num_runs()),
             tables: vec![table],
             notes: vec![
-                "Errors count from the first localization on, with all phases in which the answer was wrong.".to_owned(),
+                "Errors count from the first localization on, with all phases in which the answer was wrong."
+                    .to_owned(),
             ],
             json: serde_json::json!({ "experiment": self.name(), "seed": seed, "runs": num_done, "cells": json }),
             pictures: self.pictures(seed)?,
@@ -87,7 +88,8 @@ impl OfficeExperiment {
             let runs: Result<Vec<_>, _> =
                 (0..num_algorithms).map(|j| follow(&self.walk(i * num_algorithms + j), 0, &seeds)).collect();
             let runs = runs?;
-            pictures.push((format!("{scenario}-errors"), errors(scenario, &self.settings().algorithms, &runs)));
+            pictures
+                .push((format!("{scenario}-errors"), errors(scenario, &self.settings().algorithms, &runs)));
             let map = Scenario::load(scenario).ok().and_then(|scenario| Map::load(&scenario.map).ok());
             if let Some(Map::Office(office)) = map {
                 let input = paths(scenario, &self.settings().algorithms, &runs);

@@ -80,7 +80,15 @@ pub struct EvidenceConfig {
 
 impl Default for EvidenceConfig {
     fn default() -> Self {
-        Self { per_image: 0.0, deadband: 0.01, max_difference: 0.1, kept: 0.998, newcomer_handicap: 2.0, late_handicap: 10.0, hopeless: 12.0 }
+        Self {
+            per_image: 0.0,
+            deadband: 0.01,
+            max_difference: 0.1,
+            kept: 0.998,
+            newcomer_handicap: 2.0,
+            late_handicap: 10.0,
+            hopeless: 12.0,
+        }
     }
 }
 
@@ -102,7 +110,12 @@ impl EvidenceConfig {
         let is_later = late >= newcomer && late <= 100.0;
         require(is_later, "evidence.late_handicap", "newcomer_handicap to 100", late)?;
         let hopeless = self.hopeless;
-        require(hopeless > late && hopeless <= 1000.0, "evidence.hopeless", "above late_handicap, at most 1000", hopeless)
+        require(
+            hopeless > late && hopeless <= 1000.0,
+            "evidence.hopeless",
+            "above late_handicap, at most 1000",
+            hopeless,
+        )
     }
 
     /// What a new race lacks against the best one, given the reliability of the answer.

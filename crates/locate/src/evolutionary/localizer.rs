@@ -10,8 +10,8 @@ use super::{
     races::{Races, WinnerChange},
 };
 use crate::{
-    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel, ObservationModel, Reliability,
-    StartPrior, StepInput,
+    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
+    ObservationModel, Reliability, StartPrior, StepInput,
 };
 
 /// Poses taken from a prior to found races from the best of them.
@@ -108,8 +108,9 @@ impl Evolutionary {
     fn explore(&mut self, is_informative: bool, rng: &mut Rng) {
         // Until the first good answer the search is as deep as when the robot is lost.
         let is_doubted = std::mem::take(&mut self.is_doubted);
-        let is_lost =
-            is_doubted || self.reliability.value() <= LOCALIZED_RELIABILITY || self.races.all_below(self.config.lost_health);
+        let is_lost = is_doubted
+            || self.reliability.value() <= LOCALIZED_RELIABILITY
+            || self.races.all_below(self.config.lost_health);
         let found = self.explorers.search(self.model.as_ref(), is_informative, is_lost, rng);
         if let Some(candidates) = found {
             self.races.offer(candidates, &self.config, rng);

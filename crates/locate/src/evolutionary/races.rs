@@ -164,16 +164,15 @@ impl Races {
             let race = &self.races[i];
             if config.evidence.is_on() { race.evidence } else { race.health }
         };
-        let healthiest =
-            (0..self.races.len()).min_by(|a, b| rank(*b).total_cmp(&rank(*a)).then(a.cmp(b)))?;
+        let healthiest = (0..self.races.len()).min_by(|a, b| rank(*b).total_cmp(&rank(*a)).then(a.cmp(b)))?;
         self.races[healthiest].life = self.races[healthiest].life.max(config.winner_life);
         let best = &self.races[healthiest];
         let needed = config.takeover_health
             + config.takeover_per_reliability * reliability
             + if is_informative { 0.0 } else { config.takeover_uninformative };
         let previous = self.winner();
-        let is_victory =
-            previous.is_none_or(|previous| previous.id == best.id || is_better(best, previous, needed, config));
+        let is_victory = previous
+            .is_none_or(|previous| previous.id == best.id || is_better(best, previous, needed, config));
         if is_victory {
             for (i, race) in self.races.iter_mut().enumerate() {
                 race.victories = if i == healthiest {

@@ -39,9 +39,13 @@ impl GroundView {
     /// Walls as dark lines, doors in their colors, open doors as gaps.
     pub(crate) fn draw_walls(&self, canvas: &mut Canvas, office: &Office, opacity: f64) {
         canvas.begin_faded(opacity);
-        
+
         for wall in office.walls() {
-            canvas.line(self.px(wall.start.x, wall.start.y), self.px(wall.end.x, wall.end.y), &Paint::stroke(WALL, WALL_PX));
+            canvas.line(
+                self.px(wall.start.x, wall.start.y),
+                self.px(wall.end.x, wall.end.y),
+                &Paint::stroke(WALL, WALL_PX),
+            );
         }
         let paint = |door: &Door| match office.door_colors().get(usize::from(door.paint)) {
             Some(known) if !door.is_open => color(*known),

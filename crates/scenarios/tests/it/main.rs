@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop
 
 mod determinism;
-mod office;
 mod model_agreement;
+mod office;
 mod pixels;
 mod refined;

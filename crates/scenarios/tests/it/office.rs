@@ -39,7 +39,8 @@ fn a_recorded_walk_is_followed() {
 fn a_recorded_kidnap_is_recovered() {
     let (frames, map) = (recorded("O2-excerpt.mcap"), Map::load(&testdata("O2-map.yaml")).unwrap());
     let is_found = |seed: &u64| {
-        let evaluation = run(&mut Replay::new(&frames), &map, "evolutionary", None, *seed).unwrap().evaluation;
+        let evaluation =
+            run(&mut Replay::new(&frames), &map, "evolutionary", None, *seed).unwrap().evaluation;
         evaluation.kidnaps.iter().all(|kidnap| kidnap.recovered) && evaluation.kidnaps.len() == 1
     };
     let found = [1, 2, 3].iter().filter(|seed| is_found(seed)).count();

@@ -112,7 +112,9 @@ pub(crate) fn office_lamps(office: &Office, unevenness: f32, rng: &mut Rng) -> V
 fn lamp_places(office: &Office) -> Vec<Point2<f64>> {
     let mut free: Vec<(f64, Point2<f64>)> = spots(office, 0.25)
         .into_iter()
-        .map(|spot| (office.walls().iter().map(|wall| distance_m(wall, &spot)).fold(f64::MAX, f64::min), spot))
+        .map(|spot| {
+            (office.walls().iter().map(|wall| distance_m(wall, &spot)).fold(f64::MAX, f64::min), spot)
+        })
         .collect();
     // Stable: places equally far from the walls keep their order along the building.
     free.sort_by(|a, b| (b.0 * 8.0).round().total_cmp(&(a.0 * 8.0).round()));
@@ -130,7 +132,10 @@ pub(crate) fn spots(office: &Office, step_m: f64) -> Vec<Point2<f64>> {
     let [min, max] = office.free_space().bounds_m();
     let count = |size_m: f64| (size_m / step_m).floor() as usize;
     let (columns, rows) = (count(max.x - min.x), count(max.y - min.y));
-    let at = |i: usize| min + nalgebra::Vector2::new((i % columns.max(1)) as f64 + 0.5, (i / columns.max(1)) as f64 + 0.5) * step_m;
+    let at = |i: usize| {
+        min + nalgebra::Vector2::new((i % columns.max(1)) as f64 + 0.5, (i / columns.max(1)) as f64 + 0.5)
+            * step_m
+    };
     (0..columns * rows).map(at).filter(|spot| office.free_space().contains(spot.x, spot.y)).collect()
 }
 

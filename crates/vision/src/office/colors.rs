@@ -122,8 +122,11 @@ mod tests {
 
     #[test]
     fn surfaces_keep_their_class_from_a_tenth_of_the_light_to_full_light() {
-        let colors =
-            OfficeColors { wall: [235, 234, 228], floor: [216, 181, 58], doors: vec![[176, 39, 31], [36, 76, 168]] };
+        let colors = OfficeColors {
+            wall: [235, 234, 228],
+            floor: [216, 181, 58],
+            doors: vec![[176, 39, 31], [36, 76, 168]],
+        };
         let table = OfficeTable::new(&colors);
         for percent in [15, 30, 60, 100] {
             let lit = |rgb: [u8; 3]| rgb.map(|value| (u32::from(value) * percent / 100) as u8);

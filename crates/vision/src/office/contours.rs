@@ -114,9 +114,10 @@ impl ContourDetector {
                 let i = y * width + x;
                 let here = self.laplacian[i];
                 let crosses = |other: i32| (here > 0) != (other > 0) && (here - other).abs() >= min_swing;
-                self.is_edge[i] = here > 0 && [1, width].iter().any(|step| {
-                    crosses(self.laplacian[i + step]) || crosses(self.laplacian[i - step])
-                });
+                self.is_edge[i] = here > 0
+                    && [1, width]
+                        .iter()
+                        .any(|step| crosses(self.laplacian[i + step]) || crosses(self.laplacian[i - step]));
             }
         }
     }
@@ -141,7 +142,16 @@ impl ContourDetector {
         let mut i = seed;
         loop {
             // Straight neighbors first, so that corners are not skipped.
-            let around = [i - 1, i + 1, i - width, i + width, i - width - 1, i - width + 1, i + width - 1, i + width + 1];
+            let around = [
+                i - 1,
+                i + 1,
+                i - width,
+                i + width,
+                i - width - 1,
+                i - width + 1,
+                i + width - 1,
+                i + width + 1,
+            ];
             let Some(next) = around.into_iter().find(|j| self.is_edge[*j]) else { return };
             self.is_edge[next] = false;
             out.push(self.zero(next));
@@ -154,7 +164,8 @@ impl ContourDetector {
         let width = self.gray.width;
         let here = self.laplacian[i];
         let neighbors = [(1_isize, 0_isize), (-1, 0), (0, 1), (0, -1)];
-        let value = |(dx, dy): (isize, isize)| self.laplacian[i.wrapping_add_signed(dx + dy * width as isize)];
+        let value =
+            |(dx, dy): (isize, isize)| self.laplacian[i.wrapping_add_signed(dx + dy * width as isize)];
         let steepest = neighbors.into_iter().min_by_key(|step| value(*step)).unwrap_or((0, 0));
         let fall = f64::from(here - value(steepest)).max(1.0);
         let part = (f64::from(here) / fall).clamp(0.0, 1.0);

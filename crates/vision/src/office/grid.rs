@@ -19,15 +19,19 @@ pub(super) struct Grid {
 
 impl Grid {
     fn cell_at(&self, row_px: f64) -> f64 {
-        let t = ((row_px - self.first_row_px) / (self.last_row_px - self.first_row_px).max(1.0)).clamp(0.0, 1.0);
+        let t =
+            ((row_px - self.first_row_px) / (self.last_row_px - self.first_row_px).max(1.0)).clamp(0.0, 1.0);
         self.cell_px[0] + t * (self.cell_px[1] - self.cell_px[0])
     }
 
     /// Visits the pixels where a segment crosses the lines of the grid. The first crossing lies half a cell behind the
     /// segment's upper end, so that no line of the grid has to be stored.
     pub fn crossings(&self, segment: &EdgeSegment, mut visit: impl FnMut(Point2<f64>)) {
-        let (top, bottom) =
-            if segment.start.y <= segment.end.y { (segment.start, segment.end) } else { (segment.end, segment.start) };
+        let (top, bottom) = if segment.start.y <= segment.end.y {
+            (segment.start, segment.end)
+        } else {
+            (segment.end, segment.start)
+        };
         let length_px = segment.length_px();
         let along = (bottom - top) / length_px.max(1e-9);
         // A line crosses rows or columns of the grid, whichever it crosses more often.

@@ -94,7 +94,6 @@ fn side_class(
 
 fn pixel(image: &RgbImage, at: Point2<f64>) -> Option<[u8; 3]> {
     let (x, y) = (at.x.round(), at.y.round());
-    let is_inside =
-        x >= 0.0 && y >= 0.0 && x < f64::from(image.width()) && y < f64::from(image.height());
+    let is_inside = x >= 0.0 && y >= 0.0 && x < f64::from(image.width()) && y < f64::from(image.height());
     is_inside.then(|| image.get(x as u32, y as u32))
 }

@@ -7,11 +7,7 @@
 use nalgebra::{Point2, Vector2};
 use visloc_base::RgbImage;
 
-use super::{
-    EdgeSegment,
-    gray::GrayImage,
-    segment::Moments,
-};
+use super::{EdgeSegment, gray::GrayImage, segment::Moments};
 
 /// Sobel's sum of weights: a step of 1 between two flat areas gives this.
 const SOBEL_GAIN: f64 = 4.0;
@@ -78,8 +74,9 @@ impl GradientDetector {
             for x in 0..width - 2 {
                 let dx = v(above[x + 2]) - v(above[x]) + 2 * (v(here[x + 2]) - v(here[x])) + v(below[x + 2])
                     - v(below[x]);
-                let dy = v(below[x]) - v(above[x]) + 2 * (v(below[x + 1]) - v(above[x + 1])) + v(below[x + 2])
-                    - v(above[x + 2]);
+                let dy =
+                    v(below[x]) - v(above[x]) + 2 * (v(below[x + 1]) - v(above[x + 1])) + v(below[x + 2])
+                        - v(above[x + 2]);
                 gx[x] = dx;
                 gy[x] = dy;
                 strength[x] = dx.unsigned_abs() + dy.unsigned_abs();
@@ -121,15 +118,23 @@ impl GradientDetector {
         while let Some(i) = self.stack.pop() {
             let i = i as usize;
             self.region.push(self.between_pixels(i));
-            for j in [i - width - 1, i - width, i - width + 1, i - 1, i + 1, i + width - 1, i + width, i + width + 1] {
+            for j in [
+                i - width - 1,
+                i - width,
+                i - width + 1,
+                i - 1,
+                i + 1,
+                i + width - 1,
+                i + width,
+                i + width + 1,
+            ] {
                 if !self.is_open[j] {
                     continue;
                 }
                 let gradient = Vector2::new(f64::from(self.gx[j]), f64::from(self.gy[j]));
                 let along = gradient.dot(&mean);
                 if along > 0.0
-                    && along * along
-                        >= SAME_DIRECTION_COS2 * gradient.norm_squared() * mean.norm_squared()
+                    && along * along >= SAME_DIRECTION_COS2 * gradient.norm_squared() * mean.norm_squared()
                 {
                     self.is_open[j] = false;
                     self.stack.push(j as u32);

@@ -87,9 +87,8 @@ fn a_foot_is_that_of_a_door_only_below_the_door() {
 
 #[test]
 fn a_dark_bin_on_the_floor_is_no_wall() {
-    let bin = |u: f64, v: f64| {
-        ((220.0..270.0).contains(&u) && (140.0..200.0).contains(&v)).then_some([52, 58, 62])
-    };
+    let bin =
+        |u: f64, v: f64| ((220.0..270.0).contains(&u) && (140.0..200.0).contains(&v)).then_some([52, 58, 62]);
     let percept = analyze(&frame(100, bin), OfficeAnalysisConfig::default());
     let on_bin = |u: f64, v: f64| (218.0..272.0).contains(&u) && v > FOOT + 3.0;
     assert!(percept.pixels.iter().all(|pixel| !on_bin(pixel.px.x, pixel.px.y)));
@@ -105,7 +104,8 @@ fn every_filter_drops_what_it_is_for_and_can_be_switched_off() {
     assert!(with(all).pixels.iter().all(|pixel| pixel.px.y > 85.0));
     let open = with(OfficeFilters { horizon: false, random_discard: false, ..all });
     assert!(open.pixels.iter().any(|pixel| pixel.px.x > 240.0 && pixel.px.y < 60.0));
-    let few = OfficeAnalysisConfig { max_door_pixels: 4, max_floor_pixels: 5, ..OfficeAnalysisConfig::default() };
+    let few =
+        OfficeAnalysisConfig { max_door_pixels: 4, max_floor_pixels: 5, ..OfficeAnalysisConfig::default() };
     let percept = analyze(&frame, few);
     assert_eq!(percept.pixels.len(), 9);
     assert!(percept.num_dropped(DropReason::RandomDiscard) > 0);

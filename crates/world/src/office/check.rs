@@ -121,7 +121,11 @@ impl Check<'_> {
             let (from, to) = (a.min(b), a.max(b));
             let under = taken.iter().find(|(w, f, t, _)| *w == at && from < t - TOUCH_M && to > f + TOUCH_M);
             if let Some((_, _, _, other)) = under {
-                return self.fail(&key, "a door that overlaps no other", format!("doors[{other}] in its place"));
+                return self.fail(
+                    &key,
+                    "a door that overlaps no other",
+                    format!("doors[{other}] in its place"),
+                );
             }
             taken.push((at, from, to, i));
         }

@@ -81,7 +81,10 @@ impl FromStr for SurfaceColor {
         }
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
         let value = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()).ok_or_else(|| {
-            format!("expected a color such as #b0271f or one of {}, found {text:?}", NAMED.map(|n| n.0).join(", "))
+            format!(
+                "expected a color such as #b0271f or one of {}, found {text:?}",
+                NAMED.map(|n| n.0).join(", ")
+            )
         })?;
         let [_, r, g, b] = value.to_be_bytes();
         Ok(Self { rgb: [r, g, b] })

@@ -65,10 +65,7 @@ impl FreeSpace {
     }
 
     fn middle(&self, column: usize, row: usize) -> Point2<f64> {
-        Point2::new(
-            self.min.x + (column as f64 + 0.5) * CELL_M,
-            self.min.y + (row as f64 + 0.5) * CELL_M,
-        )
+        Point2::new(self.min.x + (column as f64 + 0.5) * CELL_M, self.min.y + (row as f64 + 0.5) * CELL_M)
     }
 
     /// Whether a robot can be at (x, y), meters.
@@ -103,9 +100,6 @@ impl FreeSpace {
         let last = self.free.len().checked_sub(1)?;
         let index = self.free[((choice * self.free.len() as f64) as usize).min(last)] as usize;
         let corner = self.middle(index % self.columns, index / self.columns);
-        Some(Point2::new(
-            corner.x + (in_cell[0] - 0.5) * CELL_M,
-            corner.y + (in_cell[1] - 0.5) * CELL_M,
-        ))
+        Some(Point2::new(corner.x + (in_cell[0] - 0.5) * CELL_M, corner.y + (in_cell[1] - 0.5) * CELL_M))
     }
 }

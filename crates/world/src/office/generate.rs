@@ -80,10 +80,7 @@ impl WindingCorridor {
                 (Some(before), None) => [before, [before[1] * side, -before[0] * side]],
                 (None, None) => [[0.0; 2]; 2],
             };
-            [
-                path[i][0] - side * half * (one[1] + other[1]),
-                path[i][1] + side * half * (one[0] + other[0]),
-            ]
+            [path[i][0] - side * half * (one[1] + other[1]), path[i][1] + side * half * (one[0] + other[0])]
         };
         let there = (0..path.len()).map(|i| corner(i, 1.0));
         let back = (0..path.len()).rev().map(|i| corner(i, -1.0));

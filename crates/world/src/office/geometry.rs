@@ -184,9 +184,9 @@ fn walls_of(plan: &OfficePlan) -> Vec<Wall> {
         let corners: Vec<_> = corridor.outline.iter().copied().map(point).collect();
         // An outline inside an odd number of others is a pillar or a courtyard: its floor is outside.
         let others = plan.corridors.iter().enumerate().filter(|(j, _)| *j != i);
-        let depth = corners.first().map_or(0, |corner| {
-            others.filter(|(_, other)| is_inside(&other.outline, corner)).count()
-        });
+        let depth = corners
+            .first()
+            .map_or(0, |corner| others.filter(|(_, other)| is_inside(&other.outline, corner)).count());
         let is_floor_inside = depth % 2 == 0;
         // Going around clockwise, the inside is at the right.
         let is_as_written = (signed_area(&corners) < 0.0) == is_floor_inside;

@@ -75,7 +75,8 @@ fn a_pillar_is_not_floor() {
 
 #[test]
 fn a_single_wall_is_seen_from_both_sides() {
-    let wall = "\n[[walls]]\nfrom = [4.0, 1.0]\nto = [4.0, 0.2]\n\n[[doors]]\nfrom = [4.0, 0.9]\nto = [4.0, 0.3]\n";
+    let wall =
+        "\n[[walls]]\nfrom = [4.0, 1.0]\nto = [4.0, 0.2]\n\n[[doors]]\nfrom = [4.0, 0.9]\nto = [4.0, 0.3]\n";
     let office = load(&format!("{GOOD}{wall}")).unwrap();
     assert_eq!((office.walls().len(), office.doors().len()), (6, 4));
     let [one, other] = [&office.doors()[2], &office.doors()[3]];
@@ -93,11 +94,15 @@ fn errors_name_the_element() {
         "map m.toml: doors[0]: expected a width of at least 0.05 m, found 0.000 m"
     );
     let twice = "[[doors]]\nfrom = [1.5, 1.0]\nto = [2.4, 1.0]\n\n[[doors]]\nfrom = [3.9, -1.0]";
-    assert!(error("[[doors]]\nfrom = [3.9, -1.0]", twice).contains("doors[1]: expected a door that overlaps"));
+    assert!(
+        error("[[doors]]\nfrom = [3.9, -1.0]", twice).contains("doors[1]: expected a door that overlaps")
+    );
     let wall = "name = \"small\"\n[[walls]]\nfrom = [2.0, 1.0]\nto = [5.0, 1.0]\n";
     let overlapping = error("name = \"small\"\n", wall);
     assert!(overlapping.contains("corridors[0] side 0") && overlapping.contains("walls[0]"), "{overlapping}");
-    assert!(error("[6.0, 1.0], [6.0, -1.0], ", "").contains("corridors[0].outline: expected at least 3 corners"));
+    assert!(
+        error("[6.0, 1.0], [6.0, -1.0], ", "").contains("corridors[0].outline: expected at least 3 corners")
+    );
     assert!(error("[6.0, 1.0], ", "[6.0, 1.0], [6.0, 1.0], ").contains("corridors[0] side 1"));
     assert!(error("color = \"blue\"", "color = \"gray\"").contains("doors[1].color: expected a color that"));
     assert!(error("color = \"blue\"", "color = \"bleu\"").contains("bleu"));

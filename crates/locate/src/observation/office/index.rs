@@ -67,7 +67,8 @@ impl SightIndex {
     }
 
     fn fill(&mut self, cell: usize, office: &Office, lines: &[TheoreticalLine], range_m: f64) {
-        let corner = self.min + Vector2::new((cell % self.columns) as f64, (cell / self.columns) as f64) * CELL_M;
+        let corner =
+            self.min + Vector2::new((cell % self.columns) as f64, (cell / self.columns) as f64) * CELL_M;
         let middle = corner + Vector2::repeat(0.5 * CELL_M);
         let places = free_places(office.free_space(), &corner);
         let (first_entry, first_wall) = (self.entries.len() as u32, self.walls.len() as u32);

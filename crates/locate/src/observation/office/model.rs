@@ -155,12 +155,7 @@ impl OfficeObservationModel {
             let Some(ends) = view.project(line) else { continue };
             if self.is_in_image(&ends) && self.is_visible(&view.eye, line, entry.is_certain, walls) {
                 let pixels = group.from..group.to;
-                nearer(
-                    &ends,
-                    &self.u[pixels.clone()],
-                    &self.v[pixels.clone()],
-                    &mut smallest2[pixels],
-                );
+                nearer(&ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
             }
         }
         let mut sums = [(0.0, 0), (0.0, 0)];

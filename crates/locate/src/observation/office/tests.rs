@@ -3,8 +3,8 @@ use rand::RngExt;
 use visloc_base::{Rng, RngTree};
 use visloc_geom::{Camera, PlanarPose, Rigid3};
 use visloc_vision::{FeatureKind, FeaturePixel, Percept};
-use visloc_world::office::{Office, Wall, WindingCorridor};
 use visloc_world::Map;
+use visloc_world::office::{Office, Wall, WindingCorridor};
 
 use super::{OfficeModelConfig, OfficeObservationModel, lines::theoretical_lines};
 use crate::ObservationModel;
@@ -21,8 +21,10 @@ fn percept(pixels: Vec<FeaturePixel>) -> Percept {
     let camera = Camera::pinhole((320, 240), (373.3, 373.3), (159.5, 119.5)).unwrap();
     let down = 8.0_f64.to_radians();
     let optical = Rotation3::from_basis_unchecked(&[-Vector3::y(), -Vector3::z(), Vector3::x()]);
-    let robot_from_camera =
-        Rigid3::new(Rotation3::from_axis_angle(&Vector3::y_axis(), down) * optical, Vector3::new(0.05, 0.0, 0.5));
+    let robot_from_camera = Rigid3::new(
+        Rotation3::from_axis_angle(&Vector3::y_axis(), down) * optical,
+        Vector3::new(0.05, 0.0, 0.5),
+    );
     Percept { camera, robot_from_camera, pixels, ..Percept::default() }
 }
 
@@ -47,10 +49,12 @@ fn drawn(office: &Office, pose: &PlanarPose) -> Vec<FeaturePixel> {
             let off_wall = at + line.normal * 1e-6;
             let is_hidden = |wall: &Wall| wall.hides(&Point2::new(eye.x, eye.y), &off_wall, 1e-3);
             let faces = (Point2::new(eye.x, eye.y) - at).dot(&line.normal) > 0.0;
-            if !faces || (at - Point2::new(eye.x, eye.y)).norm() > 8.0 || office.walls().iter().any(is_hidden) {
+            if !faces || (at - Point2::new(eye.x, eye.y)).norm() > 8.0 || office.walls().iter().any(is_hidden)
+            {
                 continue;
             }
-            let in_camera = camera_from_robot.transform(&robot_from_world.transform(&Point3::new(at.x, at.y, z)));
+            let in_camera =
+                camera_from_robot.transform(&robot_from_world.transform(&Point3::new(at.x, at.y, z)));
             if let Ok(px) = template.camera.project(&in_camera)
                 && in_camera.z > 0.2
                 && template.camera.contains(&px)
