@@ -82,9 +82,9 @@ impl ContourDetector {
         for y in first_row..height {
             let gray = self.gray.row(y);
             let row = &mut self.rows[y * width..(y + 1) * width];
-            for x in 2..width - 2 {
-                let v = |i: usize| i32::from(gray[i]);
-                row[x] = v(x - 2) + 4 * v(x - 1) + 6 * v(x) + 4 * v(x + 1) + v(x + 2);
+            for (sum, five) in row[2..].iter_mut().zip(gray.windows(5)) {
+                let v = |i: usize| i32::from(five[i]);
+                *sum = v(0) + 4 * v(1) + 6 * v(2) + 4 * v(3) + v(4);
             }
         }
         for y in first_row + 2..height - 2 {

@@ -72,7 +72,7 @@ impl Office {
             });
             let ends = [point(door.from), point(door.to)];
             for (wall, seen) in walls.iter().enumerate().filter(|(_, wall)| wall.holds(&ends)) {
-                let [left, right] = seen.from_left(ends);
+                let [left, right] = seen.ordered(ends);
                 doors.push(Door {
                     wall,
                     left,
@@ -166,7 +166,7 @@ impl Wall {
     }
 
     /// Two points on it, the left one first, exactly on its line.
-    fn from_left(&self, points: [Point2<f64>; 2]) -> [Point2<f64>; 2] {
+    fn ordered(&self, points: [Point2<f64>; 2]) -> [Point2<f64>; 2] {
         let along = self.direction();
         let [a, b] = points.map(|point| (point - self.start).dot(&along));
         [a.min(b), a.max(b)].map(|s| self.start + along * s)
