@@ -3,7 +3,7 @@
 use visloc_base::{FrameSource, RngTree, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_locate::{
-    ObservationModel,
+    FeatureChoice, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
 use visloc_scenarios::{Replay, collect, run};
@@ -26,7 +26,9 @@ fn a_recorded_walk_is_followed() {
     let (frames, map) = (recorded("O1-excerpt.mcap"), Map::load(&testdata("O1-map.yaml")).unwrap());
     for algorithm in ["evolutionary", "mce"] {
         for seed in [1, 2, 3] {
-            let evaluation = run(&mut Replay::new(&frames), &map, algorithm, None, seed).unwrap().evaluation;
+            let evaluation = run(&mut Replay::new(&frames), &map, algorithm, FeatureChoice::Pixels, seed)
+                .unwrap()
+                .evaluation;
             let median_m = evaluation.position_error_m.median.unwrap();
             assert!(median_m < 0.12, "{algorithm}, seed {seed}: {median_m}");
         }
@@ -39,8 +41,9 @@ fn a_recorded_walk_is_followed() {
 fn a_recorded_kidnap_is_recovered() {
     let (frames, map) = (recorded("O2-excerpt.mcap"), Map::load(&testdata("O2-map.yaml")).unwrap());
     let is_found = |seed: &u64| {
-        let evaluation =
-            run(&mut Replay::new(&frames), &map, "evolutionary", None, *seed).unwrap().evaluation;
+        let evaluation = run(&mut Replay::new(&frames), &map, "evolutionary", FeatureChoice::Pixels, *seed)
+            .unwrap()
+            .evaluation;
         evaluation.kidnaps.iter().all(|kidnap| kidnap.recovered) && evaluation.kidnaps.len() == 1
     };
     let found = [1, 2, 3].iter().filter(|seed| is_found(seed)).count();
