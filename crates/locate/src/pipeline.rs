@@ -45,7 +45,7 @@ pub struct PipelineConfig {
 }
 
 /// Parameters of the parts that are different inside a building.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OfficePipelineConfig {
     /// Image analysis.

@@ -59,7 +59,7 @@ impl Default for ExplorerConfig {
 
 /// Evidence that adds up over the images, for worlds where many places look alike for a while. The documents have none:
 /// there, the race that explains the newest image best wins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EvidenceConfig {
     /// What a health that is lower by 1 takes from the logarithm of a race's odds in each image; 0 switches evidence off.

@@ -1,10 +1,11 @@
 //! Parameters of the image analysis.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// How straight edges are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SegmentDetector {
     /// Ridges of the brightness gradient, linked while their direction stays the same.
@@ -14,7 +15,7 @@ pub enum SegmentDetector {
 }
 
 /// Which filters are on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[allow(clippy::struct_excessive_bools)]
 pub struct OfficeFilters {
@@ -35,7 +36,7 @@ impl Default for OfficeFilters {
 }
 
 /// Parameters of the image analysis of a building. Pixels are those of an image 320 px wide; larger images scale them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OfficeAnalysisConfig {
     /// How straight edges are found.

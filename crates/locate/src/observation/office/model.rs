@@ -1,6 +1,7 @@
 //! The observation model: pixels against the theoretical lines near a pose.
 
 use nalgebra::{Matrix3x4, Point2, Point3, Vector2};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 use visloc_geom::PlanarPose;
@@ -15,7 +16,7 @@ use super::{
 use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
 
 /// Parameters of the observation model of a building.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OfficeModelConfig {
     /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
