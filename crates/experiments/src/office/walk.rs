@@ -37,7 +37,7 @@ pub(super) struct Followed {
 pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Followed, ExperimentError> {
     let refused = |error: &dyn std::fmt::Display| ExperimentError::Run {
         cell: walk.scenario.to_owned(),
-        run: run,
+        run,
         reason: error.to_string(),
     };
     let scenario = Scenario::load(walk.scenario).map_err(|error| refused(&error))?;
