@@ -9,6 +9,7 @@ mod framework;
 pub mod kidnap;
 pub mod likelihood;
 pub mod markov;
+pub mod office;
 pub mod positions;
 pub mod robocup;
 pub mod studies;

@@ -28,7 +28,9 @@ pub use lift::{LiftConfig, LiftDetector};
 pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
-pub use pipeline::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
+pub use pipeline::{
+    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError,
+};
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;
 pub use registry::{ALGORITHMS, AlgorithmInfo, build_localizer, default_config_toml};

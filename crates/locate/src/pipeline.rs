@@ -7,25 +7,32 @@ use visloc_base::{Frame, Rng, RngTree};
 use visloc_vision::{
     AnalysisError, Percept,
     field::{FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
+    office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
 };
 use visloc_world::{
     Map,
     field::{Field, GoalColor},
+    office::Office,
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, StartPrior, StepInput, build_localizer,
-    observation::field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
+    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StartPrior, StepInput,
+    observation::{
+        features::FeatureModel,
+        field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
+        office::{OfficeModelConfig, OfficeObservationModel, algorithm_defaults},
+    },
     refine::{Refined, RefinementConfig},
+    registry::build_layered,
 };
 
 /// Parameters of everything but the algorithm.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PipelineConfig {
-    /// Image analysis.
+    /// Image analysis on a field.
     pub analysis: FieldAnalysisConfig,
-    /// Observation model.
+    /// Observation model of a field.
     pub observation: FieldModelConfig,
     /// Lift detector.
     pub lift: LiftConfig,
@@ -33,6 +40,18 @@ pub struct PipelineConfig {
     pub features: FeatureChoice,
     /// Tracks that refine what the algorithm finds, with rich features.
     pub refinement: RefinementConfig,
+    /// What is different inside a building.
+    pub office: OfficePipelineConfig,
+}
+
+/// Parameters of the parts that are different inside a building.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OfficePipelineConfig {
+    /// Image analysis.
+    pub analysis: OfficeAnalysisConfig,
+    /// Observation model.
+    pub observation: OfficeModelConfig,
 }
 
 /// What the pose is computed from.
@@ -56,11 +75,42 @@ pub enum PipelineError {
     /// A parameter of the image analysis.
     #[error(transparent)]
     Analysis(#[from] FieldAnalysisConfigError),
+    /// A parameter of the image analysis inside a building.
+    #[error(transparent)]
+    OfficeAnalysis(#[from] OfficeAnalysisConfigError),
+}
+
+/// The image analysis of the map's kind of world.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ImageAnalyzer {
+    /// On a field.
+    Field(Box<FieldAnalyzer>),
+    /// Inside a building.
+    Office(Box<OfficeAnalyzer>),
+}
+
+impl ImageAnalyzer {
+    fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
+        match self {
+            Self::Field(analyzer) => analyzer.analyze(frame, rng),
+            Self::Office(analyzer) => analyzer.analyze(frame, rng),
+        }
+    }
+
+    /// The last percept.
+    #[must_use]
+    pub fn percept(&self) -> &Percept {
+        match self {
+            Self::Field(analyzer) => analyzer.percept(),
+            Self::Office(analyzer) => analyzer.percept(),
+        }
+    }
 }
 
 /// From frames to estimates. The two halves are separate calls, so that a caller can time them and show the percept.
 pub struct Pipeline {
-    analyzer: FieldAnalyzer,
+    analyzer: ImageAnalyzer,
     lift: LiftDetector,
     localizer: Box<dyn Localizer>,
     analysis_rng: Rng,
@@ -79,23 +129,16 @@ impl Pipeline {
         config: &PipelineConfig,
         rng: RngTree,
     ) -> Result<Self, PipelineError> {
-        let Map::Field(field) = map else {
-            return Err(ConfigError::Value {
-                key: "map".to_owned(),
-                expected: "a RoboCup field",
-                found: map.name().to_owned(),
-            }
-            .into());
-        };
         config.lift.check()?;
-        let model = FieldObservationModel::new(field, &config.observation)?;
-        let mut localizer = build_localizer(algorithm, algorithm_toml, Box::new(model.clone()))?;
-        if config.features == FeatureChoice::Rich {
-            let features = Box::new(FieldFeatureModel::new(field));
-            localizer = Box::new(Refined::new(config.refinement, localizer, features, Box::new(model))?);
+        let parts = WorldParts::new(map, config)?;
+        let of_world = matches!(map, Map::Office(_)).then(|| algorithm_defaults(algorithm)).flatten();
+        let layers: Vec<&str> = of_world.into_iter().chain(algorithm_toml).collect();
+        let mut localizer = build_layered(algorithm, &layers, parts.model)?;
+        if let Some((features, model)) = parts.rich {
+            localizer = Box::new(Refined::new(config.refinement, localizer, features, model)?);
         }
         Ok(Self {
-            analyzer: FieldAnalyzer::new(analysis_for(field, config.analysis))?,
+            analyzer: parts.analyzer,
             lift: LiftDetector::new(config.lift),
             localizer,
             analysis_rng: rng.stream("analysis", 0),
@@ -125,7 +168,7 @@ impl Pipeline {
 
     /// The image analysis, for pictures of what it found.
     #[must_use]
-    pub fn analyzer(&self) -> &FieldAnalyzer {
+    pub fn analyzer(&self) -> &ImageAnalyzer {
         &self.analyzer
     }
 
@@ -133,6 +176,56 @@ impl Pipeline {
     #[must_use]
     pub fn localizer(&self) -> &dyn Localizer {
         self.localizer.as_ref()
+    }
+}
+
+/// What is different from world to world.
+struct WorldParts {
+    analyzer: ImageAnalyzer,
+    model: Box<dyn ObservationModel>,
+    /// What refines hypotheses, if that is wished for and the world has it.
+    rich: Option<(Box<dyn FeatureModel>, Box<dyn ObservationModel>)>,
+}
+
+impl WorldParts {
+    fn new(map: &Map, config: &PipelineConfig) -> Result<Self, PipelineError> {
+        match map {
+            Map::Field(field) => Self::of_field(field, config),
+            Map::Office(office) => Self::of_office(office, config),
+            other => Err(ConfigError::Value {
+                key: "map".to_owned(),
+                expected: "a field or a building",
+                found: other.name().to_owned(),
+            }
+            .into()),
+        }
+    }
+
+    fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, PipelineError> {
+        let analyzer = FieldAnalyzer::new(analysis_for(field, config.analysis))?;
+        let model = FieldObservationModel::new(field, &config.observation)?;
+        let rich = || {
+            let features: Box<dyn FeatureModel> = Box::new(FieldFeatureModel::new(field));
+            let model: Box<dyn ObservationModel> = Box::new(model.clone());
+            (features, model)
+        };
+        let rich = (config.features == FeatureChoice::Rich).then(rich);
+        Ok(Self { analyzer: ImageAnalyzer::Field(Box::new(analyzer)), model: Box::new(model), rich })
+    }
+
+    fn of_office(office: &Office, config: &PipelineConfig) -> Result<Self, PipelineError> {
+        let analyzer = OfficeAnalyzer::new(config.office.analysis, &colors_of(office))?;
+        let model = OfficeObservationModel::new(office, &config.office.observation)?;
+        Ok(Self { analyzer: ImageAnalyzer::Office(Box::new(analyzer)), model: Box::new(model), rich: None })
+    }
+}
+
+/// The colors that the image analysis looks for.
+fn colors_of(office: &Office) -> OfficeColors {
+    OfficeColors {
+        wall: office.plan().wall_color.rgb,
+        floor: office.plan().floor_color.rgb,
+        doors: office.door_colors().iter().map(|color| color.rgb).collect(),
     }
 }
 

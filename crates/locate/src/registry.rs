@@ -9,8 +9,8 @@ use crate::{
     monte_carlo::{MonteCarlo, MonteCarloConfig},
 };
 
-/// Makes a localizer from its name, the user's parameters and a model.
-type Build = fn(&str, Option<&str>, Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>;
+/// Makes a localizer from its name, parameters that lie over its defaults in this order, and a model.
+type Build = fn(&str, &[&str], Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>;
 
 /// An algorithm that can be chosen by name.
 #[derive(Debug, Clone, Copy)]
@@ -90,7 +90,20 @@ pub fn build_localizer(
     config_toml: Option<&str>,
     model: Box<dyn ObservationModel>,
 ) -> Result<Box<dyn Localizer>, ConfigError> {
-    (find(name)?.build)(name, config_toml, model)
+    build_layered(name, config_toml.as_slice(), model)
+}
+
+/// A localizer by name. Each of the `layers` overrides some or all of the parameters before it, the first one those of
+/// the algorithm's defaults.
+///
+/// # Errors
+/// As [`build_localizer`].
+pub(crate) fn build_layered(
+    name: &str,
+    layers: &[&str],
+    model: Box<dyn ObservationModel>,
+) -> Result<Box<dyn Localizer>, ConfigError> {
+    (find(name)?.build)(name, layers, model)
 }
 
 /// The default parameters of an algorithm as TOML, each with its meaning as a comment.
@@ -109,9 +122,10 @@ fn find(name: &str) -> Result<&'static AlgorithmInfo, ConfigError> {
 }
 
 /// Lays the given parameters over the defaults of the algorithm, so that a file may name only what it changes.
-fn parse<C: Settings>(name: &str, text: Option<&str>, defaults: C) -> Result<C, ConfigError> {
-    let Some(text) = text else { return Ok(defaults) };
-    overlay(&defaults, text).map_err(|error| ConfigError::from_settings(name, error))
+fn parse<C: Settings>(name: &str, layers: &[&str], defaults: C) -> Result<C, ConfigError> {
+    layers.iter().try_fold(defaults, |below, text| {
+        overlay(&below, text).map_err(|error| ConfigError::from_settings(name, error))
+    })
 }
 
 #[cfg(test)]
@@ -130,7 +144,7 @@ mod tests {
     #[test]
     fn a_file_changes_only_what_it_names() {
         let text = "num_particles = 500\n[motion]\nnoise_m_per_m = 0.5\n";
-        let config = parse("mc", Some(text), MonteCarloConfig::classic()).unwrap();
+        let config = parse("mc", &[text], MonteCarloConfig::classic()).unwrap();
         assert_eq!(config.num_particles, 500);
         assert!((config.motion.noise_m_per_m - 0.5).abs() < 1e-12);
         assert!(config.elite_share.abs() < 1e-12, "still the classic filter");
@@ -139,7 +153,7 @@ mod tests {
     #[test]
     fn unknown_keys_are_refused_with_their_line() {
         let error =
-            parse("mc", Some("\nnum_partikles = 5\n"), MonteCarloConfig::classic()).unwrap_err().to_string();
+            parse("mc", &["\nnum_partikles = 5\n"], MonteCarloConfig::classic()).unwrap_err().to_string();
         assert_eq!(
             error,
             "configuration of mc, line 2: unknown key `num_partikles`, did you mean `num_particles`?"
@@ -156,6 +170,6 @@ mod tests {
             assert!(lines.windows(2).all(is_explained), "{text}");
         }
         let text = default_config_toml("evolutionary-grid").unwrap();
-        assert_eq!(parse("evolutionary", Some(&text), evolutionary()).unwrap(), evolutionary_grid());
+        assert_eq!(parse("evolutionary", &[&text], evolutionary()).unwrap(), evolutionary_grid());
     }
 }

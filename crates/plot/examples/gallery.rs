@@ -30,7 +30,7 @@ fn main() -> Result<(), PlotError> {
     field_picture(&modern, &belief_input()).save(folder, "belief")?;
     time_series(&series_input(&run)).save(folder, "time_series")?;
     time_series(&TimeSeriesPicture::default()).save(folder, "empty")?;
-    heat_map(&heat_input(), Some(&field)).save(folder, "heat_map")?;
+    heat_map(&heat_input(), Some((&field).into())).save(folder, "heat_map")?;
     surface_picture(&surface_input(), Some(&field)).save(folder, "surface")?;
     bar_chart(&bar_input()).save(folder, "bars")?;
     histogram(&histogram_input(&run)).save(folder, "histogram")

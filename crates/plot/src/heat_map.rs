@@ -1,13 +1,12 @@
 //! A value for each place of the ground.
 
 use visloc_geom::PlanarPose;
-use visloc_world::field::Field;
 
 use crate::{
     Color, Picture,
     axis::{Axis, finite_range},
     chart::{LABEL_PX, PlotArea},
-    field::{GroundView, draw_pose_arrow},
+    field::{Ground, GroundView, draw_pose_arrow},
     header::Header,
     svg::{Anchor, Canvas, Paint, Rect, TextStyle},
 };
@@ -76,11 +75,11 @@ pub struct PoseMark {
     pub pose: PlanarPose,
 }
 
-/// The values of a grid as colors, over the lines of a field if one is given, with a color bar.
+/// The values of a grid as colors, over the lines of a field or the walls of a building if one is given, with a color bar.
 #[must_use]
-pub fn heat_map(input: &HeatMap, field: Option<&Field>) -> Picture {
-    let view_below = |top| match field {
-        Some(field) => GroundView::of_field(field, top),
+pub fn heat_map(input: &HeatMap, ground: Option<Ground<'_>>) -> Picture {
+    let view_below = |top| match &ground {
+        Some(ground) => GroundView::of(ground, top),
         None => {
             let (x_m, y_m) = input.grid.ranges_m();
             GroundView::new(x_m, y_m, top)
@@ -98,9 +97,13 @@ pub fn heat_map(input: &HeatMap, field: Option<&Field>) -> Picture {
     canvas.begin_clip(&rect);
     canvas.rect(&rect, &Paint::fill(MISSING));
     draw_cells(&mut canvas, &view, &input.grid, &bar);
-    if let Some(field) = field {
-        view.draw_lines(&mut canvas, field, 0.55);
-        view.draw_goals(&mut canvas, field);
+    match &ground {
+        Some(Ground::Field(field)) => {
+            view.draw_lines(&mut canvas, field, 0.55);
+            view.draw_goals(&mut canvas, field);
+        }
+        Some(Ground::Office(office)) => view.draw_walls(&mut canvas, office, 0.8),
+        None => {}
     }
     for mark in input.marks.iter().filter(|mark| mark.pose.is_finite()) {
         let paint = Paint::fill(mark.color).outlined(Color::WHITE, 1.5);

@@ -119,6 +119,7 @@ fn legend(input: &ImagePicture) -> Vec<LegendEntry> {
         LegendEntry::new(&format!("{} ({})", dots.label, dots.points_px.len()), Symbol::RimmedDot(dots.color))
     });
     let lines = input.lines.iter().filter(|line| line.points_px.len() > 1);
+    let lines = lines.filter(|line| !line.label.is_empty());
     let lines = lines.map(|line| LegendEntry::new(&line.label, Symbol::Line(line.color)));
     let boxes = input.boxes.iter().filter(|boxes| !boxes.bounds_px.is_empty());
     let boxes = boxes.map(|boxes| LegendEntry::new(&boxes.label, Symbol::Patch(boxes.color, 0.5)));

@@ -45,7 +45,9 @@ pub use bar_chart::{Bar, BarChart, BarGroup, BarSeries, bar_chart};
 pub use chart::ReferenceLine;
 pub use color::Color;
 pub use error::PlotError;
-pub use field::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud, field_picture};
+pub use field::{
+    CovarianceEllipse, FieldPath, FieldPicture, Ground, Kidnap, PathPoint, PoseCloud, field_picture,
+};
 pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
 pub use histogram::{Histogram, HistogramSeries, histogram};
 pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};

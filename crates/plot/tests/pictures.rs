@@ -110,7 +110,7 @@ fn every_picture(value: f64) -> Vec<Picture> {
         field_picture(&field, &input),
         time_series(&series),
         heat_map(&heat, None),
-        heat_map(&heat, Some(&field)),
+        heat_map(&heat, Some((&field).into())),
         bar_chart(&bars),
         histogram(&counts),
     ]

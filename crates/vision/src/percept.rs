@@ -5,6 +5,15 @@ use thiserror::Error;
 use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
 
+/// Which edge of a door, as it is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DoorSide {
+    /// The door is at the right of the edge.
+    Left,
+    /// The door is at the left of the edge.
+    Right,
+}
+
 /// What a feature pixel is part of. Observation models compare a pixel with map objects of its kind only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -15,6 +24,19 @@ pub enum FeatureKind {
     YellowGoal,
     /// Border of a blue goal.
     BlueGoal,
+    /// Upright edge of a door, where the wall begins.
+    DoorEdge {
+        /// Which of its edges.
+        side: DoorSide,
+        /// Index of the door's color in the map.
+        paint: u8,
+    },
+    /// Where a wall meets the floor.
+    WallFoot,
+    /// Where a door meets the floor.
+    DoorFoot,
+    /// A line with nothing known beside it. Only among what was dropped.
+    UnknownLine,
 }
 
 impl FeatureKind {
@@ -22,6 +44,12 @@ impl FeatureKind {
     #[must_use]
     pub fn is_goal(self) -> bool {
         matches!(self, Self::YellowGoal | Self::BlueGoal)
+    }
+
+    /// Whether the pixel belongs to an upright edge of a door.
+    #[must_use]
+    pub fn is_door_edge(self) -> bool {
+        matches!(self, Self::DoorEdge { .. })
     }
 }
 
@@ -58,6 +86,14 @@ pub enum DropReason {
     NotPostOrBar,
     /// Too few of the eight pixels around it have its color.
     Isolated,
+    /// The colors on both sides of a line are not those of a door's edge or of the floor's border.
+    UnknownColors,
+    /// A door's edge that does not stand upright.
+    NotUpright,
+    /// A border of the floor that stands upright: the side of a thing that stands on the floor.
+    Upright,
+    /// A line that is too short, even joined with others.
+    TooShort,
     /// Its ground point is farther away than any line can be.
     BeyondHorizon,
     /// Its ground point is so near that it is the robot's own body.
@@ -74,11 +110,15 @@ pub enum DropReason {
 
 impl DropReason {
     /// All reasons, in the order of the filters.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 14] = [
         Self::NotBesideCarpet,
         Self::TooThin,
         Self::NotPostOrBar,
         Self::Isolated,
+        Self::UnknownColors,
+        Self::NotUpright,
+        Self::Upright,
+        Self::TooShort,
         Self::BeyondHorizon,
         Self::OwnBody,
         Self::BeyondFieldEnd,
@@ -95,6 +135,10 @@ impl DropReason {
             Self::TooThin => "too thin",
             Self::NotPostOrBar => "not post or bar",
             Self::Isolated => "isolated",
+            Self::UnknownColors => "unknown colors",
+            Self::NotUpright => "not upright",
+            Self::Upright => "upright",
+            Self::TooShort => "too short",
             Self::BeyondHorizon => "beyond horizon",
             Self::OwnBody => "own body",
             Self::BeyondFieldEnd => "beyond end of field",

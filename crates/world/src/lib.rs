@@ -2,5 +2,6 @@
 
 pub mod field;
 mod load;
+pub mod office;
 
 pub use load::{BUILT_IN_MAPS, Map, MapError};

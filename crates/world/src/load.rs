@@ -5,12 +5,17 @@ use std::{fs, path::Path};
 use serde::Deserialize;
 use thiserror::Error;
 
-use crate::field::Field;
+use crate::{
+    field::Field,
+    office::{Office, import::read_list},
+};
 
 /// Maps that are part of the program: name and text.
-pub const BUILT_IN_MAPS: [(&str, &str); 2] = [
+pub const BUILT_IN_MAPS: [(&str, &str); 4] = [
     ("robocup-spl-2010", include_str!("../../../maps/robocup-spl-2010.toml")),
     ("robocup-spl-2024", include_str!("../../../maps/robocup-spl-2024.toml")),
+    ("office", include_str!("../../../maps/office.toml")),
+    ("office-large", include_str!("../../../maps/office-large.toml")),
 ];
 
 /// A map that cannot be used.
@@ -59,6 +64,8 @@ fn built_in_names() -> String {
 pub enum Map {
     /// A RoboCup field.
     Field(Field),
+    /// A building from inside.
+    Office(Office),
 }
 
 #[derive(Deserialize)]
@@ -77,6 +84,11 @@ impl Map {
         }
         let text = fs::read_to_string(Path::new(name_or_path))
             .map_err(|source| MapError::Unreadable { name: name_or_path.to_owned(), source })?;
+        let extension = Path::new(name_or_path).extension().and_then(|extension| extension.to_str());
+        if matches!(extension, Some("yaml" | "yml")) {
+            let plan = read_list(name_or_path, stem(name_or_path), &text)?;
+            return Ok(Self::Office(Office::new(name_or_path, plan)?));
+        }
         Self::parse(name_or_path, &text)
     }
 
@@ -88,10 +100,11 @@ impl Map {
         let kind: Kind = toml::from_str(text).map_err(|e| syntax_error(name, text, &e))?;
         match kind.kind.as_str() {
             "robocup-field" => Ok(Self::Field(Field::parse(name, text)?)),
+            "office" => Ok(Self::Office(Office::parse(name, text)?)),
             other => Err(MapError::Value {
                 name: name.to_owned(),
                 key: "kind".to_owned(),
-                expected: "\"robocup-field\"",
+                expected: "\"robocup-field\" or \"office\"",
                 found: format!("{other:?}"),
             }),
         }
@@ -102,8 +115,14 @@ impl Map {
     pub fn name(&self) -> &str {
         match self {
             Self::Field(field) => &field.dimensions().name,
+            Self::Office(office) => &office.plan().name,
         }
     }
+}
+
+/// Name of a file without folder and ending.
+fn stem(path: &str) -> &str {
+    Path::new(path).file_stem().and_then(|stem| stem.to_str()).unwrap_or(path)
 }
 
 pub(crate) fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> MapError {

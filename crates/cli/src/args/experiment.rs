@@ -26,6 +26,8 @@ pub enum ExperimentCommand {
     Markov(CellArgs),
     /// On the field: tours, kidnaps, other robots, white goals; are reliability and covariance honest?
     Robocup(RobocupArgs),
+    /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
+    Office(FewArgs),
     /// Put the parts of an experiment together
     Merge(MergeArgs),
 }
@@ -105,6 +107,16 @@ pub struct RobocupArgs {
     /// Short runs, and few of them
     #[arg(long)]
     pub quick: bool,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment office`.
+#[derive(Debug, Args)]
+pub struct FewArgs {
+    /// Runs of each cell of the table; each takes a quarter of a minute
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
 }

@@ -1,5 +1,7 @@
 //! `visloc config` and `visloc map`.
 
+use std::path::PathBuf;
+
 use clap::{Args, Subcommand};
 
 /// Arguments of `visloc config`.
@@ -46,9 +48,18 @@ pub struct MapArgs {
 pub enum MapCommand {
     /// Say what is wrong with a map, or print its dimensions
     Check {
-        /// Built-in map or TOML file
+        /// Built-in map, TOML file, or list of walls and doors (.yaml)
         #[arg(value_name = "NAME|FILE")]
         map: String,
+        /// Draw the map into this folder
+        #[arg(long, value_name = "DIR")]
+        plots: Option<PathBuf>,
+    },
+    /// Print a list of walls and doors (.yaml) as a map in TOML, to go on from
+    Import {
+        /// The list
+        #[arg(value_name = "FILE")]
+        list: String,
     },
     /// Print a built-in map as TOML, to start a map of your own from
     Show {

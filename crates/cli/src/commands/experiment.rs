@@ -11,6 +11,7 @@ use visloc_experiments::{
     kidnap::KidnapExperiment,
     markov::{MarkovExperiment, MarkovSettings},
     merge,
+    office::{OfficeExperiment, OfficeSettings},
     robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, measure},
     run,
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
@@ -48,6 +49,10 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             conduct(&experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
         }
         ExperimentCommand::Robocup(args) => robocup(args),
+        ExperimentCommand::Office(args) => {
+            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs);
+            conduct(&experiment, &args.common, OfficeExperiment::report)
+        }
         ExperimentCommand::Merge(args) => merge_parts(args),
     }
 }
@@ -152,6 +157,10 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
                 .with_context(|| format!("{}: settings of another version", first.display()))?;
             let experiment = RobocupExperiment::new(settings, args.runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
+        }
+        "office" => {
+            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs.unwrap_or(5));
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),
     };

@@ -1,10 +1,14 @@
 //! `visloc maps` and `visloc map`.
 
+use std::path::Path;
+
 use anyhow::{Result, anyhow};
-use visloc_world::{BUILT_IN_MAPS, Map, field::Field};
+use visloc_plot::{FieldPicture, field_picture};
+use visloc_world::{BUILT_IN_MAPS, Map, field::Field, office::Office};
 
 use crate::{
     args::{MapArgs, MapCommand},
+    report::ground,
     say,
 };
 
@@ -14,10 +18,19 @@ use crate::{
 /// If there is no such map or it has a mistake.
 pub fn execute(args: &MapArgs) -> Result<()> {
     match &args.command {
-        MapCommand::Check { map } => {
+        MapCommand::Check { map, plots } => {
             let loaded = Map::load(map)?;
             say::line!("{map}: fine");
             describe(&loaded);
+            if let Some(folder) = plots {
+                draw(folder, &loaded)?;
+            }
+        }
+        MapCommand::Import { list } => {
+            let Map::Office(office) = Map::load(list)? else {
+                return Err(anyhow!("{list}: expected a list of walls and doors"));
+            };
+            say::text(format_args!("{}", office.plan().to_toml()?));
         }
         MapCommand::Show { map } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);
@@ -25,6 +38,15 @@ pub fn execute(args: &MapArgs) -> Result<()> {
             say::text(format_args!("{text}"));
         }
     }
+    Ok(())
+}
+
+/// Draws a map.
+fn draw(folder: &Path, map: &Map) -> Result<()> {
+    let Some(ground) = ground(map) else { return Ok(()) };
+    let picture = FieldPicture { title: map.name().to_owned(), ..FieldPicture::default() };
+    field_picture(ground, &picture).save(folder, "map")?;
+    say::line!("picture: {}", folder.join("map.png").display());
     Ok(())
 }
 
@@ -36,6 +58,7 @@ pub fn list() -> Result<()> {
     for (name, text) in BUILT_IN_MAPS {
         match Map::parse(name, text)? {
             Map::Field(field) => say::line!("{name:<18} {}", in_one_line(&field)),
+            Map::Office(office) => say::line!("{name:<18} {}", office_in_one_line(&office)),
             other => say::line!("{}", other.name()),
         }
     }
@@ -52,11 +75,49 @@ fn in_one_line(field: &Field) -> String {
     format!("field of {} x {} m, {goals}", d.length_m, d.width_m)
 }
 
+fn office_in_one_line(office: &Office) -> String {
+    let num_doors = office.plan().doors.len();
+    format!("building with {:.0} m2 of floor and {num_doors} doors", office.free_space().area_m2())
+}
+
 fn describe(map: &Map) {
-    let field = match map {
-        Map::Field(field) => field,
-        other => return say::line!("  {}", other.name()),
-    };
+    match map {
+        Map::Field(field) => describe_field(field),
+        Map::Office(office) => describe_office(office),
+        other => say::line!("  {}", other.name()),
+    }
+}
+
+fn describe_office(office: &Office) {
+    let plan = office.plan();
+    let [min, max] = office.free_space().bounds_m();
+    say::line!("  name            {}", plan.name);
+    say::line!(
+        "  extent          x {} to {} m, y {} to {} m",
+        round(min.x),
+        round(max.x),
+        round(min.y),
+        round(max.y)
+    );
+    say::line!("  free floor      {:.1} m2", office.free_space().area_m2());
+    say::line!(
+        "  walls           {}, {:.1} m seen in all, {}",
+        office.walls().len(),
+        office.wall_length_m(),
+        plan.wall_color
+    );
+    let num_open = plan.doors.iter().filter(|door| door.is_open).count();
+    let colors: Vec<String> = office.door_colors().iter().map(ToString::to_string).collect();
+    say::line!("  doors           {}, {num_open} of them open; {}", plan.doors.len(), colors.join(", "));
+    say::line!("  floor           {}", plan.floor_color);
+}
+
+/// To a hundredth.
+fn round(value_m: f64) -> f64 {
+    (value_m * 100.0).round() / 100.0
+}
+
+fn describe_field(field: &Field) {
     let d = field.dimensions();
     say::line!("  name            {}", d.name);
     say::line!("  between lines   {} x {} m", d.length_m, d.width_m);

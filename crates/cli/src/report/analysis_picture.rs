@@ -2,11 +2,12 @@
 
 use visloc_base::{Frame, RgbImage};
 use visloc_geom::Horizon;
-use visloc_locate::Pipeline;
+use visloc_locate::{ImageAnalyzer, Pipeline};
 use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
 use visloc_vision::{
-    DropReason, Percept,
+    DropReason, FeatureKind, Percept,
     field::{FieldAnalyzer, GoalBlob},
+    office::OfficeAnalyzer,
 };
 
 use crate::run::{FrameView, Spectator};
@@ -54,22 +55,32 @@ impl Spectator for SnapshotTaker {
 
 /// Good pixels, many different reasons to drop others but few of them, a goal and an obstacle, and the horizon in the
 /// upper part of the image, so that both the room and the field are seen.
+#[allow(clippy::cast_precision_loss)]
 fn score(frame: &Frame, pipeline: &Pipeline) -> f64 {
     let analyzer = pipeline.analyzer();
     let percept = analyzer.percept();
     let is_seen = |reason: &&DropReason| percept.num_dropped(**reason) > 0;
-    #[allow(clippy::cast_precision_loss)]
     let (num_reasons, num_dropped) =
         (DropReason::ALL.iter().filter(is_seen).count() as f64, percept.dropped.len() as f64);
     let height_px = f64::from(frame.image.height());
     let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
     let horizon_row = horizon.row_px(0.5 * f64::from(frame.image.width())).unwrap_or(-1.0);
-    let is_large = |blob: &GoalBlob| f64::from(blob.bounds_px[3] - blob.bounds_px[1]) > 0.2 * height_px;
     let bonus = |is_there: bool| if is_there { 0.5 } else { 0.0 };
+    let of_world = match analyzer {
+        ImageAnalyzer::Field(field) => {
+            bonus(percept.num_dropped(DropReason::InObstacle) >= 5) + bonus(sees_large_goal(field, height_px))
+        }
+        ImageAnalyzer::Office(office) => 0.05 * office.lines().len() as f64,
+        _ => 0.0,
+    };
     percept.quality + 0.1 * num_reasons - 0.001 * num_dropped
-        + bonus(percept.num_dropped(DropReason::InObstacle) >= 5)
-        + bonus(analyzer.goal_blobs().iter().any(|blob| blob.is_valid && is_large(blob)))
+        + of_world
         + bonus((0.1 * height_px..0.45 * height_px).contains(&horizon_row))
+}
+
+fn sees_large_goal(analyzer: &FieldAnalyzer, height_px: f64) -> bool {
+    let is_large = |blob: &GoalBlob| f64::from(blob.bounds_px[3] - blob.bounds_px[1]) > 0.2 * height_px;
+    analyzer.goal_blobs().iter().any(|blob| blob.is_valid && is_large(blob))
 }
 
 impl AnalysisSnapshot {
@@ -82,7 +93,10 @@ impl AnalysisSnapshot {
             subtitle: String::new(),
             image: washed(&view.frame.image),
             enlargement: ENLARGEMENT,
-            boxes: boxes(analyzer),
+            boxes: match analyzer {
+                ImageAnalyzer::Field(field) => boxes(field),
+                _ => Vec::new(),
+            },
             lines: lines(view.frame, analyzer),
             dots,
         };
@@ -108,16 +122,24 @@ fn washed(image: &RgbImage) -> RgbImage {
 }
 
 fn kept(percept: &Percept) -> Vec<ImageDots> {
-    let dots = |label: &str, color, is_goal: bool| ImageDots {
+    let is_line = |kind: FeatureKind| kind == FeatureKind::FieldLine;
+    let is_floor = |kind: FeatureKind| matches!(kind, FeatureKind::WallFoot | FeatureKind::DoorFoot);
+    let dots = |label: &str, color, is_meant: &dyn Fn(FeatureKind) -> bool| ImageDots {
         label: label.to_owned(),
         color,
         diameter_px: 4.4,
         points_px: {
-            let pixels = percept.pixels.iter().filter(|pixel| pixel.kind.is_goal() == is_goal);
+            let pixels = percept.pixels.iter().filter(|pixel| is_meant(pixel.kind));
             pixels.map(|pixel| (pixel.px.x, pixel.px.y)).collect()
         },
     };
-    vec![dots("kept, line", Color::WHITE, false), dots("kept, goal", GOLD, true)]
+    let all = vec![
+        dots("kept, line", Color::WHITE, &is_line),
+        dots("kept, goal", GOLD, &FeatureKind::is_goal),
+        dots("kept, floor", Color::WHITE, &is_floor),
+        dots("kept, door", GOLD, &FeatureKind::is_door_edge),
+    ];
+    all.into_iter().filter(|dots| !dots.points_px.is_empty()).collect()
 }
 
 const GOLD: Color = Color::rgb(0xff, 0xd4, 0x00);
@@ -137,7 +159,7 @@ fn dropped(percept: &Percept) -> Vec<ImageDots> {
 
 /// One color for each reason, in the order of the filters.
 fn color(reason: DropReason) -> Color {
-    const COLORS: [Color; 10] = [
+    const COLORS: [Color; 14] = [
         Color::rgb(0xe4, 0x1a, 0x1c),
         Color::rgb(0xff, 0x7f, 0x00),
         Color::rgb(0xf7, 0x81, 0xbf),
@@ -147,24 +169,54 @@ fn color(reason: DropReason) -> Color {
         Color::rgb(0x00, 0xc8, 0xc8),
         Color::rgb(0x5a, 0x3c, 0xd2),
         Color::rgb(0x70, 0x10, 0x30),
+        Color::rgb(0x4d, 0xaf, 0x4a),
+        Color::rgb(0x8c, 0x6d, 0x31),
+        Color::rgb(0xb3, 0x6a, 0xe2),
+        Color::rgb(0x1f, 0x78, 0x8a),
         Color::rgb(0x9a, 0x9a, 0x9a),
     ];
     if reason == DropReason::RandomDiscard {
-        return COLORS[9];
+        return COLORS[13];
     }
     let index = DropReason::ALL.iter().position(|known| *known == reason).unwrap_or(0);
-    COLORS[index % 9]
+    COLORS[index % 13]
 }
 
-fn lines(frame: &Frame, analyzer: &FieldAnalyzer) -> Vec<ImageLine> {
+fn lines(frame: &Frame, analyzer: &ImageAnalyzer) -> Vec<ImageLine> {
     let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
     let last_column = f64::from(frame.image.width()) - 1.0;
     let ends = [0.0, last_column].map(|x| horizon.row_px(x).map(|y| (x, y)));
-    let line = |label: &str, color, points_px| ImageLine { label: label.to_owned(), color, points_px };
-    vec![
-        line("horizon", Color::SKY_BLUE, ends.into_iter().flatten().collect()),
-        line("end of the field", Color::VERMILION, analyzer.field_end().hull().to_vec()),
-    ]
+    let mut lines = vec![line("horizon", Color::SKY_BLUE, ends.into_iter().flatten().collect())];
+    match analyzer {
+        ImageAnalyzer::Field(field) => {
+            lines.push(line("end of the field", Color::VERMILION, field.field_end().hull().to_vec()));
+        }
+        ImageAnalyzer::Office(office) => lines.extend(office_lines(office)),
+        _ => {}
+    }
+    lines
+}
+
+fn line(label: &str, color: Color, points_px: Vec<(f64, f64)>) -> ImageLine {
+    ImageLine { label: label.to_owned(), color, points_px }
+}
+
+/// Every line that the analysis kept; the legend names each kind once.
+fn office_lines(analyzer: &OfficeAnalyzer) -> Vec<ImageLine> {
+    let mut named = Vec::new();
+    let lines = analyzer.lines().iter().filter_map(|found| Some((found.kind?, found.segment)));
+    let mut draw = |(kind, segment): (FeatureKind, visloc_vision::office::EdgeSegment)| {
+        let (label, color) = match kind {
+            FeatureKind::DoorEdge { .. } => ("edge of a door", Color::PURPLE),
+            FeatureKind::DoorFoot => ("foot of a door", Color::VERMILION),
+            _ => ("foot of a wall", Color::BLUE),
+        };
+        let is_new = !named.contains(&label);
+        named.push(label);
+        let ends = [segment.start, segment.end].map(|end| (end.x, end.y));
+        line(if is_new { label } else { "" }, color, ends.to_vec())
+    };
+    lines.map(&mut draw).collect()
 }
 
 fn boxes(analyzer: &FieldAnalyzer) -> Vec<ImageBoxes> {

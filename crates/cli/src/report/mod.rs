@@ -8,6 +8,6 @@ mod table;
 
 pub use analysis_picture::SnapshotTaker;
 pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
-pub use pictures::{Curve, RunPictures};
+pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;
 pub use table::{Column, comparison_table, measure, percent};

@@ -7,7 +7,7 @@ use visloc_base::{PlanarTrajectory, Timestamp};
 use visloc_eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans};
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
-    Color, FieldPath, FieldPicture, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,
+    Color, FieldPath, FieldPicture, Ground, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,
     TimeSeriesPicture, ValueAxis, field_picture, time_series,
 };
 use visloc_world::Map;
@@ -54,9 +54,7 @@ impl RunPictures<'_> {
     }
 
     fn paths(&self, map: &Map) -> Option<Picture> {
-        // Maps may be of kinds that have no field to draw on.
-        #[allow(irrefutable_let_patterns)]
-        let Map::Field(field) = map else { return None };
+        let ground = ground(map)?;
         let spans = carried_spans(self.truth, &EvaluationOptions::default());
         let picture = FieldPicture {
             title: self.title.clone(),
@@ -67,7 +65,7 @@ impl RunPictures<'_> {
             start: self.truth.poses().first().map(|pose| pose.world_from_robot),
             ..FieldPicture::default()
         };
-        Some(field_picture(field, &picture))
+        Some(field_picture(ground, &picture))
     }
 
     fn truth_path(&self, spans: &[CarriedSpan]) -> FieldPath {
@@ -169,6 +167,15 @@ impl RunPictures<'_> {
             |(i, curve): (usize, &Curve<'_>)| Series::new(curve.label, Color::series(i), points(curve));
         let series = self.curves.iter().enumerate().map(series).collect();
         Panel { label: label.to_owned(), axis, series, references: Vec::new() }
+    }
+}
+
+/// What the paths of a map are drawn on; `None` for a kind of map that cannot be drawn.
+pub fn ground(map: &Map) -> Option<Ground<'_>> {
+    match map {
+        Map::Field(field) => Some(field.into()),
+        Map::Office(office) => Some(office.into()),
+        _ => None,
     }
 }
 

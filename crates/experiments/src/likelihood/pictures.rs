@@ -38,7 +38,7 @@ impl LikelihoodPictures<'_> {
             range: None,
             marks: self.marks(map),
         };
-        heat_map(&input, Some(self.field))
+        heat_map(&input, Some(self.field.into()))
     }
 
     /// The map as a surface.

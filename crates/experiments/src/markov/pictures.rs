@@ -76,7 +76,7 @@ fn belief_map(experiment: &MarkovExperiment, belief: &[f64], name: &str, t: usiz
         range: Some((0.0, 1.0)),
         marks,
     };
-    heat_map(&input, Some(&experiment.stage.field))
+    heat_map(&input, Some((&experiment.stage.field).into()))
 }
 
 fn keeper_errors(experiment: &MarkovExperiment, results: &Results<MarkovRecord>) -> Picture {

@@ -57,6 +57,73 @@ impl Default for ExplorerConfig {
     }
 }
 
+/// Evidence that adds up over the images, for worlds where many places look alike for a while. The documents have none:
+/// there, the race that explains the newest image best wins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EvidenceConfig {
+    /// What a health that is lower by 1 takes from the logarithm of a race's odds in each image; 0 switches evidence off.
+    pub per_image: f64,
+    /// Smaller differences of the health say nothing ...
+    pub deadband: f64,
+    /// ... and larger ones no more than this: one image with something strange in it must not decide.
+    pub max_difference: f64,
+    /// Share of the evidence that is kept from image to image.
+    pub kept: f64,
+    /// A new race begins with this much less than the best one, as a logarithm of odds, while nothing is known ...
+    pub newcomer_handicap: f64,
+    /// ... and with this much less when the answer is fully reliable.
+    pub late_handicap: f64,
+    /// A race that has this much less than the best one is given up, as a logarithm of odds.
+    pub hopeless: f64,
+}
+
+impl Default for EvidenceConfig {
+    fn default() -> Self {
+        Self {
+            per_image: 0.0,
+            deadband: 0.01,
+            max_difference: 0.1,
+            kept: 0.998,
+            newcomer_handicap: 2.0,
+            late_handicap: 10.0,
+            hopeless: 12.0,
+        }
+    }
+}
+
+impl EvidenceConfig {
+    /// Whether evidence is counted at all.
+    pub(super) fn is_on(&self) -> bool {
+        self.per_image > 0.0
+    }
+
+    fn check(&self) -> Result<(), ConfigError> {
+        require((0.0..=1000.0).contains(&self.per_image), "evidence.per_image", "0 to 1000", self.per_image)?;
+        require((0.0..1.0).contains(&self.deadband), "evidence.deadband", "0 to below 1", self.deadband)?;
+        let largest = self.max_difference;
+        let is_larger = largest > self.deadband && largest <= 1.0;
+        require(is_larger, "evidence.max_difference", "above deadband, at most 1", largest)?;
+        require((0.0..=1.0).contains(&self.kept), "evidence.kept", "0 to 1", self.kept)?;
+        let (newcomer, late) = (self.newcomer_handicap, self.late_handicap);
+        require((0.0..=100.0).contains(&newcomer), "evidence.newcomer_handicap", "0 to 100", newcomer)?;
+        let is_later = late >= newcomer && late <= 100.0;
+        require(is_later, "evidence.late_handicap", "newcomer_handicap to 100", late)?;
+        let hopeless = self.hopeless;
+        require(
+            hopeless > late && hopeless <= 1000.0,
+            "evidence.hopeless",
+            "above late_handicap, at most 1000",
+            hopeless,
+        )
+    }
+
+    /// What a new race lacks against the best one, given the reliability of the answer.
+    pub(super) fn handicap(&self, reliability: f64) -> f64 {
+        self.newcomer_handicap + reliability * (self.late_handicap - self.newcomer_handicap)
+    }
+}
+
 /// Parameters of the evolutionary algorithm.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -110,6 +177,8 @@ pub struct EvolutionaryConfig {
     pub health_follow: f64,
     /// Whether a race is founded where the robot was before it was lifted: somebody may have set it back.
     pub keeps_old_pose: bool,
+    /// Evidence over many images.
+    pub evidence: EvidenceConfig,
     /// Explorers.
     pub explorers: ExplorerConfig,
     /// Motion model.
@@ -145,6 +214,7 @@ impl Default for EvolutionaryConfig {
             lost_health: 0.7,
             health_follow: 0.3,
             keeps_old_pose: false,
+            evidence: EvidenceConfig::default(),
             explorers: ExplorerConfig::default(),
             motion: MotionConfig::default(),
             reliability: ReliabilityConfig::default(),
@@ -219,6 +289,7 @@ impl EvolutionaryConfig {
         let follow = self.health_follow;
         require(follow > 0.0 && follow <= 1.0, "health_follow", "above 0, at most 1", follow)?;
         require(self.max_victories > 0, "max_victories", "at least 1", self.max_victories)?;
+        self.evidence.check()?;
         self.check_explorers()?;
         self.motion.check()?;
         self.reliability.check()

@@ -136,7 +136,7 @@ impl Explorers {
         let region = model.region();
         match (self.config.kind, self.config.is_aimed) {
             (ExplorerKind::Random, true) => model.propose(rng),
-            (ExplorerKind::Random, false) => region.sample(rng),
+            (ExplorerKind::Random, false) => model.sample(rng),
             (ExplorerKind::Grid, is_aimed) => {
                 let headings = if is_aimed { 1 } else { GRID_HEADINGS };
                 let (x, y) = grid_position(&region, i / headings, total.div_ceil(headings));

@@ -10,8 +10,8 @@ use super::{
     races::{Races, WinnerChange},
 };
 use crate::{
-    ConfigError, Estimate, Hypothesis, Individual, Localizer, MotionModel, ObservationModel, Reliability,
-    StartPrior, StepInput,
+    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
+    ObservationModel, Reliability, StartPrior, StepInput,
 };
 
 /// Poses taken from a prior to found races from the best of them.
@@ -108,8 +108,9 @@ impl Evolutionary {
     fn explore(&mut self, is_informative: bool, rng: &mut Rng) {
         // Until the first good answer the search is as deep as when the robot is lost.
         let is_doubted = std::mem::take(&mut self.is_doubted);
-        let is_lost =
-            is_doubted || !self.estimate.is_localized() || self.races.all_below(self.config.lost_health);
+        let is_lost = is_doubted
+            || self.reliability.value() <= LOCALIZED_RELIABILITY
+            || self.races.all_below(self.config.lost_health);
         let found = self.explorers.search(self.model.as_ref(), is_informative, is_lost, rng);
         if let Some(candidates) = found {
             self.races.offer(candidates, &self.config, rng);
@@ -134,14 +135,19 @@ impl Evolutionary {
 
     fn update_estimate(&mut self) {
         let estimate = &mut self.estimate;
-        estimate.set_reliability(self.reliability.value());
+        estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
+        self.races.set_trust(estimate.reliability);
         estimate.hypotheses.clear();
         let Some(winner) = self.races.winner() else { return };
         estimate.world_from_robot = winner.pose;
         estimate.covariance = winner.covariance;
         estimate.likelihood = winner.last_health;
         for race in self.races.iter() {
-            let weight = self.config.weight(race.health) * f64::from(race.victories + 1);
+            let weight = if self.config.evidence.is_on() {
+                race.evidence.exp()
+            } else {
+                self.config.weight(race.health) * f64::from(race.victories + 1)
+            };
             estimate.hypotheses.push(Hypothesis {
                 world_from_robot: race.pose,
                 covariance: race.covariance,
@@ -178,6 +184,7 @@ impl Localizer for Evolutionary {
         }
         self.found_races(rng);
         self.explore(input.percept.is_informative, rng);
+        self.races.compete(&self.config);
         self.races.merge(&self.config);
         self.races.age(&self.config);
         let reliability = self.reliability.value();

@@ -9,5 +9,5 @@ mod localizer;
 mod race;
 mod races;
 
-pub use config::{EvolutionaryConfig, ExplorerConfig, ExplorerKind};
+pub use config::{EvidenceConfig, EvolutionaryConfig, ExplorerConfig, ExplorerKind};
 pub use localizer::Evolutionary;

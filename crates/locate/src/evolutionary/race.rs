@@ -28,6 +28,8 @@ pub(super) struct Race {
     pub health: f64,
     /// How well the elite explains the last image, 0 to 1.
     pub last_health: f64,
+    /// Evidence over many images against the best race: logarithm of odds, at most 0.
+    pub evidence: f64,
     /// How often it was the best of late.
     pub victories: u32,
     /// Iterations in which it cannot be deleted.
@@ -56,6 +58,7 @@ impl Race {
             covariance: Matrix3::identity(),
             health: explorer.health,
             last_health: explorer.health,
+            evidence: 0.0,
             victories: 0,
             life: config.birth_life,
             exploiters,

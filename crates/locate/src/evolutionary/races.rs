@@ -9,6 +9,9 @@ use super::{
     race::{Exploiter, Race},
 };
 
+/// With evidence, a race must have this much more of it than the last winner: logarithm of odds.
+const TAKEOVER_EVIDENCE: f64 = 0.7;
+
 /// All living races.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Races {
@@ -16,6 +19,8 @@ pub(super) struct Races {
     next_id: u64,
     /// The race whose pose was the last answer.
     winner: Option<u64>,
+    /// Reliability of the last answer, 0 to 1: the larger, the more evidence a new race needs.
+    trust: f64,
 }
 
 /// The answer changed to another race.
@@ -29,6 +34,12 @@ impl Races {
     pub fn clear(&mut self) {
         self.races.clear();
         self.winner = None;
+        self.trust = 0.0;
+    }
+
+    /// How reliable the last answer was, 0 to 1.
+    pub fn set_trust(&mut self, reliability: f64) {
+        self.trust = reliability;
     }
 
     pub fn iter(&self) -> impl Iterator<Item = &Race> {
@@ -63,7 +74,9 @@ impl Races {
                 continue;
             }
             let size = config.race_size(self.races.len() + 1);
-            self.races.push(Race::new(self.next_id, *candidate, size, config, rng));
+            let handicap = if self.races.is_empty() { 0.0 } else { config.evidence.handicap(self.trust) };
+            let race = Race::new(self.next_id, *candidate, size, config, rng);
+            self.races.push(Race { evidence: -handicap, ..race });
             self.next_id += 1;
         }
     }
@@ -92,8 +105,36 @@ impl Races {
                 let heir = if loser == i { j } else { i };
                 self.winner = Some(self.races[heir].id);
             }
+            let evidence = self.races[i].evidence.max(self.races[j].evidence);
+            (self.races[i].evidence, self.races[j].evidence) = (evidence, evidence);
             self.races.remove(loser);
         }
+    }
+
+    /// Counts the last image: races that explain it worse than the best one lose odds, and hopeless ones are given up.
+    pub fn compete(&mut self, config: &EvolutionaryConfig) {
+        let evidence = &config.evidence;
+        if !evidence.is_on() {
+            return;
+        }
+        let best_health = self.races.iter().map(|race| race.last_health).fold(0.0, f64::max);
+        for race in &mut self.races {
+            let worse = (best_health - race.last_health).min(evidence.max_difference) - evidence.deadband;
+            let worse = worse.max(0.0);
+            race.evidence = evidence.kept * race.evidence - evidence.per_image * worse;
+        }
+        let best = self.races.iter().map(|race| race.evidence).fold(f64::NEG_INFINITY, f64::max);
+        for race in &mut self.races {
+            race.evidence -= best;
+        }
+        self.races.retain(|race| race.evidence > -evidence.hopeless);
+    }
+
+    /// How undisputed the winner is, 0 to 1: 0 if all others together are as probable. 1 if evidence is not counted.
+    pub fn undisputed(&self, config: &EvolutionaryConfig) -> f64 {
+        let Some(winner) = self.winner().filter(|_| config.evidence.is_on()) else { return 1.0 };
+        let total: f64 = self.races.iter().map(|race| race.evidence.exp()).sum();
+        (2.0 * winner.evidence.exp() / total - 1.0).max(0.0)
     }
 
     /// Takes one life from every race and deletes those without life, victories and health.
@@ -119,16 +160,19 @@ impl Races {
         reliability: f64,
         is_informative: bool,
     ) -> Option<WinnerChange> {
-        let healthiest = (0..self.races.len())
-            .min_by(|a, b| self.races[*b].health.total_cmp(&self.races[*a].health).then(a.cmp(b)))?;
+        let rank = |i: usize| {
+            let race = &self.races[i];
+            if config.evidence.is_on() { race.evidence } else { race.health }
+        };
+        let healthiest = (0..self.races.len()).min_by(|a, b| rank(*b).total_cmp(&rank(*a)).then(a.cmp(b)))?;
         self.races[healthiest].life = self.races[healthiest].life.max(config.winner_life);
         let best = &self.races[healthiest];
         let needed = config.takeover_health
             + config.takeover_per_reliability * reliability
             + if is_informative { 0.0 } else { config.takeover_uninformative };
         let previous = self.winner();
-        let is_victory =
-            previous.is_none_or(|previous| previous.id == best.id || best.health - previous.health > needed);
+        let is_victory = previous
+            .is_none_or(|previous| previous.id == best.id || is_better(best, previous, needed, config));
         if is_victory {
             for (i, race) in self.races.iter_mut().enumerate() {
                 race.victories = if i == healthiest {
@@ -157,6 +201,14 @@ impl Races {
         self.winner = Some(elected.id);
         Some(WinnerChange { distance_m })
     }
+}
+
+/// Whether a race is so much better than the last winner that it takes a victory from it.
+fn is_better(race: &Race, winner: &Race, needed_health: f64, config: &EvolutionaryConfig) -> bool {
+    if config.evidence.is_on() {
+        return race.evidence - winner.evidence > TAKEOVER_EVIDENCE;
+    }
+    race.health - winner.health > needed_health
 }
 
 #[cfg(test)]

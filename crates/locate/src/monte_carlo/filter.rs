@@ -106,7 +106,7 @@ impl MonteCarlo {
             if is_aimed && prior.is_uniform() {
                 return model.propose(rng);
             }
-            let mut pose = prior.sample(&region, rng);
+            let mut pose = if prior.is_uniform() { model.sample(rng) } else { prior.sample(&region, rng) };
             if is_aimed {
                 pose.yaw_rad = model.propose_heading(pose.x_m, pose.y_m, rng);
             }

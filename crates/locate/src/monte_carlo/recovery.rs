@@ -21,7 +21,7 @@ impl InjectionSource {
     /// One random pose.
     pub(super) fn sample(self, model: &dyn ObservationModel, rng: &mut Rng) -> PlanarPose {
         match self {
-            Self::Uniform => model.region().sample(rng),
+            Self::Uniform => model.sample(rng),
             Self::Proposed => model.propose(rng),
         }
     }

@@ -2,6 +2,7 @@
 
 pub mod features;
 pub mod field;
+pub mod office;
 
 use nalgebra::Point2;
 use visloc_base::Rng;
@@ -51,8 +52,13 @@ pub trait ObservationModel: Send + Sync {
         }
     }
 
-    /// Where the robot can be.
+    /// The part of the world outside of which the robot cannot be.
     fn region(&self) -> Region;
+
+    /// A random pose where the robot can be, with any heading.
+    fn sample(&self, rng: &mut Rng) -> PlanarPose {
+        self.region().sample(rng)
+    }
 
     /// Distance at which two poses share nothing, meters: a jump this far makes an estimate worthless.
     fn max_jump_m(&self) -> f64;

@@ -1,9 +1,8 @@
 //! Puts the picture of the field together.
 
 use visloc_geom::PlanarPose;
-use visloc_world::field::Field;
 
-use super::{FieldPath, FieldPicture, GroundView, kidnap, paths};
+use super::{FieldPath, FieldPicture, Ground, GroundView, kidnap, paths};
 use crate::{
     Color, Picture,
     header::{Header, LegendEntry, Symbol},
@@ -12,20 +11,19 @@ use crate::{
 
 const RIGHT_PX: f64 = 24.0;
 
-/// The field to scale from above: carpet, lines and goals, the paths of a run, where the robot was carried, and what
-/// a localizer believes. Whatever lies beyond the carpet is cut off.
+/// A field or a building to scale from above, the paths of a run, where the robot was carried, and what a localizer
+/// believes. Whatever lies beyond is cut off.
 #[must_use]
-pub fn field_picture(field: &Field, input: &FieldPicture) -> Picture {
-    let rect = GroundView::of_field(field, 0.0).rect();
+pub fn field_picture<'a>(ground: impl Into<Ground<'a>>, input: &FieldPicture) -> Picture {
+    let ground = ground.into();
+    let rect = GroundView::of(&ground, 0.0).rect();
     let header = Header::new((rect.left, rect.right), &input.title, &input.subtitle, legend(input));
-    let view = GroundView::of_field(field, header.height_px() + 8.0);
+    let view = GroundView::of(&ground, header.height_px() + 8.0);
     let rect = view.rect();
     let mut canvas = Canvas::new(rect.right + RIGHT_PX, rect.bottom + GroundView::BELOW_PX);
     header.draw(&mut canvas);
     canvas.begin_clip(&rect);
-    view.draw_carpet(&mut canvas);
-    view.draw_lines(&mut canvas, field, 1.0);
-    view.draw_goals(&mut canvas, field);
+    view.draw_ground(&mut canvas, &ground);
     for cloud in &input.clouds {
         paths::draw_cloud(&mut canvas, &view, cloud);
     }

@@ -1,7 +1,10 @@
-//! Carpet, lines and goals, and the view onto them.
+//! Carpet, lines and goals, and the view onto them and onto other grounds.
 
 use visloc_geom::PlanarPose;
-use visloc_world::field::{Field, Goal, GoalColor};
+use visloc_world::{
+    field::{Field, Goal, GoalColor},
+    office::Office,
+};
 
 use crate::{
     Color,
@@ -20,6 +23,30 @@ const NET_DEPTH_M: f64 = 0.35;
 /// Between a pose and its name, pixels.
 const LABEL_GAP_PX: f64 = 12.0;
 
+/// What lies below a picture.
+#[derive(Debug, Clone, Copy)]
+pub enum Ground<'a> {
+    /// A RoboCup field.
+    Field(&'a Field),
+    /// A building.
+    Office(&'a Office),
+}
+
+impl<'a> From<&'a Field> for Ground<'a> {
+    fn from(field: &'a Field) -> Self {
+        Self::Field(field)
+    }
+}
+
+impl<'a> From<&'a Office> for Ground<'a> {
+    fn from(office: &'a Office) -> Self {
+        Self::Office(office)
+    }
+}
+
+/// Around the walls of a building, meters.
+const OFFICE_BORDER_M: f64 = 0.5;
+
 /// Meters of the ground to pixels: +x to the right, +y up, the same scale along both.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroundView {
@@ -35,8 +62,31 @@ impl GroundView {
     /// Largest size of a ground, pixels.
     const MAX_PX: (f64, f64) = (920.0, 720.0);
 
+    /// The whole ground.
+    pub(crate) fn of(ground: &Ground<'_>, top_px: f64) -> Self {
+        match ground {
+            Ground::Field(field) => Self::of_field(field, top_px),
+            Ground::Office(office) => {
+                let [min, max] = office.free_space().bounds_m();
+                let border = |min: f64, max: f64| (min - OFFICE_BORDER_M, max + OFFICE_BORDER_M);
+                Self::new(border(min.x, max.x), border(min.y, max.y), top_px)
+            }
+        }
+    }
+
+    pub(crate) fn draw_ground(&self, canvas: &mut Canvas, ground: &Ground<'_>) {
+        match ground {
+            Ground::Field(field) => {
+                self.draw_carpet(canvas);
+                self.draw_lines(canvas, field, 1.0);
+                self.draw_goals(canvas, field);
+            }
+            Ground::Office(office) => self.draw_office(canvas, office),
+        }
+    }
+
     /// The carpet of a field.
-    pub(crate) fn of_field(field: &Field, top_px: f64) -> Self {
+    fn of_field(field: &Field, top_px: f64) -> Self {
         let (half_x_m, half_y_m) = field.half_carpet_m();
         Self::new((-half_x_m, half_x_m), (-half_y_m, half_y_m), top_px)
     }
@@ -77,7 +127,7 @@ impl GroundView {
         self.area.draw_y_label(canvas, "y [m]", 42.0);
     }
 
-    pub(crate) fn draw_carpet(&self, canvas: &mut Canvas) {
+    fn draw_carpet(&self, canvas: &mut Canvas) {
         canvas.rect(&self.area.rect, &Paint::fill(CARPET));
     }
 

@@ -4,9 +4,11 @@ mod draw;
 mod ground;
 mod input;
 mod kidnap;
+mod office;
 mod paths;
 
 pub use draw::field_picture;
+pub use ground::Ground;
 pub(crate) use ground::GroundView;
 pub use input::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud};
 pub(crate) use paths::draw_pose_arrow;

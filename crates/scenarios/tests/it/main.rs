@@ -4,5 +4,6 @@
 
 mod determinism;
 mod model_agreement;
+mod office;
 mod pixels;
 mod refined;

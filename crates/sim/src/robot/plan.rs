@@ -196,7 +196,7 @@ impl Planner<'_> {
         visits[cell(&start)] += 1.0;
         let (mut through, mut here, mut way_m) = (Vec::new(), start, 0.0);
         while way_m < length_m * 1.05 + 0.5 {
-            let candidates = (0..40).map(|_| self.floor.random_point(rng)).filter(|point| {
+            let candidates = (0..40).map(|_| self.floor.random_point_from(&here, rng)).filter(|point| {
                 (0.7..3.0).contains(&(point - here).norm()) && self.floor.is_way_free(&here, point, 0.18)
             });
             let cost = |point: &Point2<f64>| 2.0 * visits[cell(point)] + 0.5 * (point - here).norm();

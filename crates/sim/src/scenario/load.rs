@@ -14,13 +14,16 @@ use super::{
 use crate::scene::{Lamp, Room};
 
 /// Scenarios that are part of the program: name and text.
-pub const BUILT_IN_SCENARIOS: [(&str, &str); 7] = [
+pub const BUILT_IN_SCENARIOS: [(&str, &str); 10] = [
     ("demo", include_str!("../../../../scenarios/demo.toml")),
     ("tour", include_str!("../../../../scenarios/tour.toml")),
     ("kidnaps", include_str!("../../../../scenarios/kidnaps.toml")),
     ("kidnaps-unsensed", include_str!("../../../../scenarios/kidnaps-unsensed.toml")),
     ("crowd", include_str!("../../../../scenarios/crowd.toml")),
     ("tour-2024", include_str!("../../../../scenarios/tour-2024.toml")),
+    ("office", include_str!("../../../../scenarios/office.toml")),
+    ("office-walk", include_str!("../../../../scenarios/office-walk.toml")),
+    ("office-large", include_str!("../../../../scenarios/office-large.toml")),
     ("still", include_str!("../../../../scenarios/still.toml")),
 ];
 

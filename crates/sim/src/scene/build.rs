@@ -24,7 +24,16 @@ impl Scene {
     /// ambient light only.
     #[must_use]
     pub fn new(lamps: Vec<Lamp>, ambient: f32, half_floor_m: (f32, f32)) -> Self {
-        let light = Light::new(lamps, ambient, half_floor_m);
+        Self::lit(Light::new(lamps, ambient, half_floor_m))
+    }
+
+    /// An empty scene whose light has the mean 1 over spots of the floor, (x, y, 0) in meters.
+    #[must_use]
+    pub fn lit_over(lamps: Vec<Lamp>, ambient: f32, spots: &[Point3<f32>]) -> Self {
+        Self::lit(Light::over(lamps, ambient, spots))
+    }
+
+    fn lit(light: Light) -> Self {
         let shadow = Texture::new(&shadow_canvas(), Wrap::Clamp);
         Self {
             textures: vec![shadow],

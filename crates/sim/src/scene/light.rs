@@ -32,14 +32,18 @@ pub(crate) struct Light {
 impl Light {
     /// Light scaled so that its mean over a floor of the given half sizes, meters, is 1.
     pub(crate) fn new(lamps: Vec<Lamp>, ambient: f32, half_floor_m: (f32, f32)) -> Self {
-        let mut light = Self { lamps, ambient: 0.0, scale: 1.0 };
         let steps: Vec<f32> = (-4..=4).map(|i| i as f32 / 4.0).collect();
         let spots = steps.iter().flat_map(|x| steps.iter().map(move |y| (*x, *y)));
-        let sum: f32 = spots
-            .map(|(x, y)| Point3::new(x * half_floor_m.0, y * half_floor_m.1, 0.0))
-            .map(|spot| light.on(&spot, &Vector3::z()))
-            .sum();
-        let mean = sum / (steps.len() * steps.len()) as f32;
+        let spots: Vec<_> =
+            spots.map(|(x, y)| Point3::new(x * half_floor_m.0, y * half_floor_m.1, 0.0)).collect();
+        Self::over(lamps, ambient, &spots)
+    }
+
+    /// Light scaled so that its mean over spots of the floor is 1.
+    pub(crate) fn over(lamps: Vec<Lamp>, ambient: f32, spots: &[Point3<f32>]) -> Self {
+        let mut light = Self { lamps, ambient: 0.0, scale: 1.0 };
+        let sum: f32 = spots.iter().map(|spot| light.on(spot, &Vector3::z())).sum();
+        let mean = sum / spots.len().max(1) as f32;
         if mean > 0.0 {
             light.scale = 1.0 / (mean * (1.0 + ambient));
             light.ambient = ambient / (1.0 + ambient);

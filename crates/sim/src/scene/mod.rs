@@ -2,7 +2,8 @@
 //!
 //! A [`Scene`] is a list of quads, cylinders and spheres. [`Scene::new`] takes the lamps; `add_` methods take shapes
 //! with paint and work out the light once. Builders for whole things are one file each: `field` (carpet, goals, ball),
-//! `room` (floor, walls, ceiling), `furniture`, `figures` (robots and people, which may move).
+//! `room` (floor, walls, ceiling), `office` (corridors
+//! with doors), `furniture`, `figures` (robots and people, which may move).
 
 mod build;
 mod canvas;
@@ -15,6 +16,7 @@ mod ground_marks;
 mod label;
 mod light;
 mod noise;
+mod office;
 mod paint;
 mod room;
 mod surface;
@@ -30,6 +32,7 @@ pub use furniture::FurnitureKind;
 pub(crate) use ground_marks::GroundMark;
 pub use label::Label;
 pub use light::{Lamp, LightGrid};
+pub(crate) use office::{office_lamps, spots};
 pub use paint::{Paint, Pattern};
 pub use room::Room;
 pub use surface::{Cuboid, Lighting, Shape, Surface, TextureId};

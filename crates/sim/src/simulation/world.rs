@@ -4,11 +4,11 @@ use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt as _;
 use visloc_base::{Rng, RngTree};
 use visloc_geom::PlanarPose;
-use visloc_world::{Map, field::Field};
+use visloc_world::{Map, field::Field, office::Office};
 
 use crate::robot::{Floor, Orbit};
 use crate::scenario::{Scenario, ScenarioError};
-use crate::scene::{Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface};
+use crate::scene::{Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots};
 
 /// Floor kept free between robot and lines, meters: along x (goals) and along y.
 const KEEP_OFF_M: (f64, f64) = (0.3, 0.1);
@@ -31,6 +31,10 @@ impl World {
     pub(super) fn new(scenario: &Scenario, random: &RngTree) -> Result<Self, ScenarioError> {
         let map = Map::load(&scenario.map)
             .map_err(|source| ScenarioError::Map { name: scenario.name.clone(), source })?;
+        if let Map::Office(office) = &map {
+            let (scene, floor) = building(office, scenario, random);
+            return Ok(Self::furnished(map, scene, floor, scenario));
+        }
         let half_field = half_field_m(&map);
         let rng = &mut random.stream("scene", 0);
         let lamps = lamps(scenario, half_field, rng);
@@ -46,10 +50,15 @@ impl World {
             scene.add_field(field, &FieldLook::default(), &mut random.stream("field", 0));
             add_ball(&mut scene, &mut floor, field, scenario, &mut random.stream("ball", 0));
         }
+        Ok(Self::furnished(map, scene, floor, scenario))
+    }
+
+    /// With everybody who stands around.
+    fn furnished(map: Map, scene: Scene, floor: Floor, scenario: &Scenario) -> Self {
         let mut world =
             Self { map, scene, floor, resting: Vec::new(), people: Vec::new(), walking: Vec::new() };
         world.add_figures(scenario);
-        Ok(world)
+        world
     }
 
     fn add_figures(&mut self, scenario: &Scenario) {
@@ -91,6 +100,30 @@ impl World {
             robot.place(&self.scene, &orbit.pose(secs), (stride_rad, 1.0), out);
         }
     }
+}
+
+/// A building with the things that stand around in it.
+fn building(office: &Office, scenario: &Scenario, random: &RngTree) -> (Scene, Floor) {
+    /// The mean of the light is taken on a grid of this pitch, meters.
+    const LIGHT_STEP_M: f64 = 0.5;
+    let rng = &mut random.stream("scene", 0);
+    let lamps = match scenario.lamps.is_empty() {
+        true => office_lamps(office, scenario.light.unevenness, rng),
+        false => scenario.lamps.clone(),
+    };
+    let spots: Vec<_> = spots(office, LIGHT_STEP_M)
+        .into_iter()
+        .map(|spot| Point3::new(spot.x as f32, spot.y as f32, 0.0))
+        .collect();
+    let mut scene = Scene::lit_over(lamps.clone(), scenario.light.ambient, &spots);
+    scene.add_office(office, &lamps, &mut random.stream("office", 0));
+    add_things(&mut scene, scenario, rng);
+    let mut floor = Floor::of_building(office.free_space().clone());
+    for piece in &scenario.boxes {
+        let reach = 0.5 * f64::from(piece.size_m[0].hypot(piece.size_m[1]));
+        floor.add_obstacle(piece.at.pose().position(), reach + 0.15);
+    }
+    (scene, floor)
 }
 
 /// Half of the field between the lines, meters.

@@ -109,7 +109,7 @@ fn within(
 }
 
 /// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
-pub(super) fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
+pub(crate) fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
     let [r, g, b] = rgb.map(f64::from);
     let (max, min) = (r.max(g).max(b), r.min(g).min(b));
     let chroma = max - min;

@@ -3,5 +3,6 @@
 #![allow(clippy::unwrap_used)] // a test may stop
 
 mod filters;
+mod office;
 mod painter;
 mod percepts;

@@ -172,7 +172,7 @@ mod tests {
     use crate::Map;
 
     fn field(name: &str) -> Field {
-        let Map::Field(field) = Map::load(name).unwrap();
+        let Map::Field(field) = Map::load(name).unwrap() else { panic!("a field") };
         field
     }
 

@@ -258,7 +258,10 @@ pub(super) fn combine(max_distance_px: f64, lines: (f64, usize), goals: (f64, us
 }
 
 /// Projection of points of the robot frame to homogeneous undistorted pixels.
-pub(super) fn projection(camera: &Camera, robot_from_camera: &Rigid3<Robot, CameraFrame>) -> Matrix3x4<f64> {
+pub(in crate::observation) fn projection(
+    camera: &Camera,
+    robot_from_camera: &Rigid3<Robot, CameraFrame>,
+) -> Matrix3x4<f64> {
     let camera_from_robot = robot_from_camera.inverse();
     let ((fx, fy), (cx, cy)) = (camera.focal_px(), camera.center_px());
     let intrinsics = Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);

@@ -1,0 +1,103 @@
+//! One robot followed by one algorithm.
+
+use rand::RngExt;
+use visloc_base::{FrameSource, PlanarTrajectory, RngTree, StampedPose};
+use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
+use visloc_geom::PlanarPose;
+use visloc_locate::{Estimate, Pipeline, PipelineConfig};
+use visloc_sim::{Scenario, Simulation};
+
+use super::OfficeRecord;
+use crate::ExperimentError;
+
+/// A hypothesis so near to the truth stands for it.
+const NEAR_M: f64 = 0.6;
+const NEAR_RAD: f64 = 0.5;
+
+/// Who walks, and who follows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk<'a> {
+    pub scenario: &'a str,
+    pub algorithm: &'a str,
+    pub max_frames: usize,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub(super) struct Followed {
+    pub truth: PlanarTrajectory,
+    pub estimates: Vec<EstimateSample>,
+    pub evaluation: Evaluation,
+    /// Whether the true place was among the hypotheses, image by image before the first localization.
+    is_among: Vec<bool>,
+    max_hypotheses: usize,
+}
+
+/// Follows the walk with the seed of a run. All algorithms get the same images.
+pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Followed, ExperimentError> {
+    let refused = |error: &dyn std::fmt::Display| ExperimentError::Run {
+        cell: walk.scenario.to_owned(),
+        run,
+        reason: error.to_string(),
+    };
+    let scenario = Scenario::load(walk.scenario).map_err(|error| refused(&error))?;
+    let seed = seeds.stream(walk.scenario, run).random_range(0..=u64::MAX);
+    let simulation = Simulation::new(&scenario, seed).map_err(|error| refused(&error))?;
+    let mut simulation = simulation.with_num_frames(scenario.num_frames().min(walk.max_frames));
+    let rng = seeds.subtree(walk.algorithm, run);
+    let map = simulation.map().clone();
+    let mut pipeline = Pipeline::new(&map, walk.algorithm, None, &PipelineConfig::default(), rng)
+        .map_err(|error| refused(&error))?;
+    let mut followed = Followed {
+        truth: PlanarTrajectory::new(),
+        estimates: Vec::new(),
+        evaluation: Evaluation::default(),
+        is_among: Vec::new(),
+        max_hypotheses: 0,
+    };
+    while let Some(next) = simulation.next_frame() {
+        let next = next.map_err(|error| refused(&error))?;
+        pipeline.analyze(&next.frame).map_err(|error| refused(&error))?;
+        let estimate = pipeline.localize(&next.frame);
+        let Some(truth) = next.truth else { continue };
+        let (at, world_from_robot) = (next.frame.at, truth.world_from_robot);
+        followed.note(estimate, &world_from_robot);
+        followed.estimates.push(EstimateSample {
+            at,
+            world_from_robot: estimate.world_from_robot,
+            reliability: Some(estimate.reliability),
+        });
+        // The simulator's stamps are in order.
+        let _ = followed.truth.push(StampedPose { at, world_from_robot, height_m: truth.height_m });
+    }
+    followed.evaluation = evaluate(&followed.truth, &followed.estimates, &EvaluationOptions::default());
+    Ok(followed)
+}
+
+impl Followed {
+    fn note(&mut self, estimate: &Estimate, truth: &PlanarPose) {
+        self.max_hypotheses = self.max_hypotheses.max(estimate.hypotheses.len());
+        let was_localized = self.estimates.iter().any(|sample| sample.reliability.is_some_and(|r| r > 0.6));
+        if !was_localized && !estimate.hypotheses.is_empty() {
+            let is_true = |pose: &PlanarPose| {
+                pose.distance_m(truth) < NEAR_M && pose.heading_difference_rad(truth) < NEAR_RAD
+            };
+            self.is_among.push(estimate.hypotheses.iter().any(|h| is_true(&h.world_from_robot)));
+        }
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    pub fn record(&self) -> OfficeRecord {
+        let evaluation = &self.evaluation;
+        let among = self.is_among.iter().filter(|is_among| **is_among).count();
+        OfficeRecord {
+            error_m: evaluation.position_error_m.mean,
+            error_deg: evaluation.heading_error_deg.mean,
+            first_localized_secs: evaluation.time_to_localize_s,
+            recovery_secs: evaluation.kidnaps.iter().map(|kidnap| kidnap.recovery_s).collect(),
+            true_among_hypotheses: (!self.is_among.is_empty())
+                .then(|| among as f64 / self.is_among.len() as f64),
+            max_hypotheses: self.max_hypotheses,
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Parameters of algorithms that a building wants different from a field.
+
+/// Parameters of an algorithm inside a building, as TOML over its defaults. There are many places that look alike, so
+/// many hypotheses are held and explorers bring many candidates; an iteration costs the same for any number of them. The
+/// pixel distance that counts as no agreement is smaller than on a field, so likelihoods fall faster and weights need a
+/// smaller exponent.
+#[must_use]
+pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
+    match algorithm {
+        "evolutionary" | "evolutionary-grid" => Some(EVOLUTIONARY),
+        "mce" | "mc" | "mca" | "mcae" | "kld" | "mc-systematic" => Some(MONTE_CARLO),
+        _ => None,
+    }
+}
+
+const EVOLUTIONARY: &str = "
+max_races = 60
+max_exploiters = 450
+max_victories = 8
+weight_exponent = 8.0
+mutation_noise_m = 0.012
+mutation_noise_rad = 0.004
+fit_health = 0.86
+
+[evidence]
+per_image = 4.0
+max_difference = 0.2
+late_handicap = 6.0
+hopeless = 7.0
+
+[explorers]
+num_candidates = 40
+is_refined = false
+num_slices = 4
+";
+
+const MONTE_CARLO: &str = "
+num_particles = 600
+weight_exponent = 8.0
+
+[noise]
+heading_rad = 0.01
+fit_likelihood = 0.85
+";

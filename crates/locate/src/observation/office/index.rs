@@ -1,0 +1,159 @@
+//! Which theoretical lines can be seen from where.
+//!
+//! The floor is cut into cells. Each knows the lines that can be seen from it, so that a pose costs what is around it
+//! and not what the whole building has. Lines that only a part of the cell sees are tested with the walls around at run
+//! time.
+
+use std::ops::Range;
+
+use nalgebra::{Point2, Vector2};
+use visloc_world::office::{FreeSpace, Office, Wall};
+
+use super::lines::TheoreticalLine;
+
+/// Side of a cell, meters.
+const CELL_M: f64 = 0.5;
+/// Places in a cell from which lines are looked at, along each side.
+const PLACES: usize = 3;
+/// A wall does not hide what is so near to the way's ends: the line itself lies on a wall, meters.
+const SLACK_M: f64 = 0.03;
+
+/// A line in the list of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Entry {
+    /// Index of the line.
+    pub line: u32,
+    /// Whether every place of the cell sees all of it.
+    pub is_certain: bool,
+}
+
+/// What a cell knows.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Cell {
+    entries: Range<u32>,
+    walls: Range<u32>,
+}
+
+/// Cells with the lines that can be seen from them.
+#[derive(Debug, Clone)]
+pub(super) struct SightIndex {
+    min: Point2<f64>,
+    columns: usize,
+    rows: usize,
+    cells: Vec<Cell>,
+    entries: Vec<Entry>,
+    walls: Vec<u32>,
+}
+
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+impl SightIndex {
+    /// The index of lines that are at most `range_m` from those who see them.
+    pub fn new(office: &Office, lines: &[TheoreticalLine], range_m: f64) -> Self {
+        let [min, max] = office.free_space().bounds_m();
+        let size = (max - min) / CELL_M;
+        let (columns, rows) = ((size.x.ceil() as usize).max(1), (size.y.ceil() as usize).max(1));
+        let mut index = Self {
+            min,
+            columns,
+            rows,
+            cells: vec![Cell::default(); columns * rows],
+            entries: Vec::new(),
+            walls: Vec::new(),
+        };
+        for i in 0..index.cells.len() {
+            index.fill(i, office, lines, range_m);
+        }
+        index
+    }
+
+    fn fill(&mut self, cell: usize, office: &Office, lines: &[TheoreticalLine], range_m: f64) {
+        let corner =
+            self.min + Vector2::new((cell % self.columns) as f64, (cell / self.columns) as f64) * CELL_M;
+        let middle = corner + Vector2::repeat(0.5 * CELL_M);
+        let places = free_places(office.free_space(), &corner);
+        let (first_entry, first_wall) = (self.entries.len() as u32, self.walls.len() as u32);
+        if !places.is_empty() {
+            let is_near = |wall: &Wall| distance_m(&wall.start, &wall.end, &middle) <= range_m;
+            let near = office.walls().iter().enumerate().filter(|(_, wall)| is_near(wall));
+            let near: Vec<(usize, &Wall)> = near.collect();
+            let mut has_doubt = false;
+            for (i, line) in lines.iter().enumerate() {
+                if distance_m(&line.start, &line.end, &middle) > range_m {
+                    continue;
+                }
+                let (seen, all) = sightings(&places, line, &near);
+                if seen > 0 {
+                    self.entries.push(Entry { line: i as u32, is_certain: seen == all });
+                    has_doubt |= seen != all;
+                }
+            }
+            if has_doubt {
+                self.walls.extend(near.iter().map(|(i, _)| *i as u32));
+            }
+        }
+        self.cells[cell] = Cell {
+            entries: first_entry..self.entries.len() as u32,
+            walls: first_wall..self.walls.len() as u32,
+        };
+    }
+
+    /// The lines that can be seen from the cell of a place, and the walls that may hide those that are not certain.
+    #[inline]
+    pub fn around(&self, x_m: f64, y_m: f64) -> (&[Entry], &[u32]) {
+        let (column, row) = ((x_m - self.min.x) / CELL_M, (y_m - self.min.y) / CELL_M);
+        if !(column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64) {
+            return (&[], &[]);
+        }
+        let cell = &self.cells[row as usize * self.columns + column as usize];
+        let slice = |range: &Range<u32>| range.start as usize..range.end as usize;
+        (&self.entries[slice(&cell.entries)], &self.walls[slice(&cell.walls)])
+    }
+}
+
+/// Whether a line is seen from a place, as far as its own wall and other walls let it.
+#[inline]
+pub(super) fn is_seen<'a>(
+    from: &Point2<f64>,
+    line: &TheoreticalLine,
+    mut walls: impl Iterator<Item = &'a Wall>,
+) -> bool {
+    let to = line.middle();
+    faces(from, line) && !walls.any(|wall| wall.hides(from, &to, SLACK_M))
+}
+
+/// Whether a place is on the side from which a line is seen.
+#[inline]
+pub(super) fn faces(from: &Point2<f64>, line: &TheoreticalLine) -> bool {
+    (from - line.start).dot(&line.normal) > 0.0
+}
+
+/// How many pairs of a place and a point of the line see each other, and how many pairs there are.
+fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &Wall)]) -> (usize, usize) {
+    let points = [line.start, line.middle(), line.end];
+    let points = if line.start == line.end { &points[..1] } else { &points[..] };
+    let mut seen = 0;
+    for place in places.iter().filter(|place| faces(place, line)) {
+        for point in points {
+            // A little off the wall, so that a corner does not hide what ends in it.
+            let point = point + line.normal * 0.01 + (line.middle() - point) * 0.02;
+            seen += usize::from(!walls.iter().any(|(_, wall)| wall.hides(place, &point, SLACK_M)));
+        }
+    }
+    (seen, places.len() * points.len())
+}
+
+/// Places all over a cell where a robot can be.
+#[allow(clippy::cast_precision_loss)]
+fn free_places(space: &FreeSpace, corner: &Point2<f64>) -> Vec<Point2<f64>> {
+    let at = |i: usize| 0.02 + (CELL_M - 0.04) * i as f64 / (PLACES - 1) as f64;
+    let all = (0..PLACES * PLACES).map(|i| corner + Vector2::new(at(i % PLACES), at(i / PLACES)));
+    all.filter(|place| space.contains(place.x, place.y)).collect()
+}
+
+/// Distance of a point from a straight piece, meters.
+fn distance_m(start: &Point2<f64>, end: &Point2<f64>, point: &Point2<f64>) -> f64 {
+    let along = end - start;
+    let length2 = along.norm_squared();
+    let t = if length2 > 0.0 { ((point - start).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (point - (start + along * t)).norm()
+}

@@ -1,0 +1,138 @@
+//! Parameters of the image analysis.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// How straight edges are found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SegmentDetector {
+    /// Ridges of the brightness gradient, linked while their direction stays the same.
+    Gradient,
+    /// Contours of the Laplacian, cut into straight pieces: the method of the documents.
+    Contour,
+}
+
+/// Which filters are on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[allow(clippy::struct_excessive_bools)]
+pub struct OfficeFilters {
+    /// Edges of doors stand upright, borders of the floor do not.
+    pub upright: bool,
+    /// Short lines are dropped.
+    pub short: bool,
+    /// What lies above the horizon is dropped.
+    pub horizon: bool,
+    /// Only so many pixels are kept, chosen at random.
+    pub random_discard: bool,
+}
+
+impl Default for OfficeFilters {
+    fn default() -> Self {
+        Self { upright: true, short: true, horizon: true, random_discard: true }
+    }
+}
+
+/// Parameters of the image analysis of a building. Pixels are those of an image 320 px wide; larger images scale them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OfficeAnalysisConfig {
+    /// How straight edges are found.
+    pub detector: SegmentDetector,
+    /// Least step of brightness across an edge, 0 to 255.
+    pub min_step: f64,
+    /// Shortest straight edge before lines are joined, pixels.
+    pub min_segment_px: f64,
+    /// Shortest line after lines are joined, pixels.
+    pub min_line_px: f64,
+    /// Lines of one kind are joined over a gap of this size, pixels.
+    pub max_gap_px: f64,
+    /// A door's edge may lean by this much, degrees.
+    pub max_lean_deg: f64,
+    /// A border of the floor leans from the upright by at least this much, degrees: the sides of things that stand on the
+    /// floor do not. A wall at the camera's height above the floor to one side leans by 45 degrees.
+    pub min_floor_lean_deg: f64,
+    /// Gray counts as wall beside the floor from this share of the floor's brightness on: darker things stand on the floor.
+    pub min_wall_share: f64,
+    /// What is farther away than this is dropped, meters.
+    pub max_distance_m: f64,
+    /// Side of the cells of the grid at the horizon, pixels.
+    pub min_cell_px: f64,
+    /// Side of the cells at the lower border of the image, pixels.
+    pub max_cell_px: f64,
+    /// Most pixels of doors.
+    pub max_door_pixels: usize,
+    /// Most pixels of the floor's border.
+    pub max_floor_pixels: usize,
+    /// From so many pixels of doors on an image has full quality.
+    pub full_quality_pixels: usize,
+    /// Which filters are on.
+    pub filters: OfficeFilters,
+}
+
+impl Default for OfficeAnalysisConfig {
+    fn default() -> Self {
+        Self {
+            detector: SegmentDetector::Gradient,
+            min_step: 9.0,
+            min_segment_px: 7.0,
+            min_line_px: 11.0,
+            max_gap_px: 8.0,
+            max_lean_deg: 5.0,
+            min_floor_lean_deg: 15.0,
+            min_wall_share: 0.43,
+            max_distance_m: 12.0,
+            min_cell_px: 4.0,
+            max_cell_px: 16.0,
+            max_door_pixels: 40,
+            max_floor_pixels: 40,
+            full_quality_pixels: 16,
+            filters: OfficeFilters::default(),
+        }
+    }
+}
+
+/// A parameter that no image analysis can have.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("office analysis: {key}: expected {expected}, found {found}")]
+pub struct OfficeAnalysisConfigError {
+    key: &'static str,
+    expected: &'static str,
+    found: f64,
+}
+
+impl OfficeAnalysisConfig {
+    /// Checks the ranges of all values.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn check(&self) -> Result<(), OfficeAnalysisConfigError> {
+        let lengths = [
+            ("min_step", self.min_step),
+            ("min_segment_px", self.min_segment_px),
+            ("min_line_px", self.min_line_px),
+            ("max_gap_px", self.max_gap_px),
+            ("max_lean_deg", self.max_lean_deg),
+            ("min_floor_lean_deg", self.min_floor_lean_deg),
+            ("min_wall_share", self.min_wall_share),
+            ("max_distance_m", self.max_distance_m),
+        ];
+        for (key, found) in lengths {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(OfficeAnalysisConfigError { key, expected: "a number above 0", found });
+            }
+        }
+        for (key, found) in [("min_cell_px", self.min_cell_px), ("max_cell_px", self.max_cell_px)] {
+            if !(1.0..=1000.0).contains(&found) {
+                return Err(OfficeAnalysisConfigError { key, expected: "1 to 1000", found });
+            }
+        }
+        if self.max_door_pixels == 0 || self.max_floor_pixels == 0 || self.full_quality_pixels == 0 {
+            let key = "max_door_pixels, max_floor_pixels, full_quality_pixels";
+            return Err(OfficeAnalysisConfigError { key, expected: "at least 1", found: 0.0 });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,172 @@
+//! What can be wrong with a plan.
+
+use super::{
+    OfficePlan, Wall,
+    geometry::{ON_WALL_M, point},
+};
+use crate::MapError;
+
+/// Shorter walls and doors are mistakes, meters.
+const MIN_LENGTH_M: f64 = 0.05;
+/// Walls that lie on each other for less than this only touch, meters.
+const TOUCH_M: f64 = 0.02;
+/// No building is larger, meters from the origin.
+const MAX_COORDINATE_M: f64 = 10_000.0;
+
+/// Checks a plan with its walls.
+pub(super) fn check_plan(name: &str, plan: &OfficePlan, walls: &[Wall]) -> Result<(), MapError> {
+    let check = Check { name };
+    check.sizes(plan)?;
+    if walls.is_empty() {
+        return check.fail("corridors, walls", "at least one wall", "none".to_owned());
+    }
+    check.walls(walls)?;
+    check.doors(plan, walls)?;
+    check.colors(plan)
+}
+
+struct Check<'a> {
+    name: &'a str,
+}
+
+impl Check<'_> {
+    fn fail(&self, key: &str, expected: &'static str, found: String) -> Result<(), MapError> {
+        Err(MapError::Value { name: self.name.to_owned(), key: key.to_owned(), expected, found })
+    }
+
+    fn sizes(&self, plan: &OfficePlan) -> Result<(), MapError> {
+        let height_m = plan.ceiling_height_m;
+        if !(height_m > 0.5 && height_m < 100.0) {
+            return self.fail("ceiling_height_m", "0.5 to 100 m", height_m.to_string());
+        }
+        for (i, corridor) in plan.corridors.iter().enumerate() {
+            if corridor.outline.len() < 3 {
+                let found = format!("{} corners", corridor.outline.len());
+                return self.fail(&format!("corridors[{i}].outline"), "at least 3 corners", found);
+            }
+            for corner in &corridor.outline {
+                self.position(&format!("corridors[{i}].outline"), corner)?;
+            }
+        }
+        for (i, wall) in plan.walls.iter().enumerate() {
+            self.position(&format!("walls[{i}].from"), &wall.from)?;
+            self.position(&format!("walls[{i}].to"), &wall.to)?;
+        }
+        for (i, door) in plan.doors.iter().enumerate() {
+            self.position(&format!("doors[{i}].from"), &door.from)?;
+            self.position(&format!("doors[{i}].to"), &door.to)?;
+            if !(door.height_m > 0.5 && door.height_m <= height_m) {
+                let expected = "above 0.5 m and at most ceiling_height_m";
+                return self.fail(&format!("doors[{i}].height_m"), expected, door.height_m.to_string());
+            }
+        }
+        Ok(())
+    }
+
+    fn position(&self, key: &str, xy: &[f64; 2]) -> Result<(), MapError> {
+        if xy.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
+            return Ok(());
+        }
+        self.fail(key, "coordinates of at most 10000 m", format!("{xy:?}"))
+    }
+
+    fn walls(&self, walls: &[Wall]) -> Result<(), MapError> {
+        for wall in walls {
+            let length_m = (wall.end - wall.start).norm();
+            if length_m < MIN_LENGTH_M {
+                return self.fail(&wall.origin, "a length of at least 0.05 m", format!("{length_m:.3} m"));
+            }
+        }
+        // Sorted by their least x, so that walls far from each other are never compared.
+        let min_x = |wall: &Wall| wall.start.x.min(wall.end.x);
+        let max_x = |wall: &Wall| wall.start.x.max(wall.end.x);
+        let mut order: Vec<_> = walls.iter().collect();
+        order.sort_by(|a, b| min_x(a).total_cmp(&min_x(b)));
+        for (i, wall) in order.iter().enumerate() {
+            let near = order[i + 1..].iter().take_while(|other| min_x(other) <= max_x(wall) + ON_WALL_M);
+            for other in near.filter(|other| other.origin != wall.origin) {
+                let overlap_m = overlap_m(wall, other);
+                if overlap_m > TOUCH_M {
+                    let (first, second) =
+                        if wall.origin < other.origin { (wall, other) } else { (other, wall) };
+                    let found = format!("{overlap_m:.2} m of it on {}", second.origin);
+                    return self.fail(&first.origin, "a wall that overlaps no other", found);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn doors(&self, plan: &OfficePlan, walls: &[Wall]) -> Result<(), MapError> {
+        let mut taken: Vec<(usize, f64, f64, usize)> = Vec::new();
+        for (i, door) in plan.doors.iter().enumerate() {
+            let (key, ends) = (format!("doors[{i}]"), [point(door.from), point(door.to)]);
+            let width_m = (ends[1] - ends[0]).norm();
+            if width_m < MIN_LENGTH_M {
+                return self.fail(&key, "a width of at least 0.05 m", format!("{width_m:.3} m"));
+            }
+            let Some(at) = walls.iter().position(|wall| wall.holds(&ends)) else {
+                let found = format!(
+                    "({}, {}) to ({}, {}), {:.2} m off the nearest wall",
+                    door.from[0],
+                    door.from[1],
+                    door.to[0],
+                    door.to[1],
+                    distance_to_walls_m(walls, &ends)
+                );
+                return self.fail(&key, "both edges on one wall", found);
+            };
+            let wall = &walls[at];
+            let [a, b] = ends.map(|end| (end - wall.start).dot(&wall.direction()));
+            let (from, to) = (a.min(b), a.max(b));
+            let under = taken.iter().find(|(w, f, t, _)| *w == at && from < t - TOUCH_M && to > f + TOUCH_M);
+            if let Some((_, _, _, other)) = under {
+                return self.fail(
+                    &key,
+                    "a door that overlaps no other",
+                    format!("doors[{other}] in its place"),
+                );
+            }
+            taken.push((at, from, to, i));
+        }
+        Ok(())
+    }
+
+    fn colors(&self, plan: &OfficePlan) -> Result<(), MapError> {
+        if !plan.floor_color.differs_from(&plan.wall_color) {
+            let found = format!("{} walls and {} floor", plan.wall_color, plan.floor_color);
+            return self.fail("floor_color", "a color that a camera can tell from wall_color", found);
+        }
+        for (i, door) in plan.doors.iter().enumerate().filter(|(_, door)| !door.is_open) {
+            if !door.color.differs_from(&plan.wall_color) {
+                let found = format!("{} on {} walls", door.color, plan.wall_color);
+                let expected = "a color that a camera can tell from wall_color";
+                return self.fail(&format!("doors[{i}].color"), expected, found);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Length for which two walls lie on each other, meters.
+fn overlap_m(wall: &Wall, other: &Wall) -> f64 {
+    let along = wall.direction();
+    let offsets = [other.start, other.end].map(|end| end - wall.start);
+    if offsets.iter().any(|offset| offset.perp(&along).abs() > TOUCH_M) {
+        return 0.0;
+    }
+    let [a, b] = offsets.map(|offset| offset.dot(&along));
+    a.max(b).min((wall.end - wall.start).norm()) - a.min(b).max(0.0)
+}
+
+/// Distance of the farther of two points from the wall that is nearest to both, meters.
+fn distance_to_walls_m(walls: &[Wall], ends: &[nalgebra::Point2<f64>; 2]) -> f64 {
+    let distance_m = |wall: &Wall| {
+        ends.iter().fold(0.0_f64, |farthest, end| {
+            let along = wall.end - wall.start;
+            let t = ((end - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+            farthest.max((end - (wall.start + along * t)).norm())
+        })
+    };
+    walls.iter().map(distance_m).fold(f64::INFINITY, f64::min)
+}

@@ -1,0 +1,5 @@
+//! Plans in other formats.
+
+mod list;
+
+pub use list::read_list;
