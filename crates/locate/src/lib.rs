@@ -28,7 +28,7 @@ pub use lift::{LiftConfig, LiftDetector};
 pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
-pub use pipeline::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
+pub use pipeline::{FeatureChoice, Pipeline, PipelineConfig, PipelineError, analysis_for};
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;
 pub use registry::{ALGORITHMS, AlgorithmInfo, build_localizer, default_config_toml};

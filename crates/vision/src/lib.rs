@@ -6,8 +6,13 @@
 
 pub mod color;
 pub mod field;
+mod field_features;
 mod percept;
 
+pub use field_features::{
+    CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
+    PostSide,
+};
 pub use percept::{
     AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob, Percept,
 };

@@ -5,6 +5,8 @@ use thiserror::Error;
 use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
 
+use crate::FieldFeatures;
+
 /// What a feature pixel is part of. Observation models compare a pixel with map objects of its kind only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
@@ -137,6 +139,8 @@ pub struct Percept {
     pub pixels: Vec<FeaturePixel>,
     /// All pixels that passed the filters, evenly thinned out to a bounded number: the random discard has no say here.
     pub borders: Vec<BorderPixel>,
+    /// Lines, junctions, circle, marks and posts; empty if they are not looked for.
+    pub features: FieldFeatures,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,
     /// The valid patches of color, in no special order.
