@@ -215,6 +215,8 @@ impl Column {
         while below <= MAX_FOOT_GAP_PX * view.scale {
             match view.at_px(&(foot_px + Vector2::new(0.0, below)), self.white) {
                 Seen::Carpet | Seen::Nothing => return true,
+                // The goal line, on which it stands.
+                Seen::White if self.class != ColorClass::White => return true,
                 _ => below += 1.0,
             }
         }

@@ -18,6 +18,7 @@ const MIN_LENGTH_PX: f64 = 12.0;
 /// Two pieces are one line if their ends are this near to it, and it fits this well, pixels.
 const MAX_JOIN_OFF_PX: f64 = 1.8;
 const MAX_RMS_PX: f64 = 0.9;
+const MAX_FINAL_RMS_PX: f64 = 0.45;
 /// Widest gap between two pieces of a line, meters.
 const MAX_GAP_M: f64 = 2.0;
 /// Share of carpet from which a gap is a gap in the line, and not something that stands before it.
@@ -168,6 +169,7 @@ pub(super) fn find(
     out.truncate(kept);
     out.retain_mut(|segment| {
         segment.num_crossings >= MIN_CROSSINGS
+            && segment.line.rms_px < MAX_FINAL_RMS_PX * view.scale
             && segment.extend(view).is_some()
             && segment.length_px() >= MIN_LENGTH_PX * view.scale
             && segment.length_m() >= MIN_LENGTH_M
