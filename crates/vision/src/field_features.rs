@@ -21,6 +21,16 @@ pub struct FieldFeatures {
 }
 
 impl FieldFeatures {
+    /// Takes over what another holds, in its own memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.clear();
+        self.lines.extend_from_slice(&other.lines);
+        self.junctions.extend_from_slice(&other.junctions);
+        self.circle = other.circle;
+        self.marks.extend_from_slice(&other.marks);
+        self.posts.extend_from_slice(&other.posts);
+    }
+
     /// Forgets everything, keeps the memory.
     pub fn clear(&mut self) {
         self.lines.clear();

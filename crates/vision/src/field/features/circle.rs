@@ -29,9 +29,13 @@ const NUM_STEPS: usize = 5;
 /// Points of the circle that are looked at in the image.
 const NUM_SAMPLES: u32 = 36;
 /// Fewest of them in the image, and share of those that must be white, and carpet on both sides.
-const MIN_SEEN: u32 = 9;
+const MIN_SEEN: u32 = 5;
 const MIN_WHITE: f64 = 0.7;
 const MIN_CARPET: f64 = 0.6;
+/// A circle of which fewer points are in the image must agree this well.
+const MANY_SEEN: u32 = 9;
+const MIN_WHITE_OF_FEW: f64 = 0.9;
+const MIN_CARPET_OF_FEW: f64 = 0.75;
 /// How near the halfway line passes to the center, meters and pixels.
 const HALFWAY_OFF_M: f64 = 0.08;
 const HALFWAY_OFF_PX: f64 = 3.0;
@@ -178,9 +182,11 @@ fn share_in_image(
             |off: f64| view.px(&(at + outward * off)).map(|px| view.at_px(&px, white)) == Some(Seen::Carpet);
         num_carpet += u32::from(is_carpet(beside)) + u32::from(is_carpet(-beside));
     }
+    let (min_white, min_carpet) =
+        if seen < MANY_SEEN { (MIN_WHITE_OF_FEW, MIN_CARPET_OF_FEW) } else { (MIN_WHITE, MIN_CARPET) };
     let is_circle = seen >= MIN_SEEN
-        && f64::from(num_white) >= MIN_WHITE * f64::from(seen)
-        && f64::from(num_carpet) >= MIN_CARPET * 2.0 * f64::from(seen);
+        && f64::from(num_white) >= min_white * f64::from(seen)
+        && f64::from(num_carpet) >= min_carpet * 2.0 * f64::from(seen);
     is_circle.then_some(f64::from(num_white) / f64::from(NUM_SAMPLES))
 }
 

@@ -19,7 +19,7 @@ const MAX_DISTANCE_M: f64 = 5.0;
 /// Pixels between the border of the other line and the first sample of an arm.
 const MIN_CLEARANCE_PX: f64 = 2.0;
 /// Length of an arm that is looked at, meters, and in pixels at least.
-const ARM_M: f64 = 0.16;
+const ARM_M: f64 = 0.12;
 const ARM_PX: f64 = 3.0;
 /// The longest arm that every line has, from the crossing, meters.
 const MAX_ARM_M: f64 = 0.55;
@@ -59,7 +59,12 @@ fn junction(a: &Segment, b: &Segment, view: &GroundView, line_width_m: f64) -> O
         return None;
     }
     let white = a.white;
-    let arms = along.map(|along| [1.0, -1.0].map(|sign| arm(&at, along * sign, view, line_width_m, white)));
+    // Where the two images cross at a sharp angle an arm has to be looked at farther away.
+    let sharpness = a.line.along.perp(&b.line.along).abs().max(0.05);
+    let clearance_px = MIN_CLEARANCE_PX / sharpness;
+    let arms = along.map(|along| {
+        [1.0, -1.0].map(|sign| arm(&at, along * sign, view, (line_width_m, clearance_px), white))
+    });
     let (kind, direction) = classify(&arms, &along)?;
     let direction_rad = angle::wrap(direction.y.atan2(direction.x));
     Some(Junction { kind, at_in_robot: at, at_px, direction_rad })
@@ -78,9 +83,15 @@ fn reaches(segment: &Segment, at_px: &Point2<f64>, at: &Point2<f64>, view: &Grou
 }
 
 /// Looks along one arm of a crossing.
-fn arm(at: &Point2<f64>, along: Vector2<f64>, view: &GroundView, line_width_m: f64, white: u32) -> Arm {
+fn arm(
+    at: &Point2<f64>,
+    along: Vector2<f64>,
+    view: &GroundView,
+    (line_width_m, clearance_px): (f64, f64),
+    white: u32,
+) -> Arm {
     let px_m = view.meters_per_px(at, &along) * view.scale;
-    let first = line_width_m / 2.0 + MIN_CLEARANCE_PX * px_m;
+    let first = line_width_m / 2.0 + clearance_px * px_m;
     let last = first + ARM_M.max(ARM_PX * px_m);
     let (Some(from_px), Some(to_px)) = (view.px(&(at + along * first)), view.px(&(at + along * last))) else {
         return Arm::Unknown;

@@ -28,7 +28,11 @@ const MIN_ASPECT_WITHOUT_FOOT: f64 = 4.0;
 /// The width of a post, as a share of what the distance of its foot demands.
 const WIDTH_RANGE: std::ops::Range<f64> = 0.65..1.6;
 /// Below a foot carpet comes within this many pixels.
-const MAX_FOOT_GAP_PX: f64 = 6.0;
+const MAX_FOOT_GAP_PX: f64 = 9.0;
+/// The foot is looked for so many pixels, or widths of the post, below the last run: the bar of a goal's base makes the runs
+/// beside the foot longer.
+const MAX_FOOT_BELOW_PX: f64 = 30.0;
+const MAX_FOOT_BELOW: f64 = 4.0;
 /// A bar goes on at least this many widths of the post.
 const MIN_BAR: f64 = 1.5;
 /// A white post must be this high at least, meters: legs and feet of robots are lower.
@@ -203,7 +207,8 @@ impl Column {
     /// Follows the color down the axis from the last run, in raw pixels.
     fn foot(&self, view: &GroundView, at_row: &impl Fn(f64) -> Point2<f64>) -> Point2<f64> {
         let mut row = f64::from(self.row);
-        let limit = row + 12.0 * view.scale;
+        let limit =
+            row + (MAX_FOOT_BELOW_PX * view.scale).max(MAX_FOOT_BELOW * (self.end - self.start)) * view.scale;
         while row < limit && view.class_at_raw(&at_row(row + 1.0), self.white) == Some(self.class) {
             row += 1.0;
         }
