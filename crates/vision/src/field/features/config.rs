@@ -1,9 +1,10 @@
 //! Parameters of the composite features.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What the detectors of composite features must know of the field.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FeatureDetectionConfig {
     /// Whether composite features are looked for.
