@@ -207,7 +207,7 @@ impl FieldAnalyzer {
 
     /// Composite features, from what the filters let pass.
     fn find_features(&mut self, frame: &Frame) {
-        let Self { features, table, config, field_end, blobs, percept, .. } = self;
+        let Self { features: detector, table, config, field_end, blobs, percept, .. } = self;
         if !config.composite.is_on {
             percept.features.clear();
             return;
@@ -217,7 +217,8 @@ impl FieldAnalyzer {
                 if color == PostColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
             blobs.is_in_valid_blob(kind, px, 2)
         };
-        features.finish(frame, table, config, field_end, is_goal, &mut percept.features);
+        let view = features::GroundView::new(frame, table);
+        detector.finish(&view, config, field_end, is_goal, &mut percept.features);
     }
 
     fn line_drop_reason(

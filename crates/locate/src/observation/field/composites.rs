@@ -73,7 +73,7 @@ impl CompositePlaces {
         }
         let mut index = rng.random_range(0..total);
         if let Some(junction) = features.junctions.get(index) {
-            return self.from_junction(junction, rng);
+            return self.lay_junction(junction, rng);
         }
         index -= features.junctions.len();
         if let Some(mark) = features.marks.get(index) {
@@ -82,13 +82,13 @@ impl CompositePlaces {
         }
         index -= features.marks.len();
         match (features.posts.get(index), &features.circle) {
-            (Some(post), _) => self.from_post(post, features, rng),
-            (None, Some(circle)) => Some(from_circle(circle, features, rng)),
+            (Some(post), _) => self.lay_post(post, features, rng),
+            (None, Some(circle)) => Some(lay_circle(circle, features, rng)),
             (None, None) => None,
         }
     }
 
-    fn from_junction(&self, seen: &Junction, rng: &mut Rng) -> Option<PlanarPose> {
+    fn lay_junction(&self, seen: &Junction, rng: &mut Rng) -> Option<PlanarPose> {
         let same = |(num_arms, ..): &&(usize, Point2<f64>, f64)| *num_arms == seen.kind.num_arms();
         let count = self.junctions.iter().filter(same).count();
         if count == 0 {
@@ -99,7 +99,7 @@ impl CompositePlaces {
         Some(align(&seen.at_in_robot, at, heading_rad + turn - seen.direction_rad))
     }
 
-    fn from_post(&self, seen: &GoalPost, features: &FieldFeatures, rng: &mut Rng) -> Option<PlanarPose> {
+    fn lay_post(&self, seen: &GoalPost, features: &FieldFeatures, rng: &mut Rng) -> Option<PlanarPose> {
         let base = seen.base_in_robot?;
         let trusts_side = rng.random_bool(SIDE_IS_RIGHT);
         let can_be = |post: &&MapPost| {
@@ -134,7 +134,7 @@ impl CompositePlaces {
     }
 }
 
-fn from_circle(circle: &CenterCircle, features: &FieldFeatures, rng: &mut Rng) -> PlanarPose {
+fn lay_circle(circle: &CenterCircle, features: &FieldFeatures, rng: &mut Rng) -> PlanarPose {
     let yaw_rad = match circle.halfway_rad {
         Some(halfway_rad) => FRAC_PI_2 - halfway_rad + if rng.random_bool(0.5) { PI } else { 0.0 },
         None => yaw_from_lines(features, rng),

@@ -1,7 +1,6 @@
 //! All detectors, with the buffers that they keep from image to image.
 
 use nalgebra::Point2;
-use visloc_base::Frame;
 
 use super::{
     chains::Chains,
@@ -14,7 +13,6 @@ use super::{
 };
 use crate::{
     FieldFeatures, PostColor,
-    color::ColorTable,
     field::{
         FieldAnalysisConfig, FieldEnd,
         edges::Edge,
@@ -52,24 +50,22 @@ impl FeatureDetector {
     /// Finds everything. `is_goal` tells whether a pixel belongs to something that can be a colored goal.
     pub fn finish(
         &mut self,
-        frame: &Frame,
-        table: &ColorTable,
+        view: &GroundView,
         config: &FieldAnalysisConfig,
         field_end: &FieldEnd,
         is_goal: impl Fn(PostColor, (u32, u32)) -> bool,
         out: &mut FieldFeatures,
     ) {
         out.clear();
-        let view = GroundView::new(frame, table);
         let (field, line_width_m) = (&config.composite, config.line_width_m);
         let crossings = &self.crossings.all;
-        self.chains.build(crossings, &view, line_width_m);
-        segments::find(&self.chains, crossings, &view, line_width_m, &mut self.segments);
+        self.chains.build(crossings, view, line_width_m);
+        segments::find(&self.chains, crossings, view, line_width_m, &mut self.segments);
         let lengths = (field.circle_radius_m, line_width_m);
-        out.circle = self.circle.find(crossings, &self.chains, &view, lengths, &mut self.segments);
-        junctions::find(&self.segments, &view, line_width_m, &mut out.junctions);
-        marks::find(crossings, &self.segments, &view, field.mark_size_m, &mut out.marks);
-        self.posts.finish(&view, field_end, field.post_diameter_m, is_goal, &mut out.posts);
+        out.circle = self.circle.find(crossings, &self.chains, view, lengths, &mut self.segments);
+        junctions::find(&self.segments, view, line_width_m, &mut out.junctions);
+        marks::find(crossings, &self.segments, view, field.mark_size_m, &mut out.marks);
+        self.posts.finish(view, field_end, field.post_diameter_m, is_goal, &mut out.posts);
         out.lines.extend(self.segments.iter().map(Segment::perceived));
     }
 }
