@@ -6,7 +6,7 @@ use thiserror::Error;
 use visloc_base::{Frame, Rng, RngTree};
 use visloc_vision::{
     AnalysisError, Percept,
-    field::{FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
+    field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
     office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
 };
 use visloc_world::{
@@ -202,7 +202,7 @@ impl WorldParts {
     }
 
     fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, PipelineError> {
-        let analyzer = FieldAnalyzer::new(analysis_for(field, config.analysis))?;
+        let analyzer = FieldAnalyzer::new(analysis_for(field, config))?;
         let model = FieldObservationModel::new(field, &config.observation)?;
         let rich = || {
             let features: Box<dyn FeatureModel> = Box::new(FieldFeatureModel::new(field));
@@ -232,14 +232,28 @@ fn colors_of(office: &Office) -> OfficeColors {
 /// On a field without colored goals so many line pixels make an image informative.
 const MIN_LINES_ALONE: usize = 10;
 
-/// Lines have the map's width, and are visible farther away on a larger field than the documents' 6 m.
-fn analysis_for(field: &Field, config: FieldAnalysisConfig) -> FieldAnalysisConfig {
-    let scale = (field.dimensions().length_m / 6.0).max(1.0);
+/// Lines, circle, marks and posts have the map's sizes, and lines are visible farther away on a larger field than the
+/// documents' 6 m. Composite features are looked for only if something uses them.
+#[must_use]
+pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConfig {
+    let (d, analysis) = (field.dimensions(), config.analysis);
+    let scale = (d.length_m / 6.0).max(1.0);
     let has_colored_goals = field.goals().iter().any(|goal| goal.color != GoalColor::White);
     FieldAnalysisConfig {
-        max_line_distance_m: config.max_line_distance_m * scale,
-        line_width_m: field.dimensions().line_width_m,
-        min_informative_lines: if has_colored_goals { config.min_informative_lines } else { MIN_LINES_ALONE },
-        ..config
+        max_line_distance_m: analysis.max_line_distance_m * scale,
+        line_width_m: d.line_width_m,
+        min_informative_lines: if has_colored_goals {
+            analysis.min_informative_lines
+        } else {
+            MIN_LINES_ALONE
+        },
+        composite: FeatureDetectionConfig {
+            is_on: analysis.composite.is_on && config.features == FeatureChoice::Rich,
+            circle_radius_m: field.circle_radius_m(),
+            mark_size_m: d.penalty_mark_size_m,
+            post_diameter_m: d.goals.post_diameter_m,
+            has_white_goals: field.goals().iter().any(|goal| goal.color == GoalColor::White),
+        },
+        ..analysis
     }
 }

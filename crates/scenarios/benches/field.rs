@@ -25,12 +25,16 @@ fn frames() -> (Map, Vec<Frame>) {
 
 fn analysis(c: &mut Criterion) {
     let (_, frames) = frames();
-    let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig::default()).unwrap();
-    let mut rng = RngTree::new(1).stream("analysis", 0);
-    let mut next = frames.iter().cycle();
-    c.bench_function("analysis of a 320 x 240 image", |b| {
-        b.iter(|| analyzer.analyze(next.next().unwrap(), &mut rng).unwrap().quality);
-    });
+    for (name, is_on) in [("", false), (", with composite features", true)] {
+        let mut config = FieldAnalysisConfig::default();
+        config.composite.is_on = is_on;
+        let mut analyzer = FieldAnalyzer::new(config).unwrap();
+        let mut rng = RngTree::new(1).stream("analysis", 0);
+        let mut next = frames.iter().cycle();
+        c.bench_function(&format!("analysis of a 320 x 240 image{name}"), |b| {
+            b.iter(|| analyzer.analyze(next.next().unwrap(), &mut rng).unwrap().quality);
+        });
+    }
 }
 
 fn candidate_pose(c: &mut Criterion) {

@@ -1,5 +1,9 @@
 //! Runs of a whole localization, from source to evaluation, for end-to-end tests.
 
+mod detection_score;
+
+pub use detection_score::{DetectionScore, DetectionScores};
+
 use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
 use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
 use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};

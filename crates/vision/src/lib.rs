@@ -7,9 +7,14 @@
 
 pub mod color;
 pub mod field;
+mod field_features;
 pub mod office;
 mod percept;
 
+pub use field_features::{
+    CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
+    PostSide,
+};
 pub use percept::{
     AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob,
     Percept,

@@ -5,6 +5,8 @@ use thiserror::Error;
 use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
 
+use crate::FieldFeatures;
+
 /// Which edge of a door, as it is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DoorSide {
@@ -181,6 +183,8 @@ pub struct Percept {
     pub pixels: Vec<FeaturePixel>,
     /// All pixels that passed the filters, evenly thinned out to a bounded number: the random discard has no say here.
     pub borders: Vec<BorderPixel>,
+    /// Lines, junctions, circle, marks and posts; empty if they are not looked for.
+    pub features: FieldFeatures,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,
     /// The valid patches of color, in no special order.

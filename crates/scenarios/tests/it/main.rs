@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test may stop
 
 mod determinism;
+mod feature_detectors;
 mod model_agreement;
 mod office;
 mod pixels;

@@ -9,11 +9,12 @@ use super::{
     FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
     blobs::BlobFinder,
     edges::{Edge, edges_of_runs},
+    features::{self, FeatureDetector},
     obstacles::ObstacleFinder,
     scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
 };
 use crate::{
-    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
     color::{ColorClass, ColorTable, luma},
 };
 
@@ -33,6 +34,7 @@ pub struct FieldAnalyzer {
     field_end: FieldEnd,
     blobs: BlobFinder,
     obstacles: ObstacleFinder,
+    features: FeatureDetector,
     percept: Percept,
 }
 
@@ -60,6 +62,7 @@ impl FieldAnalyzer {
             field_end: FieldEnd::default(),
             blobs: BlobFinder::default(),
             obstacles: ObstacleFinder::default(),
+            features: FeatureDetector::default(),
             percept: Percept::default(),
         })
     }
@@ -77,6 +80,7 @@ impl FieldAnalyzer {
         self.update_carpet_luma(frame);
         self.scan(frame, &horizon);
         self.filter(frame, &horizon);
+        self.find_features(frame);
         self.keep_some(frame, rng);
         Ok(&self.percept)
     }
@@ -129,6 +133,9 @@ impl FieldAnalyzer {
         self.edges.clear();
         self.blobs.clear();
         self.obstacles.clear();
+        self.features.clear();
+        let composite = &self.config.composite;
+        let white_over = composite.has_white_goals.then(|| self.table.white_threshold(self.carpet_luma));
         let ground = GroundView::new(frame);
         for line in &self.lines {
             scan_line(image, &self.table, line, self.carpet_luma, &mut self.runs);
@@ -138,6 +145,9 @@ impl FieldAnalyzer {
                 Direction::Horizontal => {
                     self.blobs.add_row(line, &self.runs);
                     self.blobs.mark_upright(&mut self.edges[first_edge..], self.config.max_post_slope);
+                    if composite.is_on {
+                        self.features.add_row(line, &self.runs, white_over);
+                    }
                 }
                 Direction::Vertical => {
                     let distance = |px: &Point2<f64>| ground.distance_m(px);
@@ -167,6 +177,7 @@ impl FieldAnalyzer {
         self.line_borders.clear();
         self.goal_borders.clear();
         let ground = GroundView::new(frame);
+        let view = features::GroundView::new(frame, &self.table);
         for edge in &self.edges {
             let ideal_px = frame.camera.ideal_px(&edge.px);
             let reason = if edge.kind == FeatureKind::FieldLine {
@@ -183,11 +194,31 @@ impl FieldAnalyzer {
             if edge.kind == FeatureKind::FieldLine {
                 self.line_pixels.push(pixel);
                 self.line_borders.push(border);
+                if self.config.composite.is_on {
+                    let white = self.table.white_threshold(edge.green_luma);
+                    self.features.add_border(&view, edge, ideal_px, white);
+                }
             } else {
                 self.goal_pixels.push(pixel);
                 self.goal_borders.push(border);
             }
         }
+    }
+
+    /// Composite features, from what the filters let pass.
+    fn find_features(&mut self, frame: &Frame) {
+        let Self { features: detector, table, config, field_end, blobs, percept, .. } = self;
+        if !config.composite.is_on {
+            percept.features.clear();
+            return;
+        }
+        let is_goal = |color, px| {
+            let kind =
+                if color == PostColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
+            blobs.is_in_valid_blob(kind, px, 2)
+        };
+        let view = features::GroundView::new(frame, table);
+        detector.finish(&view, config, field_end, is_goal, &mut percept.features);
     }
 
     fn line_drop_reason(

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::features::FeatureDetectionConfig;
 use crate::color::{ColorConfig, ColorConfigError};
 
 /// Which filters run. The documents switch each one on.
@@ -97,6 +98,8 @@ pub struct FieldAnalysisConfig {
     pub max_line_borders: usize,
     /// How many goal pixels the refinement of the pose gets; 0 for none.
     pub max_goal_borders: usize,
+    /// Composite features.
+    pub composite: FeatureDetectionConfig,
 }
 
 impl Default for FieldAnalysisConfig {
@@ -123,6 +126,7 @@ impl Default for FieldAnalysisConfig {
             max_goal_pixels: 8,
             max_line_borders: 120,
             max_goal_borders: 60,
+            composite: FeatureDetectionConfig::default(),
         }
     }
 }
@@ -177,7 +181,7 @@ impl FieldAnalysisConfig {
             ("min_obstacle_height_m", self.min_obstacle_height_m),
             ("min_obstacle_width_m", self.min_obstacle_width_m),
         ];
-        for (key, found) in lengths {
+        for (key, found) in lengths.into_iter().chain(self.composite.lengths()) {
             if !(found > 0.0 && found.is_finite()) {
                 return Err(value(key, "a number above 0", found));
             }

@@ -1,11 +1,13 @@
 //! Analysis of images of a RoboCup field: border pixels of lines and goals.
 //!
 //! scan lines (`scan`) -> runs of one color -> border pixels (`edges`) -> filters -> random discard -> percept.
+//! Beside that, composite features (`features`) from the same borders and runs.
 
 mod analyzer;
 mod blobs;
 mod config;
 mod edges;
+mod features;
 mod field_end;
 mod obstacles;
 mod scan;
@@ -13,5 +15,6 @@ mod scan;
 pub use analyzer::FieldAnalyzer;
 pub use blobs::GoalBlob;
 pub use config::{FieldAnalysisConfig, FieldAnalysisConfigError, FilterSwitches};
+pub use features::FeatureDetectionConfig;
 pub use field_end::FieldEnd;
 pub use obstacles::Obstacle;

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop
 
+mod features;
 mod filters;
 mod office;
 mod painter;

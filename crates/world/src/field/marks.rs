@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{FieldDimensions, GoalColor};
+use super::{FieldDimensions, FieldJunction, GoalColor, junctions};
 use crate::{MapError, load::syntax_error};
 
 /// A straight line on the ground between two points of the world frame, meters.
@@ -93,6 +93,12 @@ impl Field {
     #[must_use]
     pub fn marks(&self) -> &[Segment] {
         &self.marks
+    }
+
+    /// Places where the long lines meet each other, or the halfway line meets the circle.
+    #[must_use]
+    pub fn junctions(&self) -> Vec<FieldJunction> {
+        junctions::junctions(self)
     }
 
     /// Radius of the center circle's center line, meters. Its center is the origin.

@@ -6,15 +6,17 @@
 
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3, Vector6};
 use visloc_geom::PlanarPose;
-use visloc_vision::{FeatureKind, Percept};
+use visloc_vision::{FeatureKind, FieldFeatures, Percept};
 use visloc_world::field::Field;
 
 use super::{
+    composites::CompositePlaces,
     model::FieldTables,
     outline::Outline,
     suggest::{self, GroundBorder},
 };
 use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, Residual, small_rotation};
+use rand::RngExt;
 use visloc_base::Rng;
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
@@ -26,6 +28,8 @@ const NET_DEPTH_M: f64 = 1.0;
 /// elsewhere. Inside, the map is complete.
 const NET_AGREEMENT: f64 = 0.9;
 const OUTSIDE_AGREEMENT: f64 = 0.5;
+/// Share of the suggestions that come from composite features, if there are any.
+const COMPOSITE_SHARE: f64 = 0.6;
 /// Group of the goals; lines are 0.
 const GOALS: usize = 1;
 
@@ -43,6 +47,8 @@ struct Border {
 #[derive(Debug, Clone)]
 pub struct FieldFeatureModel {
     tables: FieldTables,
+    places: CompositePlaces,
+    composites: FieldFeatures,
     is_point_symmetric: bool,
     /// To the outer borders of the outer lines, meters.
     half_field_m: (f64, f64),
@@ -76,6 +82,8 @@ impl FieldFeatureModel {
         let d = field.dimensions();
         Self {
             tables: FieldTables::new(field),
+            places: CompositePlaces::new(field),
+            composites: FieldFeatures::default(),
             is_point_symmetric: field.is_point_symmetric(),
             half_field_m: (
                 (d.length_m + d.line_width_m) / 2.0 + END_TOLERANCE_M,
@@ -194,6 +202,7 @@ impl FeatureModel for FieldFeatureModel {
         self.focal_px = (fx, fy);
         self.robot_from_camera = *percept.robot_from_camera.rotation();
         self.eye_in_robot = *percept.robot_from_camera.translation();
+        self.composites.copy_from(&percept.features);
         self.borders.clear();
         self.borders.extend(percept.borders.iter().map(|border| Border {
             ray: Vector3::new((border.ideal_px.x - cx) / fx, (border.ideal_px.y - cy) / fy, 1.0),
@@ -234,6 +243,10 @@ impl FeatureModel for FieldFeatureModel {
     }
 
     fn suggest(&self, rng: &mut Rng) -> Option<PlanarPose> {
+        let from_composite = rng.random_bool(COMPOSITE_SHARE);
+        if from_composite && let Some(pose) = self.places.suggest(&self.composites, rng) {
+            return Some(pose);
+        }
         suggest::pose_from_line(&self.ground_borders, self.tables.ground.outlines(), rng)
     }
 

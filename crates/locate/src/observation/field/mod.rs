@@ -1,5 +1,6 @@
 //! The observation model of the RoboCup field.
 
+mod composites;
 mod features;
 mod goal;
 mod model;

@@ -1,0 +1,21 @@
+//! Composite features: what several border pixels together are.
+//!
+//! borders -> places where scan lines cross a line (`crossings`) -> pieces (`chains`) -> lines (`segments`) -> the circle
+//! takes its pieces (`circle`) -> `junctions`; what is left over may be `marks`; runs of goal colors are `posts`.
+//! Straight things are fitted in the image, where their noise is the same everywhere; each detector looks again at the
+//! image before it believes what it found.
+
+mod chains;
+mod circle;
+mod config;
+mod crossings;
+mod detector;
+mod junctions;
+mod line_fit;
+mod marks;
+mod posts;
+mod segments;
+mod view;
+
+pub use config::FeatureDetectionConfig;
+pub(super) use {detector::FeatureDetector, view::GroundView};
