@@ -135,7 +135,7 @@ impl FieldAnalyzer {
         self.obstacles.clear();
         self.features.clear();
         let composite = &self.config.composite;
-        let white_over = composite.has_white_goals.then(|| self.table.white_threshold(self.carpet_luma));
+        let white = self.table.white_threshold(self.carpet_luma);
         let ground = GroundView::new(frame);
         for line in &self.lines {
             scan_line(image, &self.table, line, self.carpet_luma, &mut self.runs);
@@ -146,7 +146,7 @@ impl FieldAnalyzer {
                     self.blobs.add_row(line, &self.runs);
                     self.blobs.mark_upright(&mut self.edges[first_edge..], self.config.max_post_slope);
                     if composite.is_on {
-                        self.features.add_row(line, &self.runs, white_over);
+                        self.features.add_row(line, &self.runs, white, composite);
                     }
                 }
                 Direction::Vertical => {
@@ -155,7 +155,6 @@ impl FieldAnalyzer {
                 }
             }
         }
-        let white = self.table.white_threshold(self.carpet_luma);
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
         let stands_on_carpet = |(x, y): (u32, u32), reach: u32| {

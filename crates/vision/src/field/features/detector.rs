@@ -5,6 +5,7 @@ use nalgebra::Point2;
 use super::{
     chains::Chains,
     circle::CircleFinder,
+    config::FeatureDetectionConfig,
     crossings::Crossings,
     junctions, marks,
     posts::PostFinder,
@@ -37,9 +38,9 @@ impl FeatureDetector {
         self.posts.clear();
     }
 
-    /// Takes the runs of a horizontal scan line; they come from top to bottom.
-    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white_over: Option<u32>) {
-        self.posts.add_row(line, runs, white_over);
+    /// Takes the runs of a horizontal scan line; they come from top to bottom. `white` is the luma of white beside the carpet.
+    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white: u32, config: &FeatureDetectionConfig) {
+        self.posts.add_row(line, runs, white, config);
     }
 
     /// Takes a border of a line that passed the filters; they come in the order of the scan lines.

@@ -3,6 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
+    config::FeatureDetectionConfig,
     line_fit::LineFit,
     view::{GroundView, Seen},
 };
@@ -29,6 +30,8 @@ const MIN_ASPECT_WITHOUT_FOOT: f64 = 4.0;
 const WIDTH_RANGE: std::ops::Range<f64> = 0.65..1.6;
 /// Below a foot carpet comes within this many pixels.
 const MAX_FOOT_GAP_PX: f64 = 9.0;
+/// The goal line below a foot is at most so many widths of the post high in the image.
+const MAX_LINE: f64 = 1.5;
 /// The foot is looked for so many pixels, or widths of the post, below the last run: the bar of a goal's base makes the runs
 /// beside the foot longer.
 const MAX_FOOT_BELOW_PX: f64 = 30.0;
@@ -70,19 +73,18 @@ impl PostFinder {
         self.last_row.clear();
     }
 
-    /// Adds the runs of the next horizontal scan line. `white_over` is the luma of white beside the carpet, if posts may
-    /// be white.
-    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white_over: Option<u32>) {
+    /// Adds the runs of the next horizontal scan line. `white` is the luma of white beside the carpet.
+    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white: u32, config: &FeatureDetectionConfig) {
         self.this_row.clear();
         for run in runs {
             let is_post_color = matches!(run.class, ColorClass::Yellow | ColorClass::Blue)
-                || (run.class == ColorClass::White && white_over.is_some());
+                || (run.class == ColorClass::White && config.has_white_goals);
             if is_post_color && run.end - run.start >= MIN_RUN_PX {
                 let (start, end) = (f64::from(run.start), f64::from(run.end - 1));
                 self.this_row.push((run.class, start, end));
                 // What the border of the image cuts has no known width.
                 if run.start > line.from && run.end < line.to {
-                    self.add_run(run.class, start, end, line.fixed, white_over.unwrap_or(0));
+                    self.add_run(run.class, start, end, line.fixed, white);
                 }
             }
         }
@@ -215,15 +217,16 @@ impl Column {
         at_row(row + 0.5)
     }
 
+    /// Carpet comes soon below the foot. The goal line may come first, below a post of another color; legs are longer.
     fn stands_on_carpet(&self, view: &GroundView, foot_px: &Point2<f64>) -> bool {
-        let mut below = 1.0;
-        while below <= MAX_FOOT_GAP_PX * view.scale {
+        let (mut below, mut other, mut white) = (1.0, 0.0, 0.0);
+        while other <= MAX_FOOT_GAP_PX * view.scale && white <= MAX_LINE * (self.end - self.start) {
             match view.at_px(&(foot_px + Vector2::new(0.0, below)), self.white) {
                 Seen::Carpet | Seen::Nothing => return true,
-                // The goal line, on which it stands.
-                Seen::White if self.class != ColorClass::White => return true,
-                _ => below += 1.0,
+                Seen::White if self.class != ColorClass::White => white += 1.0,
+                _ => other += 1.0,
             }
+            below += 1.0;
         }
         false
     }
