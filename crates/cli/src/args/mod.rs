@@ -9,6 +9,7 @@ mod localize;
 mod shared;
 mod start;
 mod study;
+mod slam;
 
 use clap::{Parser, Subcommand};
 
@@ -21,6 +22,7 @@ pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
 pub use start::StartArg;
 pub use study::StudyArgs;
+pub use slam::SlamArgs;
 
 /// Tells a robot with one ordinary camera where it is
 #[derive(Debug, Parser)]
@@ -49,6 +51,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
+    /// Follow one camera without a map, and make a map of what it sees
+    Slam(Box<SlamArgs>),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
     /// Repeat the published experiments, and harder ones

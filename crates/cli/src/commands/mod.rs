@@ -12,5 +12,6 @@ mod map;
 mod settings;
 mod simulate;
 mod study;
+mod slam;
 
 pub use execute::execute;

@@ -1,0 +1,115 @@
+//! Relocalization by alignment against similar keyframes. Thesis, section 6.10; the order by similarity is an addition.
+
+use std::sync::Arc;
+
+use nalgebra::Rotation3;
+use visloc_base::{Rng, Timestamp};
+use visloc_geom::{Camera, Rigid3};
+
+use crate::{
+    config::SlamConfig,
+    image::{Pyramid, SmallImage},
+    map::{KeyframeId, Map},
+    track::{AlignFeature, Feature, Frame, Quality, RotationAligner, TrackReport, Tracker, align_images},
+};
+
+/// Looks for the camera in a map.
+#[derive(Debug, Clone)]
+pub struct Relocator {
+    camera: Camera,
+    config: SlamConfig,
+    rotation_aligner: RotationAligner,
+    num_attempts: usize,
+}
+
+impl Relocator {
+    /// For one camera.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            rotation_aligner: RotationAligner::new(camera, 4),
+            num_attempts: 0,
+        }
+    }
+
+    /// Tries the keyframes that look most like the image. The report is that of the first that fits; with it comes the
+    /// keyframe.
+    pub fn attempt(
+        &mut self,
+        map: &Map,
+        tracker: &Tracker,
+        number: usize,
+        at: Timestamp,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Option<(TrackReport, KeyframeId)> {
+        self.num_attempts += 1;
+        let small = SmallImage::new(pyramid);
+        let mut ranked: Vec<(f32, KeyframeId)> =
+            map.keyframes().map(|(id, keyframe)| (keyframe.small.similarity(&small), id)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (_, id) in ranked.into_iter().take(self.config.relocation.max_tries) {
+            let reference = frame_of(map, id)?;
+            let Some(report) = self.try_keyframe(map, tracker, &reference, number, at, pyramid, rng) else { continue };
+            let is_found = report.num_converged >= self.config.relocation.min_matches && report.quality == Quality::Good;
+            if is_found {
+                return Some((report, id));
+            }
+        }
+        None
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn try_keyframe(
+        &self,
+        map: &Map,
+        tracker: &Tracker,
+        reference: &Frame,
+        number: usize,
+        at: Timestamp,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Option<TrackReport> {
+        let turn = self.rotation_aligner.align(&reference.pyramid, pyramid, &Rotation3::identity());
+        let features: Vec<AlignFeature> = reference
+            .features
+            .iter()
+            .map(|feature| {
+                let point = map.landmark(feature.landmark).point_in_world;
+                let depth = reference.camera_from_world.transform(&point).z;
+                AlignFeature { px: feature.px, point: feature.ray * depth }
+            })
+            .collect();
+        let start = Rigid3::new(turn, nalgebra::Vector3::zeros());
+        let levels = (4, self.config.tracking.finest_align_level);
+        let aligned = align_images(&self.camera, &reference.pyramid, pyramid, &features, &start, levels, 20);
+        if aligned.num_features < self.config.relocation.min_matches / 2 {
+            return None;
+        }
+        let predicted = aligned.current_from_reference * reference.camera_from_world;
+        Some(tracker.track_near(map, number, at, pyramid, &predicted, reference, rng))
+    }
+}
+
+/// A keyframe as a frame with its converged landmarks.
+fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
+    let keyframe = map.keyframe(id);
+    let feature = |landmark: &crate::map::LandmarkId| {
+        let observation = map.landmark(*landmark).observation_in(id)?;
+        map.landmark(*landmark).is_converged().then_some(Feature {
+            landmark: *landmark,
+            px: observation.px,
+            ray: observation.ray,
+            level: observation.level,
+        })
+    };
+    Some(Frame {
+        number: keyframe.frame,
+        at: keyframe.at,
+        pyramid: keyframe.pyramid.clone()?,
+        camera_from_world: *keyframe.camera_from_world(),
+        features: keyframe.landmarks.iter().filter_map(feature).collect(),
+    })
+}

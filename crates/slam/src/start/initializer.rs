@@ -1,0 +1,270 @@
+//! From images to the first two keyframes.
+
+use std::sync::Arc;
+
+use nalgebra::{Point2, Rotation3, Vector3};
+use visloc_base::{Rng, Timestamp};
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use super::{Follower, StartWait, TwoView, TwoViewSettings, solve_two_view};
+use crate::{
+    config::SlamConfig,
+    feature::CornerGrid,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    mapping::{DepthFilter, adjust_all, corners_in_two_passes},
+    solve::{PoseObservation, RansacSettings, robust_pose},
+    track::{Feature, Frame, RotationAligner, focal_px, whitening},
+};
+
+/// What came of a frame.
+#[derive(Debug)]
+pub enum StartStep {
+    /// No map yet, and why.
+    Waiting(StartWait),
+    /// A map.
+    Started(Box<StartedMap>),
+}
+
+/// The first map.
+#[derive(Debug)]
+pub struct StartedMap {
+    /// Two keyframes and their landmarks; the median depth of the first is 1.
+    pub map: Map,
+    /// The first keyframe.
+    pub first: KeyframeId,
+    /// The newest keyframe.
+    pub second: KeyframeId,
+    /// Frame of the newest keyframe.
+    pub frame: Frame,
+    /// Poses of the frames between the two keyframes, found afterwards: number and pose.
+    pub between: Vec<(usize, CameraFromWorld)>,
+}
+
+/// Waits for two views that start a map.
+#[derive(Debug, Clone)]
+pub struct Initializer {
+    camera: Camera,
+    config: SlamConfig,
+    rotation_aligner: RotationAligner,
+    attempt: Option<Attempt>,
+}
+
+/// Corners of one image on their way.
+#[derive(Debug, Clone)]
+struct Attempt {
+    follower: Follower,
+    number: usize,
+    at: Timestamp,
+    num_corners: usize,
+    last: Arc<Pyramid>,
+    /// For each frame since: its number and the corners found in it.
+    history: Vec<(usize, Vec<(usize, Point2<f64>)>)>,
+}
+
+impl Initializer {
+    /// For one camera.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            rotation_aligner: RotationAligner::new(camera, 4),
+            attempt: None,
+        }
+    }
+
+    /// Looks at the next frame.
+    pub fn add(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> StartStep {
+        let Some(attempt) = &mut self.attempt else { return StartStep::Waiting(self.begin(number, at, pyramid)) };
+        let camera = &self.camera;
+        let turn = self.rotation_aligner.align(&attempt.last, pyramid, &Rotation3::identity());
+        attempt.follower.follow(pyramid, |px| {
+            camera.project(&(turn * camera.bearing(px)).into()).unwrap_or(*px)
+        });
+        attempt.last = Arc::clone(pyramid);
+        let places = attempt.follower.tracks().iter().map(|track| (track.number, track.px)).collect();
+        attempt.history.push((number, places));
+        let num = attempt.follower.tracks().len();
+        let least = (self.config.start.min_followed_ratio * attempt.num_corners as f64) as usize;
+        if num < least.max(self.config.start.min_points) || attempt.history.len() > self.config.start.max_frames {
+            self.begin(number, at, pyramid);
+            return StartStep::Waiting(StartWait::TracksLost(num));
+        }
+        let shift = attempt.follower.median_shift_px();
+        if shift < self.config.start.min_shift_px {
+            return StartStep::Waiting(StartWait::LittleMotion(shift));
+        }
+        match self.try_start(at, number, pyramid, rng) {
+            Ok(started) => {
+                self.attempt = None;
+                StartStep::Started(Box::new(started))
+            }
+            Err(wait) => StartStep::Waiting(wait),
+        }
+    }
+
+    /// Forgets what it has seen.
+    pub fn reset(&mut self) {
+        self.attempt = None;
+    }
+
+    fn begin(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>) -> StartWait {
+        let mut grid = CornerGrid::new(self.camera.size_px(), self.config.features.cell_px);
+        let corners = corners_in_two_passes(pyramid, &mut grid, &self.config.features);
+        if corners.len() < self.config.start.min_points {
+            self.attempt = None;
+            return StartWait::FewCorners(corners.len());
+        }
+        let follower = Follower::new(Arc::clone(pyramid), &corners);
+        self.attempt = Some(Attempt {
+            follower,
+            number,
+            at,
+            num_corners: corners.len(),
+            last: Arc::clone(pyramid),
+            history: Vec::new(),
+        });
+        StartWait::LittleMotion(0.0)
+    }
+
+    fn try_start(&self, at: Timestamp, number: usize, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> Result<StartedMap, StartWait> {
+        let Some(attempt) = &self.attempt else { return Err(StartWait::TracksLost(0)) };
+        let config = &self.config.start;
+        let focal = focal_px(&self.camera);
+        let settings = TwoViewSettings {
+            pixel: 1.0 / focal,
+            inlier_px: config.inlier_px,
+            min_points: config.min_points,
+            min_inlier_ratio: config.min_inlier_ratio,
+            min_parallax_rad: config.min_parallax_deg.to_radians(),
+            num_samples: config.num_samples,
+        };
+        let tracks = attempt.follower.tracks();
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = tracks
+            .iter()
+            .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
+            .collect();
+        let two_view = solve_two_view(&pairs, &settings, rng)?;
+        let (mut map, landmarks) = self.build(attempt, &two_view, at, number, pyramid);
+        let sigma = self.config.tracking.match_sigma_px;
+        adjust_all(&mut map, &self.config.mapping, focal, sigma);
+        let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
+        if num_left < config.min_points {
+            return Err(StartWait::NoCommonMotion(num_left as f64 / tracks.len() as f64));
+        }
+        let (first, second) = (KeyframeId(0), KeyframeId(1));
+        normalize_depth(&mut map, first, second);
+        let between = self.poses_between(attempt, &map, &landmarks, rng);
+        let features = landmarks.iter().filter_map(|(id, _)| {
+            let observation = map.landmark(*id).observation_in(second)?;
+            Some(Feature { landmark: *id, px: observation.px, ray: observation.ray, level: observation.level })
+        });
+        let frame = Frame {
+            number,
+            at,
+            pyramid: Arc::clone(pyramid),
+            camera_from_world: *map.keyframe(second).camera_from_world(),
+            features: features.collect(),
+        };
+        Ok(StartedMap { first, second, frame, between, map })
+    }
+
+    /// Both keyframes and a landmark for each point, with the number of its corner.
+    fn build(
+        &self,
+        attempt: &Attempt,
+        two_view: &TwoView,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+    ) -> (Map, Vec<(LandmarkId, usize)>) {
+        let mut map = Map::new();
+        let first = map.add_keyframe(NewKeyframe {
+            frame: attempt.number,
+            at: attempt.at,
+            pyramid: Arc::clone(attempt.follower.first()),
+            camera_from_world: CameraFromWorld::identity(),
+        });
+        let turn = Rotation3::from_matrix_unchecked(*two_view.motion.rotation());
+        let second = map.add_keyframe(NewKeyframe {
+            frame: number,
+            at,
+            pyramid: Arc::clone(pyramid),
+            camera_from_world: CameraFromWorld::new(turn, *two_view.motion.translation()),
+        });
+        let mut landmarks = Vec::new();
+        for (track, point) in attempt.follower.tracks().iter().zip(&two_view.points) {
+            let Some(point) = point else { continue };
+            let observation = |keyframe, px: Point2<f64>| Observation {
+                keyframe,
+                px,
+                ray: self.camera.bearing(&px),
+                level: track.level,
+            };
+            let filter = DepthFilter::new(1.0 / point.z, 0.05 / point.z);
+            let id = map.add_landmark(observation(first, track.first_px), filter, LandmarkState::Converged);
+            map.add_observation(id, observation(second, track.px));
+            landmarks.push((id, track.number));
+        }
+        (map, landmarks)
+    }
+
+    /// Poses of the frames on the way, from where the corners were in them.
+    fn poses_between(
+        &self,
+        attempt: &Attempt,
+        map: &Map,
+        landmarks: &[(LandmarkId, usize)],
+        rng: &mut Rng,
+    ) -> Vec<(usize, CameraFromWorld)> {
+        let mut landmark_of = vec![None; attempt.num_corners];
+        for (id, track) in landmarks {
+            landmark_of[*track] = Some(*id);
+        }
+        let ransac = RansacSettings {
+            is_enabled: false,
+            sample_size: 5,
+            confidence: 0.99,
+            max_hypotheses: 0,
+            inlier_chi2: 9.0,
+            rescue_factor: 2.0,
+        };
+        let mut pose = CameraFromWorld::identity();
+        let mut poses = Vec::new();
+        let (_, before_last) = attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
+        for (number, places) in before_last {
+            let observation = |(track, px): &(usize, Point2<f64>)| {
+                let landmark = map.landmark(landmark_of[*track]?);
+                landmark.is_alive().then(|| PoseObservation {
+                    point_in_world: landmark.point_in_world,
+                    ray: self.camera.bearing(px),
+                    whitening: whitening(focal_px(&self.camera), self.config.tracking.match_sigma_px, 0),
+                })
+            };
+            let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
+            let robust = robust_pose(&pose, &observations, &ransac, rng);
+            if robust.num_inliers * 2 >= observations.len() && robust.num_inliers >= self.config.tracking.min_matches {
+                pose = robust.camera_from_world;
+                poses.push((*number, pose));
+            }
+        }
+        poses
+    }
+}
+
+/// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
+fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
+    let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
+    let mut depths: Vec<f64> = ids.iter().map(|id| map.landmark(*id).point_in_world.z).collect();
+    depths.sort_by(f64::total_cmp);
+    let scale = 1.0 / depths.get(depths.len() / 2).copied().unwrap_or(1.0).max(1e-9);
+    let pose = map.keyframe(second).camera_from_world();
+    let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
+    let scaled: Rigid3<CameraFrame, _> = Rigid3::new(rotation, pose.translation() * scale);
+    map.set_pose(second, scaled);
+    for id in ids {
+        map.landmark_mut(id).point_in_world.coords *= scale;
+    }
+}
