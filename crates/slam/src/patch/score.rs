@@ -34,9 +34,9 @@ impl SearchPatch {
     #[inline]
     #[must_use]
     pub fn zmssd(&self, image: &GrayImage, x: usize, y: usize) -> Option<f32> {
-        let is_inside =
-            x >= HALF_PX && y >= HALF_PX && x + HALF_PX <= image.width() && y + HALF_PX <= image.height();
-        if !is_inside {
+        // Places far outside must not overflow.
+        let (right, bottom) = ((image.width() + 1).saturating_sub(HALF_PX), (image.height() + 1).saturating_sub(HALF_PX));
+        if x < HALF_PX || y < HALF_PX || x >= right || y >= bottom {
             return None;
         }
         let (mut sum, mut squares, mut products) = ([0_i32; 8], [0_i32; 8], [0_i32; 8]);
@@ -74,5 +74,6 @@ mod tests {
         assert_eq!(patch.zmssd(&brighter, 15, 14), Some(0.0));
         assert!(patch.zmssd(&brighter, 17, 14).unwrap() > 100.0);
         assert!(patch.zmssd(&image, 3, 14).is_none() && patch.zmssd(&image, 4, 29).is_none());
+        assert!(patch.zmssd(&image, usize::MAX, 10).is_none() && patch.zmssd(&image, 28, 28).is_some());
     }
 }

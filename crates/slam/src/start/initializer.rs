@@ -58,6 +58,8 @@ struct Attempt {
     number: usize,
     at: Timestamp,
     num_corners: usize,
+    /// Corners found in the first frame after that.
+    num_followable: Option<usize>,
     last: Arc<Pyramid>,
     /// For each frame since: its number and the corners found in it.
     history: Vec<(usize, Vec<(usize, Point2<f64>)>)>,
@@ -87,7 +89,9 @@ impl Initializer {
         let places = attempt.follower.tracks().iter().map(|track| (track.number, track.px)).collect();
         attempt.history.push((number, places));
         let num = attempt.follower.tracks().len();
-        let least = (self.config.start.min_followed_ratio * attempt.num_corners as f64) as usize;
+        // Corners of noise are gone after one frame and do not count.
+        let num_followable = *attempt.num_followable.get_or_insert(num);
+        let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
         if num < least.max(self.config.start.min_points) || attempt.history.len() > self.config.start.max_frames {
             self.begin(number, at, pyramid);
             return StartStep::Waiting(StartWait::TracksLost(num));
@@ -123,6 +127,7 @@ impl Initializer {
             number,
             at,
             num_corners: corners.len(),
+            num_followable: None,
             last: Arc::clone(pyramid),
             history: Vec::new(),
         });
