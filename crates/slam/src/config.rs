@@ -210,7 +210,7 @@ impl Default for MappingConfig {
             soft_lost_ratio: 0.1,
             lost_ratio: 0.3,
             max_shift_ratio: 0.06,
-            min_gap_frames: 2,
+            min_gap_frames: 3,
             search_keyframes: 6,
             max_new_candidates: 250,
             max_candidate_misses: 8,

@@ -70,6 +70,19 @@ pub struct CornerSearch {
     pub min_score: f32,
 }
 
+/// Shi-Tomasi score that the noise of an image alone reaches: the lower quartile over a regular sample of its pixels.
+#[must_use]
+pub fn noise_score(pyramid: &Pyramid) -> f32 {
+    let image = pyramid.level(0);
+    let places = |side: usize| (8..side.saturating_sub(8)).step_by(16);
+    let mut scores: Vec<f32> = places(image.height())
+        .flat_map(|y| places(image.width()).map(move |x| (x, y)))
+        .map(|(x, y)| shi_tomasi_score(image, x, y))
+        .collect();
+    scores.sort_by(f32::total_cmp);
+    scores.get(scores.len() / 4).copied().unwrap_or(0.0)
+}
+
 /// The best corner of each free cell, best cells first.
 #[must_use]
 pub fn detect_corners(pyramid: &Pyramid, grid: &CornerGrid, search: CornerSearch) -> Vec<Corner> {

@@ -5,13 +5,17 @@ use nalgebra::Point3;
 use super::{DepthFilter, EpipolarSearch, View};
 use crate::{
     config::{FeatureConfig, MappingConfig},
-    feature::{Corner, CornerGrid, CornerSearch, detect_corners},
+    feature::{Corner, CornerGrid, CornerSearch, detect_corners, noise_score},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
     track::Found,
 };
 use visloc_geom::Camera;
 
+/// How far above the noise of the image the score of a weak corner must be.
+const NOISE_FACTOR: f32 = 4.0;
+/// Cosine of the least parallax of a landmark (half a degree): below, errors of the poses pass for depth.
+const MAX_COS_PARALLAX: f64 = 0.999_962;
 /// Error of a match along the epipolar line on its level, pixels.
 const SIGMA_PX: f64 = 0.5;
 
@@ -54,7 +58,7 @@ pub fn corners_in_two_passes(
         }
         let low = CornerSearch {
             threshold: features.low_fast_threshold,
-            min_score: features.low_min_score,
+            min_score: features.low_min_score.max(NOISE_FACTOR * noise_score(pyramid)),
             ..search
         };
         corners.extend(detect_corners(pyramid, grid, low));
@@ -149,6 +153,6 @@ pub fn judge(map: &Map, id: LandmarkId, center: &Point3<f64>, config: &MappingCo
     let cos = cos_parallax(&landmark.point_in_world, host_center, center);
     let distance = (landmark.point_in_world - center).norm();
     let deviation = filter.standard_deviation() / filter.inverse_depth();
-    let is_sure = filter.linearity_index(distance, cos) < 0.1 && deviation < config.max_depth_deviation;
+    let is_sure = filter.linearity_index(distance, cos) < 0.1 && deviation < config.max_depth_deviation && cos < MAX_COS_PARALLAX;
     if is_sure && landmark.num_found >= 3 { Verdict::Promote } else { Verdict::Wait }
 }

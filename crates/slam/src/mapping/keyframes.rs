@@ -30,7 +30,11 @@ impl KeyframeRule {
         let lost = 1.0 - report.num_converged as f64 / self.most_matched.max(1) as f64;
         lost > config.lost_ratio
             || (gap >= config.soft_gap_frames && lost > config.soft_lost_ratio)
-            || mean_shift_px(map, last_keyframe, &report.frame).is_none_or(|px| px > config.max_shift_ratio * image_width)
+            || match mean_shift_px(map, last_keyframe, &report.frame) {
+                Some(px) => px > config.max_shift_ratio * image_width,
+                // Hardly anything in common: wait until candidates have had a chance.
+                None => gap >= 2 * config.min_gap_frames,
+            }
     }
 
     /// Starts over after a keyframe with so many converged landmarks.

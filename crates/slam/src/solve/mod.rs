@@ -6,5 +6,5 @@ mod pose;
 mod triangulate;
 
 pub use bundle::{Bundle, BundleObservation, BundleReport, BundleSettings};
-pub use pose::{PoseObservation, RansacSettings, RobustPose, refine_pose, robust_pose};
+pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, robust_pose};
 pub use triangulate::{cos_parallax, triangulate};

@@ -1,17 +1,25 @@
 //! The pose of one camera from points that it sees.
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix6, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
 use rand::RngExt;
 use visloc_base::Rng;
 
 use super::normal::solve_damped;
-use crate::lie::{CameraFromWorld, image_by_twist, moved};
+use crate::lie::{CameraFromWorld, moved, skew};
 
-/// One point and where the camera sees it.
+/// One landmark and where the camera sees it.
+///
+/// A landmark is the point `anchor + direction / inverse_depth`. Of a known point, `direction` is zero and the anchor is the
+/// point. Of a candidate, the anchor is the center of its host and its inverse depth is only known up to a factor that all
+/// candidates have in common: were their errors taken for independent, many of them together would feign to know the scale.
 #[derive(Debug, Clone, Copy)]
 pub struct PoseObservation {
-    /// The point, map units.
-    pub point_in_world: Point3<f64>,
+    /// The point, or the center of the candidate's host; map units.
+    pub anchor_in_world: Point3<f64>,
+    /// The candidate's ray (z = 1 in its host) in the world.
+    pub direction_in_world: Vector3<f64>,
+    /// Inverse depth of a candidate, 1 / map unit; `None` for a known point.
+    pub inverse_depth: Option<f64>,
     /// Where it is seen, on the plane z = 1 without distortion.
     pub ray: Vector3<f64>,
     /// Whitens a residual on that plane: square root of the inverse covariance.
@@ -19,24 +27,86 @@ pub struct PoseObservation {
 }
 
 impl PoseObservation {
+    /// Of a known point.
+    #[must_use]
+    pub fn of_point(point_in_world: Point3<f64>, ray: Vector3<f64>, whitening: Matrix2<f64>) -> Self {
+        Self {
+            anchor_in_world: point_in_world,
+            direction_in_world: Vector3::zeros(),
+            inverse_depth: None,
+            ray,
+            whitening,
+        }
+    }
+
+    /// The landmark in the camera, up to its depth, and the anchor in the camera.
+    #[inline]
+    fn in_camera(&self, state: &State) -> (Vector3<f64>, Vector3<f64>, f64) {
+        let anchor = state.pose.transform(&self.anchor_in_world).coords;
+        match self.inverse_depth {
+            None => (anchor, anchor, 1.0),
+            Some(inverse_depth) => {
+                let weight = inverse_depth * state.log_scale.exp();
+                (state.pose.rotate(&self.direction_in_world) + anchor * weight, anchor, weight)
+            }
+        }
+    }
+
     /// Whitened residual; `None` behind the camera.
     #[inline]
-    fn residual(&self, pose: &CameraFromWorld) -> Option<(Vector2<f64>, Point3<f64>)> {
-        let point = pose.transform(&self.point_in_world);
+    fn residual(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
         if point.z <= 1e-9 {
             return None;
         }
         let error = Vector2::new(point.x / point.z - self.ray.x, point.y / point.z - self.ray.y);
-        Some((self.whitening * error, point))
+        Some(self.whitening * error)
+    }
+
+    /// Whitened residual with its derivatives by the twist and by the logarithm of the candidates' scale.
+    #[inline]
+    fn linearize(&self, state: &State) -> Option<(Vector2<f64>, SMatrix<f64, 2, 7>)> {
+        let (point, anchor, weight) = self.in_camera(state);
+        let error = self.residual(&point)?;
+        let inv_z = 1.0 / point.z;
+        let (x, y) = (point.x * inv_z, point.y * inv_z);
+        let by_point = self.whitening * Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
+        let mut jacobian = SMatrix::<f64, 2, 7>::zeros();
+        jacobian.fixed_view_mut::<2, 3>(0, 0).copy_from(&(by_point * weight));
+        jacobian.fixed_view_mut::<2, 3>(0, 3).copy_from(&(-by_point * skew(&point)));
+        if self.inverse_depth.is_some() {
+            jacobian.fixed_view_mut::<2, 1>(0, 6).copy_from(&(by_point * anchor * weight));
+        }
+        Some((error, jacobian))
     }
 
     /// Squared length of the whitened residual; infinite behind the camera.
     #[inline]
     #[must_use]
-    pub fn chi2(&self, pose: &CameraFromWorld) -> f64 {
-        self.residual(pose).map_or(f64::INFINITY, |(error, _)| error.norm_squared())
+    pub fn chi2(&self, state: &State) -> f64 {
+        let (point, _, _) = self.in_camera(state);
+        self.residual(&point).map_or(f64::INFINITY, |error| error.norm_squared())
     }
 }
+
+/// What is estimated: the pose, and the factor that the inverse depths of all candidates have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    /// The pose.
+    pub pose: CameraFromWorld,
+    /// Logarithm of the factor on inverse depths.
+    pub log_scale: f64,
+}
+
+impl State {
+    /// A pose, and candidates as they are.
+    #[must_use]
+    pub fn new(pose: &CameraFromWorld) -> Self {
+        Self { pose: *pose, log_scale: 0.0 }
+    }
+}
+
+/// Standard deviation of the logarithm of the candidates' common scale before anything is seen.
+const SCALE_SIGMA: f64 = 0.7;
 
 /// How outliers are found.
 #[derive(Debug, Clone, Copy)]
@@ -70,36 +140,36 @@ pub struct RobustPose {
 /// units) or, with an infinite cutoff, plain least squares.
 #[must_use]
 pub fn refine_pose(
-    start: &CameraFromWorld,
+    start: &State,
     observations: &[PoseObservation],
     is_used: impl Fn(usize) -> bool,
     cutoff: f64,
     max_iterations: usize,
-) -> CameraFromWorld {
-    let mut pose = *start;
+) -> State {
+    let mut state = *start;
     for _ in 0..max_iterations {
-        let (mut hessian, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+        let (mut hessian, mut gradient) = (SMatrix::<f64, 7, 7>::zeros(), SVector::<f64, 7>::zeros());
         for (_, observation) in observations.iter().enumerate().filter(|(i, _)| is_used(*i)) {
-            let Some((error, point)) = observation.residual(&pose) else { continue };
+            let Some((error, jacobian)) = observation.linearize(&state) else { continue };
             let ratio2 = error.norm_squared() / (cutoff * cutoff);
             if ratio2 >= 1.0 {
                 continue;
             }
             let weight = (1.0 - ratio2).powi(2);
-            let inv_z = 1.0 / point.z;
-            let (x, y) = (point.x * inv_z, point.y * inv_z);
-            let by_point = Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
-            let jacobian = observation.whitening * image_by_twist(&by_point, &point.coords);
             hessian += jacobian.transpose() * jacobian * weight;
             gradient -= jacobian.transpose() * error * weight;
         }
+        hessian[(6, 6)] += 1.0 / (SCALE_SIGMA * SCALE_SIGMA);
+        gradient[6] -= state.log_scale / (SCALE_SIGMA * SCALE_SIGMA);
         let Some(step) = solve_damped(hessian, &gradient, 1e-6) else { break };
-        pose = moved(&step, &pose);
-        if step.amax() < 1e-7 {
+        let twist = Vector6::from_fn(|i, _| step[i]);
+        state.pose = moved(&twist, &state.pose);
+        state.log_scale = (state.log_scale + step[6]).clamp(-3.0, 3.0);
+        if twist.amax() < 1e-7 {
             break;
         }
     }
-    pose
+    state
 }
 
 /// Pose with outliers rejected: hypotheses from small samples, least squares over the inliers of the best, rescue of outliers
@@ -113,6 +183,7 @@ pub fn robust_pose(
     settings: &RansacSettings,
     rng: &mut Rng,
 ) -> RobustPose {
+    let start = &State::new(start);
     let limit = settings.inlier_chi2;
     let cutoff = 2.0 * limit.sqrt();
     // Wide first: the start may be off by several pixels.
@@ -142,7 +213,7 @@ pub fn robust_pose(
     let pose = refine_pose(&pose, observations, |i| is_rescued[i], cutoff, 10);
     let is_inlier = mark(&pose, observations, limit);
     let num_inliers = is_inlier.iter().filter(|is_inlier| **is_inlier).count();
-    RobustPose { camera_from_world: pose, is_inlier, num_inliers }
+    RobustPose { camera_from_world: pose.pose, is_inlier, num_inliers }
 }
 
 fn needed_hypotheses(settings: &RansacSettings, inlier_ratio: f64) -> usize {
@@ -163,11 +234,11 @@ fn draw(size: usize, num: usize, rng: &mut Rng) -> Vec<usize> {
     sample
 }
 
-fn count_inliers(pose: &CameraFromWorld, observations: &[PoseObservation], limit: f64) -> usize {
+fn count_inliers(pose: &State, observations: &[PoseObservation], limit: f64) -> usize {
     observations.iter().filter(|observation| observation.chi2(pose) <= limit).count()
 }
 
-fn mark(pose: &CameraFromWorld, observations: &[PoseObservation], limit: f64) -> Vec<bool> {
+fn mark(pose: &State, observations: &[PoseObservation], limit: f64) -> Vec<bool> {
     observations.iter().map(|observation| observation.chi2(pose) <= limit).collect()
 }
 
@@ -202,7 +273,7 @@ mod tests {
                 } else {
                     ray += Vector3::new(gaussian(&mut rng, 0.001), gaussian(&mut rng, 0.001), 0.0);
                 }
-                PoseObservation { point_in_world: point, ray, whitening: Matrix2::identity() * 1000.0 }
+                PoseObservation::of_point(point, ray, Matrix2::identity() * 1000.0)
             })
             .collect();
         (truth, observations)
@@ -219,6 +290,51 @@ mod tests {
             assert!(error < 5e-3, "seed {seed}: {error}");
             assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
         }
+    }
+
+    #[test]
+    fn jacobians_are_the_numeric_ones() {
+        let (truth, observations) = scene(2, 0.0);
+        let mut candidate = observations[3];
+        candidate.direction_in_world = Vector3::new(0.1, 0.2, 1.0);
+        candidate.anchor_in_world = Point3::new(0.3, -0.2, 0.1);
+        candidate.inverse_depth = Some(0.3);
+        for observation in [observations[0], observations[50], candidate] {
+            let state = State { pose: truth, log_scale: 0.2 };
+            let (_, analytic) = observation.linearize(&state).unwrap();
+            for i in 0..7 {
+                let shifted = |step: f64| {
+                    let mut other = state;
+                    if i < 6 {
+                        let mut twist = Vector6::zeros();
+                        twist[i] = step;
+                        other.pose = moved(&twist, &state.pose);
+                    } else {
+                        other.log_scale += step;
+                    }
+                    observation.linearize(&other).unwrap().0
+                };
+                let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
+                assert!((numeric - analytic.column(i)).norm() < 1e-3, "{i}: {numeric} {analytic}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_few_known_points_set_the_scale_among_many_candidates() {
+        let (truth, mut observations) = scene(5, 0.0);
+        // Candidates made at the origin, all believed to be twice as near as they are.
+        for observation in observations.iter_mut().skip(8) {
+            let point = observation.anchor_in_world;
+            observation.direction_in_world = point.coords / point.z;
+            observation.anchor_in_world = Point3::origin();
+            observation.inverse_depth = Some(2.0 / point.z);
+        }
+        let start = CameraFromWorld::identity();
+        let mut rng = RngTree::new(5).stream("ransac", 0);
+        let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
+        let error = (found.camera_from_world.translation() - truth.translation()).norm();
+        assert!(error < 0.02, "{error}");
     }
 
     #[test]

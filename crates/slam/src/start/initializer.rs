@@ -242,11 +242,9 @@ impl Initializer {
         for (number, places) in before_last {
             let observation = |(track, px): &(usize, Point2<f64>)| {
                 let landmark = map.landmark(landmark_of[*track]?);
-                landmark.is_alive().then(|| PoseObservation {
-                    point_in_world: landmark.point_in_world,
-                    ray: self.camera.bearing(px),
-                    whitening: whitening(focal_px(&self.camera), self.config.tracking.match_sigma_px, 0),
-                })
+                let weight = whitening(focal_px(&self.camera), self.config.tracking.match_sigma_px, 0);
+                let ray = self.camera.bearing(px);
+                landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
             };
             let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
             let robust = robust_pose(&pose, &observations, &ransac, rng);

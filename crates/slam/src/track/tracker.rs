@@ -257,18 +257,22 @@ impl Tracker {
         predicted: &CameraFromWorld,
         focal: f64,
     ) -> PoseObservation {
-        let mut weight = whitening(focal, self.config.match_sigma_px, feature.level);
-        if landmark.state == LandmarkState::Candidate {
-            if let Some(spread) = depth_spread(map, landmark, predicted) {
-                let sigma = 1.0 / weight[(0, 0)];
-                let covariance = Matrix2::identity() * (sigma * sigma) + spread * spread.transpose();
-                weight = covariance
-                    .cholesky()
-                    .and_then(|c| c.l().try_inverse())
-                    .unwrap_or_else(|| Matrix2::identity() * 1e-6);
-            }
+        let weight = whitening(focal, self.config.match_sigma_px, feature.level);
+        if landmark.state != LandmarkState::Candidate {
+            return PoseObservation::of_point(landmark.point_in_world, feature.ray, weight);
         }
-        PoseObservation { point_in_world: landmark.point_in_world, ray: feature.ray, whitening: weight }
+        let sigma = 1.0 / weight[(0, 0)];
+        let spread = depth_spread(map, landmark, predicted).unwrap_or_default();
+        let covariance = Matrix2::identity() * (sigma * sigma) + spread * spread.transpose();
+        let whitening = covariance.cholesky().and_then(|c| c.l().try_inverse());
+        let host = map.keyframe(landmark.host().keyframe);
+        PoseObservation {
+            anchor_in_world: *host.center_in_world(),
+            direction_in_world: host.camera_from_world().rotation().transpose() * landmark.host().ray,
+            inverse_depth: Some(landmark.filter.inverse_depth()),
+            ray: feature.ray,
+            whitening: whitening.unwrap_or(weight),
+        }
     }
 
     /// At most one landmark for each cell, those found most often first; candidates where converged ones are few.
