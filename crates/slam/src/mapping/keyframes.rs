@@ -37,9 +37,9 @@ impl KeyframeRule {
             }
     }
 
-    /// Starts over after a keyframe with so many converged landmarks.
-    pub fn keyframe_made(&mut self, num_converged: usize) {
-        self.most_matched = num_converged;
+    /// Starts over after a keyframe: what counts is how many landmarks *tracking* finds from here on.
+    pub fn keyframe_made(&mut self) {
+        self.most_matched = 0;
     }
 }
 

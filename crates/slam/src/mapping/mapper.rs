@@ -58,7 +58,7 @@ impl Mapper {
     /// Goes on from another keyframe, after a relocalization.
     pub fn go_on_from(&mut self, keyframe: KeyframeId) {
         self.last_keyframe = keyframe;
-        self.rule.keyframe_made(0);
+        self.rule.keyframe_made();
     }
 
     /// Makes candidates in the given keyframes of a map that has just been started, and adjusts it.
@@ -141,8 +141,7 @@ impl Mapper {
         self.forget_old_candidates(map, id);
         times.add("bundle adjustment", clock.secs() - made);
         self.last_keyframe = id;
-        let landmarks = &map.keyframe(id).landmarks;
-        self.rule.keyframe_made(landmarks.iter().filter(|l| map.landmark(**l).is_converged()).count().min(self.config.tracking.max_matches));
+        self.rule.keyframe_made();
         report.keyframe = Some(id);
         report
     }
