@@ -98,8 +98,6 @@ pub struct TrackingConfig {
     pub min_matches: usize,
     /// Share of the searched landmarks that a good frame finds. Thesis: 0.2.
     pub min_match_ratio: f64,
-    /// Standard deviation of a match on its level, pixels.
-    pub match_sigma_px: f64,
     /// Bad frames in a row after which the camera is lost. Thesis: 3.
     pub max_bad_frames: usize,
     /// Whether outliers are rejected by random samples (the document's configurations); robust weights always are.
@@ -195,7 +193,6 @@ impl Default for TrackingConfig {
             max_matches: 200,
             min_matches: 20,
             min_match_ratio: 0.2,
-            match_sigma_px: 0.5,
             max_bad_frames: 3,
             reject_outliers: true,
             max_hypotheses: 100,
@@ -264,7 +261,6 @@ impl SlamConfig {
             ("tracking.cell_px", t.cell_px),
             ("start.min_parallax_deg", s.min_parallax_deg),
             ("start.inlier_px", s.inlier_px),
-            ("tracking.match_sigma_px", t.match_sigma_px),
             ("mapping.max_depth_deviation", m.max_depth_deviation),
             ("mapping.max_shift_ratio", m.max_shift_ratio),
         ] {

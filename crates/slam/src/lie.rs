@@ -35,7 +35,7 @@ pub fn exp<F>(twist: &Vector6<f64>) -> Rigid3<F, F> {
 /// The twist of a motion; the inverse of [`exp`] for rotations below pi.
 #[must_use]
 pub fn log<A, B>(motion: &Rigid3<A, B>) -> Vector6<f64> {
-    let w = Rotation3::from_matrix_unchecked(*motion.rotation()).scaled_axis();
+    let w = rotation_vector(motion.rotation());
     let angle = w.norm();
     let c = if angle < 1e-6 {
         1.0 / 12.0
@@ -45,6 +45,15 @@ pub fn log<A, B>(motion: &Rigid3<A, B>) -> Vector6<f64> {
     let k = skew(&w);
     let v = (Matrix3::identity() - k * 0.5 + k * k * c) * motion.translation();
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
+}
+
+/// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
+fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let r = rotation;
+    let axis = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
+    let sine = axis.norm();
+    let angle = sine.atan2(0.5 * (r.trace() - 1.0));
+    if sine < 1e-9 { axis } else { axis * (angle / sine) }
 }
 
 /// `exp(twist) * pose`, with the rotation made orthonormal again.

@@ -1,6 +1,7 @@
 //! The best corner of each cell.
 
 use nalgebra::Point2;
+use visloc_base::GrayImage;
 
 use super::{detect_fast, fast::FastCorner, shi_tomasi_score};
 use crate::image::{Pyramid, px_from_level};
@@ -70,11 +71,16 @@ pub struct CornerSearch {
     pub min_score: f32,
 }
 
-/// Shi-Tomasi score that the noise of an image alone reaches: the lower quartile over a regular sample of its pixels.
+/// Shi-Tomasi score that noise alone reaches on each level, which is the mean squared gradient of noise: the lower quartile
+/// over a regular sample of pixels.
 #[must_use]
-pub fn noise_score(pyramid: &Pyramid) -> f32 {
-    let image = pyramid.level(0);
-    let places = |side: usize| (8..side.saturating_sub(8)).step_by(16);
+pub fn gradient_noise(pyramid: &Pyramid, num_levels: usize) -> Vec<f32> {
+    (0..num_levels.min(pyramid.num_levels())).map(|level| gradient_noise_of(pyramid.level(level))).collect()
+}
+
+fn gradient_noise_of(image: &GrayImage) -> f32 {
+    let step = if image.width() > 400 { 16 } else { 8 };
+    let places = |side: usize| (8..side.saturating_sub(8)).step_by(step);
     let mut scores: Vec<f32> = places(image.height())
         .flat_map(|y| places(image.width()).map(move |x| (x, y)))
         .map(|(x, y)| shi_tomasi_score(image, x, y))

@@ -5,5 +5,5 @@ mod grid;
 mod shi_tomasi;
 
 pub use fast::{FastCorner, detect_fast};
-pub use grid::{Corner, CornerGrid, CornerSearch, detect_corners, noise_score};
+pub use grid::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise};
 pub use shi_tomasi::shi_tomasi_score;

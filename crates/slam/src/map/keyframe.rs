@@ -35,6 +35,8 @@ pub struct Keyframe {
     pub pyramid: Option<Arc<Pyramid>>,
     /// The whole view in small.
     pub small: SmallImage,
+    /// Gradient noise of its levels, see [`crate::feature::gradient_noise`].
+    pub gradient_noise: Vec<f32>,
     /// Landmarks observed here, in order of observation.
     pub landmarks: Vec<LandmarkId>,
     pub(super) camera_from_world: CameraFromWorld,

@@ -1,6 +1,6 @@
 //! Landmarks.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Matrix2, Point2, Point3, Vector3};
 
 use super::KeyframeId;
 use crate::mapping::DepthFilter;
@@ -40,6 +40,8 @@ pub struct Observation {
     pub ray: Vector3<f64>,
     /// Level on which it was measured.
     pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
 }
 
 /// A point of the world.

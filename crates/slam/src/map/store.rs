@@ -7,6 +7,7 @@ use visloc_base::Timestamp;
 
 use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation};
 use crate::{
+    feature::gradient_noise,
     image::{Pyramid, SmallImage},
     lie::CameraFromWorld,
     mapping::DepthFilter,
@@ -92,6 +93,7 @@ impl Map {
             frame: new.frame,
             at: new.at,
             small: SmallImage::new(&new.pyramid),
+            gradient_noise: gradient_noise(&new.pyramid, usize::MAX),
             pyramid: Some(new.pyramid),
             landmarks: Vec::new(),
             camera_from_world: new.camera_from_world,

@@ -6,6 +6,7 @@ use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
     solve::{Bundle, BundleObservation, BundleSettings},
+    track::whitening,
 };
 
 /// 95 % limit of chi-square with two degrees of freedom.
@@ -29,20 +30,20 @@ struct Index {
 }
 
 /// Adjusts a keyframe, the keyframes most connected to it and their landmarks; other observers stay where they are.
-pub fn adjust_local(map: &mut Map, newest: KeyframeId, config: &MappingConfig, focal_px: f64, sigma_px: f64) -> AdjustReport {
+pub fn adjust_local(map: &mut Map, newest: KeyframeId, config: &MappingConfig, focal_px: f64) -> AdjustReport {
     let mut free = vec![newest];
     free.extend(map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1));
-    adjust(map, &free, config, focal_px, sigma_px)
+    adjust(map, &free, config, focal_px)
 }
 
 /// Adjusts all keyframes and landmarks but the first keyframe.
-pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64, sigma_px: f64) -> AdjustReport {
+pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
     let free: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
-    adjust(map, &free, config, focal_px, sigma_px)
+    adjust(map, &free, config, focal_px)
 }
 
-fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: f64, sigma_px: f64) -> AdjustReport {
-    let (mut bundle, index) = collect(map, free, focal_px, sigma_px);
+fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: f64) -> AdjustReport {
+    let (mut bundle, index) = collect(map, free, focal_px);
     let settings = |max_iterations| BundleSettings { max_iterations, huber: CHI2.sqrt() };
     bundle.solve(&settings(config.bundle_first_iterations));
     let is_outlier =
@@ -68,7 +69,7 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
     AdjustReport { num_free: free.len(), num_points: index.landmarks.len(), num_dropped }
 }
 
-fn collect(map: &Map, free: &[KeyframeId], focal_px: f64, sigma_px: f64) -> (Bundle, Index) {
+fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
     let mut camera_of = vec![None; map.num_keyframe_ids()];
     let mut bundle = Bundle::default();
     let mut index = Index { keyframes: free.to_vec(), landmarks: Vec::new() };
@@ -99,7 +100,7 @@ fn collect(map: &Map, free: &[KeyframeId], focal_px: f64, sigma_px: f64) -> (Bun
                 point,
                 camera,
                 ray: Vector2::new(observation.ray.x, observation.ray.y),
-                information: focal_px / (sigma_px * f64::from(1_u32 << observation.level)),
+                whitening: whitening(focal_px, &observation.covariance_px),
             });
         }
     }

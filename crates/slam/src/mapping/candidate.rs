@@ -1,11 +1,11 @@
 //! Candidates: made at keyframes, measured in every frame, promoted when their depth is sure.
 
-use nalgebra::Point3;
+use nalgebra::{Matrix2, Point3};
 
 use super::{DepthFilter, EpipolarSearch, View};
 use crate::{
     config::{FeatureConfig, MappingConfig},
-    feature::{Corner, CornerGrid, CornerSearch, detect_corners, noise_score},
+    feature::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
     track::Found,
@@ -16,8 +16,6 @@ use visloc_geom::Camera;
 const NOISE_FACTOR: f32 = 4.0;
 /// Cosine of the least parallax of a landmark (half a degree): below, errors of the poses pass for depth.
 const MAX_COS_PARALLAX: f64 = 0.999_962;
-/// Error of a match along the epipolar line on its level, pixels.
-const SIGMA_PX: f64 = 0.5;
 
 /// New corners in cells where the keyframe has no landmark, strongest first.
 pub fn new_corners(
@@ -58,7 +56,7 @@ pub fn corners_in_two_passes(
         }
         let low = CornerSearch {
             threshold: features.low_fast_threshold,
-            min_score: features.low_min_score.max(NOISE_FACTOR * noise_score(pyramid)),
+            min_score: features.low_min_score.max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
             ..search
         };
         corners.extend(detect_corners(pyramid, grid, low));
@@ -95,15 +93,22 @@ pub fn add_candidates(
     let deviation = 0.5 * median.max(1.5 * high - median);
     let add = |corner: &Corner| {
         let ray = camera.bearing(&corner.px);
-        let host = Observation { keyframe, px: corner.px, ray, level: corner.level };
+        let host =
+            Observation { keyframe, px: corner.px, ray, level: corner.level, covariance_px: corner_covariance(corner.level) };
         map.add_landmark(host, DepthFilter::new(median, deviation), LandmarkState::Candidate)
     };
     corners.iter().map(add).collect()
 }
 
+/// Covariance of a place that defines a patch, squared pixels of level 0.
+pub fn corner_covariance(level: usize) -> Matrix2<f64> {
+    const SIGMA_PX: f64 = 0.2;
+    Matrix2::identity() * (SIGMA_PX * f64::from(1_u32 << level)).powi(2)
+}
+
 /// Measures a candidate in a view and tells where it was found.
 pub fn measure(map: &mut Map, id: LandmarkId, view: &View<'_>) -> Option<Found> {
-    let search = view.search(map, map.landmark(id), SIGMA_PX);
+    let search = view.search(map, map.landmark(id));
     let landmark = map.landmark_mut(id);
     match search {
         EpipolarSearch::OutOfView | EpipolarSearch::NoBaseline => None,

@@ -1,6 +1,6 @@
 //! Search for a candidate along its epipolar segment.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use crate::{
@@ -46,16 +46,17 @@ pub enum EpipolarSearch {
 
 /// When an alignment at the end of a search counts.
 const LIMITS: AlignLimits = AlignLimits { max_iterations: 12, max_shift_px: 3.0, max_unexplained: 0.15, noise: 15.0 };
+/// Error along the line of a usual match, pixels.
+const USUAL_SIGMA_PX: f64 = 0.3;
 /// Most places that are compared.
 const MAX_STEPS: usize = 150;
 /// Length of a segment up to which alignment alone finds the place, pixels of the level.
 const SHORT_PX: f64 = 3.0;
 
 impl View<'_> {
-    /// Looks for a candidate within two standard deviations of its inverse depth. `sigma_px` is the error of a match on its
-    /// level.
+    /// Looks for a candidate within two standard deviations of its inverse depth.
     #[must_use]
-    pub fn search(&self, map: &Map, candidate: &Landmark, sigma_px: f64) -> EpipolarSearch {
+    pub fn search(&self, map: &Map, candidate: &Landmark) -> EpipolarSearch {
         let host = candidate.host();
         let motion = self.camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
         let line = Line { camera: self.camera, motion: &motion, ray: &host.ray };
@@ -67,7 +68,7 @@ impl View<'_> {
             return EpipolarSearch::OutOfView;
         }
         // A measurement worse than what is known is not worth a search.
-        if sigma_px > 1.5 * slope * candidate.filter.standard_deviation() {
+        if USUAL_SIGMA_PX > 1.5 * slope * candidate.filter.standard_deviation() {
             return EpipolarSearch::NoBaseline;
         }
         let Some((template, warp)) = matcher.template(map, candidate) else { return EpipolarSearch::OutOfView };
@@ -83,7 +84,9 @@ impl View<'_> {
         if (px - found.px).norm() > 2.0 * level_px || slope < 1e-9 {
             return EpipolarSearch::Missed;
         }
-        EpipolarSearch::Found { found, inverse_depth, standard_deviation: sigma_px * level_px / slope }
+        let Some(direction) = line.direction(inverse_depth) else { return EpipolarSearch::Missed };
+        let sigma_px = direction.dot(&(found.covariance_px * direction)).sqrt();
+        EpipolarSearch::Found { found, inverse_depth, standard_deviation: sigma_px / slope }
     }
 
     fn matcher(&self) -> Matcher<'_> {
@@ -174,6 +177,12 @@ impl Line<'_> {
     fn slope(&self, inverse_depth: f64) -> Option<f64> {
         let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
         Some((by_point * self.motion.translation()).norm())
+    }
+
+    /// Direction in which the image moves with inverse depth, of length 1.
+    fn direction(&self, inverse_depth: f64) -> Option<Vector2<f64>> {
+        let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
+        (by_point * self.motion.translation()).try_normalize(1e-12)
     }
 
     /// How many of a few places on the segment are inside the image.

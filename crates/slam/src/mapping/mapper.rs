@@ -67,8 +67,7 @@ impl Mapper {
             self.make_candidates(map, *id, 1.0);
         }
         if self.config.mapping.adjust_bundles {
-            let sigma = self.config.tracking.match_sigma_px;
-            adjust_local(map, self.last_keyframe, &self.config.mapping, focal_px(&self.camera), sigma);
+            adjust_local(map, self.last_keyframe, &self.config.mapping, focal_px(&self.camera));
         }
     }
 
@@ -122,8 +121,7 @@ impl Mapper {
             camera_from_world: frame.camera_from_world,
         });
         for feature in &frame.features {
-            let observation = Observation { keyframe: id, px: feature.px, ray: feature.ray, level: feature.level };
-            map.add_observation(feature.landmark, observation);
+            map.add_observation(feature.landmark, feature.in_keyframe(id));
         }
         self.link_local(map, id, frame, local);
         let mut report = self.add_frame(map, frame);
@@ -133,8 +131,7 @@ impl Mapper {
         let made = clock.secs();
         times.add("new points", made - linked);
         if self.config.mapping.adjust_bundles {
-            let sigma = self.config.tracking.match_sigma_px;
-            report.adjusted = adjust_local(map, id, &self.config.mapping, focal_px(&self.camera), sigma);
+            report.adjusted = adjust_local(map, id, &self.config.mapping, focal_px(&self.camera));
         }
         cull_landmarks(map, id);
         cull_keyframes(map, id, &self.config.mapping);
@@ -185,7 +182,7 @@ impl Mapper {
         let found = matcher.find(map, landmark)?;
         let limit = 2.0 * f64::from(1_u32 << found.level);
         ((found.px - predicted).norm() < limit)
-            .then_some(Observation { keyframe, px: found.px, ray: found.ray, level: found.level })
+            .then_some(found.in_keyframe(keyframe))
     }
 
     /// Makes candidates in the empty cells and measures them at once in the connected keyframes.
@@ -208,8 +205,7 @@ impl Mapper {
                 };
                 let other_center = *keyframe.center_in_world();
                 if let Some(found) = measure(map, candidate, &view) {
-                    let observation = Observation { keyframe: *other, px: found.px, ray: found.ray, level: found.level };
-                    map.add_observation(candidate, observation);
+                    map.add_observation(candidate, found.in_keyframe(*other));
                 }
                 if judge(map, candidate, &other_center, &config.mapping) == Verdict::Promote {
                     promoted.push(candidate);

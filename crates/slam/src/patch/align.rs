@@ -1,6 +1,6 @@
 //! Sub-pixel alignment of a patch.
 
-use nalgebra::{Matrix4, Point2, Vector4};
+use nalgebra::{Matrix2, Matrix4, Point2, Vector4};
 use visloc_base::GrayImage;
 
 use super::{BORDERED_PX, HALF_PX, PATCH_PX, Template};
@@ -27,7 +27,16 @@ pub struct Aligned {
     pub at: Point2<f64>,
     /// Mean squared residual after gain and offset, squared gray levels.
     pub residual: f32,
+    /// Covariance of the place, squared pixels of the level. Long along an edge.
+    pub covariance: Matrix2<f64>,
 }
+
+/// Least error of an alignment, pixels: what interpolation and the flat patch leave.
+const LEAST_SIGMA_PX: f64 = 0.15;
+/// Error along a direction in which a patch has no structure, pixels.
+const MOST_SIGMA_PX: f64 = 4.0;
+/// Least mean squared residual that is believed, squared gray levels.
+const LEAST_RESIDUAL: f64 = 4.0;
 
 /// Moves a patch to where it fits the image best under any gain and offset. `start` is the center, in pixels of the image.
 /// `None` if it leaves the image, does not converge to 0.03 px, or does not fit.
@@ -60,7 +69,8 @@ pub fn align(template: &Template, image: &GrayImage, start: &Point2<f64>, limits
             let residual = problem.residual(&sampled, gain, offset);
             let allowed = limits.noise.max(limits.max_unexplained * problem.variance * gain * gain);
             let at = Point2::new(f64::from(x), f64::from(y));
-            return (residual <= allowed).then_some(Aligned { at, residual });
+            let covariance = problem.covariance(residual);
+            return (residual <= allowed).then_some(Aligned { at, residual, covariance });
         }
     }
     None
@@ -72,6 +82,8 @@ struct Problem {
     dx: [f32; NUM],
     dy: [f32; NUM],
     inverse_hessian: Matrix4<f32>,
+    /// Structure tensor of the shift once gain and offset are eliminated, and noise is taken off.
+    tensor: Matrix2<f64>,
     variance: f32,
 }
 
@@ -92,8 +104,8 @@ impl Problem {
         let one = [1.0; NUM];
         let columns = [&dx, &dy, &values, &one];
         let hessian = Matrix4::from_fn(|i, j| dot(columns[i], columns[j]));
-        let inverse_hessian = invert(&hessian)?;
-        Some(Self { values, dx, dy, inverse_hessian, variance })
+        let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
+        Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
     }
 
     /// Gauss-Newton step in shift, gain and offset.
@@ -114,23 +126,40 @@ impl Problem {
         self.inverse_hessian * Vector4::new(sum(&ex), sum(&ey), sum(&et), sum(&e1))
     }
 
+    /// Covariance of the shift for a mean squared residual, squared pixels.
+    fn covariance(&self, residual: f32) -> Matrix2<f64> {
+        let residual = f64::from(residual).max(LEAST_RESIDUAL);
+        let eigen = self.tensor.symmetric_eigen();
+        let variance = eigen.eigenvalues.map(|value| {
+            let variance = residual / value.max(1e-6);
+            variance.min(MOST_SIGMA_PX * MOST_SIGMA_PX) + LEAST_SIGMA_PX * LEAST_SIGMA_PX
+        });
+        eigen.eigenvectors * Matrix2::from_diagonal(&variance) * eigen.eigenvectors.transpose()
+    }
+
     fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
         let squares = sampled.iter().zip(&self.values).map(|(s, t)| (s - gain * t - offset).powi(2));
         squares.sum::<f32>() / NUM as f32
     }
 }
 
-/// Inverse of a structure tensor; `None` if the patch has structure in one direction at most.
-fn invert(hessian: &Matrix4<f32>) -> Option<Matrix4<f32>> {
-    let least = hessian[(0, 0)].min(hessian[(1, 1)]);
-    if least < NUM as f32 * 0.5 {
-        return None;
-    }
+/// Inverse of a structure tensor, damped along directions without structure, and the tensor of the shift without noise.
+/// `None` if the patch has structure in no direction.
+fn invert(hessian: &Matrix4<f32>, gradient_noise: f32) -> Option<(Matrix4<f32>, Matrix2<f64>)> {
     // Single precision is too little for a nearly singular 4 x 4 matrix.
-    let inverse = hessian.cast::<f64>().cholesky()?.inverse();
-    let inverse = inverse.cast::<f32>();
-    // Standard deviation of the shift for noise of one gray level: one tenth of a pixel is the worst that helps.
-    (inverse[(0, 0)].max(inverse[(1, 1)]) < 0.02).then_some(inverse)
+    let mut hessian = hessian.cast::<f64>();
+    let noise = f64::from(gradient_noise) * NUM as f64;
+    // A shift of about two pixels is as likely as the noise: an edge stays where it is predicted along its direction.
+    let damping = noise.max(NUM as f64 * 0.5) * 0.25;
+    for i in 0..2 {
+        hessian[(i, i)] += damping;
+    }
+    let inverse = hessian.cholesky()?.inverse();
+    let shift = inverse.fixed_view::<2, 2>(0, 0).into_owned();
+    let tensor = shift.try_inverse()? - Matrix2::identity() * (damping + noise);
+    let strongest = tensor.symmetric_eigenvalues().max();
+    // Less than a gray level of gradient: nothing to hold on to.
+    (strongest > NUM as f64).then(|| (inverse.cast::<f32>(), tensor))
 }
 
 #[inline]
@@ -202,7 +231,7 @@ mod tests {
         for (dx, dy) in [(0.3, -0.4), (1.6, 1.2), (-2.1, 0.7)] {
             let current = image(dx, dy, 1.2, -20.0);
             let start = Point2::new(30.0, 31.0);
-            let template = Template::from_image(&reference, &start).unwrap();
+            let template = Template::from_image(&reference, &start, 0.0).unwrap();
             let found = align(&template, &current, &start, &LIMITS).unwrap();
             let error = (found.at - Point2::new(30.0 + dx, 31.0 + dy)).norm();
             assert!(error < 0.05, "{dx} {dy}: {error}");
@@ -210,13 +239,31 @@ mod tests {
     }
 
     #[test]
+    fn an_edge_is_known_across_and_not_along() {
+        let mut reference = GrayImage::new(64, 64);
+        for y in 0..64 {
+            for x in 0..64 {
+                let noise = ((x * 7919 + y * 104_729) % 7) as u8;
+                reference.data_mut()[y * 64 + x] = if x + y < 62 { 60 + noise } else { 150 + noise };
+            }
+        }
+        let start = Point2::new(30.0, 31.0);
+        let template = Template::from_image(&reference, &start, 4.0).unwrap();
+        let found = align(&template, &reference, &start, &LIMITS).unwrap();
+        let along = nalgebra::Vector2::new(1.0, -1.0).normalize();
+        let across = nalgebra::Vector2::new(1.0, 1.0).normalize();
+        let sigma = |v: &nalgebra::Vector2<f64>| v.dot(&(found.covariance * v)).sqrt();
+        assert!(sigma(&along) > 0.5 && sigma(&across) < 0.2, "{} {}", sigma(&along), sigma(&across));
+    }
+
+    #[test]
     fn flat_patches_and_borders_are_refused() {
         let reference = image(0.0, 0.0, 1.0, 0.0);
         let flat = GrayImage::new(64, 64);
         let start = Point2::new(30.0, 31.0);
-        let template = Template::from_image(&reference, &start).unwrap();
+        let template = Template::from_image(&reference, &start, 0.0).unwrap();
         assert!(align(&template, &flat, &start, &LIMITS).is_none());
-        let flat_template = Template::from_image(&flat, &start).unwrap();
+        let flat_template = Template::from_image(&flat, &start, 0.0).unwrap();
         assert!(align(&flat_template, &reference, &start, &LIMITS).is_none());
         assert!(align(&template, &reference, &Point2::new(2.0, 30.0), &LIMITS).is_none());
         assert!(align(&template, &reference, &Point2::new(f64::NAN, 30.0), &LIMITS).is_none());

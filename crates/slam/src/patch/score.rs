@@ -69,7 +69,7 @@ mod tests {
         image.data_mut().iter_mut().enumerate().for_each(|(i, v)| *v = (i * i / 7 % 180) as u8);
         let mut brighter = image.clone();
         brighter.data_mut().iter_mut().for_each(|v| *v += 40);
-        let template = Template::from_image(&image, &Point2::new(15.0, 14.0)).unwrap();
+        let template = Template::from_image(&image, &Point2::new(15.0, 14.0), 0.0).unwrap();
         let patch = SearchPatch::new(&template);
         assert_eq!(patch.zmssd(&brighter, 15, 14), Some(0.0));
         assert!(patch.zmssd(&brighter, 17, 14).unwrap() > 100.0);

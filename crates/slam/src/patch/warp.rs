@@ -12,6 +12,8 @@ use crate::image::{Pyramid, level_from_px};
 pub struct Template {
     /// Gray levels, 10 x 10, row by row.
     pub values: [f32; BORDERED_PX * BORDERED_PX],
+    /// Mean squared gradient that noise alone has, (gray levels per pixel)^2. Structure below it is not to be believed.
+    pub gradient_noise: f32,
 }
 
 /// What decides how a patch looks: where it was seen and from where it is looked at now.
@@ -81,9 +83,9 @@ impl PatchWarp {
         })
     }
 
-    /// Takes the patch out of the reference image. `None` if it reaches over the border.
+    /// Takes the patch out of the reference image, whose gradient noise on each level is given. `None` if it reaches over the border.
     #[must_use]
-    pub fn take(&self, reference: &Pyramid, center_px: &Point2<f64>) -> Option<Template> {
+    pub fn take(&self, reference: &Pyramid, center_px: &Point2<f64>, noise: &[f32]) -> Option<Template> {
         let level = self.reference_level.min(reference.num_levels() - 1);
         let image = reference.level(level);
         let center = level_from_px(center_px, level);
@@ -109,7 +111,7 @@ impl PatchWarp {
                 *value = bilinear(image, x, y);
             }
         }
-        Some(Template { values })
+        Some(Template { values, gradient_noise: noise.get(level).copied().unwrap_or(0.0) })
     }
 }
 
@@ -146,7 +148,7 @@ fn bilinear(image: &GrayImage, x: f32, y: f32) -> f32 {
 impl Template {
     /// The patch around a position of one image, without a warp. `None` if it reaches over the border.
     #[must_use]
-    pub fn from_image(image: &GrayImage, center: &Point2<f64>) -> Option<Self> {
+    pub fn from_image(image: &GrayImage, center: &Point2<f64>, gradient_noise: f32) -> Option<Self> {
         let reach = HALF_PX as f32 + 1.0;
         let (left, top) = (center.x as f32 - reach, center.y as f32 - reach);
         let side = BORDERED_PX as f32;
@@ -159,7 +161,7 @@ impl Template {
                 *value = bilinear(image, left + column as f32, top + row as f32);
             }
         }
-        Some(Self { values })
+        Some(Self { values, gradient_noise })
     }
 
     /// The inner 8 x 8 pixels, row by row.

@@ -103,6 +103,7 @@ fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
             px: observation.px,
             ray: observation.ray,
             level: observation.level,
+            covariance_px: observation.covariance_px,
         })
     };
     Some(Frame {

@@ -287,7 +287,7 @@ mod tests {
             let mut rng = RngTree::new(seed).stream("ransac", 0);
             let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
             let error = log(&(found.camera_from_world * truth.inverse())).norm();
-            assert!(error < 5e-3, "seed {seed}: {error}");
+            assert!(error < 0.01, "seed {seed}: {error}");
             assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
         }
     }
@@ -334,7 +334,7 @@ mod tests {
         let mut rng = RngTree::new(5).stream("ransac", 0);
         let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
         let error = (found.camera_from_world.translation() - truth.translation()).norm();
-        assert!(error < 0.02, "{error}");
+        assert!(error < 0.04, "{error}");
     }
 
     #[test]

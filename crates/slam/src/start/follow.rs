@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point2;
+use nalgebra::{Matrix2, Point2};
 
 use crate::{
-    feature::Corner,
+    feature::{Corner, gradient_noise},
     image::{Pyramid, level_from_px, px_from_level},
+    mapping::corner_covariance,
     patch::{AlignLimits, Template, align},
 };
 
@@ -21,6 +22,8 @@ pub struct Track {
     pub px: Point2<f64>,
     /// Level on which it was found.
     pub level: usize,
+    /// Covariance of `px`, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
     /// Its patch on each level of the first image; `None` where it reaches over the border.
     templates: Vec<Option<Template>>,
 }
@@ -40,10 +43,18 @@ impl Follower {
     /// Starts with the corners of an image.
     #[must_use]
     pub fn new(first: Arc<Pyramid>, corners: &[Corner]) -> Self {
+        let noise = gradient_noise(&first, usize::MAX);
         let tracks = corners.iter().enumerate().map(|(number, corner)| {
-            let template = |level| Template::from_image(first.level(level), &level_from_px(&corner.px, level));
+            let template = |level| Template::from_image(first.level(level), &level_from_px(&corner.px, level), noise[level]);
             let templates = (0..first.num_levels()).map(template).collect();
-            Track { number, first_px: corner.px, px: corner.px, level: corner.level, templates }
+            Track {
+                number,
+                first_px: corner.px,
+                px: corner.px,
+                level: corner.level,
+                covariance_px: corner_covariance(corner.level),
+                templates,
+            }
         });
         let tracks = tracks.collect();
         Self { first, tracks }
@@ -54,7 +65,7 @@ impl Follower {
     pub fn follow(&mut self, next: &Pyramid, predict: impl Fn(&Point2<f64>) -> Point2<f64>) {
         self.tracks.retain_mut(|track| {
             let found = follow_one(track, next, predict(&track.px)).or_else(|| follow_one(track, next, track.px));
-            found.map(|px| track.px = px).is_some()
+            found.map(|(px, covariance_px)| (track.px, track.covariance_px) = (px, covariance_px)).is_some()
         });
     }
 
@@ -79,19 +90,23 @@ impl Follower {
     }
 }
 
-fn follow_one(track: &Track, next: &Pyramid, predicted: Point2<f64>) -> Option<Point2<f64>> {
+fn follow_one(track: &Track, next: &Pyramid, predicted: Point2<f64>) -> Option<(Point2<f64>, Matrix2<f64>)> {
     let mut px = predicted;
+    let mut covariance_px = track.covariance_px;
     for level in (track.level..next.num_levels().min(track.templates.len())).rev() {
         let image = next.level(level);
         let found = track.templates[level]
             .as_ref()
             .and_then(|template| align(template, image, &level_from_px(&px, level), &LIMITS));
         match found {
-            Some(aligned) => px = px_from_level(&aligned.at, level),
+            Some(aligned) => {
+                px = px_from_level(&aligned.at, level);
+                covariance_px = aligned.covariance * f64::from(1_u32 << (2 * level));
+            }
             // Coarse levels help to get near; only the corner's own level decides.
             None if level > track.level => {}
             None => return None,
         }
     }
-    Some(px)
+    Some((px, covariance_px))
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Rotation3, Vector3};
+use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
@@ -13,7 +13,7 @@ use crate::{
     image::Pyramid,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
-    mapping::{DepthFilter, adjust_all, corners_in_two_passes},
+    mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
     solve::{PoseObservation, RansacSettings, robust_pose},
     track::{Feature, Frame, RotationAligner, focal_px, whitening},
 };
@@ -153,8 +153,7 @@ impl Initializer {
             .collect();
         let two_view = solve_two_view(&pairs, &settings, rng)?;
         let (mut map, landmarks) = self.build(attempt, &two_view, at, number, pyramid);
-        let sigma = self.config.tracking.match_sigma_px;
-        adjust_all(&mut map, &self.config.mapping, focal, sigma);
+        adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
         if num_left < config.min_points {
             return Err(StartWait::NoCommonMotion(num_left as f64 / tracks.len() as f64));
@@ -164,7 +163,8 @@ impl Initializer {
         let between = self.poses_between(attempt, &map, &landmarks, rng);
         let features = landmarks.iter().filter_map(|(id, _)| {
             let observation = map.landmark(*id).observation_in(second)?;
-            Some(Feature { landmark: *id, px: observation.px, ray: observation.ray, level: observation.level })
+            let Observation { px, ray, level, covariance_px, .. } = *observation;
+            Some(Feature { landmark: *id, px, ray, level, covariance_px })
         });
         let frame = Frame {
             number,
@@ -202,15 +202,16 @@ impl Initializer {
         let mut landmarks = Vec::new();
         for (track, point) in attempt.follower.tracks().iter().zip(&two_view.points) {
             let Some(point) = point else { continue };
-            let observation = |keyframe, px: Point2<f64>| Observation {
+            let observation = |keyframe, px: Point2<f64>, covariance_px| Observation {
                 keyframe,
                 px,
                 ray: self.camera.bearing(&px),
                 level: track.level,
+                covariance_px,
             };
             let filter = DepthFilter::new(1.0 / point.z, 0.05 / point.z);
-            let id = map.add_landmark(observation(first, track.first_px), filter, LandmarkState::Converged);
-            map.add_observation(id, observation(second, track.px));
+            let id = map.add_landmark(observation(first, track.first_px, corner_covariance(track.level)), filter, LandmarkState::Converged);
+            map.add_observation(id, observation(second, track.px, track.covariance_px));
             landmarks.push((id, track.number));
         }
         (map, landmarks)
@@ -242,7 +243,7 @@ impl Initializer {
         for (number, places) in before_last {
             let observation = |(track, px): &(usize, Point2<f64>)| {
                 let landmark = map.landmark(landmark_of[*track]?);
-                let weight = whitening(focal_px(&self.camera), self.config.tracking.match_sigma_px, 0);
+                let weight = whitening(focal_px(&self.camera), &(Matrix2::identity() * 0.25));
                 let ray = self.camera.bearing(px);
                 landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
             };

@@ -2,10 +2,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector3};
+use nalgebra::{Matrix2, Point2, Vector3};
 use visloc_base::Timestamp;
 
-use crate::{image::Pyramid, lie::CameraFromWorld, map::LandmarkId};
+use super::Found;
+use crate::{
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{KeyframeId, LandmarkId, Observation},
+};
 
 /// A landmark found in a frame.
 #[derive(Debug, Clone, Copy)]
@@ -18,6 +23,24 @@ pub struct Feature {
     pub ray: Vector3<f64>,
     /// Level on which it was measured.
     pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
+}
+
+impl Feature {
+    /// A landmark and where it was found.
+    #[must_use]
+    pub fn new(landmark: LandmarkId, found: &Found) -> Self {
+        let Found { px, ray, level, covariance_px } = *found;
+        Self { landmark, px, ray, level, covariance_px }
+    }
+
+    /// The same as an observation of a keyframe.
+    #[must_use]
+    pub fn in_keyframe(&self, keyframe: KeyframeId) -> Observation {
+        let Self { px, ray, level, covariance_px, .. } = *self;
+        Observation { keyframe, px, ray, level, covariance_px }
+    }
 }
 
 /// A frame with its pose and the landmarks that agree with it.

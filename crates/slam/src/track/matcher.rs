@@ -6,7 +6,7 @@ use visloc_geom::Camera;
 use crate::{
     image::{Pyramid, level_from_px, px_from_level},
     lie::CameraFromWorld,
-    map::{Landmark, Map, Observation},
+    map::{KeyframeId, Landmark, Map, Observation},
     patch::{AlignLimits, PatchWarp, SearchPatch, Template, WarpGeometry, align},
 };
 
@@ -19,6 +19,17 @@ pub struct Found {
     pub ray: Vector3<f64>,
     /// Level on which it was measured.
     pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
+}
+
+impl Found {
+    /// As an observation of a keyframe.
+    #[must_use]
+    pub fn in_keyframe(&self, keyframe: KeyframeId) -> Observation {
+        let Self { px, ray, level, covariance_px } = *self;
+        Observation { keyframe, px, ray, level, covariance_px }
+    }
 }
 
 /// One image to search, with its pose.
@@ -68,7 +79,7 @@ impl Matcher<'_> {
             current_from_reference: self.camera_from_world * pose.inverse(),
         };
         let warp = PatchWarp::new(&geometry, self.num_levels.min(self.pyramid.num_levels()))?;
-        let template = warp.take(keyframe.pyramid.as_deref()?, &reference.px)?;
+        let template = warp.take(keyframe.pyramid.as_deref()?, &reference.px, &keyframe.gradient_noise)?;
         Some((template, warp))
     }
 
@@ -108,7 +119,8 @@ impl Matcher<'_> {
     pub fn find_from(&self, template: &Template, level: usize, start_px: &Point2<f64>) -> Option<Found> {
         let aligned = align(template, self.pyramid.level(level), &level_from_px(start_px, level), &self.limits)?;
         let px = px_from_level(&aligned.at, level);
-        Some(Found { px, ray: self.camera.bearing(&px), level })
+        let covariance_px = aligned.covariance * f64::from(1_u32 << (2 * level));
+        Some(Found { px, ray: self.camera.bearing(&px), level, covariance_px })
     }
 
     /// The observation whose view is most like this one: the oldest of those that look from nearly the same direction and
@@ -140,8 +152,9 @@ impl Matcher<'_> {
     }
 }
 
-/// Whitening of a residual on the plane z = 1 for a measurement on a level.
+/// Whitening of a residual on the plane z = 1, of a place with a covariance in pixels.
 #[must_use]
-pub fn whitening(focal_px: f64, sigma_px: f64, level: usize) -> Matrix2<f64> {
-    Matrix2::identity() * (focal_px / (sigma_px * f64::from(1_u32 << level)))
+pub fn whitening(focal_px: f64, covariance_px: &Matrix2<f64>) -> Matrix2<f64> {
+    let root = covariance_px.cholesky().and_then(|c| c.l().try_inverse());
+    root.unwrap_or_else(Matrix2::identity) * focal_px
 }

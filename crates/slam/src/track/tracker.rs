@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2, Rotation3, Vector2};
+use nalgebra::{Point2, Rotation3, Vector2};
 use rand::seq::SliceRandom;
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
@@ -257,21 +257,19 @@ impl Tracker {
         predicted: &CameraFromWorld,
         focal: f64,
     ) -> PoseObservation {
-        let weight = whitening(focal, self.config.match_sigma_px, feature.level);
+        let weight = whitening(focal, &feature.covariance_px);
         if landmark.state != LandmarkState::Candidate {
             return PoseObservation::of_point(landmark.point_in_world, feature.ray, weight);
         }
-        let sigma = 1.0 / weight[(0, 0)];
         let spread = depth_spread(map, landmark, predicted).unwrap_or_default();
-        let covariance = Matrix2::identity() * (sigma * sigma) + spread * spread.transpose();
-        let whitening = covariance.cholesky().and_then(|c| c.l().try_inverse());
+        let covariance_px = feature.covariance_px + spread * spread.transpose() * (focal * focal);
         let host = map.keyframe(landmark.host().keyframe);
         PoseObservation {
             anchor_in_world: *host.center_in_world(),
             direction_in_world: host.camera_from_world().rotation().transpose() * landmark.host().ray,
             inverse_depth: Some(landmark.filter.inverse_depth()),
             ray: feature.ray,
-            whitening: whitening.unwrap_or(weight),
+            whitening: whitening(focal, &covariance_px),
         }
     }
 
@@ -342,7 +340,7 @@ struct Search {
 impl Search {
     fn try_landmark(&mut self, map: &Map, matcher: &Matcher<'_>, id: LandmarkId) -> bool {
         let Some(found) = matcher.find(map, map.landmark(id)) else { return false };
-        self.features.push(Feature { landmark: id, px: found.px, ray: found.ray, level: found.level });
+        self.features.push(Feature::new(id, &found));
         true
     }
 }
