@@ -324,7 +324,7 @@ mod tests {
             bundle.solve(&SETTINGS);
             for (found, camera) in bundle.cameras.iter().zip(&truth.cameras) {
                 let error = log(&(*found * camera.inverse())).norm();
-                assert!(error < 0.02, "seed {seed}: {error}");
+                assert!(error < 0.04, "seed {seed}: {error}");
             }
         }
     }

@@ -330,7 +330,7 @@ mod tests {
             observation.anchor_in_world = Point3::origin();
             observation.inverse_depth = Some(2.0 / point.z);
         }
-        let start = CameraFromWorld::identity();
+        let start = moved(&Vector6::new(0.01, -0.01, 0.01, 0.002, 0.002, 0.0), &truth);
         let mut rng = RngTree::new(5).stream("ransac", 0);
         let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
         let error = (found.camera_from_world.translation() - truth.translation()).norm();

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
-use super::{Follower, StartWait, TwoView, TwoViewSettings, solve_two_view};
+use super::{Follower, StartWait, TwoView, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view, verify};
 use crate::{
     config::SlamConfig,
     feature::CornerGrid,
@@ -151,8 +151,9 @@ impl Initializer {
             .iter()
             .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
             .collect();
-        let two_view = solve_two_view(&pairs, &settings, rng)?;
-        let (mut map, landmarks) = self.build(attempt, &two_view, at, number, pyramid);
+        let candidates = solve_two_view(&pairs, &settings, rng)?;
+        let start = self.choose(attempt, &candidates)?;
+        let (mut map, landmarks) = self.build(attempt, &start, at, number, pyramid);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
         if num_left < config.min_points {
@@ -176,11 +177,44 @@ impl Initializer {
         Ok(StartedMap { first, second, frame, between, map })
     }
 
+    /// The motion that explains the frames on the way best, if it does so clearly better than the others.
+    fn choose(&self, attempt: &Attempt, candidates: &[TwoView]) -> Result<VerifiedStart, StartWait> {
+        let views = self.views(attempt);
+        let focal = focal_px(&self.camera);
+        let mut verified: Vec<VerifiedStart> = candidates.iter().filter_map(|c| verify(c, &views, focal)).collect();
+        verified.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        match verified.as_slice() {
+            [best, second, ..] if best.cost > 0.8 * second.cost => Err(StartWait::Ambiguous),
+            [best, ..] if best.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
+            [best, ..] => Ok(best.clone()),
+            [] => Err(StartWait::NoCommonMotion(0.0)),
+        }
+    }
+
+    /// Rays of the corners that are still followed: in the first frame, in some on the way, and in the last.
+    fn views(&self, attempt: &Attempt) -> Vec<ViewRays> {
+        const MOST_BETWEEN: usize = 6;
+        let tracks = attempt.follower.tracks();
+        let first = tracks.iter().map(|track| Some(self.camera.bearing(&track.first_px))).collect();
+        let mut views: Vec<ViewRays> = vec![first];
+        let num = attempt.history.len();
+        let step = num.div_ceil(MOST_BETWEEN + 1).max(1);
+        // Counted from the end, so that the last frame is one of them.
+        for (_, places) in attempt.history.iter().rev().step_by(step).collect::<Vec<_>>().into_iter().rev() {
+            let mut rays = vec![None; attempt.num_corners];
+            for (track, px) in places {
+                rays[*track] = Some(self.camera.bearing(px));
+            }
+            views.push(tracks.iter().map(|track| rays[track.number]).collect());
+        }
+        views
+    }
+
     /// Both keyframes and a landmark for each point, with the number of its corner.
     fn build(
         &self,
         attempt: &Attempt,
-        two_view: &TwoView,
+        start: &VerifiedStart,
         at: Timestamp,
         number: usize,
         pyramid: &Arc<Pyramid>,
@@ -192,15 +226,15 @@ impl Initializer {
             pyramid: Arc::clone(attempt.follower.first()),
             camera_from_world: CameraFromWorld::identity(),
         });
-        let turn = Rotation3::from_matrix_unchecked(*two_view.motion.rotation());
+        let turn = Rotation3::from_matrix_unchecked(*start.last_from_first.rotation());
         let second = map.add_keyframe(NewKeyframe {
             frame: number,
             at,
             pyramid: Arc::clone(pyramid),
-            camera_from_world: CameraFromWorld::new(turn, *two_view.motion.translation()),
+            camera_from_world: CameraFromWorld::new(turn, *start.last_from_first.translation()),
         });
         let mut landmarks = Vec::new();
-        for (track, point) in attempt.follower.tracks().iter().zip(&two_view.points) {
+        for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
             let Some(point) = point else { continue };
             let observation = |keyframe, px: Point2<f64>, covariance_px| Observation {
                 keyframe,

@@ -6,6 +6,7 @@ mod homography;
 mod initializer;
 mod motion;
 mod two_view;
+mod verify;
 
 pub use essential::{decompose_essential, fit_essential};
 pub use follow::{Follower, Track};
@@ -13,3 +14,4 @@ pub use homography::{decompose_homography, fit_homography};
 pub use initializer::{Initializer, StartStep, StartedMap};
 pub use motion::{TwoViewMotion, refine_motion, sampson};
 pub use two_view::{StartWait, TwoView, TwoViewSettings, solve_two_view};
+pub use verify::{VerifiedStart, ViewRays, verify};

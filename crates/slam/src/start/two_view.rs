@@ -86,11 +86,11 @@ struct Candidate {
 
 /// Finds the motion. Samples of eight pairs give essential matrices, samples of four give homographies; the motions of the
 /// best of both are refined on all pairs and compared by the same cost, so that neither a dominant plane nor the lack of
-/// one matters.
+/// one matters. All motions that explain the views about as well as the best one come back, the best first.
 ///
 /// # Errors
 /// Why the two views are not enough.
-pub fn solve_two_view(pairs: &[Pair], settings: &TwoViewSettings, rng: &mut Rng) -> Result<TwoView, StartWait> {
+pub fn solve_two_view(pairs: &[Pair], settings: &TwoViewSettings, rng: &mut Rng) -> Result<Vec<TwoView>, StartWait> {
     if pairs.len() < settings.min_points {
         return Err(StartWait::TracksLost(pairs.len()));
     }
@@ -112,15 +112,20 @@ pub fn solve_two_view(pairs: &[Pair], settings: &TwoViewSettings, rng: &mut Rng)
     if share < settings.min_inlier_ratio || best.num_points < settings.min_points {
         return Err(StartWait::NoCommonMotion(share));
     }
-    let is_rival = |other: &&Candidate| {
-        is_different(&best.motion, &other.motion)
-            && other.num_points as f64 > 0.85 * best.num_points as f64
-            && other.cost < 1.5 * best.cost
-    };
-    if candidates.iter().skip(1).any(|other| is_rival(&other)) {
-        return Err(StartWait::Ambiguous);
+    let mut kept: Vec<&Candidate> = Vec::new();
+    for candidate in &candidates {
+        let is_rival = candidate.num_points as f64 > 0.7 * best.num_points as f64
+            && median_parallax(candidate) >= settings.min_parallax_rad;
+        if is_rival && kept.iter().all(|other| is_different(&candidate.motion, &other.motion)) {
+            kept.push(candidate);
+        }
     }
-    Ok(TwoView { motion: best.motion, points: best.points.clone(), parallax_rad })
+    let two_view = |candidate: &&Candidate| TwoView {
+        motion: candidate.motion,
+        points: candidate.points.clone(),
+        parallax_rad: median_parallax(candidate),
+    };
+    Ok(kept.iter().map(two_view).collect())
 }
 
 /// The model with the least truncated cost, fitted again to its inliers.
