@@ -28,6 +28,9 @@ pub struct Track {
     templates: Vec<Option<Template>>,
 }
 
+/// Largest variance of a place that is followed, squared pixels of its level.
+const MOST_VARIANCE: f64 = 0.25;
+
 /// Follows corners by aligning their patches of the *first* image, so that errors do not add up.
 ///
 /// Source: Lucas and Kanade, "An iterative image registration technique", 1981; Bouguet 2001 for the pyramid.
@@ -99,6 +102,10 @@ fn follow_one(track: &Track, next: &Pyramid, predicted: Point2<f64>) -> Option<(
             .as_ref()
             .and_then(|template| align(template, image, &level_from_px(&px, level), &LIMITS));
         match found {
+            // On an edge, the place along it is a guess: worse than none for the start.
+            Some(aligned) if level == track.level && aligned.covariance.symmetric_eigenvalues().max() > MOST_VARIANCE => {
+                return None;
+            }
             Some(aligned) => {
                 px = px_from_level(&aligned.at, level);
                 covariance_px = aligned.covariance * f64::from(1_u32 << (2 * level));
