@@ -173,11 +173,11 @@ impl Default for StartConfig {
         Self {
             min_points: 50,
             min_shift_px: 8.0,
-            min_parallax_deg: 1.2,
+            min_parallax_deg: 0.9,
             min_inlier_ratio: 0.6,
             min_followed_ratio: 0.4,
             inlier_px: 1.0,
-            num_samples: 100,
+            num_samples: 150,
             max_frames: 90,
         }
     }

@@ -6,7 +6,7 @@ use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
-use super::{Follower, StartWait, TwoView, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view, verify};
+use super::{Follower, StartWait, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view, verify};
 use crate::{
     config::SlamConfig,
     feature::CornerGrid,
@@ -63,7 +63,24 @@ struct Attempt {
     last: Arc<Pyramid>,
     /// For each frame since: its number and the corners found in it.
     history: Vec<(usize, Vec<(usize, Point2<f64>)>)>,
+    /// Motions that explained the frame before.
+    hints: Vec<TwoViewMotion>,
+    /// An earlier start that waits for more parallax to prove it.
+    pending: Option<PendingStart>,
 }
+
+/// A start that is not believed yet.
+#[derive(Debug, Clone)]
+struct PendingStart {
+    parallax_rad: f64,
+    /// Depth of each corner, by its number.
+    depths: Vec<Option<f64>>,
+}
+
+/// More parallax by this factor must confirm the depths of a start.
+const CONFIRMING_PARALLAX: f64 = 1.25;
+/// Largest median deviation of depths that count as confirmed, in logarithms.
+const CONFIRMED_DEVIATION: f64 = 0.06;
 
 impl Initializer {
     /// For one camera.
@@ -130,12 +147,27 @@ impl Initializer {
             num_followable: None,
             last: Arc::clone(pyramid),
             history: Vec::new(),
+            hints: Vec::new(),
+            pending: None,
         });
         StartWait::LittleMotion(0.0)
     }
 
-    fn try_start(&self, at: Timestamp, number: usize, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> Result<StartedMap, StartWait> {
-        let Some(attempt) = &self.attempt else { return Err(StartWait::TracksLost(0)) };
+    fn try_start(&mut self, at: Timestamp, number: usize, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> Result<StartedMap, StartWait> {
+        let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::TracksLost(0)) };
+        let started = self.try_attempt(&mut attempt, at, number, pyramid, rng);
+        self.attempt = Some(attempt);
+        started
+    }
+
+    fn try_attempt(
+        &self,
+        attempt: &mut Attempt,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Result<StartedMap, StartWait> {
         let config = &self.config.start;
         let focal = focal_px(&self.camera);
         let settings = TwoViewSettings {
@@ -146,18 +178,22 @@ impl Initializer {
             min_parallax_rad: config.min_parallax_deg.to_radians(),
             num_samples: config.num_samples,
         };
-        let tracks = attempt.follower.tracks();
-        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = tracks
+        let num_tracks = attempt.follower.tracks().len();
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = attempt
+            .follower
+            .tracks()
             .iter()
             .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
             .collect();
-        let candidates = solve_two_view(&pairs, &settings, rng)?;
-        let start = self.choose(attempt, &candidates)?;
+        let candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
+        attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
+        let (start, parallax_rad) = self.choose(attempt, &candidates)?;
+        confirm(attempt, &start, parallax_rad)?;
         let (mut map, landmarks) = self.build(attempt, &start, at, number, pyramid);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
         if num_left < config.min_points {
-            return Err(StartWait::NoCommonMotion(num_left as f64 / tracks.len() as f64));
+            return Err(StartWait::NoCommonMotion(num_left as f64 / num_tracks as f64));
         }
         let (first, second) = (KeyframeId(0), KeyframeId(1));
         normalize_depth(&mut map, first, second);
@@ -178,14 +214,15 @@ impl Initializer {
     }
 
     /// The motion that explains the frames on the way best, if it does so clearly better than the others.
-    fn choose(&self, attempt: &Attempt, candidates: &[TwoView]) -> Result<VerifiedStart, StartWait> {
+    fn choose(&self, attempt: &Attempt, candidates: &[TwoView]) -> Result<(VerifiedStart, f64), StartWait> {
         let views = self.views(attempt);
         let focal = focal_px(&self.camera);
-        let mut verified: Vec<VerifiedStart> = candidates.iter().filter_map(|c| verify(c, &views, focal)).collect();
-        verified.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let verified = candidates.iter().filter_map(|c| Some((verify(c, &views, focal)?, c.parallax_rad)));
+        let mut verified: Vec<(VerifiedStart, f64)> = verified.collect();
+        verified.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         match verified.as_slice() {
-            [best, second, ..] if best.cost > 0.8 * second.cost => Err(StartWait::Ambiguous),
-            [best, ..] if best.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
+            [best, second, ..] if best.0.cost > 0.7 * second.0.cost => Err(StartWait::Ambiguous),
+            [best, ..] if best.0.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
             [best, ..] => Ok(best.clone()),
             [] => Err(StartWait::NoCommonMotion(0.0)),
         }
@@ -290,6 +327,37 @@ impl Initializer {
         }
         poses
     }
+}
+
+/// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes
+/// on; a wrong one does not.
+fn confirm(attempt: &mut Attempt, start: &VerifiedStart, parallax_rad: f64) -> Result<(), StartWait> {
+    let mut depths = vec![None; attempt.num_corners];
+    for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
+        depths[track.number] = point.map(|point| point.z);
+    }
+    let pending = attempt.pending.take();
+    if let Some(pending) = pending {
+        if parallax_rad < CONFIRMING_PARALLAX * pending.parallax_rad {
+            attempt.pending = Some(pending);
+            return Err(StartWait::LittleParallax(parallax_rad));
+        }
+        let both = pending.depths.iter().zip(&depths);
+        let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
+        if let Some(middle) = median(&mut ratios) {
+            let mut deviations: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
+            if median(&mut deviations).is_some_and(|deviation| deviation < CONFIRMED_DEVIATION) {
+                return Ok(());
+            }
+        }
+    }
+    attempt.pending = Some(PendingStart { parallax_rad, depths });
+    Err(StartWait::Ambiguous)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
 }
 
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.

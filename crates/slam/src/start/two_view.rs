@@ -87,15 +87,21 @@ struct Candidate {
 /// Finds the motion. Samples of eight pairs give essential matrices, samples of four give homographies; the motions of the
 /// best of both are refined on all pairs and compared by the same cost, so that neither a dominant plane nor the lack of
 /// one matters. All motions that explain the views about as well as the best one come back, the best first.
+/// `hints` are motions tried beside, for instance those of the frame before.
 ///
 /// # Errors
 /// Why the two views are not enough.
-pub fn solve_two_view(pairs: &[Pair], settings: &TwoViewSettings, rng: &mut Rng) -> Result<Vec<TwoView>, StartWait> {
+pub fn solve_two_view(
+    pairs: &[Pair],
+    hints: &[TwoViewMotion],
+    settings: &TwoViewSettings,
+    rng: &mut Rng,
+) -> Result<Vec<TwoView>, StartWait> {
     if pairs.len() < settings.min_points {
         return Err(StartWait::TracksLost(pairs.len()));
     }
     let limit = settings.inlier_px * settings.pixel;
-    let mut motions = Vec::new();
+    let mut motions = hints.to_vec();
     let essential = best_of_samples(pairs, 8, settings, rng, &ESSENTIAL);
     motions.extend(essential.iter().flat_map(decompose_essential));
     let homography = best_of_samples(pairs, 4, settings, rng, &HOMOGRAPHY);

@@ -23,6 +23,8 @@ pub struct VerifiedStart {
     pub cost: f64,
 }
 
+/// Cost of an observation that is not explained.
+const OUTLIER_COST: f64 = 3.0;
 /// Error of a followed corner, pixels.
 const SIGMA_PX: f64 = 0.5;
 
@@ -69,6 +71,9 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
     }
     let pose = bundle.cameras.last()?;
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*pose.rotation());
-    let cost = report.last_cost / bundle.observations.len().max(1) as f64;
+    // A motion that explains fewer corners must not win by that: each that it leaves out costs as much as an outlier.
+    let num_left_out = points.iter().filter(|point| point.is_none()).count() * views.len();
+    let num = bundle.observations.len() + num_left_out;
+    let cost = (report.last_cost + OUTLIER_COST * num_left_out as f64) / num.max(1) as f64;
     Some(VerifiedStart { last_from_first: Rigid3::new(rotation, *pose.translation()), points, cost })
 }
