@@ -163,7 +163,7 @@ impl Default for FeatureConfig {
             low_fast_threshold: 5,
             min_score: 40.0,
             low_min_score: 8.0,
-            cell_px: 24.0,
+            cell_px: 18.0,
         }
     }
 }
@@ -189,8 +189,8 @@ impl Default for TrackingConfig {
             finest_align_level: 2,
             max_align_iterations: 10,
             max_local_keyframes: 12,
-            cell_px: 24.0,
-            max_matches: 200,
+            cell_px: 18.0,
+            max_matches: 250,
             min_matches: 20,
             min_match_ratio: 0.2,
             max_bad_frames: 3,

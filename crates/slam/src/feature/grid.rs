@@ -71,6 +71,9 @@ pub struct CornerSearch {
     pub min_score: f32,
 }
 
+/// Most that a camera's noise can be, (gray levels per pixel)^2; above, it is fine texture.
+const MOST_NOISE: f32 = 10.0;
+
 /// Shi-Tomasi score that noise alone reaches on each level, which is the mean squared gradient of noise: the lower quartile
 /// over a regular sample of pixels.
 #[must_use]
@@ -86,7 +89,7 @@ fn gradient_noise_of(image: &GrayImage) -> f32 {
         .map(|(x, y)| shi_tomasi_score(image, x, y))
         .collect();
     scores.sort_by(f32::total_cmp);
-    scores.get(scores.len() / 4).copied().unwrap_or(0.0)
+    scores.get(scores.len() / 4).copied().unwrap_or(0.0).min(MOST_NOISE)
 }
 
 /// The best corner of each free cell, best cells first.

@@ -13,6 +13,9 @@ use crate::{
     track::{AlignFeature, Feature, Frame, Quality, RotationAligner, TrackReport, Tracker, align_images},
 };
 
+/// Pixels (of its level) around a predicted place that are searched.
+const SEARCH_RADIUS: usize = 10;
+
 /// Looks for the camera in a map.
 #[derive(Debug, Clone)]
 pub struct Relocator {
@@ -89,7 +92,12 @@ impl Relocator {
             return None;
         }
         let predicted = aligned.current_from_reference * reference.camera_from_world;
-        Some(tracker.track_near(map, number, at, pyramid, &predicted, reference, rng))
+        // The alignment is only about right: look around first, then as in tracking.
+        let wide = tracker.track_near(map, number, at, pyramid, &predicted, reference, SEARCH_RADIUS, rng);
+        if wide.num_matched < self.config.relocation.min_matches / 2 {
+            return None;
+        }
+        Some(tracker.track_near(map, number, at, pyramid, &wide.frame.camera_from_world, reference, 0, rng))
     }
 }
 

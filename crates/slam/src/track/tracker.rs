@@ -138,7 +138,7 @@ impl Tracker {
     ) -> Option<TrackReport> {
         let last = self.last.as_ref()?;
         let predicted = self.predict(map, last, at, pyramid);
-        Some(self.track_near(map, number, at, pyramid, &predicted, last, rng))
+        Some(self.track_near(map, number, at, pyramid, &predicted, last, 0, rng))
     }
 
     /// Pose by motion prior and image alignment.
@@ -171,7 +171,8 @@ impl Tracker {
         motion * last.camera_from_world
     }
 
-    /// Matches the local map around a predicted pose and finds the pose.
+    /// Matches the local map around a predicted pose and finds the pose. With a `radius` above 0, all pixels (of the level)
+    /// within it are searched.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn track_near(
         &self,
@@ -181,6 +182,7 @@ impl Tracker {
         pyramid: &Arc<Pyramid>,
         predicted: &CameraFromWorld,
         last: &Frame,
+        radius: usize,
         rng: &mut Rng,
     ) -> TrackReport {
         let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
@@ -193,7 +195,7 @@ impl Tracker {
             limits: MATCH_LIMITS,
             num_levels: self.search_levels,
         };
-        let search = self.search(map, &matcher, &local_map, rng);
+        let search = self.search(map, &matcher, &local_map, radius, rng);
         let focal = focal_px(&self.camera);
         let observations: Vec<PoseObservation> = search
             .features
@@ -274,7 +276,7 @@ impl Tracker {
     }
 
     /// At most one landmark for each cell, those found most often first; candidates where converged ones are few.
-    fn search(&self, map: &Map, matcher: &Matcher<'_>, local_map: &LocalMap, rng: &mut Rng) -> Search {
+    fn search(&self, map: &Map, matcher: &Matcher<'_>, local_map: &LocalMap, radius: usize, rng: &mut Rng) -> Search {
         let mut grid = CornerGrid::new(self.camera.size_px(), self.config.cell_px);
         let mut cells: Vec<Vec<(LandmarkId, Point2<f64>)>> = vec![Vec::new(); grid.num_cells()];
         let mut candidates = Vec::new();
@@ -289,7 +291,7 @@ impl Tracker {
         }
         let mut order: Vec<usize> = (0..cells.len()).filter(|cell| !cells[*cell].is_empty()).collect();
         order.shuffle(rng);
-        let mut search = Search::default();
+        let mut search = Search { radius, ..Search::default() };
         for cell in order {
             if search.features.len() >= self.config.max_matches {
                 break;
@@ -335,11 +337,17 @@ struct Search {
     features: Vec<Feature>,
     tried: Vec<LandmarkId>,
     num_searched: usize,
+    radius: usize,
 }
 
 impl Search {
     fn try_landmark(&mut self, map: &Map, matcher: &Matcher<'_>, id: LandmarkId) -> bool {
-        let Some(found) = matcher.find(map, map.landmark(id)) else { return false };
+        let landmark = map.landmark(id);
+        let found = match self.radius {
+            0 => matcher.find(map, landmark),
+            radius => matcher.find_within(map, landmark, radius),
+        };
+        let Some(found) = found else { return false };
         self.features.push(Feature::new(id, &found));
         true
     }
