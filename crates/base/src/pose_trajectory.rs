@@ -63,7 +63,8 @@ mod tests {
 
     #[test]
     fn keeps_order_and_finds_the_nearest() {
-        let pose = |secs| CameraPose { at: Timestamp::from_secs(secs), world_from_camera: Rigid3::identity() };
+        let pose =
+            |secs| CameraPose { at: Timestamp::from_secs(secs), world_from_camera: Rigid3::identity() };
         let mut trajectory = CameraTrajectory::new();
         trajectory.push(pose(1.0)).unwrap();
         assert!(trajectory.push(pose(1.0)).is_err());

@@ -65,9 +65,9 @@ pub fn decode(bytes: &[u8]) -> Result<RgbImage, ImageCodecError> {
 pub fn decode_gray(bytes: &[u8]) -> Result<GrayImage, ImageCodecError> {
     let gray = match decode_any(bytes)? {
         DynamicImage::ImageLuma8(gray) => gray,
-        gray @ (DynamicImage::ImageLumaA8(_) | DynamicImage::ImageLuma16(_) | DynamicImage::ImageLumaA16(_)) => {
-            gray.into_luma8()
-        }
+        gray @ (DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)) => gray.into_luma8(),
         color => {
             let color = color.into_rgb8();
             let (width, height) = color.dimensions();

@@ -94,7 +94,7 @@ pub struct TrackingConfig {
     pub cell_px: f64,
     /// Matches after which the search ends. Program: 150 to 300.
     pub max_matches: usize,
-    /// Fewest matches of a frame that is not bad. Thesis: 20.
+    /// Fewest matches of a frame that is not bad. Thesis: 20; robust weights make fewer enough.
     pub min_matches: usize,
     /// Share of the searched landmarks that a good frame finds. Thesis: 0.2.
     pub min_match_ratio: f64,
@@ -114,7 +114,7 @@ pub struct MappingConfig {
     pub soft_gap_frames: usize,
     /// Share of the last keyframe's landmarks that must be lost then. Thesis: 0.1.
     pub soft_lost_ratio: f64,
-    /// Share of lost landmarks that asks for a keyframe at once. Thesis: 0.3.
+    /// Share of lost landmarks that asks for a keyframe at once. Thesis: 0.3; less, so that turns are survived.
     pub lost_ratio: f64,
     /// Mean shift of the landmarks since the last keyframe that asks for a keyframe, share of the image's width.
     pub max_shift_ratio: f64,
@@ -191,7 +191,7 @@ impl Default for TrackingConfig {
             max_local_keyframes: 12,
             cell_px: 18.0,
             max_matches: 250,
-            min_matches: 20,
+            min_matches: 12,
             min_match_ratio: 0.2,
             max_bad_frames: 3,
             reject_outliers: true,
@@ -205,9 +205,9 @@ impl Default for MappingConfig {
         Self {
             soft_gap_frames: 30,
             soft_lost_ratio: 0.1,
-            lost_ratio: 0.3,
+            lost_ratio: 0.2,
             max_shift_ratio: 0.06,
-            min_gap_frames: 3,
+            min_gap_frames: 2,
             search_keyframes: 6,
             max_new_candidates: 250,
             max_candidate_misses: 8,
@@ -225,7 +225,7 @@ impl Default for MappingConfig {
 
 impl Default for RelocationConfig {
     fn default() -> Self {
-        Self { max_tries: 4, min_matches: 20 }
+        Self { max_tries: 2, min_matches: 20 }
     }
 }
 
@@ -265,7 +265,11 @@ impl SlamConfig {
             ("mapping.max_shift_ratio", m.max_shift_ratio),
         ] {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(ConfigError::Range { key, expected: "a number above 0", found: value.to_string() });
+                return Err(ConfigError::Range {
+                    key,
+                    expected: "a number above 0",
+                    found: value.to_string(),
+                });
             }
         }
         for (key, value) in [
@@ -277,7 +281,11 @@ impl SlamConfig {
             ("mapping.redundant_ratio", m.redundant_ratio),
         ] {
             if !(0.0..=1.0).contains(&value) {
-                return Err(ConfigError::Range { key, expected: "a number from 0 to 1", found: value.to_string() });
+                return Err(ConfigError::Range {
+                    key,
+                    expected: "a number from 0 to 1",
+                    found: value.to_string(),
+                });
             }
         }
         Ok(())

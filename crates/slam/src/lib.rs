@@ -21,4 +21,6 @@ mod system;
 pub mod track;
 
 pub use config::{ConfigError, SlamConfig};
-pub use system::{Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose};
+pub use system::{
+    Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose,
+};

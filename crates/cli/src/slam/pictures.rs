@@ -6,8 +6,8 @@ use anyhow::Result;
 use visloc_base::{CameraTrajectory, GrayImage, RgbImage};
 use visloc_eval::camera::{AbsoluteError, associate};
 use visloc_plot::{
-    Color, ImageDots, ImagePicture, Panel, ScatterPicture, ScatterSeries, Series, TimeSeriesPicture, image_picture,
-    scatter, time_series,
+    Color, ImageDots, ImagePicture, Panel, ScatterPicture, ScatterSeries, Series, TimeSeriesPicture,
+    image_picture, scatter, time_series,
 };
 use visloc_slam::FrameOutcome;
 
@@ -37,14 +37,22 @@ impl FramePictures {
             label: label.to_owned(),
             color,
             diameter_px: 5.0,
-            points_px: outcome.features.iter().filter(|(_, c)| *c == wanted).map(|(px, _)| (px.x, px.y)).collect(),
+            points_px: outcome
+                .features
+                .iter()
+                .filter(|(_, c)| *c == wanted)
+                .map(|(px, _)| (px.x, px.y))
+                .collect(),
         };
         let picture = image_picture(&ImagePicture {
             title: format!("frame {number}"),
             subtitle: format!("{:?}, {} of {} found", outcome.state, outcome.matches.1, outcome.matches.0),
             image: in_color(image),
             enlargement: 1,
-            dots: vec![dots(true, "landmarks", Color::BLUISH_GREEN), dots(false, "candidates", Color::ORANGE)],
+            dots: vec![
+                dots(true, "landmarks", Color::BLUISH_GREEN),
+                dots(false, "candidates", Color::ORANGE),
+            ],
             ..ImagePicture::default()
         });
         picture.save(&self.folder, &format!("frame-{number:05}"))?;
@@ -89,7 +97,8 @@ fn courses(
     let mut panels = Vec::new();
     if let (Some(truth), Some(error)) = (truth, error) {
         let pairs = associate(truth, &run.trajectory, 0.01);
-        let points = pairs.iter().zip(&error.each).map(|(p, e)| (p.estimate.at.secs_since(start), *e)).collect();
+        let points =
+            pairs.iter().zip(&error.each).map(|(p, e)| (p.estimate.at.secs_since(start), *e)).collect();
         panels.push(Panel {
             label: "position error [m]".to_owned(),
             series: vec![Series::new("error", Color::BLUE, points)],
@@ -119,8 +128,13 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
     let true_path: Vec<(f64, f64)> =
         truth.poses().iter().map(|p| p.world_from_camera.translation()).map(|t| (t.x, t.y)).collect();
     let moved = |t: &nalgebra::Vector3<f64>| error.similarity.apply(t);
-    let estimated =
-        run.trajectory.poses().iter().map(|p| moved(p.world_from_camera.translation())).map(|p| (p.x, p.y)).collect();
+    let estimated = run
+        .trajectory
+        .poses()
+        .iter()
+        .map(|p| moved(p.world_from_camera.translation()))
+        .map(|p| (p.x, p.y))
+        .collect();
     let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
     let landmarks: Vec<(f64, f64)> =
         landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).map(|p| (p.x, p.y)).collect();

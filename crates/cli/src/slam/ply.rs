@@ -18,7 +18,10 @@ pub fn write_ply(path: &Path, map: &Map) -> Result<()> {
     let write = || -> std::io::Result<()> {
         let mut out = BufWriter::new(File::create(path)?);
         writeln!(out, "ply\nformat ascii 1.0\ncomment map units\nelement vertex {}", landmarks.len())?;
-        writeln!(out, "property float x\nproperty float y\nproperty float z\nproperty int observations\nend_header")?;
+        writeln!(
+            out,
+            "property float x\nproperty float y\nproperty float z\nproperty int observations\nend_header"
+        )?;
         for (_, landmark) in &landmarks {
             let p = landmark.point_in_world;
             writeln!(out, "{:.6} {:.6} {:.6} {}", p.x, p.y, p.z, landmark.observations.len())?;

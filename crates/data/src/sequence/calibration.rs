@@ -36,9 +36,8 @@ pub fn read_camera_yaml(path: &Path) -> Result<Camera, SequenceError> {
             let slot = coefficients
                 .get_mut(i)
                 .ok_or_else(|| line_error(line, "expected at most 5 distortion coefficients".to_owned()))?;
-            *slot = value
-                .parse()
-                .map_err(|_| line_error(line, format!("expected numbers, found '{value}'")))?;
+            *slot =
+                value.parse().map_err(|_| line_error(line, format!("expected numbers, found '{value}'")))?;
         }
     }
     let size = (number("width")? as u32, number("height")? as u32);

@@ -46,7 +46,12 @@ pub struct FileSequence {
 impl FileSequence {
     /// A sequence of files in the order given, and what was left out before.
     #[must_use]
-    pub fn new(camera: Camera, files: Vec<ImageFile>, range: SequenceRange, skipped: Vec<SkippedInput>) -> Self {
+    pub fn new(
+        camera: Camera,
+        files: Vec<ImageFile>,
+        range: SequenceRange,
+        skipped: Vec<SkippedInput>,
+    ) -> Self {
         let end = range.end.unwrap_or(files.len()).min(files.len());
         let files = files.into_iter().take(end).skip(range.start).step_by(range.stride.max(1)).collect();
         Self { camera, files, next: 0, skipped }

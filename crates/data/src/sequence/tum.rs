@@ -19,7 +19,8 @@ use super::{FileSequence, ImageFile, SequenceError, SequenceRange, calibration::
 pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, SequenceError> {
     let camera = read_camera_yaml(&folder.join("camera.yaml"))?;
     let list = folder.join("rgb.txt");
-    let text = fs::read_to_string(&list).map_err(|source| SequenceError::Io { path: list.clone(), source })?;
+    let text =
+        fs::read_to_string(&list).map_err(|source| SequenceError::Io { path: list.clone(), source })?;
     let (mut files, mut skipped): (Vec<ImageFile>, _) = (Vec::new(), Vec::new());
     for (i, line) in text.lines().enumerate() {
         let line = line.trim();
@@ -45,8 +46,9 @@ pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, Seq
 }
 
 fn parse_image_line(line: &str, last: Option<Timestamp>) -> Result<(Timestamp, &str), String> {
-    let (stamp, name) =
-        line.split_once(char::is_whitespace).ok_or_else(|| format!("expected 'SECONDS FILE', found '{line}'"))?;
+    let (stamp, name) = line
+        .split_once(char::is_whitespace)
+        .ok_or_else(|| format!("expected 'SECONDS FILE', found '{line}'"))?;
     let at = parse_stamp(stamp)?;
     match last {
         Some(last) if last >= at => Err(format!("expected a time after {last}, found {at}")),

@@ -32,7 +32,11 @@ pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<Absolu
     let mut sorted = each.clone();
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
-    let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle.checked_sub(1)?] + sorted[middle]) };
+    let median = if sorted.len() % 2 == 1 {
+        sorted[middle]
+    } else {
+        0.5 * (sorted[middle.checked_sub(1)?] + sorted[middle])
+    };
     Some(AbsoluteError {
         rmse: (each.iter().map(|d| d * d).sum::<f64>() / n).sqrt(),
         mean: each.iter().sum::<f64>() / n,

@@ -71,6 +71,7 @@ pub fn align(pairs: &[PosePair], alignment: Alignment) -> Option<Similarity> {
         signs[d.imin()] = -1.0;
     }
     let rotation = u * Matrix3::from_diagonal(&signs) * v_t;
-    let scale = if alignment == Alignment::Similarity { d.component_mul(&signs).sum() / variance } else { 1.0 };
+    let scale =
+        if alignment == Alignment::Similarity { d.component_mul(&signs).sum() / variance } else { 1.0 };
     Some(Similarity { scale, rotation, translation: truth_mean - rotation * estimate_mean * scale })
 }

@@ -13,7 +13,11 @@ pub struct PosePair {
 
 /// Pairs each estimate with the nearest truth within a tolerance.
 #[must_use]
-pub fn associate(truth: &CameraTrajectory, estimate: &CameraTrajectory, tolerance_secs: f64) -> Vec<PosePair> {
+pub fn associate(
+    truth: &CameraTrajectory,
+    estimate: &CameraTrajectory,
+    tolerance_secs: f64,
+) -> Vec<PosePair> {
     let pair = |estimate: &CameraPose| {
         let truth = truth.nearest(estimate.at, tolerance_secs)?;
         Some(PosePair { truth: *truth, estimate: *estimate })

@@ -25,7 +25,13 @@ pub fn relative_error(pairs: &[PosePair], delta: usize, similarity: &Similarity)
         let estimate = a.estimate.world_from_camera.inverse() * b.estimate.world_from_camera;
         let turn = truth.rotation().transpose() * estimate.rotation();
         // From the antisymmetric part: the trace alone cannot tell small angles.
-        let sine = 0.5 * Vector3::new(turn[(2, 1)] - turn[(1, 2)], turn[(0, 2)] - turn[(2, 0)], turn[(1, 0)] - turn[(0, 1)]).norm();
+        let sine = 0.5
+            * Vector3::new(
+                turn[(2, 1)] - turn[(1, 2)],
+                turn[(0, 2)] - turn[(2, 0)],
+                turn[(1, 0)] - turn[(0, 1)],
+            )
+            .norm();
         let angle = sine.atan2(0.5 * (turn.trace() - 1.0));
         rotation += angle * angle;
         translation += (estimate.translation() * similarity.scale - truth.translation()).norm_squared();

@@ -7,8 +7,22 @@ pub const FAST_RADIUS_PX: usize = 3;
 
 /// The circle of 16 pixels, clockwise from the top.
 const CIRCLE: [(isize, isize); 16] = [
-    (0, -3), (1, -3), (2, -2), (3, -1), (3, 0), (3, 1), (2, 2), (1, 3),
-    (0, 3), (-1, 3), (-2, 2), (-3, 1), (-3, 0), (-3, -1), (-2, -2), (-1, -3),
+    (0, -3),
+    (1, -3),
+    (2, -2),
+    (3, -1),
+    (3, 0),
+    (3, 1),
+    (2, 2),
+    (1, 3),
+    (0, 3),
+    (-1, 3),
+    (-2, 2),
+    (-3, 1),
+    (-3, 0),
+    (-3, -1),
+    (-2, -2),
+    (-1, -3),
 ];
 
 /// Pixels that are looked at together; the compiler turns the loops over them into vector instructions.
@@ -118,9 +132,7 @@ mod tests {
             })
             .collect();
         let t = i16::from(threshold);
-        (0..16).any(|s| {
-            (0..9).all(|i| ring[(s + i) % 16] > t) || (0..9).all(|i| ring[(s + i) % 16] < -t)
-        })
+        (0..16).any(|s| (0..9).all(|i| ring[(s + i) % 16] > t) || (0..9).all(|i| ring[(s + i) % 16] < -t))
     }
 
     proptest! {

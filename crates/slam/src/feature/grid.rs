@@ -38,7 +38,8 @@ impl CornerGrid {
     /// Index of the cell of a pixel of level 0; pixels outside belong to the nearest cell.
     #[must_use]
     pub fn cell(&self, px: &Point2<f64>) -> usize {
-        let index = |v: f64, count: usize| ((v + 0.5) / self.cell_px).max(0.0).min(count as f64 - 1.0) as usize;
+        let index =
+            |v: f64, count: usize| ((v + 0.5) / self.cell_px).max(0.0).min(count as f64 - 1.0) as usize;
         index(px.y, self.rows) * self.columns + index(px.x, self.columns)
     }
 

@@ -65,7 +65,8 @@ impl Map {
     /// All keyframes that are alive, in order of creation.
     pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
         let ids = (0_u32..).map(KeyframeId);
-        let all: Vec<(KeyframeId, &Keyframe)> = ids.zip(&self.keyframes).filter(|(_, k)| k.is_alive()).collect();
+        let all: Vec<(KeyframeId, &Keyframe)> =
+            ids.zip(&self.keyframes).filter(|(_, k)| k.is_alive()).collect();
         all.into_iter()
     }
 
@@ -119,7 +120,12 @@ impl Map {
     }
 
     /// Appends a landmark that one keyframe sees.
-    pub fn add_landmark(&mut self, host: Observation, filter: DepthFilter, state: LandmarkState) -> LandmarkId {
+    pub fn add_landmark(
+        &mut self,
+        host: Observation,
+        filter: DepthFilter,
+        state: LandmarkState,
+    ) -> LandmarkId {
         let id = LandmarkId(self.landmarks.len() as u32);
         let keyframe = &mut self.keyframes[host.keyframe.index()];
         keyframe.landmarks.push(id);

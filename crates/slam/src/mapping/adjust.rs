@@ -30,7 +30,12 @@ struct Index {
 }
 
 /// Adjusts a keyframe, the keyframes most connected to it and their landmarks; other observers stay where they are.
-pub fn adjust_local(map: &mut Map, newest: KeyframeId, config: &MappingConfig, focal_px: f64) -> AdjustReport {
+pub fn adjust_local(
+    map: &mut Map,
+    newest: KeyframeId,
+    config: &MappingConfig,
+    focal_px: f64,
+) -> AdjustReport {
     let mut free = vec![newest];
     free.extend(map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1));
     adjust(map, &free, config, focal_px)
@@ -46,9 +51,11 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
     let (mut bundle, index) = collect(map, free, focal_px);
     let settings = |max_iterations| BundleSettings { max_iterations, huber: CHI2.sqrt() };
     bundle.solve(&settings(config.bundle_first_iterations));
-    let is_outlier =
-        |bundle: &Bundle, o: &BundleObservation| bundle.residual(o).is_none_or(|error| error.norm_squared() > CHI2);
-    let dropped: Vec<BundleObservation> = bundle.observations.iter().filter(|o| is_outlier(&bundle, o)).copied().collect();
+    let is_outlier = |bundle: &Bundle, o: &BundleObservation| {
+        bundle.residual(o).is_none_or(|error| error.norm_squared() > CHI2)
+    };
+    let dropped: Vec<BundleObservation> =
+        bundle.observations.iter().filter(|o| is_outlier(&bundle, o)).copied().collect();
     let kept = bundle.observations.iter().filter(|o| !is_outlier(&bundle, o)).copied().collect();
     bundle.observations = kept;
     bundle.solve(&settings(config.bundle_last_iterations));

@@ -56,7 +56,9 @@ pub fn corners_in_two_passes(
         }
         let low = CornerSearch {
             threshold: features.low_fast_threshold,
-            min_score: features.low_min_score.max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
+            min_score: features
+                .low_min_score
+                .max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
             ..search
         };
         corners.extend(detect_corners(pyramid, grid, low));
@@ -93,8 +95,13 @@ pub fn add_candidates(
     let deviation = 0.5 * median.max(1.5 * high - median);
     let add = |corner: &Corner| {
         let ray = camera.bearing(&corner.px);
-        let host =
-            Observation { keyframe, px: corner.px, ray, level: corner.level, covariance_px: corner_covariance(corner.level) };
+        let host = Observation {
+            keyframe,
+            px: corner.px,
+            ray,
+            level: corner.level,
+            covariance_px: corner_covariance(corner.level),
+        };
         map.add_landmark(host, DepthFilter::new(median, deviation), LandmarkState::Candidate)
     };
     corners.iter().map(add).collect()
@@ -158,6 +165,8 @@ pub fn judge(map: &Map, id: LandmarkId, center: &Point3<f64>, config: &MappingCo
     let cos = cos_parallax(&landmark.point_in_world, host_center, center);
     let distance = (landmark.point_in_world - center).norm();
     let deviation = filter.standard_deviation() / filter.inverse_depth();
-    let is_sure = filter.linearity_index(distance, cos) < 0.1 && deviation < config.max_depth_deviation && cos < MAX_COS_PARALLAX;
+    let is_sure = filter.linearity_index(distance, cos) < 0.1
+        && deviation < config.max_depth_deviation
+        && cos < MAX_COS_PARALLAX;
     if is_sure && landmark.num_found >= 3 { Verdict::Promote } else { Verdict::Wait }
 }

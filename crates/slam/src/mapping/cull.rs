@@ -66,7 +66,8 @@ fn redundancy(map: &Map, id: KeyframeId) -> Option<f64> {
     for landmark in map.keyframe(id).landmarks.iter().map(|l| map.landmark(*l)).filter(|l| l.is_converged()) {
         let level = landmark.observation_in(id)?.level;
         total += 1;
-        let others = landmark.observations.iter().filter(|o| o.keyframe != id && o.level <= level + 1).count();
+        let others =
+            landmark.observations.iter().filter(|o| o.keyframe != id && o.level <= level + 1).count();
         redundant += u32::from(others >= 3);
     }
     (total >= 10).then(|| f64::from(redundant) / f64::from(total))

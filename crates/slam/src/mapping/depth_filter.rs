@@ -148,7 +148,12 @@ mod tests {
             }
         }
         filter.add(measured, tau);
-        assert!((filter.inverse_depth() - mean / mass).abs() < 2e-3, "{} {}", filter.inverse_depth(), mean / mass);
+        assert!(
+            (filter.inverse_depth() - mean / mass).abs() < 2e-3,
+            "{} {}",
+            filter.inverse_depth(),
+            mean / mass
+        );
     }
 
     #[test]

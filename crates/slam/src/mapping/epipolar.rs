@@ -45,7 +45,8 @@ pub enum EpipolarSearch {
 }
 
 /// When an alignment at the end of a search counts.
-const LIMITS: AlignLimits = AlignLimits { max_iterations: 12, max_shift_px: 3.0, max_unexplained: 0.15, noise: 15.0 };
+const LIMITS: AlignLimits =
+    AlignLimits { max_iterations: 12, max_shift_px: 3.0, max_unexplained: 0.15, noise: 15.0 };
 /// Error along the line of a usual match, pixels.
 const USUAL_SIGMA_PX: f64 = 0.3;
 /// Most places that are compared.
@@ -71,7 +72,9 @@ impl View<'_> {
         if USUAL_SIGMA_PX > 1.5 * slope * candidate.filter.standard_deviation() {
             return EpipolarSearch::NoBaseline;
         }
-        let Some((template, warp)) = matcher.template(map, candidate) else { return EpipolarSearch::OutOfView };
+        let Some((template, warp)) = matcher.template(map, candidate) else {
+            return EpipolarSearch::OutOfView;
+        };
         let level = warp.current_level;
         let found = self.find_on_line(&matcher, &template, level, &line, (far, near));
         let Some(found) = found else { return EpipolarSearch::Missed };

@@ -3,8 +3,9 @@
 use visloc_geom::Camera;
 
 use super::{
-    KeyframeRule, View, adjust_local,
+    KeyframeRule, View,
     adjust::AdjustReport,
+    adjust_local,
     candidate::{Verdict, add_candidates, judge, measure, new_corners},
     cull::{cull_keyframes, cull_landmarks},
 };
@@ -111,7 +112,14 @@ impl Mapper {
     }
 
     /// Makes a keyframe: links what was tracked, searches the rest of the local map, makes candidates, adjusts, culls.
-    pub fn add_keyframe(&mut self, map: &mut Map, frame: &Frame, local: &[LandmarkId], clock: Clock, times: &mut StageTimes) -> MappingReport {
+    pub fn add_keyframe(
+        &mut self,
+        map: &mut Map,
+        frame: &Frame,
+        local: &[LandmarkId],
+        clock: Clock,
+        times: &mut StageTimes,
+    ) -> MappingReport {
         let start = clock.secs();
         let depth = scene_depth(map, frame);
         let id = map.add_keyframe(NewKeyframe {
@@ -152,7 +160,11 @@ impl Mapper {
         }
     }
 
-    fn matcher<'a>(&'a self, pyramid: &'a crate::image::Pyramid, camera_from_world: crate::lie::CameraFromWorld) -> Matcher<'a> {
+    fn matcher<'a>(
+        &'a self,
+        pyramid: &'a crate::image::Pyramid,
+        camera_from_world: crate::lie::CameraFromWorld,
+    ) -> Matcher<'a> {
         Matcher {
             camera: &self.camera,
             pyramid,
@@ -176,13 +188,18 @@ impl Mapper {
     }
 
     /// A landmark found in a keyframe within 2 px (of its level) of where it should be.
-    fn observe(&self, map: &Map, landmark: LandmarkId, keyframe: KeyframeId, matcher: &Matcher<'_>) -> Option<Observation> {
+    fn observe(
+        &self,
+        map: &Map,
+        landmark: LandmarkId,
+        keyframe: KeyframeId,
+        matcher: &Matcher<'_>,
+    ) -> Option<Observation> {
         let landmark = map.landmark(landmark);
         let predicted = matcher.project(&landmark.point_in_world)?;
         let found = matcher.find(map, landmark)?;
         let limit = 2.0 * f64::from(1_u32 << found.level);
-        ((found.px - predicted).norm() < limit)
-            .then_some(found.in_keyframe(keyframe))
+        ((found.px - predicted).norm() < limit).then_some(found.in_keyframe(keyframe))
     }
 
     /// Makes candidates in the empty cells and measures them at once in the connected keyframes.
@@ -190,8 +207,12 @@ impl Mapper {
         let config = &self.config;
         let corners = new_corners(map, id, &self.camera, &config.features, config.mapping.max_new_candidates);
         let added = add_candidates(map, id, &self.camera, &corners, depth);
-        let others: Vec<KeyframeId> =
-            map.connected(id, 10).into_iter().map(|(other, _)| other).take(config.mapping.search_keyframes).collect();
+        let others: Vec<KeyframeId> = map
+            .connected(id, 10)
+            .into_iter()
+            .map(|(other, _)| other)
+            .take(config.mapping.search_keyframes)
+            .collect();
         let mut promoted = Vec::new();
         for candidate in added {
             for other in &others {
@@ -237,8 +258,12 @@ impl Mapper {
                 map.remove_candidate_observation(id, observation.keyframe);
             }
         }
-        let mut around: Vec<KeyframeId> =
-            map.connected(host, 10).into_iter().map(|(other, _)| other).take(self.config.mapping.search_keyframes).collect();
+        let mut around: Vec<KeyframeId> = map
+            .connected(host, 10)
+            .into_iter()
+            .map(|(other, _)| other)
+            .take(self.config.mapping.search_keyframes)
+            .collect();
         around.sort();
         for keyframe in around {
             if map.landmark(id).observation_in(keyframe).is_some() {

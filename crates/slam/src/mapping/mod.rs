@@ -8,8 +8,8 @@ mod epipolar;
 mod keyframes;
 mod mapper;
 
-pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use adjust::{AdjustReport, adjust_all, adjust_local};
+pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use depth_filter::DepthFilter;
 pub use epipolar::{EpipolarSearch, View};
 pub use keyframes::KeyframeRule;

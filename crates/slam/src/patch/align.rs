@@ -44,7 +44,12 @@ const LEAST_RESIDUAL: f64 = 4.0;
 /// Source: Baker and Matthews, "Lucas-Kanade 20 years on", 2004, section 3.2 (inverse compositional), with linear
 /// appearance variation: the unknowns are shift, gain and offset.
 #[must_use]
-pub fn align(template: &Template, image: &GrayImage, start: &Point2<f64>, limits: &AlignLimits) -> Option<Aligned> {
+pub fn align(
+    template: &Template,
+    image: &GrayImage,
+    start: &Point2<f64>,
+    limits: &AlignLimits,
+) -> Option<Aligned> {
     let problem = Problem::new(template)?;
     let (mut x, mut y) = (start.x as f32, start.y as f32);
     let (mut gain, mut offset) = (1.0_f32, 0.0_f32);

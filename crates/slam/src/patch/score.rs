@@ -35,7 +35,8 @@ impl SearchPatch {
     #[must_use]
     pub fn zmssd(&self, image: &GrayImage, x: usize, y: usize) -> Option<f32> {
         // Places far outside must not overflow.
-        let (right, bottom) = ((image.width() + 1).saturating_sub(HALF_PX), (image.height() + 1).saturating_sub(HALF_PX));
+        let (right, bottom) =
+            ((image.width() + 1).saturating_sub(HALF_PX), (image.height() + 1).saturating_sub(HALF_PX));
         if x < HALF_PX || y < HALF_PX || x >= right || y >= bottom {
             return None;
         }

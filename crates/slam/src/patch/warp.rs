@@ -74,8 +74,11 @@ impl PatchWarp {
         if self.current_level + 1 >= num_levels {
             return None;
         }
-        let (reference_level, factor) =
-            if self.reference_level + 1 < num_levels { (self.reference_level + 1, 1.0) } else { (self.reference_level, 2.0) };
+        let (reference_level, factor) = if self.reference_level + 1 < num_levels {
+            (self.reference_level + 1, 1.0)
+        } else {
+            (self.reference_level, 2.0)
+        };
         Some(Self {
             reference_by_current: self.reference_by_current * factor,
             reference_level,
@@ -152,7 +155,11 @@ impl Template {
         let reach = HALF_PX as f32 + 1.0;
         let (left, top) = (center.x as f32 - reach, center.y as f32 - reach);
         let side = BORDERED_PX as f32;
-        if left < 0.0 || top < 0.0 || left + side >= image.width() as f32 || top + side >= image.height() as f32 {
+        if left < 0.0
+            || top < 0.0
+            || left + side >= image.width() as f32
+            || top + side >= image.height() as f32
+        {
             return None;
         }
         let mut values = [0.0; BORDERED_PX * BORDERED_PX];

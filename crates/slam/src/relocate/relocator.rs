@@ -55,8 +55,11 @@ impl Relocator {
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (_, id) in ranked.into_iter().take(self.config.relocation.max_tries) {
             let reference = frame_of(map, id)?;
-            let Some(report) = self.try_keyframe(map, tracker, &reference, number, at, pyramid, rng) else { continue };
-            let is_found = report.num_converged >= self.config.relocation.min_matches && report.quality == Quality::Good;
+            let Some(report) = self.try_keyframe(map, tracker, &reference, number, at, pyramid, rng) else {
+                continue;
+            };
+            let is_found =
+                report.num_converged >= self.config.relocation.min_matches && report.quality == Quality::Good;
             if is_found {
                 return Some((report, id));
             }

@@ -1,6 +1,9 @@
 //! Bundle adjustment: cameras and points together.
 
-use nalgebra::{DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Matrix6x3, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Matrix6x3, Point3, Vector2, Vector3,
+    Vector6,
+};
 
 use crate::lie::{CameraFromWorld, image_by_twist, moved};
 
@@ -176,7 +179,8 @@ impl Bundle {
                 gradient[slot] -= product * point_gradient;
                 for (j, second) in group.iter().enumerate() {
                     let Some(other) = slots[second.camera].filter(|other| *other >= slot) else { continue };
-                    blocks[slot * num_free + other] -= product * reduced.camera_by_point[start + j].transpose();
+                    blocks[slot * num_free + other] -=
+                        product * reduced.camera_by_point[start + j].transpose();
                 }
             }
             reduced.point_inverse[point] = inverse;
@@ -195,7 +199,8 @@ impl Bundle {
     ) -> (Vec<CameraFromWorld>, Vec<Point3<f64>>) {
         let twist = |slot: usize| Vector6::from_fn(|i, _| step[6 * slot + i]);
         let cameras = self.cameras.iter().zip(slots);
-        let cameras = cameras.map(|(camera, slot)| slot.map_or(*camera, |slot| moved(&twist(slot), camera))).collect();
+        let cameras =
+            cameras.map(|(camera, slot)| slot.map_or(*camera, |slot| moved(&twist(slot), camera))).collect();
         let mut right = reduced.point_gradient.clone();
         for (observation, by_point) in self.observations.iter().zip(&reduced.camera_by_point) {
             if let Some(slot) = slots[observation.camera] {
@@ -247,11 +252,17 @@ fn residual_of(
     Some(observation.whitening * (Vector2::new(point.x * inv_z, point.y * inv_z) - observation.ray))
 }
 
-fn cost(cameras: &[CameraFromWorld], points: &[Point3<f64>], observations: &[BundleObservation], huber: f64) -> f64 {
+fn cost(
+    cameras: &[CameraFromWorld],
+    points: &[Point3<f64>],
+    observations: &[BundleObservation],
+    huber: f64,
+) -> f64 {
     let cost_of = |observation: &BundleObservation| {
         let camera = &cameras[observation.camera];
         // A point behind a camera costs as much as a gross outlier.
-        let norm = residual_of(camera, &points[observation.point], observation).map_or(100.0 * huber, |e| e.norm());
+        let norm =
+            residual_of(camera, &points[observation.point], observation).map_or(100.0 * huber, |e| e.norm());
         if norm > huber { huber * (norm - 0.5 * huber) } else { 0.5 * norm * norm }
     };
     observations.iter().map(cost_of).sum()
@@ -271,7 +282,8 @@ mod tests {
         let mut rng = RngTree::new(seed).stream("bundle", 0);
         let mut bundle = Bundle::default();
         for i in 0..6 {
-            let twist = Vector6::new(-0.15 * f64::from(i), 0.02, 0.01 * f64::from(i), 0.01, 0.02 * f64::from(i), 0.0);
+            let twist =
+                Vector6::new(-0.15 * f64::from(i), 0.02, 0.01 * f64::from(i), 0.01, 0.02 * f64::from(i), 0.0);
             let pose = exp::<World>(&twist);
             let rotation = nalgebra::Rotation3::from_matrix_unchecked(*pose.rotation());
             bundle.cameras.push(CameraFromWorld::new(rotation, *pose.translation()));
@@ -287,7 +299,12 @@ mod tests {
                 if rng.random_range(0.0..1.0) < outliers {
                     ray.x += 0.05;
                 }
-                bundle.observations.push(BundleObservation { point, camera, ray, whitening: Matrix2::identity() * 500.0 });
+                bundle.observations.push(BundleObservation {
+                    point,
+                    camera,
+                    ray,
+                    whitening: Matrix2::identity() * 500.0,
+                });
             }
         }
         bundle
@@ -347,7 +364,11 @@ mod tests {
                     other.residual(observation).unwrap()
                 };
                 let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
-                let analytic = if i < 6 { l.by_camera.column(i).into_owned() } else { l.by_point.column(i - 6).into_owned() };
+                let analytic = if i < 6 {
+                    l.by_camera.column(i).into_owned()
+                } else {
+                    l.by_point.column(i - 6).into_owned()
+                };
                 assert!((numeric - analytic).norm() < 1e-3, "{i}: {numeric} {analytic}");
             }
         }

@@ -261,7 +261,8 @@ mod tests {
     fn scene(seed: u64, outliers: f64) -> (CameraFromWorld, Vec<PoseObservation>) {
         let mut rng = RngTree::new(seed).stream("scene", 0);
         let truth = exp::<World>(&Vector6::new(0.3, -0.2, 0.1, 0.1, -0.2, 0.05));
-        let truth = Rigid3::new(nalgebra::Rotation3::from_matrix_unchecked(*truth.rotation()), *truth.translation());
+        let truth =
+            Rigid3::new(nalgebra::Rotation3::from_matrix_unchecked(*truth.rotation()), *truth.translation());
         let observations = (0..120)
             .map(|i| {
                 let mut draw = || rng.random_range(-1.0..1.0);

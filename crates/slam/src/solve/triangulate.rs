@@ -14,7 +14,8 @@ pub fn triangulate(
     // depth1 * R * ray1 + t = depth2 * ray2, in the least-squares sense.
     let a = second_from_first.rotate(ray_in_first);
     let t = second_from_first.translation();
-    let normal = Matrix2::new(a.dot(&a), -a.dot(ray_in_second), -a.dot(ray_in_second), ray_in_second.norm_squared());
+    let normal =
+        Matrix2::new(a.dot(&a), -a.dot(ray_in_second), -a.dot(ray_in_second), ray_in_second.norm_squared());
     let scale = normal[(0, 0)] * normal[(1, 1)];
     if normal.determinant() < 1e-8 * scale {
         return None;
@@ -41,7 +42,8 @@ mod tests {
         let motion = crate::lie::exp::<CameraFrame>(&Vector6::new(0.3, -0.1, 0.05, 0.02, 0.1, -0.03));
         let point = Point3::new(0.4, -0.3, 2.5);
         let moved = motion.transform(&point);
-        let (first, second) = triangulate(&motion, &(point.coords / point.z), &(moved.coords / moved.z)).unwrap();
+        let (first, second) =
+            triangulate(&motion, &(point.coords / point.z), &(moved.coords / moved.z)).unwrap();
         assert!((first - 2.5).abs() < 1e-9 && (second - moved.z).abs() < 1e-9);
     }
 

@@ -14,7 +14,15 @@ pub fn fit_essential(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Matrix3<f
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
     for (a, b) in pairs {
         let row = SMatrix::<f64, 1, 9>::from_row_slice(&[
-            b.x * a.x, b.x * a.y, b.x, b.y * a.x, b.y * a.y, b.y, a.x, a.y, 1.0,
+            b.x * a.x,
+            b.x * a.y,
+            b.x,
+            b.y * a.x,
+            b.y * a.y,
+            b.y,
+            a.x,
+            a.y,
+            1.0,
         ]);
         normal += row.transpose() * row;
     }
@@ -42,7 +50,8 @@ pub fn decompose_essential(essential: &Matrix3<f64>) -> Vec<TwoViewMotion> {
     let svd = essential.svd(true, true);
     let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Vec::new() };
     let w = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-    let proper = |r: Matrix3<f64>| Rotation3::from_matrix_unchecked(if r.determinant() < 0.0 { -r } else { r });
+    let proper =
+        |r: Matrix3<f64>| Rotation3::from_matrix_unchecked(if r.determinant() < 0.0 { -r } else { r });
     let turns = [proper(u * w * v_t), proper(u * w.transpose() * v_t)];
     // Singular values of a matrix that is not exact need not be sorted.
     let direction: Vector3<f64> = u.column(svd.singular_values.imin()).into_owned();

@@ -40,7 +40,8 @@ pub struct Follower {
     tracks: Vec<Track>,
 }
 
-const LIMITS: AlignLimits = AlignLimits { max_iterations: 15, max_shift_px: 4.0, max_unexplained: 0.25, noise: 30.0 };
+const LIMITS: AlignLimits =
+    AlignLimits { max_iterations: 15, max_shift_px: 4.0, max_unexplained: 0.25, noise: 30.0 };
 
 impl Follower {
     /// Starts with the corners of an image.
@@ -48,7 +49,9 @@ impl Follower {
     pub fn new(first: Arc<Pyramid>, corners: &[Corner]) -> Self {
         let noise = gradient_noise(&first, usize::MAX);
         let tracks = corners.iter().enumerate().map(|(number, corner)| {
-            let template = |level| Template::from_image(first.level(level), &level_from_px(&corner.px, level), noise[level]);
+            let template = |level| {
+                Template::from_image(first.level(level), &level_from_px(&corner.px, level), noise[level])
+            };
             let templates = (0..first.num_levels()).map(template).collect();
             Track {
                 number,
@@ -67,7 +70,8 @@ impl Follower {
     /// have moved from its last place.
     pub fn follow(&mut self, next: &Pyramid, predict: impl Fn(&Point2<f64>) -> Point2<f64>) {
         self.tracks.retain_mut(|track| {
-            let found = follow_one(track, next, predict(&track.px)).or_else(|| follow_one(track, next, track.px));
+            let found =
+                follow_one(track, next, predict(&track.px)).or_else(|| follow_one(track, next, track.px));
             found.map(|(px, covariance_px)| (track.px, track.covariance_px) = (px, covariance_px)).is_some()
         });
     }
@@ -87,7 +91,8 @@ impl Follower {
     /// Median distance of the corners from their first places, pixels; 0 without corners.
     #[must_use]
     pub fn median_shift_px(&self) -> f64 {
-        let mut shifts: Vec<f64> = self.tracks.iter().map(|track| (track.px - track.first_px).norm()).collect();
+        let mut shifts: Vec<f64> =
+            self.tracks.iter().map(|track| (track.px - track.first_px).norm()).collect();
         shifts.sort_by(f64::total_cmp);
         shifts.get(shifts.len() / 2).copied().unwrap_or(0.0)
     }
@@ -103,7 +108,10 @@ fn follow_one(track: &Track, next: &Pyramid, predicted: Point2<f64>) -> Option<(
             .and_then(|template| align(template, image, &level_from_px(&px, level), &LIMITS));
         match found {
             // On an edge, the place along it is a guess: worse than none for the start.
-            Some(aligned) if level == track.level && aligned.covariance.symmetric_eigenvalues().max() > MOST_VARIANCE => {
+            Some(aligned)
+                if level == track.level
+                    && aligned.covariance.symmetric_eigenvalues().max() > MOST_VARIANCE =>
+            {
                 return None;
             }
             Some(aligned) => {

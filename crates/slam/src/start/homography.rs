@@ -14,8 +14,24 @@ pub fn fit_homography(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Matrix3<
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
     for (a, b) in pairs {
         let rows = SMatrix::<f64, 2, 9>::from_row_slice(&[
-            a.x, a.y, 1.0, 0.0, 0.0, 0.0, -b.x * a.x, -b.x * a.y, -b.x, //
-            0.0, 0.0, 0.0, a.x, a.y, 1.0, -b.y * a.x, -b.y * a.y, -b.y,
+            a.x,
+            a.y,
+            1.0,
+            0.0,
+            0.0,
+            0.0,
+            -b.x * a.x,
+            -b.x * a.y,
+            -b.x, //
+            0.0,
+            0.0,
+            0.0,
+            a.x,
+            a.y,
+            1.0,
+            -b.y * a.x,
+            -b.y * a.y,
+            -b.y,
         ]);
         normal += rows.transpose() * rows;
     }

@@ -6,7 +6,10 @@ use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
-use super::{Follower, StartWait, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view, verify};
+use super::{
+    Follower, StartWait, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view,
+    verify,
+};
 use crate::{
     config::SlamConfig,
     feature::CornerGrid,
@@ -96,12 +99,14 @@ impl Initializer {
 
     /// Looks at the next frame.
     pub fn add(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> StartStep {
-        let Some(attempt) = &mut self.attempt else { return StartStep::Waiting(self.begin(number, at, pyramid)) };
+        let Some(attempt) = &mut self.attempt else {
+            return StartStep::Waiting(self.begin(number, at, pyramid));
+        };
         let camera = &self.camera;
         let turn = self.rotation_aligner.align(&attempt.last, pyramid, &Rotation3::identity());
-        attempt.follower.follow(pyramid, |px| {
-            camera.project(&(turn * camera.bearing(px)).into()).unwrap_or(*px)
-        });
+        attempt
+            .follower
+            .follow(pyramid, |px| camera.project(&(turn * camera.bearing(px)).into()).unwrap_or(*px));
         attempt.last = Arc::clone(pyramid);
         let places = attempt.follower.tracks().iter().map(|track| (track.number, track.px)).collect();
         attempt.history.push((number, places));
@@ -109,7 +114,9 @@ impl Initializer {
         // Corners of noise are gone after one frame and do not count.
         let num_followable = *attempt.num_followable.get_or_insert(num);
         let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
-        if num < least.max(self.config.start.min_points) || attempt.history.len() > self.config.start.max_frames {
+        if num < least.max(self.config.start.min_points)
+            || attempt.history.len() > self.config.start.max_frames
+        {
             self.begin(number, at, pyramid);
             return StartStep::Waiting(StartWait::TracksLost(num));
         }
@@ -153,7 +160,13 @@ impl Initializer {
         StartWait::LittleMotion(0.0)
     }
 
-    fn try_start(&mut self, at: Timestamp, number: usize, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> Result<StartedMap, StartWait> {
+    fn try_start(
+        &mut self,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Result<StartedMap, StartWait> {
         let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::TracksLost(0)) };
         let started = self.try_attempt(&mut attempt, at, number, pyramid, rng);
         self.attempt = Some(attempt);
@@ -281,7 +294,11 @@ impl Initializer {
                 covariance_px,
             };
             let filter = DepthFilter::new(1.0 / point.z, 0.05 / point.z);
-            let id = map.add_landmark(observation(first, track.first_px, corner_covariance(track.level)), filter, LandmarkState::Converged);
+            let id = map.add_landmark(
+                observation(first, track.first_px, corner_covariance(track.level)),
+                filter,
+                LandmarkState::Converged,
+            );
             map.add_observation(id, observation(second, track.px, track.covariance_px));
             landmarks.push((id, track.number));
         }
@@ -310,7 +327,8 @@ impl Initializer {
         };
         let mut pose = CameraFromWorld::identity();
         let mut poses = Vec::new();
-        let (_, before_last) = attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
+        let (_, before_last) =
+            attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
         for (number, places) in before_last {
             let observation = |(track, px): &(usize, Point2<f64>)| {
                 let landmark = map.landmark(landmark_of[*track]?);
@@ -320,7 +338,9 @@ impl Initializer {
             };
             let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
             let robust = robust_pose(&pose, &observations, &ransac, rng);
-            if robust.num_inliers * 2 >= observations.len() && robust.num_inliers >= self.config.tracking.min_matches {
+            if robust.num_inliers * 2 >= observations.len()
+                && robust.num_inliers >= self.config.tracking.min_matches
+            {
                 pose = robust.camera_from_world;
                 poses.push((*number, pose));
             }

@@ -82,7 +82,11 @@ fn tangent(t: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (a, t.cross(&a).normalize())
 }
 
-fn apply(motion: &TwoViewMotion, basis: &(Vector3<f64>, Vector3<f64>), delta: &SVector<f64, 5>) -> TwoViewMotion {
+fn apply(
+    motion: &TwoViewMotion,
+    basis: &(Vector3<f64>, Vector3<f64>),
+    delta: &SVector<f64, 5>,
+) -> TwoViewMotion {
     let turn = nalgebra::Rotation3::from_scaled_axis(Vector3::new(delta[0], delta[1], delta[2]));
     let rotation = turn * nalgebra::Rotation3::from_matrix_unchecked(*motion.rotation());
     let direction = (motion.translation() + basis.0 * delta[3] + basis.1 * delta[4]).normalize();
@@ -91,7 +95,10 @@ fn apply(motion: &TwoViewMotion, basis: &(Vector3<f64>, Vector3<f64>), delta: &S
 
 /// Triangulated pairs in front of both cameras, in the first camera, baseline 1; `None` for the others.
 #[must_use]
-pub fn triangulate_pairs(motion: &TwoViewMotion, pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Vec<Option<Point3<f64>>> {
+pub fn triangulate_pairs(
+    motion: &TwoViewMotion,
+    pairs: &[(Vector3<f64>, Vector3<f64>)],
+) -> Vec<Option<Point3<f64>>> {
     let point = |(first, second): &(Vector3<f64>, Vector3<f64>)| {
         crate::solve::triangulate(motion, first, second).map(|(depth, _)| Point3::from(first * depth))
     };

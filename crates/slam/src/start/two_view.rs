@@ -59,7 +59,9 @@ impl fmt::Display for StartWait {
                 "the camera turns but hardly moves: {:.2} deg of parallax; move it sideways",
                 rad.to_degrees()
             ),
-            Self::NoCommonMotion(share) => write!(f, "only {:.0} % of the corners move together", share * 100.0),
+            Self::NoCommonMotion(share) => {
+                write!(f, "only {:.0} % of the corners move together", share * 100.0)
+            }
             Self::Ambiguous => write!(f, "two motions explain the images equally well"),
             Self::TracksLost(num) => write!(f, "only {num} corners could be followed"),
         }
@@ -106,8 +108,10 @@ pub fn solve_two_view(
     motions.extend(essential.iter().flat_map(decompose_essential));
     let homography = best_of_samples(pairs, 4, settings, rng, &HOMOGRAPHY);
     motions.extend(homography.iter().flat_map(decompose_homography));
-    let mut candidates: Vec<Candidate> =
-        motions.iter().map(|motion| judge(&refine_motion(motion, pairs, 3.0 * limit, 10), pairs, limit)).collect();
+    let mut candidates: Vec<Candidate> = motions
+        .iter()
+        .map(|motion| judge(&refine_motion(motion, pairs, 3.0 * limit, 10), pairs, limit))
+        .collect();
     candidates.sort_by(|a, b| b.num_points.cmp(&a.num_points).then(a.cost.total_cmp(&b.cost)));
     let Some(best) = candidates.first() else { return Err(StartWait::NoCommonMotion(0.0)) };
     let share = best.num_points as f64 / pairs.len() as f64;
@@ -143,7 +147,9 @@ fn best_of_samples(
     model: &Model,
 ) -> Option<Matrix3<f64>> {
     let limit2 = (settings.inlier_px * settings.pixel).powi(2);
-    let cost = |matrix: &Matrix3<f64>| pairs.iter().map(|pair| (model.error2)(matrix, pair).min(limit2)).sum::<f64>();
+    let cost = |matrix: &Matrix3<f64>| {
+        pairs.iter().map(|pair| (model.error2)(matrix, pair).min(limit2)).sum::<f64>()
+    };
     let mut best: Option<(f64, Matrix3<f64>)> = None;
     let mut sample = Vec::with_capacity(pairs.len());
     for _ in 0..settings.num_samples {
@@ -199,7 +205,8 @@ fn judge(motion: &TwoViewMotion, pairs: &[Pair], limit: f64) -> Candidate {
 
 fn median_parallax(candidate: &Candidate) -> f64 {
     let second_center = Point3::from(*candidate.motion.inverse().translation());
-    let angle = |point: &Point3<f64>| cos_parallax(point, &Point3::origin(), &second_center).clamp(-1.0, 1.0).acos();
+    let angle =
+        |point: &Point3<f64>| cos_parallax(point, &Point3::origin(), &second_center).clamp(-1.0, 1.0).acos();
     let mut angles: Vec<f64> = candidate.points.iter().flatten().map(angle).collect();
     angles.sort_by(f64::total_cmp);
     angles.get(angles.len() / 2).copied().unwrap_or(0.0)

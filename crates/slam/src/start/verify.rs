@@ -59,7 +59,12 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
         let Some(point) = point else { continue };
         for (camera, view) in views.iter().enumerate() {
             let Some(ray) = view[i] else { continue };
-            bundle.observations.push(BundleObservation { point: index.len(), camera, ray: ray.xy(), whitening });
+            bundle.observations.push(BundleObservation {
+                point: index.len(),
+                camera,
+                ray: ray.xy(),
+                whitening,
+            });
         }
         bundle.points.push(*point);
         index.push(i);

@@ -66,7 +66,8 @@ pub fn align_images(
     max_iterations: usize,
 ) -> ImageAlignment {
     let mut motion = *start;
-    let mut result = ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
+    let mut result =
+        ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
     let coarsest = levels.0.min(reference.num_levels() - 1).min(current.num_levels() - 1);
     for level in (levels.1.min(coarsest)..=coarsest).rev() {
         let patches: Vec<Patch> =
@@ -75,7 +76,8 @@ pub fn align_images(
         let (aligned, residual, num_features) = problem.align(&motion, max_iterations);
         if num_features >= 4 {
             motion = aligned;
-            result = ImageAlignment { current_from_reference: motion, median_residual: residual, num_features };
+            result =
+                ImageAlignment { current_from_reference: motion, median_residual: residual, num_features };
         }
     }
     result
@@ -158,7 +160,13 @@ impl Level<'_> {
         (1.4826 * median(residuals)).clamp(3.0, 40.0)
     }
 
-    fn residuals(&self, motion: &Rigid3<CameraFrame, CameraFrame>, gain: f32, offset: f32, out: &mut Vec<f32>) {
+    fn residuals(
+        &self,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        gain: f32,
+        offset: f32,
+        out: &mut Vec<f32>,
+    ) {
         out.clear();
         let mut sampled = [0.0; NUM];
         for patch in self.patches {
@@ -169,13 +177,24 @@ impl Level<'_> {
     }
 
     #[inline]
-    fn sample(&self, patch: &Patch, motion: &Rigid3<CameraFrame, CameraFrame>, out: &mut [f32; NUM]) -> Option<()> {
+    fn sample(
+        &self,
+        patch: &Patch,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        out: &mut [f32; NUM],
+    ) -> Option<()> {
         let px = self.camera.project(&motion.transform(&patch.point.into())).ok()?;
         let at = level_from_px(&px, self.level);
         sample(self.image, at.x as f32, at.y as f32, out)
     }
 
-    fn accumulate(&self, motion: &Rigid3<CameraFrame, CameraFrame>, gain: f32, offset: f32, scale: f32) -> Normal {
+    fn accumulate(
+        &self,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        gain: f32,
+        offset: f32,
+        scale: f32,
+    ) -> Normal {
         let mut normal =
             Normal { hessian: SMatrix::zeros(), gradient: SVector::zeros(), cost: 0.0, num_features: 0 };
         let mut sampled = [0.0; NUM];

@@ -64,7 +64,8 @@ fn nearby(
         .filter_map(|(id, keyframe)| {
             let distance = (keyframe.center_in_world() - center).norm();
             let cos = keyframe.camera_from_world().rotation().row(2).transpose().dot(&axis);
-            (distance < 0.5 * scene_depth && cos > 0.8).then_some((distance / scene_depth + 2.0 * (1.0 - cos), id))
+            (distance < 0.5 * scene_depth && cos > 0.8)
+                .then_some((distance / scene_depth + 2.0 * (1.0 - cos), id))
         })
         .collect();
     near.sort_by(|a, b| a.0.total_cmp(&b.0));

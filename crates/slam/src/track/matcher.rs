@@ -117,7 +117,8 @@ impl Matcher<'_> {
     /// Aligns a patch that should be near a pixel of level 0.
     #[must_use]
     pub fn find_from(&self, template: &Template, level: usize, start_px: &Point2<f64>) -> Option<Found> {
-        let aligned = align(template, self.pyramid.level(level), &level_from_px(start_px, level), &self.limits)?;
+        let aligned =
+            align(template, self.pyramid.level(level), &level_from_px(start_px, level), &self.limits)?;
         let px = px_from_level(&aligned.at, level);
         let covariance_px = aligned.covariance * f64::from(1_u32 << (2 * level));
         Some(Found { px, ray: self.camera.bearing(&px), level, covariance_px })

@@ -61,7 +61,8 @@ impl RotationAligner {
         for y in 0..size.1 {
             for x in 0..size.0 {
                 let ray = camera.bearing(&px_from_level(&Point2::new(x as f64, y as f64), level));
-                let by_point = camera.project_with_jacobian(&ray.into()).map_or_else(|_| Matrix2x3::zeros(), |r| r.1);
+                let by_point =
+                    camera.project_with_jacobian(&ray.into()).map_or_else(|_| Matrix2x3::zeros(), |r| r.1);
                 by_rotation.push(-by_point * skew(&ray) / f64::from(1_u32 << level));
                 rays.push(ray);
             }
@@ -76,7 +77,9 @@ impl RotationAligner {
             return *guess;
         }
         let (reference, current) = (reference.level(self.level), current.level(self.level));
-        if (reference.width(), reference.height()) != self.size || (current.width(), current.height()) != self.size {
+        if (reference.width(), reference.height()) != self.size
+            || (current.width(), current.height()) != self.size
+        {
             return *guess;
         }
         let mut rotation = *guess;
@@ -122,13 +125,18 @@ impl RotationAligner {
             return None;
         }
         let variance = sum_tt / n - (sum_t / n).powi(2);
-        let gain = if variance > 1.0 { ((sum_ts / n - sum_t * sum_s / n / n) / variance).clamp(0.3, 3.0) } else { 1.0 };
+        let gain = if variance > 1.0 {
+            ((sum_ts / n - sum_t * sum_s / n / n) / variance).clamp(0.3, 3.0)
+        } else {
+            1.0
+        };
         let offset = sum_s / n - gain * sum_t / n;
         let (mut hessian, mut gradient, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
         for (i, value) in samples {
             let (x, y) = (i % width, i / width);
             let pixel = |x: usize, y: usize| f64::from(reference.get(x, y));
-            let slope = Vector2::new(pixel(x + 1, y) - pixel(x - 1, y), pixel(x, y + 1) - pixel(x, y - 1)) * 0.5;
+            let slope =
+                Vector2::new(pixel(x + 1, y) - pixel(x - 1, y), pixel(x, y + 1) - pixel(x, y - 1)) * 0.5;
             let jacobian = self.by_rotation[i].transpose() * slope * gain;
             let error = value - gain * pixel(x, y) - offset;
             let weight = 1.0 / (1.0 + (error / 15.0).powi(2));

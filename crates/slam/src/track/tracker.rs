@@ -8,8 +8,8 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    AlignFeature, Feature, Frame, LocalMap, Matcher, MotionModel, RotationAligner, align_images, collect_local_map,
-    matcher::whitening,
+    AlignFeature, Feature, Frame, LocalMap, Matcher, MotionModel, RotationAligner, align_images,
+    collect_local_map, matcher::whitening,
 };
 use crate::{
     config::TrackingConfig,
@@ -167,7 +167,8 @@ impl Tracker {
             best = other;
         }
         let fine = align(&best.current_from_reference, (COARSEST_LEVEL - 2, self.config.finest_align_level));
-        let motion = if fine.num_features >= 4 { fine.current_from_reference } else { best.current_from_reference };
+        let motion =
+            if fine.num_features >= 4 { fine.current_from_reference } else { best.current_from_reference };
         motion * last.camera_from_world
     }
 
@@ -276,7 +277,14 @@ impl Tracker {
     }
 
     /// At most one landmark for each cell, those found most often first; candidates where converged ones are few.
-    fn search(&self, map: &Map, matcher: &Matcher<'_>, local_map: &LocalMap, radius: usize, rng: &mut Rng) -> Search {
+    fn search(
+        &self,
+        map: &Map,
+        matcher: &Matcher<'_>,
+        local_map: &LocalMap,
+        radius: usize,
+        rng: &mut Rng,
+    ) -> Search {
         let mut grid = CornerGrid::new(self.camera.size_px(), self.config.cell_px);
         let mut cells: Vec<Vec<(LandmarkId, Point2<f64>)>> = vec![Vec::new(); grid.num_cells()];
         let mut candidates = Vec::new();
@@ -362,7 +370,11 @@ pub fn focal_px(camera: &Camera) -> f64 {
 
 /// How far a candidate's image moves for one standard deviation of its inverse depth, on the plane z = 1.
 #[must_use]
-pub fn depth_spread(map: &Map, landmark: &Landmark, camera_from_world: &CameraFromWorld) -> Option<Vector2<f64>> {
+pub fn depth_spread(
+    map: &Map,
+    landmark: &Landmark,
+    camera_from_world: &CameraFromWorld,
+) -> Option<Vector2<f64>> {
     let host = landmark.host();
     let motion = *camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
     let inverse_depth = landmark.filter.inverse_depth();
