@@ -14,7 +14,7 @@ use crate::{
     mapping::{Mapper, MappingReport},
     relocate::Relocator,
     start::{Initializer, StartStep, StartWait, StartedMap},
-    track::{Quality, TrackReport, Tracker},
+    track::{Incoming, Quality, TrackReport, Tracker},
 };
 
 /// A source of time for measurements; never used for a result.
@@ -297,7 +297,7 @@ impl Slam {
     fn track(&mut self, at: Timestamp, pyramid: &Arc<Pyramid>, outcome: &mut FrameOutcome) {
         let before = self.clock.secs();
         let number = self.number();
-        let report = self.tracker.track(&self.map, number, at, pyramid, &mut self.rng);
+        let report = self.tracker.track(&self.map, &Incoming { number, at, pyramid }, &mut self.rng);
         outcome.tracking.add("track", self.clock.secs() - before);
         match report {
             Some(report) if report.quality != Quality::Bad => {
@@ -364,7 +364,8 @@ impl Slam {
     fn relocalize(&mut self, at: Timestamp, pyramid: &Arc<Pyramid>, outcome: &mut FrameOutcome) {
         let before = self.clock.secs();
         let number = self.number();
-        let found = self.relocator.attempt(&self.map, &self.tracker, number, at, pyramid, &mut self.rng);
+        let incoming = Incoming { number, at, pyramid };
+        let found = self.relocator.attempt(&self.map, &self.tracker, &incoming, &mut self.rng);
         outcome.tracking.add("relocalize", self.clock.secs() - before);
         let Some((report, keyframe)) = found else { return };
         self.is_lost = false;

@@ -103,10 +103,10 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         let stages: Vec<String> = times.stages.iter().map(|(stage, ms)| format!("{stage} {ms:.2}")).collect();
         say::line!("    {}", stages.join(", "));
     }
-    if run.trajectory.poses().is_empty() {
-        if let Some(visloc_slam::TrackingState::Starting(wait)) = run.records.last().map(|r| r.state) {
-            say::line!("  no map was started: {wait}");
-        }
+    if run.trajectory.poses().is_empty()
+        && let Some(visloc_slam::TrackingState::Starting(wait)) = run.records.last().map(|r| r.state)
+    {
+        say::line!("  no map was started: {wait}");
     }
     for skipped in run.skipped.iter().take(5) {
         say::line!("  left out: {}: {}", skipped.origin, skipped.reason);

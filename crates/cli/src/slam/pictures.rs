@@ -30,7 +30,7 @@ impl FramePictures {
     /// # Errors
     /// If the picture cannot be written.
     pub fn look(&mut self, number: usize, image: &GrayImage, outcome: &FrameOutcome) -> Result<()> {
-        if number % self.every != 0 {
+        if !number.is_multiple_of(self.every) {
             return Ok(());
         }
         let dots = |wanted: bool, label: &str, color: Color| ImageDots {

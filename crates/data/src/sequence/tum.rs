@@ -64,10 +64,11 @@ fn parse_stamp(text: &str) -> Result<Timestamp, String> {
     }
     let is_plain = text.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    if is_plain && fraction.len() <= 9 {
-        if let (Ok(whole), Ok(nanos)) = (whole.parse::<i64>(), format!("{fraction:0<9}").parse::<i64>()) {
-            return Ok(Timestamp::from_nanos(whole * 1_000_000_000 + nanos));
-        }
+    if is_plain
+        && fraction.len() <= 9
+        && let (Ok(whole), Ok(nanos)) = (whole.parse::<i64>(), format!("{fraction:0<9}").parse::<i64>())
+    {
+        return Ok(Timestamp::from_nanos(whole * 1_000_000_000 + nanos));
     }
     Ok(Timestamp::from_secs(secs))
 }

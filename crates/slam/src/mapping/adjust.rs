@@ -117,9 +117,9 @@ fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
 
 /// A bundle whose keyframes may all move is held at the oldest of them.
 fn fix_gauge(bundle: &mut Bundle, index: &Index) {
-    if bundle.is_free.iter().all(|is_free| *is_free) {
-        if let Some(oldest) = (0..index.keyframes.len()).min_by_key(|i| index.keyframes[*i]) {
-            bundle.is_free[oldest] = false;
-        }
+    if bundle.is_free.iter().all(|is_free| *is_free)
+        && let Some(oldest) = (0..index.keyframes.len()).min_by_key(|i| index.keyframes[*i])
+    {
+        bundle.is_free[oldest] = false;
     }
 }

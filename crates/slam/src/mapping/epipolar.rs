@@ -113,10 +113,10 @@ impl View<'_> {
     ) -> Option<Found> {
         let ends = line.px(far).zip(line.px(near));
         let scale = 1.0 / f64::from(1_u32 << level);
-        if let Some((a, b)) = ends {
-            if (a - b).norm() * scale < SHORT_PX {
-                return matcher.find_from(template, level, &nalgebra::center(&a, &b));
-            }
+        if let Some((a, b)) = ends
+            && (a - b).norm() * scale < SHORT_PX
+        {
+            return matcher.find_from(template, level, &nalgebra::center(&a, &b));
         }
         let patch = SearchPatch::new(template);
         let image = self.pyramid.level(level);

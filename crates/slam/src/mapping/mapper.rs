@@ -254,7 +254,7 @@ impl Mapper {
         for observation in observers {
             let seen = map.keyframe(observation.keyframe).camera_from_world().transform(&point);
             let error = (seen.coords / seen.z - observation.ray).xy().norm() * focal_px(&self.camera);
-            if !(error < 2.0 * f64::from(1_u32 << observation.level)) {
+            if error.is_nan() || error >= 2.0 * f64::from(1_u32 << observation.level) {
                 map.remove_candidate_observation(id, observation.keyframe);
             }
         }

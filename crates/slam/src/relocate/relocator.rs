@@ -1,16 +1,17 @@
 //! Relocalization by alignment against similar keyframes. Thesis, section 6.10; the order by similarity is an addition.
 
-use std::sync::Arc;
-
 use nalgebra::Rotation3;
-use visloc_base::{Rng, Timestamp};
+use visloc_base::Rng;
 use visloc_geom::{Camera, Rigid3};
 
 use crate::{
     config::SlamConfig,
-    image::{Pyramid, SmallImage},
+    image::SmallImage,
     map::{KeyframeId, Map},
-    track::{AlignFeature, Feature, Frame, Quality, RotationAligner, TrackReport, Tracker, align_images},
+    track::{
+        AlignFeature, AlignSchedule, Feature, Frame, Incoming, Quality, RotationAligner, TrackReport,
+        Tracker, align_images,
+    },
 };
 
 /// Pixels (of its level) around a predicted place that are searched.
@@ -43,19 +44,17 @@ impl Relocator {
         &mut self,
         map: &Map,
         tracker: &Tracker,
-        number: usize,
-        at: Timestamp,
-        pyramid: &Arc<Pyramid>,
+        incoming: &Incoming<'_>,
         rng: &mut Rng,
     ) -> Option<(TrackReport, KeyframeId)> {
         self.num_attempts += 1;
-        let small = SmallImage::new(pyramid);
+        let small = SmallImage::new(incoming.pyramid);
         let mut ranked: Vec<(f32, KeyframeId)> =
             map.keyframes().map(|(id, keyframe)| (keyframe.small.similarity(&small), id)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
         for (_, id) in ranked.into_iter().take(self.config.relocation.max_tries) {
             let reference = frame_of(map, id)?;
-            let Some(report) = self.try_keyframe(map, tracker, &reference, number, at, pyramid, rng) else {
+            let Some(report) = self.try_keyframe(map, tracker, &reference, incoming, rng) else {
                 continue;
             };
             let is_found =
@@ -67,17 +66,15 @@ impl Relocator {
         None
     }
 
-    #[allow(clippy::too_many_arguments)]
     fn try_keyframe(
         &self,
         map: &Map,
         tracker: &Tracker,
         reference: &Frame,
-        number: usize,
-        at: Timestamp,
-        pyramid: &Arc<Pyramid>,
+        incoming: &Incoming<'_>,
         rng: &mut Rng,
     ) -> Option<TrackReport> {
+        let pyramid = incoming.pyramid;
         let turn = self.rotation_aligner.align(&reference.pyramid, pyramid, &Rotation3::identity());
         let features: Vec<AlignFeature> = reference
             .features
@@ -90,17 +87,18 @@ impl Relocator {
             .collect();
         let start = Rigid3::new(turn, nalgebra::Vector3::zeros());
         let levels = (4, self.config.tracking.finest_align_level);
-        let aligned = align_images(&self.camera, &reference.pyramid, pyramid, &features, &start, levels, 20);
+        let schedule = AlignSchedule { levels, max_iterations: 20 };
+        let aligned = align_images(&self.camera, &reference.pyramid, pyramid, &features, &start, &schedule);
         if aligned.num_features < self.config.relocation.min_matches / 2 {
             return None;
         }
         let predicted = aligned.current_from_reference * reference.camera_from_world;
         // The alignment is only about right: look around first, then as in tracking.
-        let wide = tracker.track_near(map, number, at, pyramid, &predicted, reference, SEARCH_RADIUS, rng);
+        let wide = tracker.track_near(map, incoming, (&predicted, SEARCH_RADIUS), reference, rng);
         if wide.num_matched < self.config.relocation.min_matches / 2 {
             return None;
         }
-        Some(tracker.track_near(map, number, at, pyramid, &wide.frame.camera_from_world, reference, 0, rng))
+        Some(tracker.track_near(map, incoming, (&wide.frame.camera_from_world, 0), reference, rng))
     }
 }
 

@@ -94,8 +94,7 @@ impl Bundle {
             };
             let (cameras, points) = self.stepped(&slots, &reduced, &step);
             let new_cost = cost(&cameras, &points, &self.observations, settings.huber);
-            // Written so that NaN is refused.
-            if !(new_cost < report.last_cost) {
+            if new_cost.is_nan() || new_cost >= report.last_cost {
                 damping *= 10.0;
                 if damping > 1e6 {
                     break;

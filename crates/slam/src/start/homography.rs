@@ -54,7 +54,7 @@ pub fn decompose_homography(homography: &Matrix3<f64>) -> Vec<TwoViewMotion> {
     let mut order = [0, 1, 2];
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
     let [s1, s3] = [eigen.eigenvalues[order[0]], eigen.eigenvalues[order[2]]];
-    if !(s1 - s3 > 1e-6) {
+    if (s1 - s3).is_nan() || s1 - s3 <= 1e-6 {
         return Vec::new();
     }
     let [v1, v2, v3] = order.map(|i| eigen.eigenvectors.column(i).into_owned());

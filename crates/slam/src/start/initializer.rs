@@ -54,6 +54,9 @@ pub struct Initializer {
     attempt: Option<Attempt>,
 }
 
+/// Corners by their number, and where they were found; pixels of level 0.
+type Places = Vec<(usize, Point2<f64>)>;
+
 /// Corners of one image on their way.
 #[derive(Debug, Clone)]
 struct Attempt {
@@ -65,7 +68,7 @@ struct Attempt {
     num_followable: Option<usize>,
     last: Arc<Pyramid>,
     /// For each frame since: its number and the corners found in it.
-    history: Vec<(usize, Vec<(usize, Point2<f64>)>)>,
+    history: Vec<(usize, Places)>,
     /// Motions that explained the frame before.
     hints: Vec<TwoViewMotion>,
     /// An earlier start that waits for more parallax to prove it.

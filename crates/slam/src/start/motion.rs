@@ -64,7 +64,7 @@ pub fn refine_motion(
             hessian[(i, i)] = hessian[(i, i)] * (1.0 + 1e-6) + 1e-12;
         }
         let Some(step) = hessian.cholesky().map(|c| c.solve(&gradient)) else { break };
-        if !(step.norm() < 0.5) {
+        if step.norm().is_nan() || step.norm() >= 0.5 {
             break;
         }
         motion = moved_by(&step);

@@ -22,6 +22,15 @@ pub struct AlignFeature {
     pub point: Vector3<f64>,
 }
 
+/// Which levels are aligned, and how long.
+#[derive(Debug, Clone, Copy)]
+pub struct AlignSchedule {
+    /// Coarsest and finest level.
+    pub levels: (usize, usize),
+    /// Most iterations on each level.
+    pub max_iterations: usize,
+}
+
 /// What an alignment found.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageAlignment {
@@ -50,7 +59,7 @@ struct Normal {
     num_features: usize,
 }
 
-/// Aligns from the coarsest of `levels` (coarse to fine, for instance 4 to 2) to the finest. Minimizes the differences of the
+/// Aligns from the coarsest level to the finest. Minimizes the differences of the
 /// pixels of 4 x 4 patches under a common gain and offset, with robust weights.
 ///
 /// Source: Forster, Pizzoli and Scaramuzza, "SVO", 2014, section IV-A (inverse compositional); gain and offset as in Engel,
@@ -62,9 +71,9 @@ pub fn align_images(
     current: &Pyramid,
     features: &[AlignFeature],
     start: &Rigid3<CameraFrame, CameraFrame>,
-    levels: (usize, usize),
-    max_iterations: usize,
+    schedule: &AlignSchedule,
 ) -> ImageAlignment {
+    let AlignSchedule { levels, max_iterations } = *schedule;
     let mut motion = *start;
     let mut result =
         ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
@@ -240,9 +249,9 @@ impl Sums {
     #[inline]
     fn of(patch: &Patch, sampled: &[f32; NUM], gain: f32, offset: f32, cutoff2: f32) -> Self {
         let mut s = Self::default();
-        for i in 0..NUM {
+        for (i, value) in sampled.iter().enumerate() {
             let (x, y, t) = (patch.dx[i], patch.dy[i], patch.values[i]);
-            let r = sampled[i] - gain * t - offset;
+            let r = value - gain * t - offset;
             // Tukey's biweight.
             let rest = (1.0 - r * r / cutoff2).max(0.0);
             let w = rest * rest;

@@ -12,6 +12,17 @@ use crate::{
     map::{KeyframeId, LandmarkId, Observation},
 };
 
+/// An image that has just come in.
+#[derive(Debug, Clone, Copy)]
+pub struct Incoming<'a> {
+    /// Number in the sequence.
+    pub number: usize,
+    /// When it was taken.
+    pub at: Timestamp,
+    /// Its images.
+    pub pyramid: &'a Arc<Pyramid>,
+}
+
 /// A landmark found in a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Feature {

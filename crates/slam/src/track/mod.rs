@@ -7,8 +7,8 @@ mod matcher;
 mod prediction;
 mod tracker;
 
-pub use align_images::{AlignFeature, ImageAlignment, align_images};
-pub use frame::{Feature, Frame};
+pub use align_images::{AlignFeature, AlignSchedule, ImageAlignment, align_images};
+pub use frame::{Feature, Frame, Incoming};
 pub use local_map::{LocalMap, collect_local_map};
 pub use matcher::{Found, Matcher, whitening};
 pub use prediction::{MotionModel, RotationAligner};

@@ -8,8 +8,8 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    AlignFeature, Feature, Frame, LocalMap, Matcher, MotionModel, RotationAligner, align_images,
-    collect_local_map, matcher::whitening,
+    AlignFeature, AlignSchedule, Feature, Frame, Incoming, LocalMap, Matcher, MotionModel, RotationAligner,
+    align_images, collect_local_map, matcher::whitening,
 };
 use crate::{
     config::TrackingConfig,
@@ -128,17 +128,10 @@ impl Tracker {
 
     /// Finds the pose of the next frame. `None` if there is no last frame to go on from.
     #[must_use]
-    pub fn track(
-        &self,
-        map: &Map,
-        number: usize,
-        at: Timestamp,
-        pyramid: &Arc<Pyramid>,
-        rng: &mut Rng,
-    ) -> Option<TrackReport> {
+    pub fn track(&self, map: &Map, incoming: &Incoming<'_>, rng: &mut Rng) -> Option<TrackReport> {
         let last = self.last.as_ref()?;
-        let predicted = self.predict(map, last, at, pyramid);
-        Some(self.track_near(map, number, at, pyramid, &predicted, last, 0, rng))
+        let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
+        Some(self.track_near(map, incoming, (&predicted, 0), last, rng))
     }
 
     /// Pose by motion prior and image alignment.
@@ -155,8 +148,7 @@ impl Tracker {
                 pyramid,
                 &features,
                 start,
-                levels,
-                self.config.max_align_iterations,
+                &AlignSchedule { levels, max_iterations: self.config.max_align_iterations },
             )
         };
         // The start that fits better on the coarsest level goes on to the finer ones.
@@ -174,18 +166,15 @@ impl Tracker {
 
     /// Matches the local map around a predicted pose and finds the pose. With a `radius` above 0, all pixels (of the level)
     /// within it are searched.
-    #[allow(clippy::too_many_arguments)]
     pub(crate) fn track_near(
         &self,
         map: &Map,
-        number: usize,
-        at: Timestamp,
-        pyramid: &Arc<Pyramid>,
-        predicted: &CameraFromWorld,
+        incoming: &Incoming<'_>,
+        (predicted, radius): (&CameraFromWorld, usize),
         last: &Frame,
-        radius: usize,
         rng: &mut Rng,
     ) -> TrackReport {
+        let Incoming { number, at, pyramid } = *incoming;
         let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
         let depth = scene_depth(map, last);
         let local_map = collect_local_map(map, &seen, predicted, depth, self.config.max_local_keyframes);
