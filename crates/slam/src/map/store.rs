@@ -285,3 +285,57 @@ impl Map {
 fn center(camera_from_world: &CameraFromWorld) -> Point3<f64> {
     Point3::from(*camera_from_world.inverse().translation())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Point2, Vector3};
+    use rand::RngExt;
+    use visloc_base::{GrayImage, RngTree};
+
+    fn observation(keyframe: u32) -> Observation {
+        let keyframe = KeyframeId(keyframe);
+        let ray = Vector3::new(0.0, 0.0, 1.0);
+        Observation { keyframe, px: Point2::origin(), ray, level: 0, covariance_px: Matrix2::identity() }
+    }
+
+    #[test]
+    fn invariants_hold_after_random_changes() {
+        for seed in 0..20 {
+            let mut rng = RngTree::new(seed).stream("map", 0);
+            let mut map = Map::new();
+            let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
+            for step in 0..300_usize {
+                let keyframe =
+                    rng.random_range(0..10_u32).min(map.num_keyframe_ids().saturating_sub(1) as u32);
+                let landmark = LandmarkId(rng.random_range(0..map.num_landmark_ids().max(1)) as u32);
+                let is_alive = map.num_keyframe_ids() > 0 && map.keyframe(KeyframeId(keyframe)).is_alive();
+                let has_landmark = map.num_landmark_ids() > 0;
+                match rng.random_range(0..8) {
+                    0 if map.num_keyframe_ids() < 10 => {
+                        let camera_from_world = CameraFromWorld::identity();
+                        let at = Timestamp::default();
+                        let pyramid = Arc::clone(&pyramid);
+                        map.add_keyframe(NewKeyframe { frame: step, at, pyramid, camera_from_world });
+                    }
+                    1 | 2 if is_alive => {
+                        let state =
+                            if step % 2 == 0 { LandmarkState::Candidate } else { LandmarkState::Converged };
+                        map.add_landmark(observation(keyframe), DepthFilter::new(1.0, 0.1), state);
+                    }
+                    3 | 4 if is_alive && has_landmark => map.add_observation(landmark, observation(keyframe)),
+                    5 if is_alive && has_landmark => map.remove_observation(landmark, KeyframeId(keyframe)),
+                    6 if has_landmark => map.remove_landmark(landmark),
+                    7 if is_alive && map.keyframes().count() > 3 => {
+                        let anchor = map.keyframes().map(|(id, _)| id).find(|id| id.0 != keyframe);
+                        if let Some(anchor) = anchor {
+                            map.cull_keyframe(KeyframeId(keyframe), anchor);
+                        }
+                    }
+                    _ => {}
+                }
+                map.check().unwrap();
+            }
+        }
+    }
+}
