@@ -1,5 +1,7 @@
 //! The whole system on a short rendered clip: 60 images of an orbit round a desk, 320 x 240 px.
 
+#![allow(clippy::unwrap_used)]
+
 use std::path::PathBuf;
 
 use visloc_base::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};

@@ -7,9 +7,9 @@ mod inspect;
 mod likelihood;
 mod localize;
 mod shared;
+mod slam;
 mod start;
 mod study;
-mod slam;
 
 use clap::{Parser, Subcommand};
 
@@ -20,9 +20,9 @@ pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
+pub use slam::SlamArgs;
 pub use start::StartArg;
 pub use study::StudyArgs;
-pub use slam::SlamArgs;
 
 /// Tells a robot with one ordinary camera where it is
 #[derive(Debug, Parser)]

@@ -11,7 +11,7 @@ mod localize;
 mod map;
 mod settings;
 mod simulate;
-mod study;
 mod slam;
+mod study;
 
 pub use execute::execute;
