@@ -6,10 +6,16 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("image of {width} x {height} px: expected {expected} bytes, found {found}")]
 pub struct ImageSizeError {
-    width: u32,
-    height: u32,
+    width: usize,
+    height: usize,
     expected: usize,
     found: usize,
+}
+
+impl ImageSizeError {
+    pub(crate) fn new(width: usize, height: usize, expected: usize, found: usize) -> Self {
+        Self { width, height, expected, found }
+    }
 }
 
 /// An 8-bit color image, rows from top to bottom, three bytes (red, green, blue) a pixel.
@@ -34,7 +40,7 @@ impl RgbImage {
     pub fn from_raw(width: u32, height: u32, data: Vec<u8>) -> Result<Self, ImageSizeError> {
         let expected = width as usize * height as usize * 3;
         if data.len() != expected {
-            return Err(ImageSizeError { width, height, expected, found: data.len() });
+            return Err(ImageSizeError::new(width as usize, height as usize, expected, data.len()));
         }
         Ok(Self { width, height, data })
     }

@@ -2,13 +2,19 @@
 //! sensors, trajectories, and the trait of everything that produces frames.
 
 mod frame;
+mod gray;
 mod image;
+mod image_source;
+mod pose_trajectory;
 mod rng;
 mod time;
 mod trajectory;
 
 pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
+pub use gray::GrayImage;
 pub use image::{ImageSizeError, RgbImage};
+pub use image_source::{GrayFrame, ImageSource};
+pub use pose_trajectory::{CameraPose, CameraTrajectory};
 pub use rng::{Rng, RngTree, gaussian};
 pub use time::Timestamp;
 pub use trajectory::{PlanarTrajectory, StampedPose};

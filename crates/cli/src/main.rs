@@ -6,6 +6,7 @@ mod live_view;
 mod report;
 mod run;
 mod say;
+mod slam;
 mod stopwatch;
 
 use std::{

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use rustix::time::{ClockId, clock_gettime};
+
 /// Measures from its making on.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
@@ -29,4 +31,11 @@ impl Stopwatch {
     pub fn ms(&self) -> f64 {
         self.secs() * 1e3
     }
+}
+
+/// Time that this thread has worked, seconds: other programs on the machine do not lengthen it.
+#[allow(clippy::cast_precision_loss)]
+pub fn thread_cpu_secs() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }

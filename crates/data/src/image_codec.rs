@@ -6,9 +6,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use image::{ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
-use visloc_base::RgbImage;
+use visloc_base::{GrayImage, RgbImage};
 
 /// Largest width or height that is decoded, pixels.
 const MAX_SIDE_PX: u32 = 16_384;
@@ -52,6 +52,38 @@ pub enum ImageCodecError {
 /// # Errors
 /// If the bytes are not such a picture, are cut off, or the picture is larger than 16384 px a side.
 pub fn decode(bytes: &[u8]) -> Result<RgbImage, ImageCodecError> {
+    let image = decode_any(bytes)?.into_rgb8();
+    let (width, height) = image.dimensions();
+    RgbImage::from_raw(width, height, image.into_raw())
+        .map_err(|error| ImageCodecError::Decode { num_bytes: bytes.len(), reason: error.to_string() })
+}
+
+/// As [`decode`], to gray; color pictures are weighted by ITU-R BT.601.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_gray(bytes: &[u8]) -> Result<GrayImage, ImageCodecError> {
+    let gray = match decode_any(bytes)? {
+        DynamicImage::ImageLuma8(gray) => gray,
+        gray @ (DynamicImage::ImageLumaA8(_)
+        | DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)) => gray.into_luma8(),
+        color => {
+            let color = color.into_rgb8();
+            let (width, height) = color.dimensions();
+            let rgb = RgbImage::from_raw(width, height, color.into_raw());
+            return rgb.map(|rgb| GrayImage::from_rgb(&rgb)).map_err(|error| ImageCodecError::Decode {
+                num_bytes: bytes.len(),
+                reason: error.to_string(),
+            });
+        }
+    };
+    let (width, height) = gray.dimensions();
+    GrayImage::from_raw(width as usize, height as usize, gray.into_raw())
+        .map_err(|error| ImageCodecError::Decode { num_bytes: bytes.len(), reason: error.to_string() })
+}
+
+fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     let decode_error = |reason: String| ImageCodecError::Decode { num_bytes: bytes.len(), reason };
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
@@ -69,9 +101,7 @@ pub fn decode(bytes: &[u8]) -> Result<RgbImage, ImageCodecError> {
     limits.max_image_height = Some(MAX_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODE_BYTES);
     reader.limits(limits);
-    let image = reader.decode().map_err(|error| decode_error(error.to_string()))?.into_rgb8();
-    let (width, height) = image.dimensions();
-    RgbImage::from_raw(width, height, image.into_raw()).map_err(|error| decode_error(error.to_string()))
+    reader.decode().map_err(|error| decode_error(error.to_string()))
 }
 
 /// Whether the end mark of JPEG stands at the end, except for zeros that some cameras append.
@@ -119,6 +149,15 @@ fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), Image
 pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
     let bytes = fs::read(path).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
     decode(&bytes)
+}
+
+/// Reads a JPEG or PNG file as gray.
+///
+/// # Errors
+/// If the file cannot be read or decoded.
+pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
+    let bytes = fs::read(path).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
+    decode_gray(&bytes)
 }
 
 /// Saves as PNG.

@@ -19,4 +19,5 @@
 
 pub mod bag;
 pub mod image_codec;
+pub mod sequence;
 pub mod trajectory;

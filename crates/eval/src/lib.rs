@@ -17,6 +17,7 @@
 //! ```
 
 mod association;
+pub mod camera;
 mod carried;
 mod evaluation;
 mod options;

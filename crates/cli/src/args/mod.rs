@@ -7,6 +7,7 @@ mod inspect;
 mod likelihood;
 mod localize;
 mod shared;
+mod slam;
 mod start;
 mod study;
 
@@ -19,6 +20,7 @@ pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
+pub use slam::SlamArgs;
 pub use start::StartArg;
 pub use study::StudyArgs;
 
@@ -49,6 +51,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
+    /// Follow one camera without a map, and make a map of what it sees
+    Slam(Box<SlamArgs>),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
     /// Repeat the published experiments, and harder ones

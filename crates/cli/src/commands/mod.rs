@@ -11,6 +11,7 @@ mod localize;
 mod map;
 mod settings;
 mod simulate;
+mod slam;
 mod study;
 
 pub use execute::execute;

@@ -1,0 +1,107 @@
+//! Gray images in memory.
+
+use crate::{ImageSizeError, RgbImage};
+
+/// An 8-bit gray image, rows from top to bottom.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct GrayImage {
+    width: usize,
+    height: usize,
+    data: Vec<u8>,
+}
+
+impl GrayImage {
+    /// A black image.
+    #[must_use]
+    pub fn new(width: usize, height: usize) -> Self {
+        Self { width, height, data: vec![0; width * height] }
+    }
+
+    /// From bytes, row by row.
+    ///
+    /// # Errors
+    /// If there are not exactly `width * height` bytes.
+    pub fn from_raw(width: usize, height: usize, data: Vec<u8>) -> Result<Self, ImageSizeError> {
+        let expected = width * height;
+        if data.len() != expected {
+            return Err(ImageSizeError::new(width, height, expected, data.len()));
+        }
+        Ok(Self { width, height, data })
+    }
+
+    /// Luma of a color image with the weights of ITU-R BT.601, rounded.
+    #[must_use]
+    pub fn from_rgb(image: &RgbImage) -> Self {
+        let luma = |rgb: &[u8]| {
+            let [r, g, b] = [u32::from(rgb[0]), u32::from(rgb[1]), u32::from(rgb[2])];
+            // Weights in 1/65536; they sum to one, so that gray stays gray.
+            ((r * 19_595 + g * 38_470 + b * 7_471 + 32_768) >> 16) as u8
+        };
+        let data = image.data().chunks_exact(3).map(luma).collect();
+        Self { width: image.width() as usize, height: image.height() as usize, data }
+    }
+
+    /// Width, pixels.
+    #[inline]
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Height, pixels.
+    #[inline]
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// All bytes, row by row.
+    #[inline]
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+
+    /// All bytes, row by row.
+    #[inline]
+    pub fn data_mut(&mut self) -> &mut [u8] {
+        &mut self.data
+    }
+
+    /// One pixel.
+    ///
+    /// # Panics
+    /// If the pixel is outside the image.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, x: usize, y: usize) -> u8 {
+        self.data[y * self.width + x]
+    }
+
+    /// One row of pixels.
+    ///
+    /// # Panics
+    /// If the row is outside the image.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, y: usize) -> &[u8] {
+        &self.data[y * self.width..(y + 1) * self.width]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gray_stays_gray_and_green_is_brightest() {
+        let image = RgbImage::from_raw(3, 1, vec![200, 200, 200, 0, 255, 0, 0, 0, 255]).unwrap();
+        assert_eq!(GrayImage::from_rgb(&image).data(), &[200, 150, 29]);
+    }
+
+    #[test]
+    fn wrong_length_is_refused() {
+        assert!(GrayImage::from_raw(3, 2, vec![0; 5]).is_err());
+        assert_eq!(GrayImage::from_raw(3, 2, vec![7; 6]).unwrap().row(1), &[7; 3]);
+    }
+}

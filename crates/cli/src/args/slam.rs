@@ -1,0 +1,59 @@
+//! `visloc slam`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{JsonArg, SeedArg};
+
+/// Arguments of `visloc slam`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Follows one calibrated camera through a sequence of images without a map, and makes a sparse map of what \
+                  it sees. If the sequence has the truth, the result is compared with it.\n\n\
+                  SEQUENCE is a folder with rgb.txt (lines 'SECONDS FILE') and camera.yaml (width, height, fx, fy, cx, \
+                  cy, distortion), and maybe groundtruth.txt.\n\n\
+                  One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
+    after_long_help = "Examples:\n  \
+                       visloc slam desk --trajectory desk.tum --map desk.ply\n  \
+                       visloc slam desk --plots out/desk --json out/desk.json"
+)]
+pub struct SlamArgs {
+    /// Folder of the sequence
+    #[arg(value_name = "SEQUENCE")]
+    pub sequence: PathBuf,
+    /// Configuration
+    #[arg(long, value_name = "NAME", default_value = "sdvl")]
+    pub preset: String,
+    /// Parameters, TOML; names only what differs from the preset
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// First image, from 0
+    #[arg(long, default_value_t = 0)]
+    pub start: usize,
+    /// One past the last image [default: all]
+    #[arg(long)]
+    pub end: Option<usize>,
+    /// Use every how manyeth image
+    #[arg(long, default_value_t = 1)]
+    pub stride: usize,
+    /// Write the pose of every frame to this file, TUM format
+    #[arg(long, value_name = "FILE")]
+    pub trajectory: Option<PathBuf>,
+    /// Write the poses of the keyframes to this file, TUM format
+    #[arg(long, value_name = "FILE")]
+    pub keyframes: Option<PathBuf>,
+    /// Write the landmarks to this file, PLY
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<PathBuf>,
+    /// Write state, matches and times of every frame to this file, CSV
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
+    /// Draw pictures into this folder
+    #[arg(long, value_name = "DIR")]
+    pub plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub seed: SeedArg,
+    #[command(flatten)]
+    pub json: JsonArg,
+}

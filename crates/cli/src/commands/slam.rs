@@ -1,0 +1,114 @@
+//! `visloc slam`: follow a camera without a map.
+
+use anyhow::{Context, Result, bail};
+use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_data::sequence::{SequenceRange, open_tum, read_camera_trajectory, write_camera_trajectory};
+use visloc_slam::SlamConfig;
+
+use super::settings::read_text;
+use crate::{
+    args::SlamArgs,
+    report::save_json,
+    say,
+    slam::{FramePictures, SlamReport, SlamRun, draw, run, write_log, write_ply},
+};
+
+/// Frames between pictures of single frames.
+const PICTURE_EVERY: usize = 50;
+
+/// Runs the command.
+///
+/// # Errors
+/// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
+pub fn execute(args: &SlamArgs) -> Result<()> {
+    let config = config(args)?;
+    let range = SequenceRange { start: args.start, end: args.end, stride: args.stride };
+    let mut source = open_tum(&args.sequence, range)?;
+    let truth_file = args.sequence.join("groundtruth.txt");
+    let truth = truth_file.exists().then(|| read_camera_trajectory(&truth_file)).transpose()?;
+    let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
+    let run = run(&mut source, &config, args.seed.seed, pictures.as_mut())?;
+    let (report, error) = SlamReport::new(&run, truth.as_ref());
+    print(args, &run, &report);
+    write_files(args, &run)?;
+    if let Some(folder) = &args.plots {
+        draw(folder, &args.sequence.display().to_string(), &run, truth.as_ref(), error.as_ref())?;
+    }
+    if let Some(path) = &args.json.json {
+        save_json(path, &report)?;
+    }
+    match run.error {
+        Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
+        None => Ok(()),
+    }
+}
+
+fn config(args: &SlamArgs) -> Result<SlamConfig> {
+    if args.preset != "sdvl" {
+        bail!("--preset: expected sdvl, found '{}'", args.preset);
+    }
+    let Some(path) = &args.config else { return Ok(SlamConfig::default()) };
+    SlamConfig::from_toml(&read_text(path)?).with_context(|| path.display().to_string())
+}
+
+fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
+    if let Some(path) = &args.trajectory {
+        write_camera_trajectory(path, run.trajectory.poses())?;
+    }
+    if let Some(path) = &args.keyframes {
+        let map = run.slam.map();
+        let pose = |(_, k): (_, &visloc_slam::map::Keyframe)| CameraPose {
+            at: k.at,
+            world_from_camera: k.camera_from_world().inverse(),
+        };
+        let mut keyframes = CameraTrajectory::new();
+        for pose in map.keyframes().map(pose) {
+            let _ = keyframes.push(pose);
+        }
+        write_camera_trajectory(path, keyframes.poses())?;
+    }
+    if let Some(path) = &args.map {
+        write_ply(path, run.slam.map())?;
+    }
+    if let Some(path) = &args.log {
+        write_log(path, &run.records)?;
+    }
+    Ok(())
+}
+
+fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
+    say::line!("{}: {} frames", args.sequence.display(), report.frames);
+    say::line!(
+        "  tracked {:.1} %, lost {} times, found again {} times; {} keyframes, {} landmarks",
+        report.coverage * 100.0,
+        report.lost_spells,
+        report.relocalizations,
+        report.keyframes,
+        report.points
+    );
+    if let Some(ate) = &report.ate_m {
+        say::line!("  ATE RMSE {:.4} m, median {:.4} m, max {:.4} m", ate.rmse, ate.median, ate.max);
+    }
+    if let (Some(rotation), Some(translation)) = (report.rpe_rot_deg, report.rpe_trans_m) {
+        say::line!("  frame to frame {rotation:.3} deg, {:.2} mm", translation * 1e3);
+    }
+    for (name, times) in [("tracking", &report.tracking_ms), ("mapping", &report.mapping_ms)] {
+        say::line!(
+            "  {name} {:.2} ms mean, {:.2} median, {:.2} p95, {:.2} max",
+            times.mean,
+            times.median,
+            times.p95,
+            times.max
+        );
+        let stages: Vec<String> = times.stages.iter().map(|(stage, ms)| format!("{stage} {ms:.2}")).collect();
+        say::line!("    {}", stages.join(", "));
+    }
+    if run.trajectory.poses().is_empty()
+        && let Some(visloc_slam::TrackingState::Starting(wait)) = run.records.last().map(|r| r.state)
+    {
+        say::line!("  no map was started: {wait}");
+    }
+    for skipped in run.skipped.iter().take(5) {
+        say::line!("  left out: {}: {}", skipped.origin, skipped.reason);
+    }
+}

@@ -1,0 +1,174 @@
+//! Pictures of a run.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use visloc_base::{CameraTrajectory, GrayImage, RgbImage};
+use visloc_eval::camera::{AbsoluteError, associate};
+use visloc_plot::{
+    Color, ImageDots, ImagePicture, Panel, ScatterPicture, ScatterSeries, Series, TimeSeriesPicture,
+    image_picture, scatter, time_series,
+};
+use visloc_slam::FrameOutcome;
+
+use super::{SlamRecord, SlamRun};
+
+/// Draws the landmarks found in some frames over their images, while the run goes on.
+pub struct FramePictures {
+    folder: PathBuf,
+    every: usize,
+}
+
+impl FramePictures {
+    /// Into a folder, every so many frames.
+    pub fn new(folder: &Path, every: usize) -> Self {
+        Self { folder: folder.to_path_buf(), every: every.max(1) }
+    }
+
+    /// Draws a frame if it is its turn.
+    ///
+    /// # Errors
+    /// If the picture cannot be written.
+    pub fn look(&mut self, number: usize, image: &GrayImage, outcome: &FrameOutcome) -> Result<()> {
+        if !number.is_multiple_of(self.every) {
+            return Ok(());
+        }
+        let dots = |wanted: bool, label: &str, color: Color| ImageDots {
+            label: label.to_owned(),
+            color,
+            diameter_px: 5.0,
+            points_px: outcome
+                .features
+                .iter()
+                .filter(|(_, c)| *c == wanted)
+                .map(|(px, _)| (px.x, px.y))
+                .collect(),
+        };
+        let picture = image_picture(&ImagePicture {
+            title: format!("frame {number}"),
+            subtitle: format!("{:?}, {} of {} found", outcome.state, outcome.matches.1, outcome.matches.0),
+            image: in_color(image),
+            enlargement: 1,
+            dots: vec![
+                dots(true, "landmarks", Color::BLUISH_GREEN),
+                dots(false, "candidates", Color::ORANGE),
+            ],
+            ..ImagePicture::default()
+        });
+        picture.save(&self.folder, &format!("frame-{number:05}"))?;
+        Ok(())
+    }
+}
+
+fn in_color(image: &GrayImage) -> RgbImage {
+    let data = image.data().iter().flat_map(|v| [*v; 3]).collect();
+    RgbImage::from_raw(image.width() as u32, image.height() as u32, data).unwrap_or_default()
+}
+
+/// Draws the trajectory over the truth and the course of errors, matches and times.
+///
+/// # Errors
+/// If a picture cannot be written.
+pub fn draw(
+    folder: &Path,
+    title: &str,
+    run: &SlamRun,
+    truth: Option<&CameraTrajectory>,
+    error: Option<&AbsoluteError>,
+) -> Result<()> {
+    time_series(&courses(title, run, truth, error)).save(folder, "courses")?;
+    if let (Some(truth), Some(error)) = (truth, error) {
+        scatter(&paths(title, run, truth, error)).save(folder, "trajectory")?;
+    }
+    Ok(())
+}
+
+fn courses(
+    title: &str,
+    run: &SlamRun,
+    truth: Option<&CameraTrajectory>,
+    error: Option<&AbsoluteError>,
+) -> TimeSeriesPicture {
+    let start = run.records.first().map(|record| record.at).unwrap_or_default();
+    let series = |label: &str, color, value: &dyn Fn(&SlamRecord) -> f64| {
+        let points = run.records.iter().map(|r| (r.at.secs_since(start), value(r))).collect();
+        Series::new(label, color, points)
+    };
+    let mut panels = Vec::new();
+    if let (Some(truth), Some(error)) = (truth, error) {
+        let pairs = associate(truth, &run.trajectory, 0.01);
+        let points =
+            pairs.iter().zip(&error.each).map(|(p, e)| (p.estimate.at.secs_since(start), *e)).collect();
+        panels.push(Panel {
+            label: "position error [m]".to_owned(),
+            series: vec![Series::new("error", Color::BLUE, points)],
+            ..Panel::default()
+        });
+    }
+    panels.push(Panel {
+        label: "landmarks".to_owned(),
+        series: vec![
+            series("searched", Color::ORANGE, &|r| r.matches.0 as f64),
+            series("found", Color::BLUISH_GREEN, &|r| r.matches.1 as f64),
+        ],
+        ..Panel::default()
+    });
+    panels.push(Panel {
+        label: "time [ms]".to_owned(),
+        series: vec![
+            series("mapping", Color::ORANGE, &|r| r.mapping.total_secs() * 1e3),
+            series("tracking", Color::BLUE, &|r| r.tracking.total_secs() * 1e3),
+        ],
+        ..Panel::default()
+    });
+    TimeSeriesPicture { title: title.to_owned(), panels, ..TimeSeriesPicture::default() }
+}
+
+fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> ScatterPicture {
+    let true_path: Vec<(f64, f64)> =
+        truth.poses().iter().map(|p| p.world_from_camera.translation()).map(|t| (t.x, t.y)).collect();
+    let moved = |t: &nalgebra::Vector3<f64>| error.similarity.apply(t);
+    let estimated = run
+        .trajectory
+        .poses()
+        .iter()
+        .map(|p| moved(p.world_from_camera.translation()))
+        .map(|p| (p.x, p.y))
+        .collect();
+    let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let landmarks: Vec<(f64, f64)> =
+        landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).map(|p| (p.x, p.y)).collect();
+    let range = |pick: fn(&(f64, f64)) -> f64| {
+        let (low, high) = true_path
+            .iter()
+            .map(pick)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        (low - 2.0, high + 2.0)
+    };
+    ScatterPicture {
+        title: title.to_owned(),
+        subtitle: format!("RMSE {:.4} m", error.rmse),
+        x_m: range(|p| p.0),
+        y_m: range(|p| p.1),
+        series: vec![
+            ScatterSeries {
+                label: "landmarks".to_owned(),
+                color: Color::GRAY,
+                points: landmarks,
+                ..ScatterSeries::default()
+            },
+            ScatterSeries {
+                label: "truth".to_owned(),
+                color: Color::BLUISH_GREEN,
+                points: true_path,
+                ..ScatterSeries::default()
+            },
+            ScatterSeries {
+                label: "estimate".to_owned(),
+                color: Color::BLUE,
+                points: estimated,
+                ..ScatterSeries::default()
+            },
+        ],
+    }
+}

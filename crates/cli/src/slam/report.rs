@@ -1,0 +1,149 @@
+//! The numbers of a run. Keys stay as they are; what is not known is `null`.
+
+use serde::Serialize;
+use visloc_base::CameraTrajectory;
+use visloc_eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
+use visloc_slam::StageTimes;
+
+use super::{SlamRecord, SlamRun};
+
+/// Largest difference of stamps that belong together, seconds.
+const TOLERANCE_SECS: f64 = 0.01;
+
+/// All numbers of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct SlamReport {
+    /// Images of the sequence.
+    pub frames: usize,
+    /// Poses in the final trajectory.
+    pub tracked: usize,
+    /// Share of the frames with a pose, 0 to 1.
+    pub coverage: f64,
+    /// From the first image to the first map, seconds.
+    pub initialized_at_s: Option<f64>,
+    /// How often the camera was lost.
+    pub lost_spells: usize,
+    /// How often it was found again.
+    pub relocalizations: usize,
+    /// Keyframes in the map at the end.
+    pub keyframes: usize,
+    /// Landmarks in the map at the end.
+    pub points: usize,
+    /// Absolute trajectory error after alignment with scale, meters.
+    pub ate_m: Option<AteReport>,
+    /// Rotation error from frame to frame, root mean square, degrees.
+    pub rpe_rot_deg: Option<f64>,
+    /// Translation error from frame to frame, root mean square, meters.
+    pub rpe_trans_m: Option<f64>,
+    /// Tracking, milliseconds of processor time a frame.
+    pub tracking_ms: TimesReport,
+    /// Mapping, milliseconds of processor time a keyframe.
+    pub mapping_ms: TimesReport,
+    /// Most memory of the process, megabytes.
+    pub peak_memory_mb: Option<f64>,
+    /// Inputs that were left out.
+    pub skipped: usize,
+}
+
+/// Absolute trajectory error, meters.
+#[derive(Debug, Clone, Serialize)]
+pub struct AteReport {
+    /// Root of the mean square.
+    pub rmse: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+    /// Largest.
+    pub max: f64,
+    /// Meters for each map unit.
+    pub scale: f64,
+}
+
+/// Times, milliseconds.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct TimesReport {
+    /// Mean.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+    /// Value below which 95 % lie.
+    pub p95: f64,
+    /// Largest.
+    pub max: f64,
+    /// Mean of each stage over all these frames.
+    pub stages: Vec<(String, f64)>,
+}
+
+impl SlamReport {
+    /// Of a run, compared with the truth if that is known.
+    pub fn new(run: &SlamRun, truth: Option<&CameraTrajectory>) -> (Self, Option<AbsoluteError>) {
+        let pairs = truth.map(|truth| associate(truth, &run.trajectory, TOLERANCE_SECS)).unwrap_or_default();
+        let error = absolute_error(&pairs, Alignment::Similarity);
+        let relative = error.as_ref().and_then(|error| relative_error(&pairs, 1, &error.similarity));
+        let tracked = run.trajectory.poses().len();
+        let start = run.records.first().map(|record| record.at);
+        let first = run.records.iter().find(|record| record.is_tracked()).map(|record| record.at);
+        let map = run.slam.map();
+        let keyframe_times: Vec<&StageTimes> =
+            run.records.iter().filter(|r| r.is_keyframe).map(|r| &r.mapping).collect();
+        let tracking_times: Vec<&StageTimes> =
+            run.records.iter().filter(|r| r.is_tracked()).map(|r| &r.tracking).collect();
+        let report = Self {
+            frames: run.num_images,
+            tracked,
+            coverage: tracked as f64 / run.num_images.max(1) as f64,
+            initialized_at_s: start.zip(first).map(|(start, first)| first.secs_since(start)),
+            lost_spells: count_spells(&run.records),
+            relocalizations: run.records.iter().filter(|r| r.is_relocalized).count(),
+            keyframes: map.keyframes().count(),
+            points: map.landmarks().filter(|(_, landmark)| landmark.is_converged()).count(),
+            ate_m: error.as_ref().map(|error| AteReport {
+                rmse: error.rmse,
+                mean: error.mean,
+                median: error.median,
+                max: error.max,
+                scale: error.similarity.scale,
+            }),
+            rpe_rot_deg: relative.map(|r| r.rotation_rmse_rad.to_degrees()),
+            rpe_trans_m: relative.map(|r| r.translation_rmse),
+            tracking_ms: TimesReport::new(&tracking_times),
+            mapping_ms: TimesReport::new(&keyframe_times),
+            peak_memory_mb: peak_memory_mb(),
+            skipped: run.skipped.len(),
+        };
+        (report, error)
+    }
+}
+
+fn count_spells(records: &[SlamRecord]) -> usize {
+    let is_lost = |record: &SlamRecord| record.state == visloc_slam::TrackingState::Lost;
+    let spells = records.windows(2).filter(|pair| !is_lost(&pair[0]) && is_lost(&pair[1])).count();
+    spells + usize::from(records.first().is_some_and(is_lost))
+}
+
+impl TimesReport {
+    fn new(times: &[&StageTimes]) -> Self {
+        let mut totals: Vec<f64> = times.iter().map(|t| t.total_secs() * 1e3).collect();
+        totals.sort_by(f64::total_cmp);
+        let Some(max) = totals.last().copied() else { return Self::default() };
+        let n = totals.len() as f64;
+        let rank = |share: f64| totals[((n - 1.0) * share).round() as usize];
+        let mut stages: Vec<(String, f64)> = Vec::new();
+        for (name, secs) in times.iter().flat_map(|t| t.stages()) {
+            match stages.iter_mut().find(|(other, _)| other == name) {
+                Some((_, sum)) => *sum += secs * 1e3 / n,
+                None => stages.push(((*name).to_owned(), secs * 1e3 / n)),
+            }
+        }
+        Self { mean: totals.iter().sum::<f64>() / n, median: rank(0.5), p95: rank(0.95), max, stages }
+    }
+}
+
+/// From the system's own account of the process; `None` where there is none.
+fn peak_memory_mb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
+    Some(kilobytes / 1024.0)
+}

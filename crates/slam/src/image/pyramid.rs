@@ -1,0 +1,104 @@
+//! The image pyramid.
+
+use nalgebra::Point2;
+use visloc_base::GrayImage;
+
+/// An image and its halvings. Level 0 is the image itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pyramid {
+    levels: Vec<GrayImage>,
+}
+
+impl Pyramid {
+    /// Builds `num_levels` levels (at least one); stops early where a side would fall below 16 px.
+    #[must_use]
+    pub fn new(image: GrayImage, num_levels: usize) -> Self {
+        let mut levels = vec![image];
+        while levels.len() < num_levels {
+            let last = &levels[levels.len() - 1];
+            if last.width() < 32 || last.height() < 32 {
+                break;
+            }
+            let next = halved(last);
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// One level.
+    ///
+    /// # Panics
+    /// If there is no such level.
+    #[inline]
+    #[must_use]
+    pub fn level(&self, level: usize) -> &GrayImage {
+        &self.levels[level]
+    }
+
+    /// How many levels there are.
+    #[inline]
+    #[must_use]
+    pub fn num_levels(&self) -> usize {
+        self.levels.len()
+    }
+}
+
+/// Each pixel is the rounded mean of a 2 x 2 block; an odd last row or column is left out.
+fn halved(image: &GrayImage) -> GrayImage {
+    let (width, height) = (image.width() / 2, image.height() / 2);
+    let mut out = GrayImage::new(width, height);
+    for y in 0..height {
+        let top = &image.row(2 * y)[..2 * width];
+        let bottom = &image.row(2 * y + 1)[..2 * width];
+        let target = &mut out.data_mut()[y * width..(y + 1) * width];
+        for ((t, a), b) in target.iter_mut().zip(top.chunks_exact(2)).zip(bottom.chunks_exact(2)) {
+            let sum = u16::from(a[0]) + u16::from(a[1]) + u16::from(b[0]) + u16::from(b[1]);
+            *t = ((sum + 2) >> 2) as u8;
+        }
+    }
+    out
+}
+
+/// Position on a level of a pixel of level 0. Pixel centers are at integers on every level, so a pixel of level 1 lies
+/// between two pixels of level 0.
+#[inline]
+#[must_use]
+pub fn level_from_px(px: &Point2<f64>, level: usize) -> Point2<f64> {
+    let scale = 1.0 / (1_u32 << level) as f64;
+    Point2::new((px.x + 0.5) * scale - 0.5, (px.y + 0.5) * scale - 0.5)
+}
+
+/// Position on level 0 of a pixel of a level.
+#[inline]
+#[must_use]
+pub fn px_from_level(at: &Point2<f64>, level: usize) -> Point2<f64> {
+    let scale = (1_u32 << level) as f64;
+    Point2::new((at.x + 0.5) * scale - 0.5, (at.y + 0.5) * scale - 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_stays_a_ramp_at_the_mapped_place() {
+        let mut image = GrayImage::new(128, 64);
+        for y in 0..64 {
+            for x in 0..128 {
+                image.data_mut()[y * 128 + x] = (x + y) as u8;
+            }
+        }
+        let pyramid = Pyramid::new(image, 2);
+        assert_eq!(pyramid.num_levels(), 2);
+        let px = px_from_level(&Point2::new(10.0, 5.0), 1);
+        assert_eq!(px, Point2::new(20.5, 10.5));
+        assert_eq!(pyramid.level(1).get(10, 5), 31);
+        assert_eq!(level_from_px(&px, 1), Point2::new(10.0, 5.0));
+    }
+
+    #[test]
+    fn small_images_have_fewer_levels() {
+        assert_eq!(Pyramid::new(GrayImage::new(40, 100), 5).num_levels(), 2);
+        assert_eq!(Pyramid::new(GrayImage::new(1, 1), 5).num_levels(), 1);
+    }
+}

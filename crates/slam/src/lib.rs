@@ -1,0 +1,26 @@
+//! Semi-direct monocular SLAM: where one calibrated camera is, and a sparse map of what it sees, from images alone.
+//!
+//! A frame flows through the folders in this order: [`image`] (pyramid) -> [`start`] (the first two keyframes) or
+//! [`track`] (pose by image alignment, matching of the local map, robust pose) -> [`mapping`] (new landmarks, depth
+//! filters, bundle adjustment, culling), all on one [`map`]. When the camera is lost, [`relocate`] finds it again. [`Slam`]
+//! ties them together.
+//!
+//! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
+
+pub mod config;
+pub mod feature;
+pub mod image;
+pub mod lie;
+pub mod map;
+pub mod mapping;
+pub mod patch;
+pub mod relocate;
+pub mod solve;
+pub mod start;
+mod system;
+pub mod track;
+
+pub use config::{ConfigError, SlamConfig};
+pub use system::{
+    Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose,
+};

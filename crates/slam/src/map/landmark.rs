@@ -1,0 +1,98 @@
+//! Landmarks.
+
+use nalgebra::{Matrix2, Point2, Point3, Vector3};
+
+use super::KeyframeId;
+use crate::mapping::DepthFilter;
+
+/// Number of a landmark, in order of creation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct LandmarkId(pub(crate) u32);
+
+impl LandmarkId {
+    /// As an index.
+    #[inline]
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// How much is known of a landmark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LandmarkState {
+    /// Its depth is still uncertain; its place follows its host keyframe.
+    Candidate,
+    /// Its place is known.
+    Converged,
+    /// It is no longer part of the map.
+    Removed,
+}
+
+/// Where a keyframe sees a landmark.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation {
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Pixel of level 0.
+    pub px: Point2<f64>,
+    /// The same on the plane z = 1 of the camera, without distortion.
+    pub ray: Vector3<f64>,
+    /// Level on which it was measured.
+    pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
+}
+
+/// A point of the world.
+#[derive(Debug, Clone)]
+pub struct Landmark {
+    /// How much is known of it.
+    pub state: LandmarkState,
+    /// Place, map units.
+    pub point_in_world: Point3<f64>,
+    /// Where keyframes see it; the first is its host.
+    pub observations: Vec<Observation>,
+    /// Inverse depth along the host's ray (z = 1), while it is a candidate.
+    pub filter: DepthFilter,
+    /// Frames in which it should have been seen.
+    pub num_visible: u32,
+    /// Frames in which it was found.
+    pub num_found: u32,
+    /// Misses in a row.
+    pub num_missed: u32,
+    /// Frame in which it was made.
+    pub made_at: usize,
+}
+
+impl Landmark {
+    /// The observation that it was made from.
+    ///
+    /// # Panics
+    /// If the landmark was removed.
+    #[inline]
+    #[must_use]
+    pub fn host(&self) -> &Observation {
+        &self.observations[0]
+    }
+
+    /// Whether its place is known.
+    #[inline]
+    #[must_use]
+    pub fn is_converged(&self) -> bool {
+        self.state == LandmarkState::Converged
+    }
+
+    /// Whether it is part of the map.
+    #[inline]
+    #[must_use]
+    pub fn is_alive(&self) -> bool {
+        self.state != LandmarkState::Removed
+    }
+
+    /// What a keyframe sees of it.
+    #[must_use]
+    pub fn observation_in(&self, keyframe: KeyframeId) -> Option<&Observation> {
+        self.observations.iter().find(|observation| observation.keyframe == keyframe)
+    }
+}

@@ -1,0 +1,341 @@
+//! The only place that changes the links between keyframes and landmarks.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+use visloc_base::Timestamp;
+
+use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation};
+use crate::{
+    feature::gradient_noise,
+    image::{Pyramid, SmallImage},
+    lie::CameraFromWorld,
+    mapping::DepthFilter,
+    track::TrackReport,
+};
+
+/// What a keyframe is made from.
+#[derive(Debug, Clone)]
+pub struct NewKeyframe {
+    /// Number of the frame in the sequence.
+    pub frame: usize,
+    /// When it was taken.
+    pub at: Timestamp,
+    /// Its images.
+    pub pyramid: Arc<Pyramid>,
+    /// Its pose.
+    pub camera_from_world: CameraFromWorld,
+}
+
+/// Keyframes and landmarks. Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
+/// landmark; both are alive; a landmark that is alive has at least one observation.
+#[derive(Debug, Clone, Default)]
+pub struct Map {
+    keyframes: Vec<Keyframe>,
+    landmarks: Vec<Landmark>,
+}
+
+impl Map {
+    /// An empty map.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A keyframe, culled ones included.
+    #[inline]
+    #[must_use]
+    pub fn keyframe(&self, id: KeyframeId) -> &Keyframe {
+        &self.keyframes[id.index()]
+    }
+
+    /// A landmark, removed ones included.
+    #[inline]
+    #[must_use]
+    pub fn landmark(&self, id: LandmarkId) -> &Landmark {
+        &self.landmarks[id.index()]
+    }
+
+    /// A landmark, to update what is known of it. Observations are changed through the map only.
+    #[inline]
+    pub(crate) fn landmark_mut(&mut self, id: LandmarkId) -> &mut Landmark {
+        &mut self.landmarks[id.index()]
+    }
+
+    /// All keyframes that are alive, in order of creation.
+    pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
+        let ids = (0_u32..).map(KeyframeId);
+        let all: Vec<(KeyframeId, &Keyframe)> =
+            ids.zip(&self.keyframes).filter(|(_, k)| k.is_alive()).collect();
+        all.into_iter()
+    }
+
+    /// All landmarks that are alive, in order of creation.
+    pub fn landmarks(&self) -> impl Iterator<Item = (LandmarkId, &Landmark)> {
+        (0_u32..).map(LandmarkId).zip(&self.landmarks).filter(|(_, landmark)| landmark.is_alive())
+    }
+
+    /// How many landmark numbers were given out.
+    #[must_use]
+    pub fn num_landmark_ids(&self) -> usize {
+        self.landmarks.len()
+    }
+
+    /// How many keyframe numbers were given out.
+    #[must_use]
+    pub fn num_keyframe_ids(&self) -> usize {
+        self.keyframes.len()
+    }
+
+    /// Appends a keyframe without landmarks.
+    pub fn add_keyframe(&mut self, new: NewKeyframe) -> KeyframeId {
+        let id = KeyframeId(self.keyframes.len() as u32);
+        self.keyframes.push(Keyframe {
+            frame: new.frame,
+            at: new.at,
+            small: SmallImage::new(&new.pyramid),
+            gradient_noise: gradient_noise(&new.pyramid, usize::MAX),
+            pyramid: Some(new.pyramid),
+            landmarks: Vec::new(),
+            camera_from_world: new.camera_from_world,
+            center_in_world: center(&new.camera_from_world),
+            anchor: None,
+        });
+        id
+    }
+
+    /// Moves a keyframe. Its candidates move with it.
+    pub fn set_pose(&mut self, id: KeyframeId, camera_from_world: CameraFromWorld) {
+        let keyframe = &mut self.keyframes[id.index()];
+        keyframe.camera_from_world = camera_from_world;
+        keyframe.center_in_world = center(&camera_from_world);
+        let world_from_camera = camera_from_world.inverse();
+        for landmark in &keyframe.landmarks {
+            let landmark = &mut self.landmarks[landmark.index()];
+            if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
+                let point = landmark.host().ray / landmark.filter.inverse_depth();
+                landmark.point_in_world = world_from_camera.transform(&point.into());
+            }
+        }
+    }
+
+    /// Appends a landmark that one keyframe sees.
+    pub fn add_landmark(
+        &mut self,
+        host: Observation,
+        filter: DepthFilter,
+        state: LandmarkState,
+    ) -> LandmarkId {
+        let id = LandmarkId(self.landmarks.len() as u32);
+        let keyframe = &mut self.keyframes[host.keyframe.index()];
+        keyframe.landmarks.push(id);
+        let point_in_camera = host.ray / filter.inverse_depth();
+        self.landmarks.push(Landmark {
+            state,
+            point_in_world: keyframe.camera_from_world.inverse().transform(&point_in_camera.into()),
+            observations: vec![host],
+            filter,
+            num_visible: 1,
+            num_found: 1,
+            num_missed: 0,
+            made_at: keyframe.frame,
+        });
+        id
+    }
+
+    /// Links a landmark to a keyframe that sees it; nothing happens if they are linked already or one is not alive.
+    pub fn add_observation(&mut self, id: LandmarkId, observation: Observation) {
+        let landmark = &mut self.landmarks[id.index()];
+        let keyframe = &mut self.keyframes[observation.keyframe.index()];
+        let is_linked = landmark.observation_in(observation.keyframe).is_some();
+        if landmark.is_alive() && keyframe.is_alive() && !is_linked {
+            landmark.observations.push(observation);
+            keyframe.landmarks.push(id);
+        }
+    }
+
+    /// Unlinks a landmark from a keyframe. A converged landmark with fewer than two observations left is removed.
+    pub fn remove_observation(&mut self, id: LandmarkId, keyframe: KeyframeId) {
+        let landmark = &mut self.landmarks[id.index()];
+        landmark.observations.retain(|observation| observation.keyframe != keyframe);
+        let least = if landmark.is_converged() { 2 } else { 1 };
+        let is_too_few = landmark.observations.len() < least;
+        self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
+        if is_too_few {
+            self.remove_landmark(id);
+        }
+    }
+
+    /// Unlinks a landmark from a keyframe that is not its host, and keeps the landmark in any case.
+    pub(crate) fn remove_candidate_observation(&mut self, id: LandmarkId, keyframe: KeyframeId) {
+        let landmark = &mut self.landmarks[id.index()];
+        if landmark.observations.first().is_none_or(|host| host.keyframe == keyframe) {
+            return;
+        }
+        landmark.observations.retain(|observation| observation.keyframe != keyframe);
+        self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
+    }
+
+    /// Takes a landmark out of the map.
+    pub fn remove_landmark(&mut self, id: LandmarkId) {
+        let landmark = &mut self.landmarks[id.index()];
+        landmark.state = LandmarkState::Removed;
+        for observation in std::mem::take(&mut landmark.observations) {
+            self.keyframes[observation.keyframe.index()].landmarks.retain(|other| *other != id);
+        }
+    }
+
+    /// Takes a keyframe out of the map; it stays as a place in the trajectory, hanging on `anchor`. Candidates hosted by it
+    /// are removed.
+    pub fn cull_keyframe(&mut self, id: KeyframeId, anchor: KeyframeId) {
+        let anchor_from_world = self.keyframes[anchor.index()].camera_from_world;
+        let keyframe = &mut self.keyframes[id.index()];
+        keyframe.anchor = Some((anchor, keyframe.camera_from_world * anchor_from_world.inverse()));
+        keyframe.pyramid = None;
+        for landmark in std::mem::take(&mut keyframe.landmarks) {
+            let is_hosted_candidate = {
+                let landmark = &self.landmarks[landmark.index()];
+                !landmark.is_converged() && landmark.host().keyframe == id
+            };
+            if is_hosted_candidate {
+                self.remove_landmark(landmark);
+            } else {
+                self.remove_observation(landmark, id);
+            }
+        }
+    }
+
+    /// Notes which landmarks were looked for and which were found.
+    pub(crate) fn count_matches(&mut self, report: &TrackReport) {
+        for id in &report.tried {
+            let landmark = &mut self.landmarks[id.index()];
+            if landmark.is_converged() {
+                landmark.num_visible += 1;
+                landmark.num_missed += 1;
+            }
+        }
+        for feature in &report.frame.features {
+            let landmark = &mut self.landmarks[feature.landmark.index()];
+            if landmark.is_converged() {
+                landmark.num_found += 1;
+                landmark.num_missed = 0;
+            }
+        }
+    }
+
+    /// Pose of any keyframe; a culled one moves with the keyframe that it hangs on.
+    #[must_use]
+    pub fn pose_of(&self, id: KeyframeId) -> CameraFromWorld {
+        match &self.keyframes[id.index()].anchor {
+            None => self.keyframes[id.index()].camera_from_world,
+            Some((anchor, camera_from_anchor)) => *camera_from_anchor * self.pose_of(*anchor),
+        }
+    }
+
+    /// Keyframes that share at least `min_shared` converged landmarks with the given ones, most shared first.
+    #[must_use]
+    pub fn sharing(&self, landmarks: &[LandmarkId], min_shared: u32) -> Vec<(KeyframeId, u32)> {
+        let mut counts = vec![0_u32; self.keyframes.len()];
+        for landmark in landmarks.iter().map(|id| self.landmark(*id)).filter(|l| l.is_converged()) {
+            for observation in &landmark.observations {
+                counts[observation.keyframe.index()] += 1;
+            }
+        }
+        let mut sharing: Vec<(KeyframeId, u32)> =
+            (0..).map(KeyframeId).zip(counts).filter(|(_, count)| *count >= min_shared).collect();
+        // Newer keyframes first among equals.
+        sharing.sort_by_key(|(id, count)| std::cmp::Reverse((*count, *id)));
+        sharing
+    }
+
+    /// Keyframes connected to one, most shared landmarks first, without itself.
+    #[must_use]
+    pub fn connected(&self, id: KeyframeId, min_shared: u32) -> Vec<(KeyframeId, u32)> {
+        let mut connected = self.sharing(&self.keyframe(id).landmarks, min_shared);
+        connected.retain(|(other, _)| *other != id);
+        connected
+    }
+
+    /// Checks the invariants; the message names the first that is broken.
+    ///
+    /// # Errors
+    /// If one is broken.
+    pub fn check(&self) -> Result<(), String> {
+        for (id, landmark) in self.landmarks() {
+            if landmark.observations.is_empty() {
+                return Err(format!("landmark {id:?} has no observation"));
+            }
+            for observation in &landmark.observations {
+                let keyframe = self.keyframe(observation.keyframe);
+                if !keyframe.is_alive() || keyframe.landmarks.iter().filter(|l| **l == id).count() != 1 {
+                    return Err(format!("{:?} does not list {id:?} once", observation.keyframe));
+                }
+            }
+        }
+        for (id, keyframe) in self.keyframes() {
+            let is_linked = |l: &LandmarkId| self.landmark(*l).observation_in(id).is_some();
+            if !keyframe.landmarks.iter().all(is_linked) {
+                return Err(format!("{id:?} lists a landmark that does not list it"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn center(camera_from_world: &CameraFromWorld) -> Point3<f64> {
+    Point3::from(*camera_from_world.inverse().translation())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Matrix2, Point2, Vector3};
+    use rand::RngExt;
+    use visloc_base::{GrayImage, RngTree};
+
+    fn observation(keyframe: u32) -> Observation {
+        let keyframe = KeyframeId(keyframe);
+        let ray = Vector3::new(0.0, 0.0, 1.0);
+        Observation { keyframe, px: Point2::origin(), ray, level: 0, covariance_px: Matrix2::identity() }
+    }
+
+    #[test]
+    fn invariants_hold_after_random_changes() {
+        for seed in 0..20 {
+            let mut rng = RngTree::new(seed).stream("map", 0);
+            let mut map = Map::new();
+            let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
+            for step in 0..300_usize {
+                let keyframe =
+                    rng.random_range(0..10_u32).min(map.num_keyframe_ids().saturating_sub(1) as u32);
+                let landmark = LandmarkId(rng.random_range(0..map.num_landmark_ids().max(1)) as u32);
+                let is_alive = map.num_keyframe_ids() > 0 && map.keyframe(KeyframeId(keyframe)).is_alive();
+                let has_landmark = map.num_landmark_ids() > 0;
+                match rng.random_range(0..8) {
+                    0 if map.num_keyframe_ids() < 10 => {
+                        let camera_from_world = CameraFromWorld::identity();
+                        let at = Timestamp::default();
+                        let pyramid = Arc::clone(&pyramid);
+                        map.add_keyframe(NewKeyframe { frame: step, at, pyramid, camera_from_world });
+                    }
+                    1 | 2 if is_alive => {
+                        let state =
+                            if step % 2 == 0 { LandmarkState::Candidate } else { LandmarkState::Converged };
+                        map.add_landmark(observation(keyframe), DepthFilter::new(1.0, 0.1), state);
+                    }
+                    3 | 4 if is_alive && has_landmark => map.add_observation(landmark, observation(keyframe)),
+                    5 if is_alive && has_landmark => map.remove_observation(landmark, KeyframeId(keyframe)),
+                    6 if has_landmark => map.remove_landmark(landmark),
+                    7 if is_alive && map.keyframes().count() > 3 => {
+                        let anchor = map.keyframes().map(|(id, _)| id).find(|id| id.0 != keyframe);
+                        if let Some(anchor) = anchor {
+                            map.cull_keyframe(KeyframeId(keyframe), anchor);
+                        }
+                    }
+                    _ => {}
+                }
+                map.check().unwrap();
+            }
+        }
+    }
+}

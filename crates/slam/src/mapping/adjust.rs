@@ -1,0 +1,125 @@
+//! Bundle adjustment of a part of the map.
+
+use nalgebra::Vector2;
+
+use crate::{
+    config::MappingConfig,
+    map::{KeyframeId, LandmarkId, Map},
+    solve::{Bundle, BundleObservation, BundleSettings},
+    track::whitening,
+};
+
+/// 95 % limit of chi-square with two degrees of freedom.
+const CHI2: f64 = 5.991;
+
+/// How an adjustment went.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AdjustReport {
+    /// Keyframes that could move.
+    pub num_free: usize,
+    /// Landmarks that could move.
+    pub num_points: usize,
+    /// Observations dropped as outliers.
+    pub num_dropped: usize,
+}
+
+/// Which keyframe and landmark each index of a bundle is.
+struct Index {
+    keyframes: Vec<KeyframeId>,
+    landmarks: Vec<LandmarkId>,
+}
+
+/// Adjusts a keyframe, the keyframes most connected to it and their landmarks; other observers stay where they are.
+pub fn adjust_local(
+    map: &mut Map,
+    newest: KeyframeId,
+    config: &MappingConfig,
+    focal_px: f64,
+) -> AdjustReport {
+    let mut free = vec![newest];
+    free.extend(map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1));
+    adjust(map, &free, config, focal_px)
+}
+
+/// Adjusts all keyframes and landmarks but the first keyframe.
+pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
+    let free: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+    adjust(map, &free, config, focal_px)
+}
+
+fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: f64) -> AdjustReport {
+    let (mut bundle, index) = collect(map, free, focal_px);
+    let settings = |max_iterations| BundleSettings { max_iterations, huber: CHI2.sqrt() };
+    bundle.solve(&settings(config.bundle_first_iterations));
+    let is_outlier = |bundle: &Bundle, o: &BundleObservation| {
+        bundle.residual(o).is_none_or(|error| error.norm_squared() > CHI2)
+    };
+    let dropped: Vec<BundleObservation> =
+        bundle.observations.iter().filter(|o| is_outlier(&bundle, o)).copied().collect();
+    let kept = bundle.observations.iter().filter(|o| !is_outlier(&bundle, o)).copied().collect();
+    bundle.observations = kept;
+    bundle.solve(&settings(config.bundle_last_iterations));
+    for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
+        map.set_pose(*id, bundle.cameras[i]);
+    }
+    for (id, point) in index.landmarks.iter().zip(&bundle.points) {
+        map.landmark_mut(*id).point_in_world = *point;
+    }
+    let mut num_dropped = 0;
+    for observation in &dropped {
+        // A second chance: what was far off at first may fit in the end.
+        if is_outlier(&bundle, observation) {
+            num_dropped += 1;
+            map.remove_observation(index.landmarks[observation.point], index.keyframes[observation.camera]);
+        }
+    }
+    AdjustReport { num_free: free.len(), num_points: index.landmarks.len(), num_dropped }
+}
+
+fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
+    let mut camera_of = vec![None; map.num_keyframe_ids()];
+    let mut bundle = Bundle::default();
+    let mut index = Index { keyframes: free.to_vec(), landmarks: Vec::new() };
+    for (i, id) in free.iter().enumerate() {
+        camera_of[id.index()] = Some(i);
+        bundle.cameras.push(*map.keyframe(*id).camera_from_world());
+        bundle.is_free.push(true);
+    }
+    let mut is_listed = vec![false; map.num_landmark_ids()];
+    for id in free.iter().flat_map(|keyframe| &map.keyframe(*keyframe).landmarks) {
+        let landmark = map.landmark(*id);
+        let is_usable = landmark.is_converged() && landmark.observations.len() >= 2;
+        if !is_usable || std::mem::replace(&mut is_listed[id.index()], true) {
+            continue;
+        }
+        let point = index.landmarks.len();
+        index.landmarks.push(*id);
+        bundle.points.push(landmark.point_in_world);
+        for observation in &landmark.observations {
+            let keyframe = observation.keyframe;
+            let camera = *camera_of[keyframe.index()].get_or_insert_with(|| {
+                index.keyframes.push(keyframe);
+                bundle.cameras.push(*map.keyframe(keyframe).camera_from_world());
+                bundle.is_free.push(false);
+                index.keyframes.len() - 1
+            });
+            bundle.observations.push(BundleObservation {
+                point,
+                camera,
+                ray: Vector2::new(observation.ray.x, observation.ray.y),
+                whitening: whitening(focal_px, &observation.covariance_px),
+            });
+        }
+    }
+    fix_gauge(&mut bundle, &index);
+    (bundle, index)
+}
+
+/// A bundle whose keyframes may all move is held at the oldest of them.
+fn fix_gauge(bundle: &mut Bundle, index: &Index) {
+    if bundle.is_free.iter().all(|is_free| *is_free)
+        && let Some(oldest) = (0..index.keyframes.len()).min_by_key(|i| index.keyframes[*i])
+    {
+        bundle.is_free[oldest] = false;
+    }
+}

@@ -1,0 +1,172 @@
+//! Candidates: made at keyframes, measured in every frame, promoted when their depth is sure.
+
+use nalgebra::{Matrix2, Point3};
+
+use super::{DepthFilter, EpipolarSearch, View};
+use crate::{
+    config::{FeatureConfig, MappingConfig},
+    feature::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise},
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
+    solve::cos_parallax,
+    track::Found,
+};
+use visloc_geom::Camera;
+
+/// How far above the noise of the image the score of a weak corner must be.
+const NOISE_FACTOR: f32 = 4.0;
+/// Cosine of the least parallax of a landmark (half a degree): below, errors of the poses pass for depth.
+const MAX_COS_PARALLAX: f64 = 0.999_962;
+
+/// New corners in cells where the keyframe has no landmark, strongest first.
+pub fn new_corners(
+    map: &Map,
+    keyframe: KeyframeId,
+    camera: &Camera,
+    features: &FeatureConfig,
+    max: usize,
+) -> Vec<Corner> {
+    let frame = map.keyframe(keyframe);
+    let Some(pyramid) = &frame.pyramid else { return Vec::new() };
+    let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
+    for id in &frame.landmarks {
+        if let Some(observation) = map.landmark(*id).observation_in(keyframe) {
+            grid.take(grid.cell(&observation.px));
+        }
+    }
+    let mut corners = corners_in_two_passes(pyramid, &mut grid, features);
+    corners.truncate(max);
+    corners
+}
+
+/// Strong corners first, weak ones in the cells that stay empty.
+pub fn corners_in_two_passes(
+    pyramid: &crate::image::Pyramid,
+    grid: &mut CornerGrid,
+    features: &FeatureConfig,
+) -> Vec<Corner> {
+    let search = CornerSearch {
+        num_levels: features.search_levels,
+        threshold: features.fast_threshold,
+        min_score: features.min_score,
+    };
+    let mut corners = detect_corners(pyramid, grid, search);
+    if features.low_fast_threshold < features.fast_threshold {
+        for corner in &corners {
+            grid.take(grid.cell(&corner.px));
+        }
+        let low = CornerSearch {
+            threshold: features.low_fast_threshold,
+            min_score: features
+                .low_min_score
+                .max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
+            ..search
+        };
+        corners.extend(detect_corners(pyramid, grid, low));
+    }
+    corners
+}
+
+/// Inverse depths of the landmarks that a keyframe sees: median and a high value. `None` if there are too few.
+fn inverse_depths(map: &Map, keyframe: KeyframeId) -> Option<(f64, f64)> {
+    let frame = map.keyframe(keyframe);
+    let depth = |id: &LandmarkId| {
+        let landmark = map.landmark(*id);
+        landmark.is_converged().then(|| frame.camera_from_world().transform(&landmark.point_in_world).z)
+    };
+    let mut depths: Vec<f64> = frame.landmarks.iter().filter_map(depth).filter(|z| *z > 0.0).collect();
+    if depths.len() < 5 {
+        return None;
+    }
+    depths.sort_by(f64::total_cmp);
+    Some((1.0 / depths[depths.len() / 2], 1.0 / depths[depths.len() / 50]))
+}
+
+/// Adds a candidate for each corner, with a depth that is as uncertain as the scene is deep.
+pub fn add_candidates(
+    map: &mut Map,
+    keyframe: KeyframeId,
+    camera: &Camera,
+    corners: &[Corner],
+    fallback_depth: f64,
+) -> Vec<LandmarkId> {
+    let (median, high) =
+        inverse_depths(map, keyframe).unwrap_or((1.0 / fallback_depth, 2.0 / fallback_depth));
+    // Two standard deviations reach from infinity to half again as near as the nearest landmarks.
+    let deviation = 0.5 * median.max(1.5 * high - median);
+    let add = |corner: &Corner| {
+        let ray = camera.bearing(&corner.px);
+        let host = Observation {
+            keyframe,
+            px: corner.px,
+            ray,
+            level: corner.level,
+            covariance_px: corner_covariance(corner.level),
+        };
+        map.add_landmark(host, DepthFilter::new(median, deviation), LandmarkState::Candidate)
+    };
+    corners.iter().map(add).collect()
+}
+
+/// Covariance of a place that defines a patch, squared pixels of level 0.
+pub fn corner_covariance(level: usize) -> Matrix2<f64> {
+    const SIGMA_PX: f64 = 0.2;
+    Matrix2::identity() * (SIGMA_PX * f64::from(1_u32 << level)).powi(2)
+}
+
+/// Measures a candidate in a view and tells where it was found.
+pub fn measure(map: &mut Map, id: LandmarkId, view: &View<'_>) -> Option<Found> {
+    let search = view.search(map, map.landmark(id));
+    let landmark = map.landmark_mut(id);
+    match search {
+        EpipolarSearch::OutOfView | EpipolarSearch::NoBaseline => None,
+        EpipolarSearch::Missed => {
+            landmark.filter.add_miss();
+            landmark.num_missed += 1;
+            None
+        }
+        EpipolarSearch::Found { found, inverse_depth, standard_deviation } => {
+            landmark.filter.add(inverse_depth, standard_deviation);
+            landmark.num_missed = 0;
+            landmark.num_found += 1;
+            place(map, id);
+            Some(found)
+        }
+    }
+}
+
+/// Puts a candidate where its filter says.
+pub fn place(map: &mut Map, id: LandmarkId) {
+    let landmark = map.landmark(id);
+    let host = landmark.host();
+    let point = Point3::from(host.ray / landmark.filter.inverse_depth());
+    let point_in_world = map.keyframe(host.keyframe).camera_from_world().inverse().transform(&point);
+    map.landmark_mut(id).point_in_world = point_in_world;
+}
+
+/// What became of a candidate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It stays a candidate.
+    Wait,
+    /// Its depth is sure.
+    Promote,
+    /// It is not worth more searches.
+    Drop,
+}
+
+/// Judges a candidate from the camera that measured it last.
+pub fn judge(map: &Map, id: LandmarkId, center: &Point3<f64>, config: &MappingConfig) -> Verdict {
+    let landmark = map.landmark(id);
+    let filter = &landmark.filter;
+    if landmark.num_missed > config.max_candidate_misses || filter.inlier_ratio() < 0.3 {
+        return Verdict::Drop;
+    }
+    let host_center = map.keyframe(landmark.host().keyframe).center_in_world();
+    let cos = cos_parallax(&landmark.point_in_world, host_center, center);
+    let distance = (landmark.point_in_world - center).norm();
+    let deviation = filter.standard_deviation() / filter.inverse_depth();
+    let is_sure = filter.linearity_index(distance, cos) < 0.1
+        && deviation < config.max_depth_deviation
+        && cos < MAX_COS_PARALLAX;
+    if is_sure && landmark.num_found >= 3 { Verdict::Promote } else { Verdict::Wait }
+}

@@ -1,0 +1,74 @@
+//! Taking out what the map does not need.
+
+use nalgebra::Point3;
+
+use crate::{
+    config::MappingConfig,
+    map::{KeyframeId, LandmarkId, Map},
+};
+
+/// Removes landmarks that are missed too often, and young ones that few keyframes saw again. Source for the second rule:
+/// Mur-Artal, Montiel and Tardos, "ORB-SLAM", 2015, section VI-B.
+pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
+    let frame = map.keyframe(newest).frame;
+    let is_bad = |map: &Map, id: LandmarkId| {
+        let landmark = map.landmark(id);
+        landmark.is_converged()
+            && (landmark.num_missed > 30
+                || (landmark.num_visible >= 15 && landmark.num_found * 4 < landmark.num_visible)
+                || (frame.saturating_sub(landmark.made_at) > 60 && landmark.observations.len() < 2))
+    };
+    let bad: Vec<LandmarkId> = map.landmarks().map(|(id, _)| id).filter(|id| is_bad(map, *id)).collect();
+    for id in bad {
+        map.remove_landmark(id);
+    }
+}
+
+/// Culls at most one redundant keyframe among those connected to the newest: one whose landmarks are nearly all seen, at least
+/// as sharply, by three others. Then keeps the number of keyframes within its limit.
+pub fn cull_keyframes(map: &mut Map, newest: KeyframeId, config: &MappingConfig) {
+    let connected: Vec<KeyframeId> = map.connected(newest, 10).into_iter().map(|(id, _)| id).collect();
+    // The newest ones still gather observations; the first hold the map in place.
+    let is_eligible = |id: &KeyframeId| id.index() > 1 && id.index() + 3 < newest.index();
+    let redundant = connected
+        .iter()
+        .filter(|id| is_eligible(id))
+        .find(|id| redundancy(map, **id).is_some_and(|share| share > config.redundant_ratio));
+    if let Some(id) = redundant.copied() {
+        cull(map, id);
+    }
+    while map.keyframes().count() > config.max_keyframes {
+        let center = *map.keyframe(newest).center_in_world();
+        let distance = |id: &KeyframeId| (map.keyframe(*id).center_in_world() - center).norm();
+        let eligible = map.keyframes().map(|(id, _)| id).filter(|id| is_eligible(id));
+        let Some(farthest) = eligible.max_by(|a, b| distance(a).total_cmp(&distance(b))) else { break };
+        cull(map, farthest);
+    }
+}
+
+/// Hangs a keyframe on its best connected one, or else the nearest, and takes it out.
+fn cull(map: &mut Map, id: KeyframeId) {
+    let center: Point3<f64> = *map.keyframe(id).center_in_world();
+    let best = map.connected(id, 1).first().map(|(other, _)| *other);
+    let nearest = || {
+        let others = map.keyframes().filter(|(other, _)| *other != id);
+        let distance = |k: &crate::map::Keyframe| (k.center_in_world() - center).norm();
+        others.min_by(|a, b| distance(a.1).total_cmp(&distance(b.1))).map(|(other, _)| other)
+    };
+    if let Some(anchor) = best.or_else(nearest) {
+        map.cull_keyframe(id, anchor);
+    }
+}
+
+/// Share of a keyframe's converged landmarks that three others see on the same or a finer level.
+fn redundancy(map: &Map, id: KeyframeId) -> Option<f64> {
+    let (mut total, mut redundant) = (0_u32, 0_u32);
+    for landmark in map.keyframe(id).landmarks.iter().map(|l| map.landmark(*l)).filter(|l| l.is_converged()) {
+        let level = landmark.observation_in(id)?.level;
+        total += 1;
+        let others =
+            landmark.observations.iter().filter(|o| o.keyframe != id && o.level <= level + 1).count();
+        redundant += u32::from(others >= 3);
+    }
+    (total >= 10).then(|| f64::from(redundant) / f64::from(total))
+}

@@ -1,0 +1,231 @@
+//! Search for a candidate along its epipolar segment.
+
+use nalgebra::{Point2, Point3, Vector2, Vector3};
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use crate::{
+    image::{Pyramid, level_from_px},
+    lie::CameraFromWorld,
+    map::{Landmark, Map},
+    patch::{AlignLimits, SearchPatch, Template},
+    track::{Found, Matcher},
+};
+
+/// An image with its pose, to look for candidates in.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The image.
+    pub pyramid: &'a Pyramid,
+    /// Its pose.
+    pub camera_from_world: CameraFromWorld,
+    /// Levels on which landmarks are searched.
+    pub num_levels: usize,
+}
+
+/// What a search for a candidate found.
+#[derive(Debug, Clone, Copy)]
+pub enum EpipolarSearch {
+    /// The candidate is not in view.
+    OutOfView,
+    /// The two views are too near to each other to learn anything.
+    NoBaseline,
+    /// It should be in view and was not found.
+    Missed,
+    /// It was found.
+    Found {
+        /// Where.
+        found: Found,
+        /// Inverse depth in the host, 1 / map unit.
+        inverse_depth: f64,
+        /// Standard deviation of that.
+        standard_deviation: f64,
+    },
+}
+
+/// When an alignment at the end of a search counts.
+const LIMITS: AlignLimits =
+    AlignLimits { max_iterations: 12, max_shift_px: 3.0, max_unexplained: 0.15, noise: 15.0 };
+/// Error along the line of a usual match, pixels.
+const USUAL_SIGMA_PX: f64 = 0.3;
+/// Most places that are compared.
+const MAX_STEPS: usize = 150;
+/// Length of a segment up to which alignment alone finds the place, pixels of the level.
+const SHORT_PX: f64 = 3.0;
+
+impl View<'_> {
+    /// Looks for a candidate within two standard deviations of its inverse depth.
+    #[must_use]
+    pub fn search(&self, map: &Map, candidate: &Landmark) -> EpipolarSearch {
+        let host = candidate.host();
+        let motion = self.camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
+        let line = Line { camera: self.camera, motion: &motion, ray: &host.ray };
+        let (far, near) = candidate.filter.interval();
+        let mean = candidate.filter.inverse_depth();
+        let Some(slope) = line.slope(mean) else { return EpipolarSearch::OutOfView };
+        let matcher = self.matcher();
+        if matcher.project(&candidate.point_in_world).is_none() && line.num_inside(far, near) == 0 {
+            return EpipolarSearch::OutOfView;
+        }
+        // A measurement worse than what is known is not worth a search.
+        if USUAL_SIGMA_PX > 1.5 * slope * candidate.filter.standard_deviation() {
+            return EpipolarSearch::NoBaseline;
+        }
+        let Some((template, warp)) = matcher.template(map, candidate) else {
+            return EpipolarSearch::OutOfView;
+        };
+        let level = warp.current_level;
+        let found = self.find_on_line(&matcher, &template, level, &line, (far, near));
+        let Some(found) = found else { return EpipolarSearch::Missed };
+        let Some(inverse_depth) = line.inverse_depth_of(&found.ray) else { return EpipolarSearch::Missed };
+        let Some((px, slope)) = line.px(inverse_depth).zip(line.slope(inverse_depth)) else {
+            return EpipolarSearch::Missed;
+        };
+        let level_px = f64::from(1_u32 << level);
+        // The alignment may leave the line; a true match does not.
+        if (px - found.px).norm() > 2.0 * level_px || slope < 1e-9 {
+            return EpipolarSearch::Missed;
+        }
+        let Some(direction) = line.direction(inverse_depth) else { return EpipolarSearch::Missed };
+        let sigma_px = direction.dot(&(found.covariance_px * direction)).sqrt();
+        EpipolarSearch::Found { found, inverse_depth, standard_deviation: sigma_px / slope }
+    }
+
+    fn matcher(&self) -> Matcher<'_> {
+        Matcher {
+            camera: self.camera,
+            pyramid: self.pyramid,
+            camera_from_world: self.camera_from_world,
+            limits: LIMITS,
+            num_levels: self.num_levels,
+        }
+    }
+
+    /// The best place on the segment, refined to a fraction of a pixel.
+    fn find_on_line(
+        &self,
+        matcher: &Matcher<'_>,
+        template: &Template,
+        level: usize,
+        line: &Line<'_>,
+        (far, near): (f64, f64),
+    ) -> Option<Found> {
+        let ends = line.px(far).zip(line.px(near));
+        let scale = 1.0 / f64::from(1_u32 << level);
+        if let Some((a, b)) = ends
+            && (a - b).norm() * scale < SHORT_PX
+        {
+            return matcher.find_from(template, level, &nalgebra::center(&a, &b));
+        }
+        let patch = SearchPatch::new(template);
+        let image = self.pyramid.level(level);
+        let limit = LIMITS.noise.max(2.0 * LIMITS.max_unexplained * patch.variance());
+        let mut best: Option<(f32, Point2<f64>)> = None;
+        let mut second = f32::MAX;
+        let mut last = (usize::MAX, usize::MAX);
+        for inverse_depth in line.steps(far, near, 0.8 / scale) {
+            let Some(px) = line.px(inverse_depth) else { continue };
+            let at = level_from_px(&px, level);
+            if at.x < 0.0 || at.y < 0.0 {
+                continue;
+            }
+            let pixel = (at.x.round() as usize, at.y.round() as usize);
+            if pixel == last {
+                continue;
+            }
+            last = pixel;
+            let Some(score) = patch.zmssd(image, pixel.0, pixel.1) else { continue };
+            match best {
+                Some((least, place)) if score < least => {
+                    if (place - px).norm() * scale > 3.0 {
+                        second = least;
+                    }
+                    best = Some((score, px));
+                }
+                Some((_, place)) if (place - px).norm() * scale > 3.0 => second = second.min(score),
+                Some(_) => {}
+                None => best = Some((score, px)),
+            }
+        }
+        let (score, px) = best.filter(|(score, _)| *score < limit)?;
+        // Two places that look the same: better to wait for a shorter segment.
+        if score > 0.7 * second {
+            return None;
+        }
+        matcher.find_from(template, level, &px)
+    }
+}
+
+/// The image of a host's ray in another view.
+struct Line<'a> {
+    camera: &'a Camera,
+    motion: &'a Rigid3<CameraFrame, CameraFrame>,
+    ray: &'a Vector3<f64>,
+}
+
+impl Line<'_> {
+    /// The point at an inverse depth, divided by the depth.
+    #[inline]
+    fn point(&self, inverse_depth: f64) -> Point3<f64> {
+        Point3::from(self.motion.rotate(self.ray) + self.motion.translation() * inverse_depth)
+    }
+
+    #[inline]
+    fn px(&self, inverse_depth: f64) -> Option<Point2<f64>> {
+        self.camera.project(&self.point(inverse_depth)).ok()
+    }
+
+    /// Pixels per unit of inverse depth.
+    fn slope(&self, inverse_depth: f64) -> Option<f64> {
+        let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
+        Some((by_point * self.motion.translation()).norm())
+    }
+
+    /// Direction in which the image moves with inverse depth, of length 1.
+    fn direction(&self, inverse_depth: f64) -> Option<Vector2<f64>> {
+        let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
+        (by_point * self.motion.translation()).try_normalize(1e-12)
+    }
+
+    /// How many of a few places on the segment are inside the image.
+    fn num_inside(&self, far: f64, near: f64) -> usize {
+        let inside = |i: &u32| {
+            let inverse_depth = far + (near - far) * f64::from(*i) / 4.0;
+            self.px(inverse_depth).is_some_and(|px| self.camera.contains(&px))
+        };
+        (0..5).filter(inside).count()
+    }
+
+    /// Inverse depths from far to near whose images are about `step_px` apart.
+    fn steps(&self, far: f64, near: f64, step_px: f64) -> impl Iterator<Item = f64> {
+        let mut length = 0.0;
+        let mut last = None;
+        for i in 0..=8 {
+            let px = self.px(far + (near - far) * f64::from(i) / 8.0).filter(|px| self.camera.contains(px));
+            if let (Some(a), Some(b)) = (last, px) {
+                let step: f64 = nalgebra::distance(&a, &b);
+                length += step;
+            }
+            last = px;
+        }
+        let num = ((length / step_px).ceil() as usize).clamp(4, MAX_STEPS);
+        // The image of a ray moves fastest where depth is small; equal steps in x / z need unequal ones in 1 / z.
+        let z = self.motion.rotate(self.ray).z;
+        let tz = self.motion.translation().z;
+        let warp = move |s: f64| {
+            let (z0, z1) = (z + tz * far, z + tz * near);
+            if z0 <= 1e-6 || z1 <= 1e-6 { s } else { s * z0 / (z1 + s * (z0 - z1)) }
+        };
+        (0..=num).map(move |i| far + (near - far) * warp(i as f64 / num as f64))
+    }
+
+    /// Inverse depth at which the image is nearest to a ray.
+    fn inverse_depth_of(&self, ray: &Vector3<f64>) -> Option<f64> {
+        // (r + t / d) x ray = 0, in the least-squares sense.
+        let a = self.motion.rotate(self.ray).cross(ray);
+        let b = self.motion.translation().cross(ray);
+        let inverse_depth = -a.dot(&b) / b.norm_squared();
+        (inverse_depth.is_finite() && inverse_depth > 0.0).then_some(inverse_depth)
+    }
+}

@@ -1,0 +1,295 @@
+//! The mapper: the only writer of the map once it is started.
+
+use visloc_geom::Camera;
+
+use super::{
+    KeyframeRule, View,
+    adjust::AdjustReport,
+    adjust_local,
+    candidate::{Verdict, add_candidates, judge, measure, new_corners},
+    cull::{cull_keyframes, cull_landmarks},
+};
+use crate::{
+    config::SlamConfig,
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    system::{Clock, StageTimes},
+    track::{Frame, Matcher, TrackReport, focal_px, scene_depth},
+};
+
+/// What the mapper did with a frame.
+#[derive(Debug, Clone, Default)]
+pub struct MappingReport {
+    /// The keyframe that was made of it.
+    pub keyframe: Option<KeyframeId>,
+    /// Candidates that became landmarks.
+    pub num_promoted: usize,
+    /// The adjustment after the keyframe.
+    pub adjusted: AdjustReport,
+}
+
+/// Makes keyframes and landmarks.
+#[derive(Debug, Clone)]
+pub struct Mapper {
+    camera: Camera,
+    config: SlamConfig,
+    rule: KeyframeRule,
+    candidates: Vec<LandmarkId>,
+    last_keyframe: KeyframeId,
+}
+
+impl Mapper {
+    /// A mapper for a map that has just been started; `newest` is its newest keyframe.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &SlamConfig, newest: KeyframeId) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            rule: KeyframeRule::default(),
+            candidates: Vec::new(),
+            last_keyframe: newest,
+        }
+    }
+
+    /// The newest keyframe.
+    #[must_use]
+    pub fn last_keyframe(&self) -> KeyframeId {
+        self.last_keyframe
+    }
+
+    /// Goes on from another keyframe, after a relocalization.
+    pub fn go_on_from(&mut self, keyframe: KeyframeId) {
+        self.last_keyframe = keyframe;
+        self.rule.keyframe_made();
+    }
+
+    /// Makes candidates in the given keyframes of a map that has just been started, and adjusts it.
+    pub fn populate(&mut self, map: &mut Map, keyframes: &[KeyframeId]) {
+        for id in keyframes {
+            self.make_candidates(map, *id, 1.0);
+        }
+        if self.config.mapping.adjust_bundles {
+            adjust_local(map, self.last_keyframe, &self.config.mapping, focal_px(&self.camera));
+        }
+    }
+
+    /// Whether a tracked frame should become a keyframe.
+    pub fn wants_keyframe(&mut self, map: &Map, report: &TrackReport) -> bool {
+        let width = f64::from(self.camera.size_px().0);
+        self.rule.asks_for(&self.config.mapping, map, self.last_keyframe, report, width)
+    }
+
+    /// Measures the candidates in a frame that does not become a keyframe.
+    pub fn add_frame(&mut self, map: &mut Map, frame: &Frame) -> MappingReport {
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let view = self.view(frame);
+        let center = frame.camera_from_world.inverse();
+        let center = (*center.translation()).into();
+        let mut promoted = Vec::new();
+        candidates.retain(|id| {
+            if map.landmark(*id).state != LandmarkState::Candidate {
+                return false;
+            }
+            if measure(map, *id, &view).is_none() && map.landmark(*id).num_missed == 0 {
+                return true;
+            }
+            match judge(map, *id, &center, &self.config.mapping) {
+                Verdict::Wait => true,
+                Verdict::Promote => {
+                    promoted.push(*id);
+                    false
+                }
+                Verdict::Drop => {
+                    map.remove_landmark(*id);
+                    false
+                }
+            }
+        });
+        self.candidates = candidates;
+        for id in &promoted {
+            self.promote(map, *id);
+        }
+        MappingReport { num_promoted: promoted.len(), ..MappingReport::default() }
+    }
+
+    /// Makes a keyframe: links what was tracked, searches the rest of the local map, makes candidates, adjusts, culls.
+    pub fn add_keyframe(
+        &mut self,
+        map: &mut Map,
+        frame: &Frame,
+        local: &[LandmarkId],
+        clock: Clock,
+        times: &mut StageTimes,
+    ) -> MappingReport {
+        let start = clock.secs();
+        let depth = scene_depth(map, frame);
+        let id = map.add_keyframe(NewKeyframe {
+            frame: frame.number,
+            at: frame.at,
+            pyramid: frame.pyramid.clone(),
+            camera_from_world: frame.camera_from_world,
+        });
+        for feature in &frame.features {
+            map.add_observation(feature.landmark, feature.in_keyframe(id));
+        }
+        self.link_local(map, id, frame, local);
+        let mut report = self.add_frame(map, frame);
+        let linked = clock.secs();
+        times.add("update points", linked - start);
+        report.num_promoted += self.make_candidates(map, id, depth);
+        let made = clock.secs();
+        times.add("new points", made - linked);
+        if self.config.mapping.adjust_bundles {
+            report.adjusted = adjust_local(map, id, &self.config.mapping, focal_px(&self.camera));
+        }
+        cull_landmarks(map, id);
+        cull_keyframes(map, id, &self.config.mapping);
+        self.forget_old_candidates(map, id);
+        times.add("bundle adjustment", clock.secs() - made);
+        self.last_keyframe = id;
+        self.rule.keyframe_made();
+        report.keyframe = Some(id);
+        report
+    }
+
+    fn view<'a>(&'a self, frame: &'a Frame) -> View<'a> {
+        View {
+            camera: &self.camera,
+            pyramid: &frame.pyramid,
+            camera_from_world: frame.camera_from_world,
+            num_levels: self.config.features.search_levels,
+        }
+    }
+
+    fn matcher<'a>(
+        &'a self,
+        pyramid: &'a crate::image::Pyramid,
+        camera_from_world: crate::lie::CameraFromWorld,
+    ) -> Matcher<'a> {
+        Matcher {
+            camera: &self.camera,
+            pyramid,
+            camera_from_world,
+            limits: crate::track::MATCH_LIMITS,
+            num_levels: self.config.features.search_levels,
+        }
+    }
+
+    /// Looks in the keyframe for landmarks of the local map that tracking had no need of.
+    fn link_local(&self, map: &mut Map, id: KeyframeId, frame: &Frame, local: &[LandmarkId]) {
+        let matcher = self.matcher(&frame.pyramid, frame.camera_from_world);
+        for landmark_id in local {
+            let landmark = map.landmark(*landmark_id);
+            if !landmark.is_converged() || landmark.observation_in(id).is_some() {
+                continue;
+            }
+            let Some(observation) = self.observe(map, *landmark_id, id, &matcher) else { continue };
+            map.add_observation(*landmark_id, observation);
+        }
+    }
+
+    /// A landmark found in a keyframe within 2 px (of its level) of where it should be.
+    fn observe(
+        &self,
+        map: &Map,
+        landmark: LandmarkId,
+        keyframe: KeyframeId,
+        matcher: &Matcher<'_>,
+    ) -> Option<Observation> {
+        let landmark = map.landmark(landmark);
+        let predicted = matcher.project(&landmark.point_in_world)?;
+        let found = matcher.find(map, landmark)?;
+        let limit = 2.0 * f64::from(1_u32 << found.level);
+        ((found.px - predicted).norm() < limit).then_some(found.in_keyframe(keyframe))
+    }
+
+    /// Makes candidates in the empty cells and measures them at once in the connected keyframes.
+    fn make_candidates(&mut self, map: &mut Map, id: KeyframeId, depth: f64) -> usize {
+        let config = &self.config;
+        let corners = new_corners(map, id, &self.camera, &config.features, config.mapping.max_new_candidates);
+        let added = add_candidates(map, id, &self.camera, &corners, depth);
+        let others: Vec<KeyframeId> = map
+            .connected(id, 10)
+            .into_iter()
+            .map(|(other, _)| other)
+            .take(config.mapping.search_keyframes)
+            .collect();
+        let mut promoted = Vec::new();
+        for candidate in added {
+            for other in &others {
+                let keyframe = map.keyframe(*other);
+                let Some(pyramid) = keyframe.pyramid.clone() else { continue };
+                let view = View {
+                    camera: &self.camera,
+                    pyramid: &pyramid,
+                    camera_from_world: *keyframe.camera_from_world(),
+                    num_levels: config.features.search_levels,
+                };
+                let other_center = *keyframe.center_in_world();
+                if let Some(found) = measure(map, candidate, &view) {
+                    map.add_observation(candidate, found.in_keyframe(*other));
+                }
+                if judge(map, candidate, &other_center, &config.mapping) == Verdict::Promote {
+                    promoted.push(candidate);
+                    break;
+                }
+            }
+            if promoted.last() != Some(&candidate) {
+                map.landmark_mut(candidate).num_missed = 0;
+                self.candidates.push(candidate);
+            }
+        }
+        for candidate in &promoted {
+            self.promote(map, *candidate);
+        }
+        promoted.len()
+    }
+
+    /// Makes a landmark of a candidate and looks for it in the keyframes around its host.
+    fn promote(&self, map: &mut Map, id: LandmarkId) {
+        map.landmark_mut(id).state = LandmarkState::Converged;
+        map.landmark_mut(id).num_missed = 0;
+        let point = map.landmark(id).point_in_world;
+        let host = map.landmark(id).host().keyframe;
+        let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).copied().collect();
+        for observation in observers {
+            let seen = map.keyframe(observation.keyframe).camera_from_world().transform(&point);
+            let error = (seen.coords / seen.z - observation.ray).xy().norm() * focal_px(&self.camera);
+            if error.is_nan() || error >= 2.0 * f64::from(1_u32 << observation.level) {
+                map.remove_candidate_observation(id, observation.keyframe);
+            }
+        }
+        let mut around: Vec<KeyframeId> = map
+            .connected(host, 10)
+            .into_iter()
+            .map(|(other, _)| other)
+            .take(self.config.mapping.search_keyframes)
+            .collect();
+        around.sort();
+        for keyframe in around {
+            if map.landmark(id).observation_in(keyframe).is_some() {
+                continue;
+            }
+            let frame = map.keyframe(keyframe);
+            let Some(pyramid) = frame.pyramid.clone() else { continue };
+            let matcher = self.matcher(&pyramid, *frame.camera_from_world());
+            if let Some(observation) = self.observe(map, id, keyframe, &matcher) {
+                map.add_observation(id, observation);
+            }
+        }
+    }
+
+    fn forget_old_candidates(&mut self, map: &mut Map, newest: KeyframeId) {
+        let oldest = newest.index().saturating_sub(self.config.mapping.max_candidate_age);
+        self.candidates.retain(|id| {
+            let landmark = map.landmark(*id);
+            if landmark.state != LandmarkState::Candidate {
+                return false;
+            }
+            let is_young = landmark.host().keyframe.index() >= oldest;
+            if !is_young {
+                map.remove_landmark(*id);
+            }
+            is_young
+        });
+    }
+}

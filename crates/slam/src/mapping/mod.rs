@@ -1,0 +1,16 @@
+//! Making the map: new landmarks, depth filters, bundle adjustment, culling.
+
+mod adjust;
+mod candidate;
+mod cull;
+mod depth_filter;
+mod epipolar;
+mod keyframes;
+mod mapper;
+
+pub use adjust::{AdjustReport, adjust_all, adjust_local};
+pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
+pub use depth_filter::DepthFilter;
+pub use epipolar::{EpipolarSearch, View};
+pub use keyframes::KeyframeRule;
+pub use mapper::{Mapper, MappingReport};

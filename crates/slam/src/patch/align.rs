@@ -1,0 +1,276 @@
+//! Sub-pixel alignment of a patch.
+
+use nalgebra::{Matrix2, Matrix4, Point2, Vector4};
+use visloc_base::GrayImage;
+
+use super::{BORDERED_PX, HALF_PX, PATCH_PX, Template};
+
+const NUM: usize = PATCH_PX * PATCH_PX;
+
+/// When an alignment ends and when it counts.
+#[derive(Debug, Clone, Copy)]
+pub struct AlignLimits {
+    /// Most iterations.
+    pub max_iterations: usize,
+    /// Farthest that the patch may move from its start, pixels of the level.
+    pub max_shift_px: f64,
+    /// Largest share of the template's variance that may remain as residual, 0 to 1.
+    pub max_unexplained: f32,
+    /// Mean squared residual that is always accepted: sensor noise, squared gray levels.
+    pub noise: f32,
+}
+
+/// An alignment that counts.
+#[derive(Debug, Clone, Copy)]
+pub struct Aligned {
+    /// Center of the patch, pixels of the level.
+    pub at: Point2<f64>,
+    /// Mean squared residual after gain and offset, squared gray levels.
+    pub residual: f32,
+    /// Covariance of the place, squared pixels of the level. Long along an edge.
+    pub covariance: Matrix2<f64>,
+}
+
+/// Least error of an alignment, pixels: what interpolation and the flat patch leave.
+const LEAST_SIGMA_PX: f64 = 0.15;
+/// Error along a direction in which a patch has no structure, pixels.
+const MOST_SIGMA_PX: f64 = 4.0;
+/// Least mean squared residual that is believed, squared gray levels.
+const LEAST_RESIDUAL: f64 = 4.0;
+
+/// Moves a patch to where it fits the image best under any gain and offset. `start` is the center, in pixels of the image.
+/// `None` if it leaves the image, does not converge to 0.03 px, or does not fit.
+///
+/// Source: Baker and Matthews, "Lucas-Kanade 20 years on", 2004, section 3.2 (inverse compositional), with linear
+/// appearance variation: the unknowns are shift, gain and offset.
+#[must_use]
+pub fn align(
+    template: &Template,
+    image: &GrayImage,
+    start: &Point2<f64>,
+    limits: &AlignLimits,
+) -> Option<Aligned> {
+    let problem = Problem::new(template)?;
+    let (mut x, mut y) = (start.x as f32, start.y as f32);
+    let (mut gain, mut offset) = (1.0_f32, 0.0_f32);
+    let mut sampled = [0.0; NUM];
+    for iteration in 0..limits.max_iterations {
+        sample(image, x, y, &mut sampled)?;
+        if iteration == 0 {
+            offset = mean(&sampled) - mean(&problem.values);
+        }
+        let step = problem.step(&sampled, gain, offset);
+        x -= step[0];
+        y -= step[1];
+        gain += step[2];
+        offset += step[3];
+        let shift2 = (f64::from(x) - start.x).powi(2) + (f64::from(y) - start.y).powi(2);
+        // Written so that NaN ends the search.
+        if !(shift2 <= limits.max_shift_px * limits.max_shift_px && (0.3..3.0).contains(&gain)) {
+            return None;
+        }
+        if step[0] * step[0] + step[1] * step[1] < 0.03 * 0.03 {
+            sample(image, x, y, &mut sampled)?;
+            let residual = problem.residual(&sampled, gain, offset);
+            let allowed = limits.noise.max(limits.max_unexplained * problem.variance * gain * gain);
+            let at = Point2::new(f64::from(x), f64::from(y));
+            let covariance = problem.covariance(residual);
+            return (residual <= allowed).then_some(Aligned { at, residual, covariance });
+        }
+    }
+    None
+}
+
+/// The template with what does not change over the iterations.
+struct Problem {
+    values: [f32; NUM],
+    dx: [f32; NUM],
+    dy: [f32; NUM],
+    inverse_hessian: Matrix4<f32>,
+    /// Structure tensor of the shift once gain and offset are eliminated, and noise is taken off.
+    tensor: Matrix2<f64>,
+    variance: f32,
+}
+
+impl Problem {
+    fn new(template: &Template) -> Option<Self> {
+        let values = template.inner();
+        let (mut dx, mut dy) = ([0.0; NUM], [0.0; NUM]);
+        for row in 0..PATCH_PX {
+            for column in 0..PATCH_PX {
+                let at = (row + 1) * BORDERED_PX + column + 1;
+                let t = &template.values;
+                dx[row * PATCH_PX + column] = 0.5 * (t[at + 1] - t[at - 1]);
+                dy[row * PATCH_PX + column] = 0.5 * (t[at + BORDERED_PX] - t[at - BORDERED_PX]);
+            }
+        }
+        let center = mean(&values);
+        let variance = values.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
+        let one = [1.0; NUM];
+        let columns = [&dx, &dy, &values, &one];
+        let hessian = Matrix4::from_fn(|i, j| dot(columns[i], columns[j]));
+        let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
+        Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
+    }
+
+    /// Gauss-Newton step in shift, gain and offset.
+    #[inline]
+    fn step(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> Vector4<f32> {
+        let (mut ex, mut ey, mut et, mut e1) = ([0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8]);
+        for row in 0..PATCH_PX {
+            for lane in 0..8 {
+                let i = row * PATCH_PX + lane;
+                let error = sampled[i] - gain * self.values[i] - offset;
+                ex[lane] += error * self.dx[i];
+                ey[lane] += error * self.dy[i];
+                et[lane] += error * self.values[i];
+                e1[lane] += error;
+            }
+        }
+        let sum = |lanes: &[f32; 8]| lanes.iter().sum::<f32>();
+        self.inverse_hessian * Vector4::new(sum(&ex), sum(&ey), sum(&et), sum(&e1))
+    }
+
+    /// Covariance of the shift for a mean squared residual, squared pixels.
+    fn covariance(&self, residual: f32) -> Matrix2<f64> {
+        let residual = f64::from(residual).max(LEAST_RESIDUAL);
+        let eigen = self.tensor.symmetric_eigen();
+        let variance = eigen.eigenvalues.map(|value| {
+            let variance = residual / value.max(1e-6);
+            variance.min(MOST_SIGMA_PX * MOST_SIGMA_PX) + LEAST_SIGMA_PX * LEAST_SIGMA_PX
+        });
+        eigen.eigenvectors * Matrix2::from_diagonal(&variance) * eigen.eigenvectors.transpose()
+    }
+
+    fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
+        let squares = sampled.iter().zip(&self.values).map(|(s, t)| (s - gain * t - offset).powi(2));
+        squares.sum::<f32>() / NUM as f32
+    }
+}
+
+/// Inverse of a structure tensor, damped along directions without structure, and the tensor of the shift without noise.
+/// `None` if the patch has structure in no direction.
+fn invert(hessian: &Matrix4<f32>, gradient_noise: f32) -> Option<(Matrix4<f32>, Matrix2<f64>)> {
+    // Single precision is too little for a nearly singular 4 x 4 matrix.
+    let mut hessian = hessian.cast::<f64>();
+    let noise = f64::from(gradient_noise) * NUM as f64;
+    // A shift of about two pixels is as likely as the noise: an edge stays where it is predicted along its direction.
+    let damping = noise.max(NUM as f64 * 0.5) * 0.25;
+    for i in 0..2 {
+        hessian[(i, i)] += damping;
+    }
+    let inverse = hessian.cholesky()?.inverse();
+    let shift = inverse.fixed_view::<2, 2>(0, 0).into_owned();
+    let tensor = shift.try_inverse()? - Matrix2::identity() * (damping + noise);
+    let strongest = tensor.symmetric_eigenvalues().max();
+    // Less than a gray level of gradient: nothing to hold on to.
+    (strongest > NUM as f64).then(|| (inverse.cast::<f32>(), tensor))
+}
+
+#[inline]
+fn dot(a: &[f32; NUM], b: &[f32; NUM]) -> f32 {
+    let mut lanes = [0.0_f32; 8];
+    for row in 0..PATCH_PX {
+        for lane in 0..8 {
+            lanes[lane] += a[row * PATCH_PX + lane] * b[row * PATCH_PX + lane];
+        }
+    }
+    lanes.iter().sum()
+}
+
+#[inline]
+fn mean(values: &[f32; NUM]) -> f32 {
+    values.iter().sum::<f32>() / NUM as f32
+}
+
+/// Samples the 8 x 8 px around a position; `None` if they are not all inside.
+#[inline]
+fn sample(image: &GrayImage, x: f32, y: f32, out: &mut [f32; NUM]) -> Option<()> {
+    let (left, top) = (x - HALF_PX as f32, y - HALF_PX as f32);
+    let side = PATCH_PX as f32 + 1.0;
+    let is_inside =
+        left >= 0.0 && top >= 0.0 && left + side < image.width() as f32 && top + side < image.height() as f32;
+    if !is_inside {
+        return None;
+    }
+    let (column, row) = (left as usize, top as usize);
+    let (fx, fy) = (left - column as f32, top - row as f32);
+    let (w00, w01, w10, w11) = ((1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy);
+    let stride = image.width();
+    for (i, line) in out.chunks_exact_mut(PATCH_PX).enumerate() {
+        let start = (row + i) * stride + column;
+        let upper: &[u8; 9] = image.data()[start..start + 9].try_into().ok()?;
+        let lower: &[u8; 9] = image.data()[start + stride..start + stride + 9].try_into().ok()?;
+        for lane in 0..8 {
+            line[lane] = w00 * f32::from(upper[lane])
+                + w01 * f32::from(upper[lane + 1])
+                + w10 * f32::from(lower[lane])
+                + w11 * f32::from(lower[lane + 1]);
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(shift_x: f64, shift_y: f64, gain: f64, offset: f64) -> GrayImage {
+        let mut image = GrayImage::new(64, 64);
+        for y in 0..64 {
+            for x in 0..64 {
+                let (u, v) = (x as f64 - shift_x, y as f64 - shift_y);
+                let value = 110.0 + 40.0 * (u * 0.35).sin() * (v * 0.3).cos() + 25.0 * ((u + v) * 0.2).sin();
+                image.data_mut()[y * 64 + x] = (value * gain + offset).round().clamp(0.0, 255.0) as u8;
+            }
+        }
+        image
+    }
+
+    const LIMITS: AlignLimits =
+        AlignLimits { max_iterations: 15, max_shift_px: 4.0, max_unexplained: 0.3, noise: 4.0 };
+
+    #[test]
+    fn finds_shifts_under_gain_and_offset() {
+        let reference = image(0.0, 0.0, 1.0, 0.0);
+        for (dx, dy) in [(0.3, -0.4), (1.6, 1.2), (-2.1, 0.7)] {
+            let current = image(dx, dy, 1.2, -20.0);
+            let start = Point2::new(30.0, 31.0);
+            let template = Template::from_image(&reference, &start, 0.0).unwrap();
+            let found = align(&template, &current, &start, &LIMITS).unwrap();
+            let error = (found.at - Point2::new(30.0 + dx, 31.0 + dy)).norm();
+            assert!(error < 0.05, "{dx} {dy}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_edge_is_known_across_and_not_along() {
+        let mut reference = GrayImage::new(64, 64);
+        for y in 0..64 {
+            for x in 0..64 {
+                let noise = ((x * 7919 + y * 104_729) % 7) as u8;
+                reference.data_mut()[y * 64 + x] = if x + y < 62 { 60 + noise } else { 150 + noise };
+            }
+        }
+        let start = Point2::new(30.0, 31.0);
+        let template = Template::from_image(&reference, &start, 4.0).unwrap();
+        let found = align(&template, &reference, &start, &LIMITS).unwrap();
+        let along = nalgebra::Vector2::new(1.0, -1.0).normalize();
+        let across = nalgebra::Vector2::new(1.0, 1.0).normalize();
+        let sigma = |v: &nalgebra::Vector2<f64>| v.dot(&(found.covariance * v)).sqrt();
+        assert!(sigma(&along) > 0.5 && sigma(&across) < 0.2, "{} {}", sigma(&along), sigma(&across));
+    }
+
+    #[test]
+    fn flat_patches_and_borders_are_refused() {
+        let reference = image(0.0, 0.0, 1.0, 0.0);
+        let flat = GrayImage::new(64, 64);
+        let start = Point2::new(30.0, 31.0);
+        let template = Template::from_image(&reference, &start, 0.0).unwrap();
+        assert!(align(&template, &flat, &start, &LIMITS).is_none());
+        let flat_template = Template::from_image(&flat, &start, 0.0).unwrap();
+        assert!(align(&flat_template, &reference, &start, &LIMITS).is_none());
+        assert!(align(&template, &reference, &Point2::new(2.0, 30.0), &LIMITS).is_none());
+        assert!(align(&template, &reference, &Point2::new(f64::NAN, 30.0), &LIMITS).is_none());
+    }
+}

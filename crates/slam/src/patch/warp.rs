@@ -1,0 +1,184 @@
+//! How a patch of a keyframe looks from another place.
+
+use nalgebra::{Matrix2, Point2, Vector3};
+use visloc_base::GrayImage;
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use super::{BORDERED_PX, HALF_PX, PATCH_PX};
+use crate::image::{Pyramid, level_from_px};
+
+/// Pixels of a patch with its border, as gray levels; rows of 10.
+#[derive(Debug, Clone)]
+pub struct Template {
+    /// Gray levels, 10 x 10, row by row.
+    pub values: [f32; BORDERED_PX * BORDERED_PX],
+    /// Mean squared gradient that noise alone has, (gray levels per pixel)^2. Structure below it is not to be believed.
+    pub gradient_noise: f32,
+}
+
+/// What decides how a patch looks: where it was seen and from where it is looked at now.
+#[derive(Debug, Clone, Copy)]
+pub struct WarpGeometry<'a> {
+    /// The camera of both images.
+    pub camera: &'a Camera,
+    /// Center of the patch in the reference image, pixels of level 0.
+    pub reference_px: Point2<f64>,
+    /// The same on the plane z = 1 of the reference camera.
+    pub reference_ray: Vector3<f64>,
+    /// Level on which the patch was found.
+    pub reference_level: usize,
+    /// Depth along z in the reference camera, map units.
+    pub reference_depth: f64,
+    /// Motion between the two views.
+    pub current_from_reference: Rigid3<CameraFrame, CameraFrame>,
+}
+
+/// A linear warp between two views and the levels that fit it.
+#[derive(Debug, Clone, Copy)]
+pub struct PatchWarp {
+    /// Pixels of the reference's level per pixel of the current level.
+    reference_by_current: Matrix2<f64>,
+    /// Level of the reference image that is sampled.
+    reference_level: usize,
+    /// Level of the current image to search.
+    pub current_level: usize,
+}
+
+impl PatchWarp {
+    /// The warp of a plane patch that faces the reference camera. `None` if the patch is not visible, is turned away or
+    /// is seen more than about four times larger or smaller.
+    #[must_use]
+    pub fn new(geometry: &WarpGeometry<'_>, num_levels: usize) -> Option<Self> {
+        let current_by_reference = current_by_reference(geometry)?;
+        let determinant = current_by_reference.determinant();
+        if !(1.0 / 40.0..40.0).contains(&determinant) {
+            return None;
+        }
+        // Sides of a current pixel in reference pixels, as a power of two.
+        let octaves = 0.5 * determinant.log2();
+        let highest = num_levels as f64 - 1.0;
+        let current_level = (geometry.reference_level as f64 + octaves).round().clamp(0.0, highest);
+        let reference_level = (current_level - octaves).round().clamp(0.0, highest);
+        let scale = (current_level - reference_level).exp2();
+        let reference_by_current = current_by_reference.try_inverse()? * scale;
+        Some(Self {
+            reference_by_current,
+            reference_level: reference_level as usize,
+            current_level: current_level as usize,
+        })
+    }
+
+    /// The same warp for a coarser level of the current image.
+    #[must_use]
+    pub fn coarser(&self, num_levels: usize) -> Option<Self> {
+        if self.current_level + 1 >= num_levels {
+            return None;
+        }
+        let (reference_level, factor) = if self.reference_level + 1 < num_levels {
+            (self.reference_level + 1, 1.0)
+        } else {
+            (self.reference_level, 2.0)
+        };
+        Some(Self {
+            reference_by_current: self.reference_by_current * factor,
+            reference_level,
+            current_level: self.current_level + 1,
+        })
+    }
+
+    /// Takes the patch out of the reference image, whose gradient noise on each level is given. `None` if it reaches over the border.
+    #[must_use]
+    pub fn take(&self, reference: &Pyramid, center_px: &Point2<f64>, noise: &[f32]) -> Option<Template> {
+        let level = self.reference_level.min(reference.num_levels() - 1);
+        let image = reference.level(level);
+        let center = level_from_px(center_px, level);
+        let m = self.reference_by_current.cast::<f32>();
+        let reach = HALF_PX as f32 + 1.0;
+        let reach_x = (m[(0, 0)].abs() + m[(0, 1)].abs()) * reach;
+        let reach_y = (m[(1, 0)].abs() + m[(1, 1)].abs()) * reach;
+        let (cx, cy) = (center.x as f32, center.y as f32);
+        let is_inside = cx - reach_x >= 0.0
+            && cy - reach_y >= 0.0
+            && cx + reach_x < image.width() as f32 - 1.0
+            && cy + reach_y < image.height() as f32 - 1.0;
+        if !is_inside {
+            return None;
+        }
+        let mut values = [0.0; BORDERED_PX * BORDERED_PX];
+        for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
+            let v = row as f32 - reach;
+            for (column, value) in line.iter_mut().enumerate() {
+                let u = column as f32 - reach;
+                let x = cx + m[(0, 0)] * u + m[(0, 1)] * v;
+                let y = cy + m[(1, 0)] * u + m[(1, 1)] * v;
+                *value = bilinear(image, x, y);
+            }
+        }
+        Some(Template { values, gradient_noise: noise.get(level).copied().unwrap_or(0.0) })
+    }
+}
+
+/// Pixels of the current image per pixel of the reference image, both on level 0.
+fn current_by_reference(geometry: &WarpGeometry<'_>) -> Option<Matrix2<f64>> {
+    let step_px = f64::from(1_u32 << geometry.reference_level) * HALF_PX as f64;
+    let current_px = |ray: Vector3<f64>| {
+        let point = geometry.current_from_reference.transform(&(ray * geometry.reference_depth).into());
+        geometry.camera.project(&point).ok()
+    };
+    let moved_ray = |dx: f64, dy: f64| {
+        let px = Point2::new(geometry.reference_px.x + dx, geometry.reference_px.y + dy);
+        geometry.camera.bearing(&px)
+    };
+    let center = current_px(geometry.reference_ray)?;
+    let right = current_px(moved_ray(step_px, 0.0))?;
+    let down = current_px(moved_ray(0.0, step_px))?;
+    Some(Matrix2::from_columns(&[(right - center) / step_px, (down - center) / step_px]))
+}
+
+/// Value between pixels; the caller keeps the position inside.
+#[inline]
+fn bilinear(image: &GrayImage, x: f32, y: f32) -> f32 {
+    let (left, top) = (x as usize, y as usize);
+    let (fx, fy) = (x - left as f32, y - top as f32);
+    let start = top * image.width() + left;
+    let upper = &image.data()[start..start + 2];
+    let lower = &image.data()[start + image.width()..start + image.width() + 2];
+    let mix = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
+    let (a, b) = (mix(upper[0], upper[1]), mix(lower[0], lower[1]));
+    a + fy * (b - a)
+}
+
+impl Template {
+    /// The patch around a position of one image, without a warp. `None` if it reaches over the border.
+    #[must_use]
+    pub fn from_image(image: &GrayImage, center: &Point2<f64>, gradient_noise: f32) -> Option<Self> {
+        let reach = HALF_PX as f32 + 1.0;
+        let (left, top) = (center.x as f32 - reach, center.y as f32 - reach);
+        let side = BORDERED_PX as f32;
+        if left < 0.0
+            || top < 0.0
+            || left + side >= image.width() as f32
+            || top + side >= image.height() as f32
+        {
+            return None;
+        }
+        let mut values = [0.0; BORDERED_PX * BORDERED_PX];
+        for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
+            for (column, value) in line.iter_mut().enumerate() {
+                *value = bilinear(image, left + column as f32, top + row as f32);
+            }
+        }
+        Some(Self { values, gradient_noise })
+    }
+
+    /// The inner 8 x 8 pixels, row by row.
+    #[must_use]
+    pub fn inner(&self) -> [f32; PATCH_PX * PATCH_PX] {
+        let mut inner = [0.0; PATCH_PX * PATCH_PX];
+        for (row, line) in inner.chunks_exact_mut(PATCH_PX).enumerate() {
+            let start = (row + 1) * BORDERED_PX + 1;
+            line.copy_from_slice(&self.values[start..start + PATCH_PX]);
+        }
+        inner
+    }
+}

@@ -1,0 +1,5 @@
+//! Finding the camera again in a map.
+
+mod relocator;
+
+pub use relocator::Relocator;

@@ -1,0 +1,394 @@
+//! Bundle adjustment: cameras and points together.
+
+use nalgebra::{
+    DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Matrix6x3, Point3, Vector2, Vector3,
+    Vector6,
+};
+
+use crate::lie::{CameraFromWorld, image_by_twist, moved};
+
+/// One measurement.
+#[derive(Debug, Clone, Copy)]
+pub struct BundleObservation {
+    /// Index of the point.
+    pub point: usize,
+    /// Index of the camera.
+    pub camera: usize,
+    /// Where it is seen, on the plane z = 1 without distortion.
+    pub ray: Vector2<f64>,
+    /// Whitens a residual on that plane: square root of the inverse covariance.
+    pub whitening: Matrix2<f64>,
+}
+
+/// How a bundle is solved.
+#[derive(Debug, Clone, Copy)]
+pub struct BundleSettings {
+    /// Most Levenberg-Marquardt iterations.
+    pub max_iterations: usize,
+    /// Residual in standard deviations from which on Huber's cost is linear.
+    pub huber: f64,
+}
+
+/// How it went.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BundleReport {
+    /// Iterations done.
+    pub iterations: usize,
+    /// Cost at the start: half the sum of Huber's function of the whitened residuals.
+    pub first_cost: f64,
+    /// Cost at the end.
+    pub last_cost: f64,
+}
+
+/// Cameras, points and what the cameras see. Source: Triggs et al., "Bundle adjustment: a modern synthesis", 1999, section 6.1
+/// (Schur complement).
+#[derive(Debug, Clone, Default)]
+pub struct Bundle {
+    /// Poses of the cameras.
+    pub cameras: Vec<CameraFromWorld>,
+    /// Whether a camera may move; one entry for each camera.
+    pub is_free: Vec<bool>,
+    /// Places of the points.
+    pub points: Vec<Point3<f64>>,
+    /// Measurements, ordered by point.
+    pub observations: Vec<BundleObservation>,
+}
+
+/// Normal equations with the points eliminated, and what is needed to get the points back.
+struct Reduced {
+    matrix: DMatrix<f64>,
+    vector: DVector<f64>,
+    point_inverse: Vec<Matrix3<f64>>,
+    point_gradient: Vec<Vector3<f64>>,
+    camera_by_point: Vec<Matrix6x3<f64>>,
+}
+
+/// A residual with its derivatives, weighted.
+struct Linearized {
+    error: Vector2<f64>,
+    by_camera: Matrix2x6<f64>,
+    by_point: Matrix2x3<f64>,
+    weight: f64,
+}
+
+impl Bundle {
+    /// Whitened residual of an observation; `None` behind the camera.
+    #[inline]
+    #[must_use]
+    pub fn residual(&self, observation: &BundleObservation) -> Option<Vector2<f64>> {
+        residual_of(&self.cameras[observation.camera], &self.points[observation.point], observation)
+    }
+
+    /// Minimizes Huber's cost of all residuals.
+    pub fn solve(&mut self, settings: &BundleSettings) -> BundleReport {
+        let slots = self.slots();
+        let first_cost = cost(&self.cameras, &self.points, &self.observations, settings.huber);
+        let mut report = BundleReport { iterations: 0, first_cost, last_cost: first_cost };
+        let mut damping = 1e-4;
+        while report.iterations < settings.max_iterations {
+            report.iterations += 1;
+            let reduced = self.reduce(&slots, damping, settings.huber);
+            let Some(step) = reduced.matrix.clone().cholesky().map(|c| c.solve(&reduced.vector)) else {
+                damping *= 10.0;
+                continue;
+            };
+            let (cameras, points) = self.stepped(&slots, &reduced, &step);
+            let new_cost = cost(&cameras, &points, &self.observations, settings.huber);
+            if new_cost.is_nan() || new_cost >= report.last_cost {
+                damping *= 10.0;
+                if damping > 1e6 {
+                    break;
+                }
+                continue;
+            }
+            (self.cameras, self.points) = (cameras, points);
+            let gain = (report.last_cost - new_cost) / report.last_cost;
+            report.last_cost = new_cost;
+            damping = (damping * 0.2).max(1e-9);
+            if gain < 1e-4 {
+                break;
+            }
+        }
+        report
+    }
+
+    /// Position of each free camera among the unknowns.
+    fn slots(&self) -> Vec<Option<usize>> {
+        let mut next = 0;
+        let mut slot = |is_free: &bool| {
+            is_free.then(|| {
+                next += 1;
+                next - 1
+            })
+        };
+        self.is_free.iter().map(&mut slot).collect()
+    }
+
+    fn linearize(&self, observation: &BundleObservation, huber: f64) -> Option<Linearized> {
+        let camera = &self.cameras[observation.camera];
+        let point = camera.transform(&self.points[observation.point]);
+        let error = residual_of(camera, &self.points[observation.point], observation)?;
+        let norm = error.norm();
+        let weight = if norm > huber { huber / norm } else { 1.0 };
+        let inv_z = 1.0 / point.z;
+        let (x, y) = (point.x * inv_z, point.y * inv_z);
+        let by_point_in_camera =
+            observation.whitening * Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
+        Some(Linearized {
+            error,
+            by_camera: image_by_twist(&by_point_in_camera, &point.coords),
+            by_point: by_point_in_camera * camera.rotation(),
+            weight,
+        })
+    }
+
+    fn reduce(&self, slots: &[Option<usize>], damping: f64, huber: f64) -> Reduced {
+        let num_free = slots.iter().flatten().count();
+        let mut diagonal = vec![Matrix6::zeros(); num_free];
+        let mut gradient = vec![Vector6::zeros(); num_free];
+        let mut blocks = vec![Matrix6::zeros(); num_free * num_free];
+        let mut reduced = Reduced {
+            matrix: DMatrix::zeros(6 * num_free, 6 * num_free),
+            vector: DVector::zeros(6 * num_free),
+            point_inverse: vec![Matrix3::zeros(); self.points.len()],
+            point_gradient: vec![Vector3::zeros(); self.points.len()],
+            camera_by_point: vec![Matrix6x3::zeros(); self.observations.len()],
+        };
+        let mut start = 0;
+        for group in self.observations.chunk_by(|a, b| a.point == b.point) {
+            let point = group[0].point;
+            let (mut hessian, mut point_gradient) = (Matrix3::zeros(), Vector3::zeros());
+            for (i, observation) in group.iter().enumerate() {
+                let Some(l) = self.linearize(observation, huber) else { continue };
+                hessian += l.by_point.transpose() * l.by_point * l.weight;
+                point_gradient -= l.by_point.transpose() * l.error * l.weight;
+                if let Some(slot) = slots[observation.camera] {
+                    diagonal[slot] += l.by_camera.transpose() * l.by_camera * l.weight;
+                    gradient[slot] -= l.by_camera.transpose() * l.error * l.weight;
+                    reduced.camera_by_point[start + i] = l.by_camera.transpose() * l.by_point * l.weight;
+                }
+            }
+            for i in 0..3 {
+                hessian[(i, i)] = hessian[(i, i)] * (1.0 + damping) + 1e-12;
+            }
+            let inverse = hessian.try_inverse().unwrap_or_else(Matrix3::zeros);
+            for (i, first) in group.iter().enumerate() {
+                let Some(slot) = slots[first.camera] else { continue };
+                let product = reduced.camera_by_point[start + i] * inverse;
+                gradient[slot] -= product * point_gradient;
+                for (j, second) in group.iter().enumerate() {
+                    let Some(other) = slots[second.camera].filter(|other| *other >= slot) else { continue };
+                    blocks[slot * num_free + other] -=
+                        product * reduced.camera_by_point[start + j].transpose();
+                }
+            }
+            reduced.point_inverse[point] = inverse;
+            reduced.point_gradient[point] = point_gradient;
+            start += group.len();
+        }
+        assemble(&mut reduced, &diagonal, &gradient, &blocks, damping);
+        reduced
+    }
+
+    fn stepped(
+        &self,
+        slots: &[Option<usize>],
+        reduced: &Reduced,
+        step: &DVector<f64>,
+    ) -> (Vec<CameraFromWorld>, Vec<Point3<f64>>) {
+        let twist = |slot: usize| Vector6::from_fn(|i, _| step[6 * slot + i]);
+        let cameras = self.cameras.iter().zip(slots);
+        let cameras =
+            cameras.map(|(camera, slot)| slot.map_or(*camera, |slot| moved(&twist(slot), camera))).collect();
+        let mut right = reduced.point_gradient.clone();
+        for (observation, by_point) in self.observations.iter().zip(&reduced.camera_by_point) {
+            if let Some(slot) = slots[observation.camera] {
+                right[observation.point] -= by_point.transpose() * twist(slot);
+            }
+        }
+        let steps = right.iter().zip(&reduced.point_inverse).map(|(right, inverse)| inverse * right);
+        let points = self.points.iter().zip(steps).map(|(point, step)| point + step).collect();
+        (cameras, points)
+    }
+}
+
+fn assemble(
+    reduced: &mut Reduced,
+    diagonal: &[Matrix6<f64>],
+    gradient: &[Vector6<f64>],
+    blocks: &[Matrix6<f64>],
+    damping: f64,
+) {
+    let num_free = diagonal.len();
+    for i in 0..num_free {
+        reduced.vector.fixed_rows_mut::<6>(6 * i).copy_from(&gradient[i]);
+        for j in i..num_free {
+            let mut block = blocks[i * num_free + j];
+            if i == j {
+                let mut own = diagonal[i];
+                for k in 0..6 {
+                    own[(k, k)] = own[(k, k)] * (1.0 + damping) + 1e-9;
+                }
+                block += own;
+            }
+            reduced.matrix.fixed_view_mut::<6, 6>(6 * i, 6 * j).copy_from(&block);
+            reduced.matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&block.transpose());
+        }
+    }
+}
+
+#[inline]
+fn residual_of(
+    camera: &CameraFromWorld,
+    point: &Point3<f64>,
+    observation: &BundleObservation,
+) -> Option<Vector2<f64>> {
+    let point = camera.transform(point);
+    if point.z <= 1e-9 {
+        return None;
+    }
+    let inv_z = 1.0 / point.z;
+    Some(observation.whitening * (Vector2::new(point.x * inv_z, point.y * inv_z) - observation.ray))
+}
+
+fn cost(
+    cameras: &[CameraFromWorld],
+    points: &[Point3<f64>],
+    observations: &[BundleObservation],
+    huber: f64,
+) -> f64 {
+    let cost_of = |observation: &BundleObservation| {
+        let camera = &cameras[observation.camera];
+        // A point behind a camera costs as much as a gross outlier.
+        let norm =
+            residual_of(camera, &points[observation.point], observation).map_or(100.0 * huber, |e| e.norm());
+        if norm > huber { huber * (norm - 0.5 * huber) } else { 0.5 * norm * norm }
+    };
+    observations.iter().map(cost_of).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lie::{exp, log};
+    use rand::RngExt;
+    use visloc_base::{RngTree, gaussian};
+    use visloc_geom::World;
+
+    const SETTINGS: BundleSettings = BundleSettings { max_iterations: 20, huber: 2.45 };
+
+    fn scene(seed: u64, noise: f64, outliers: f64) -> Bundle {
+        let mut rng = RngTree::new(seed).stream("bundle", 0);
+        let mut bundle = Bundle::default();
+        for i in 0..6 {
+            let twist =
+                Vector6::new(-0.15 * f64::from(i), 0.02, 0.01 * f64::from(i), 0.01, 0.02 * f64::from(i), 0.0);
+            let pose = exp::<World>(&twist);
+            let rotation = nalgebra::Rotation3::from_matrix_unchecked(*pose.rotation());
+            bundle.cameras.push(CameraFromWorld::new(rotation, *pose.translation()));
+            bundle.is_free.push(i > 1);
+        }
+        for point in 0..150 {
+            let mut draw = || rng.random_range(-1.0..1.0);
+            bundle.points.push(Point3::new(2.0 * draw(), 1.5 * draw(), 4.0 + draw()));
+            for camera in 0..6 {
+                let seen = bundle.cameras[camera].transform(&bundle.points[point]);
+                let mut ray = Vector2::new(seen.x / seen.z, seen.y / seen.z);
+                ray += Vector2::new(gaussian(&mut rng, noise), gaussian(&mut rng, noise)) / 500.0;
+                if rng.random_range(0.0..1.0) < outliers {
+                    ray.x += 0.05;
+                }
+                bundle.observations.push(BundleObservation {
+                    point,
+                    camera,
+                    ray,
+                    whitening: Matrix2::identity() * 500.0,
+                });
+            }
+        }
+        bundle
+    }
+
+    fn disturb(bundle: &mut Bundle, seed: u64) {
+        let mut rng = RngTree::new(seed).stream("disturb", 0);
+        for camera in bundle.cameras.iter_mut().skip(2) {
+            *camera = moved(&Vector6::from_fn(|_, _| gaussian(&mut rng, 0.02)), camera);
+        }
+        for point in &mut bundle.points {
+            *point += Vector3::from_fn(|_, _| gaussian(&mut rng, 0.05));
+        }
+    }
+
+    #[test]
+    fn recovers_the_scene_exactly_without_noise() {
+        let truth = scene(1, 0.0, 0.0);
+        let mut bundle = truth.clone();
+        disturb(&mut bundle, 1);
+        let report = bundle.solve(&BundleSettings { max_iterations: 40, huber: 1e9 });
+        assert!(report.last_cost < 1e-6 * report.first_cost, "{report:?}");
+        for (found, camera) in bundle.cameras.iter().zip(&truth.cameras) {
+            assert!(log(&(*found * camera.inverse())).norm() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn few_outliers_move_cameras_little() {
+        for seed in 0..5 {
+            let truth = scene(seed, 0.5, 0.0);
+            let mut bundle = scene(seed, 0.5, 0.05);
+            disturb(&mut bundle, seed);
+            bundle.solve(&SETTINGS);
+            for (found, camera) in bundle.cameras.iter().zip(&truth.cameras) {
+                let error = log(&(*found * camera.inverse())).norm();
+                assert!(error < 0.04, "seed {seed}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn jacobians_are_the_numeric_ones() {
+        let bundle = scene(3, 0.5, 0.0);
+        for observation in bundle.observations.iter().step_by(17) {
+            let l = bundle.linearize(observation, 1e9).unwrap();
+            for i in 0..9 {
+                let shifted = |step: f64| {
+                    let mut other = bundle.clone();
+                    if i < 6 {
+                        let mut twist = Vector6::zeros();
+                        twist[i] = step;
+                        other.cameras[observation.camera] = moved(&twist, &other.cameras[observation.camera]);
+                    } else {
+                        other.points[observation.point][i - 6] += step;
+                    }
+                    other.residual(observation).unwrap()
+                };
+                let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
+                let analytic = if i < 6 {
+                    l.by_camera.column(i).into_owned()
+                } else {
+                    l.by_point.column(i - 6).into_owned()
+                };
+                assert!((numeric - analytic).norm() < 1e-3, "{i}: {numeric} {analytic}");
+            }
+        }
+    }
+
+    #[test]
+    fn scaling_the_scene_scales_the_result() {
+        let mut bundle = scene(4, 0.3, 0.0);
+        disturb(&mut bundle, 4);
+        let mut large = bundle.clone();
+        let scaled = |camera: &CameraFromWorld| {
+            let rotation = nalgebra::Rotation3::from_matrix_unchecked(*camera.rotation());
+            CameraFromWorld::new(rotation, camera.translation() * 3.0)
+        };
+        large.cameras = large.cameras.iter().map(scaled).collect();
+        large.points.iter_mut().for_each(|p| p.coords *= 3.0);
+        let settings = BundleSettings { max_iterations: 40, huber: 2.45 };
+        bundle.solve(&settings);
+        large.solve(&settings);
+        for (small, large) in bundle.points.iter().zip(&large.points) {
+            assert!((small.coords * 3.0 - large.coords).norm() < 0.02, "{small} {large}");
+        }
+    }
+}

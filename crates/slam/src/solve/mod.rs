@@ -1,0 +1,10 @@
+//! Solvers: pose of one camera, bundles of cameras and points, two rays.
+
+mod bundle;
+mod normal;
+mod pose;
+mod triangulate;
+
+pub use bundle::{Bundle, BundleObservation, BundleReport, BundleSettings};
+pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, robust_pose};
+pub use triangulate::{cos_parallax, triangulate};

@@ -1,0 +1,349 @@
+//! The pose of one camera from points that it sees.
+
+use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use rand::RngExt;
+use visloc_base::Rng;
+
+use super::normal::solve_damped;
+use crate::lie::{CameraFromWorld, moved, skew};
+
+/// One landmark and where the camera sees it.
+///
+/// A landmark is the point `anchor + direction / inverse_depth`. Of a known point, `direction` is zero and the anchor is the
+/// point. Of a candidate, the anchor is the center of its host and its inverse depth is only known up to a factor that all
+/// candidates have in common: were their errors taken for independent, many of them together would feign to know the scale.
+#[derive(Debug, Clone, Copy)]
+pub struct PoseObservation {
+    /// The point, or the center of the candidate's host; map units.
+    pub anchor_in_world: Point3<f64>,
+    /// The candidate's ray (z = 1 in its host) in the world.
+    pub direction_in_world: Vector3<f64>,
+    /// Inverse depth of a candidate, 1 / map unit; `None` for a known point.
+    pub inverse_depth: Option<f64>,
+    /// Where it is seen, on the plane z = 1 without distortion.
+    pub ray: Vector3<f64>,
+    /// Whitens a residual on that plane: square root of the inverse covariance.
+    pub whitening: Matrix2<f64>,
+}
+
+impl PoseObservation {
+    /// Of a known point.
+    #[must_use]
+    pub fn of_point(point_in_world: Point3<f64>, ray: Vector3<f64>, whitening: Matrix2<f64>) -> Self {
+        Self {
+            anchor_in_world: point_in_world,
+            direction_in_world: Vector3::zeros(),
+            inverse_depth: None,
+            ray,
+            whitening,
+        }
+    }
+
+    /// The landmark in the camera, up to its depth, and the anchor in the camera.
+    #[inline]
+    fn in_camera(&self, state: &State) -> (Vector3<f64>, Vector3<f64>, f64) {
+        let anchor = state.pose.transform(&self.anchor_in_world).coords;
+        match self.inverse_depth {
+            None => (anchor, anchor, 1.0),
+            Some(inverse_depth) => {
+                let weight = inverse_depth * state.log_scale.exp();
+                (state.pose.rotate(&self.direction_in_world) + anchor * weight, anchor, weight)
+            }
+        }
+    }
+
+    /// Whitened residual; `None` behind the camera.
+    #[inline]
+    fn residual(&self, point: &Vector3<f64>) -> Option<Vector2<f64>> {
+        if point.z <= 1e-9 {
+            return None;
+        }
+        let error = Vector2::new(point.x / point.z - self.ray.x, point.y / point.z - self.ray.y);
+        Some(self.whitening * error)
+    }
+
+    /// Whitened residual with its derivatives by the twist and by the logarithm of the candidates' scale.
+    #[inline]
+    fn linearize(&self, state: &State) -> Option<(Vector2<f64>, SMatrix<f64, 2, 7>)> {
+        let (point, anchor, weight) = self.in_camera(state);
+        let error = self.residual(&point)?;
+        let inv_z = 1.0 / point.z;
+        let (x, y) = (point.x * inv_z, point.y * inv_z);
+        let by_point = self.whitening * Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
+        let mut jacobian = SMatrix::<f64, 2, 7>::zeros();
+        jacobian.fixed_view_mut::<2, 3>(0, 0).copy_from(&(by_point * weight));
+        jacobian.fixed_view_mut::<2, 3>(0, 3).copy_from(&(-by_point * skew(&point)));
+        if self.inverse_depth.is_some() {
+            jacobian.fixed_view_mut::<2, 1>(0, 6).copy_from(&(by_point * anchor * weight));
+        }
+        Some((error, jacobian))
+    }
+
+    /// Squared length of the whitened residual; infinite behind the camera.
+    #[inline]
+    #[must_use]
+    pub fn chi2(&self, state: &State) -> f64 {
+        let (point, _, _) = self.in_camera(state);
+        self.residual(&point).map_or(f64::INFINITY, |error| error.norm_squared())
+    }
+}
+
+/// What is estimated: the pose, and the factor that the inverse depths of all candidates have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    /// The pose.
+    pub pose: CameraFromWorld,
+    /// Logarithm of the factor on inverse depths.
+    pub log_scale: f64,
+}
+
+impl State {
+    /// A pose, and candidates as they are.
+    #[must_use]
+    pub fn new(pose: &CameraFromWorld) -> Self {
+        Self { pose: *pose, log_scale: 0.0 }
+    }
+}
+
+/// Standard deviation of the logarithm of the candidates' common scale before anything is seen.
+const SCALE_SIGMA: f64 = 0.7;
+
+/// How outliers are found.
+#[derive(Debug, Clone, Copy)]
+pub struct RansacSettings {
+    /// Whether hypotheses are drawn at all; otherwise only the robust weights reject.
+    pub is_enabled: bool,
+    /// Size of a sample.
+    pub sample_size: usize,
+    /// Probability of one sample without outliers.
+    pub confidence: f64,
+    /// Most hypotheses.
+    pub max_hypotheses: usize,
+    /// Largest squared whitened residual of an inlier.
+    pub inlier_chi2: f64,
+    /// Factor on the residual (not squared) within which outliers get a second chance.
+    pub rescue_factor: f64,
+}
+
+/// A pose with the observations that agree.
+#[derive(Debug, Clone)]
+pub struct RobustPose {
+    /// The pose.
+    pub camera_from_world: CameraFromWorld,
+    /// One entry for each observation.
+    pub is_inlier: Vec<bool>,
+    /// How many agree.
+    pub num_inliers: usize,
+}
+
+/// Gauss-Newton on the reprojection error over the selected observations, with Tukey's biweight (cut off at `cutoff` whitened
+/// units) or, with an infinite cutoff, plain least squares.
+#[must_use]
+pub fn refine_pose(
+    start: &State,
+    observations: &[PoseObservation],
+    is_used: impl Fn(usize) -> bool,
+    cutoff: f64,
+    max_iterations: usize,
+) -> State {
+    let mut state = *start;
+    for _ in 0..max_iterations {
+        let (mut hessian, mut gradient) = (SMatrix::<f64, 7, 7>::zeros(), SVector::<f64, 7>::zeros());
+        for (_, observation) in observations.iter().enumerate().filter(|(i, _)| is_used(*i)) {
+            let Some((error, jacobian)) = observation.linearize(&state) else { continue };
+            let ratio2 = error.norm_squared() / (cutoff * cutoff);
+            if ratio2 >= 1.0 {
+                continue;
+            }
+            let weight = (1.0 - ratio2).powi(2);
+            hessian += jacobian.transpose() * jacobian * weight;
+            gradient -= jacobian.transpose() * error * weight;
+        }
+        hessian[(6, 6)] += 1.0 / (SCALE_SIGMA * SCALE_SIGMA);
+        gradient[6] -= state.log_scale / (SCALE_SIGMA * SCALE_SIGMA);
+        let Some(step) = solve_damped(hessian, &gradient, 1e-6) else { break };
+        let twist = Vector6::from_fn(|i, _| step[i]);
+        state.pose = moved(&twist, &state.pose);
+        state.log_scale = (state.log_scale + step[6]).clamp(-3.0, 3.0);
+        if twist.amax() < 1e-7 {
+            break;
+        }
+    }
+    state
+}
+
+/// Pose with outliers rejected: hypotheses from small samples, least squares over the inliers of the best, rescue of outliers
+/// within a larger threshold, least squares again. The start pose is the first hypothesis.
+///
+/// Source: Fischler and Bolles, "Random sample consensus", 1981, for the number of hypotheses.
+#[must_use]
+pub fn robust_pose(
+    start: &CameraFromWorld,
+    observations: &[PoseObservation],
+    settings: &RansacSettings,
+    rng: &mut Rng,
+) -> RobustPose {
+    let start = &State::new(start);
+    let limit = settings.inlier_chi2;
+    let cutoff = 2.0 * limit.sqrt();
+    // Wide first: the start may be off by several pixels.
+    let wide = refine_pose(start, observations, |_| true, 4.0 * cutoff, 5);
+    let mut best = refine_pose(&wide, observations, |_| true, cutoff, 5);
+    let mut best_count = count_inliers(&best, observations, limit);
+    let at_start = refine_pose(start, observations, |_| true, cutoff, 5);
+    let start_count = count_inliers(&at_start, observations, limit);
+    if start_count > best_count {
+        (best, best_count) = (at_start, start_count);
+    }
+    if settings.is_enabled && observations.len() >= 2 * settings.sample_size {
+        let mut drawn = 0;
+        while drawn < needed_hypotheses(settings, best_count as f64 / observations.len() as f64) {
+            drawn += 1;
+            let sample = draw(settings.sample_size, observations.len(), rng);
+            let pose = refine_pose(start, observations, |i| sample.contains(&i), f64::INFINITY, 5);
+            let count = count_inliers(&pose, observations, limit);
+            if count > best_count {
+                (best, best_count) = (pose, count);
+            }
+        }
+    }
+    let is_inlier = mark(&best, observations, limit);
+    let pose = refine_pose(&best, observations, |i| is_inlier[i], cutoff, 5);
+    let is_rescued = mark(&pose, observations, limit * settings.rescue_factor.powi(2));
+    let pose = refine_pose(&pose, observations, |i| is_rescued[i], cutoff, 10);
+    let is_inlier = mark(&pose, observations, limit);
+    let num_inliers = is_inlier.iter().filter(|is_inlier| **is_inlier).count();
+    RobustPose { camera_from_world: pose.pose, is_inlier, num_inliers }
+}
+
+fn needed_hypotheses(settings: &RansacSettings, inlier_ratio: f64) -> usize {
+    let all_good = inlier_ratio.clamp(1e-3, 1.0 - 1e-9).powi(settings.sample_size as i32);
+    let needed = (1.0 - settings.confidence).ln() / (1.0 - all_good).ln();
+    (needed.ceil() as usize).min(settings.max_hypotheses)
+}
+
+/// Different indices, in order of drawing.
+fn draw(size: usize, num: usize, rng: &mut Rng) -> Vec<usize> {
+    let mut sample = Vec::with_capacity(size);
+    while sample.len() < size {
+        let i = rng.random_range(0..num);
+        if !sample.contains(&i) {
+            sample.push(i);
+        }
+    }
+    sample
+}
+
+fn count_inliers(pose: &State, observations: &[PoseObservation], limit: f64) -> usize {
+    observations.iter().filter(|observation| observation.chi2(pose) <= limit).count()
+}
+
+fn mark(pose: &State, observations: &[PoseObservation], limit: f64) -> Vec<bool> {
+    observations.iter().map(|observation| observation.chi2(pose) <= limit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lie::{exp, log};
+    use visloc_base::{RngTree, gaussian};
+    use visloc_geom::{Rigid3, World};
+
+    const SETTINGS: RansacSettings = RansacSettings {
+        is_enabled: true,
+        sample_size: 5,
+        confidence: 0.99,
+        max_hypotheses: 100,
+        inlier_chi2: 5.991,
+        rescue_factor: 2.0,
+    };
+
+    fn scene(seed: u64, outliers: f64) -> (CameraFromWorld, Vec<PoseObservation>) {
+        let mut rng = RngTree::new(seed).stream("scene", 0);
+        let truth = exp::<World>(&Vector6::new(0.3, -0.2, 0.1, 0.1, -0.2, 0.05));
+        let truth =
+            Rigid3::new(nalgebra::Rotation3::from_matrix_unchecked(*truth.rotation()), *truth.translation());
+        let observations = (0..120)
+            .map(|i| {
+                let mut draw = || rng.random_range(-1.0..1.0);
+                let point = Point3::new(2.0 * draw(), 1.5 * draw(), 4.0 + draw());
+                let seen = CameraFromWorld::transform(&truth, &point);
+                let mut ray = seen.coords / seen.z;
+                if f64::from(i) < 120.0 * outliers {
+                    ray += Vector3::new(0.1 * draw(), 0.1 * draw(), 0.0);
+                } else {
+                    ray += Vector3::new(gaussian(&mut rng, 0.001), gaussian(&mut rng, 0.001), 0.0);
+                }
+                PoseObservation::of_point(point, ray, Matrix2::identity() * 1000.0)
+            })
+            .collect();
+        (truth, observations)
+    }
+
+    #[test]
+    fn finds_the_pose_among_forty_percent_outliers() {
+        for seed in 0..20 {
+            let (truth, observations) = scene(seed, 0.4);
+            let start = moved(&Vector6::new(0.03, 0.02, -0.03, 0.02, 0.01, 0.02), &truth);
+            let mut rng = RngTree::new(seed).stream("ransac", 0);
+            let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
+            let error = log(&(found.camera_from_world * truth.inverse())).norm();
+            assert!(error < 0.01, "seed {seed}: {error}");
+            assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
+        }
+    }
+
+    #[test]
+    fn jacobians_are_the_numeric_ones() {
+        let (truth, observations) = scene(2, 0.0);
+        let mut candidate = observations[3];
+        candidate.direction_in_world = Vector3::new(0.1, 0.2, 1.0);
+        candidate.anchor_in_world = Point3::new(0.3, -0.2, 0.1);
+        candidate.inverse_depth = Some(0.3);
+        for observation in [observations[0], observations[50], candidate] {
+            let state = State { pose: truth, log_scale: 0.2 };
+            let (_, analytic) = observation.linearize(&state).unwrap();
+            for i in 0..7 {
+                let shifted = |step: f64| {
+                    let mut other = state;
+                    if i < 6 {
+                        let mut twist = Vector6::zeros();
+                        twist[i] = step;
+                        other.pose = moved(&twist, &state.pose);
+                    } else {
+                        other.log_scale += step;
+                    }
+                    observation.linearize(&other).unwrap().0
+                };
+                let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
+                assert!((numeric - analytic.column(i)).norm() < 1e-3, "{i}: {numeric} {analytic}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_few_known_points_set_the_scale_among_many_candidates() {
+        let (truth, mut observations) = scene(5, 0.0);
+        // Candidates made at the origin, all believed to be twice as near as they are.
+        for observation in observations.iter_mut().skip(8) {
+            let point = observation.anchor_in_world;
+            observation.direction_in_world = point.coords / point.z;
+            observation.anchor_in_world = Point3::origin();
+            observation.inverse_depth = Some(2.0 / point.z);
+        }
+        let start = moved(&Vector6::new(0.01, -0.01, 0.01, 0.002, 0.002, 0.0), &truth);
+        let mut rng = RngTree::new(5).stream("ransac", 0);
+        let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
+        let error = (found.camera_from_world.translation() - truth.translation()).norm();
+        assert!(error < 0.04, "{error}");
+    }
+
+    #[test]
+    fn nothing_to_see_leaves_the_pose() {
+        let (truth, _) = scene(1, 0.0);
+        let mut rng = RngTree::new(1).stream("ransac", 0);
+        let found = robust_pose(&truth, &[], &SETTINGS, &mut rng);
+        assert_eq!(found.num_inliers, 0);
+        assert!(log(&(found.camera_from_world * truth.inverse())).norm() < 1e-9);
+    }
+}

@@ -1,0 +1,399 @@
+//! From images to the first two keyframes.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
+use visloc_base::{Rng, Timestamp};
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use super::{
+    Follower, StartWait, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view,
+    verify,
+};
+use crate::{
+    config::SlamConfig,
+    feature::CornerGrid,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
+    solve::{PoseObservation, RansacSettings, robust_pose},
+    track::{Feature, Frame, RotationAligner, focal_px, whitening},
+};
+
+/// What came of a frame.
+#[derive(Debug)]
+pub enum StartStep {
+    /// No map yet, and why.
+    Waiting(StartWait),
+    /// A map.
+    Started(Box<StartedMap>),
+}
+
+/// The first map.
+#[derive(Debug)]
+pub struct StartedMap {
+    /// Two keyframes and their landmarks; the median depth of the first is 1.
+    pub map: Map,
+    /// The first keyframe.
+    pub first: KeyframeId,
+    /// The newest keyframe.
+    pub second: KeyframeId,
+    /// Frame of the newest keyframe.
+    pub frame: Frame,
+    /// Poses of the frames between the two keyframes, found afterwards: number and pose.
+    pub between: Vec<(usize, CameraFromWorld)>,
+}
+
+/// Waits for two views that start a map.
+#[derive(Debug, Clone)]
+pub struct Initializer {
+    camera: Camera,
+    config: SlamConfig,
+    rotation_aligner: RotationAligner,
+    attempt: Option<Attempt>,
+}
+
+/// Corners by their number, and where they were found; pixels of level 0.
+type Places = Vec<(usize, Point2<f64>)>;
+
+/// Corners of one image on their way.
+#[derive(Debug, Clone)]
+struct Attempt {
+    follower: Follower,
+    number: usize,
+    at: Timestamp,
+    num_corners: usize,
+    /// Corners found in the first frame after that.
+    num_followable: Option<usize>,
+    last: Arc<Pyramid>,
+    /// For each frame since: its number and the corners found in it.
+    history: Vec<(usize, Places)>,
+    /// Motions that explained the frame before.
+    hints: Vec<TwoViewMotion>,
+    /// An earlier start that waits for more parallax to prove it.
+    pending: Option<PendingStart>,
+}
+
+/// A start that is not believed yet.
+#[derive(Debug, Clone)]
+struct PendingStart {
+    parallax_rad: f64,
+    /// Depth of each corner, by its number.
+    depths: Vec<Option<f64>>,
+}
+
+/// More parallax by this factor must confirm the depths of a start.
+const CONFIRMING_PARALLAX: f64 = 1.25;
+/// Largest median deviation of depths that count as confirmed, in logarithms.
+const CONFIRMED_DEVIATION: f64 = 0.06;
+
+impl Initializer {
+    /// For one camera.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            rotation_aligner: RotationAligner::new(camera, 4),
+            attempt: None,
+        }
+    }
+
+    /// Looks at the next frame.
+    pub fn add(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> StartStep {
+        let Some(attempt) = &mut self.attempt else {
+            return StartStep::Waiting(self.begin(number, at, pyramid));
+        };
+        let camera = &self.camera;
+        let turn = self.rotation_aligner.align(&attempt.last, pyramid, &Rotation3::identity());
+        attempt
+            .follower
+            .follow(pyramid, |px| camera.project(&(turn * camera.bearing(px)).into()).unwrap_or(*px));
+        attempt.last = Arc::clone(pyramid);
+        let places = attempt.follower.tracks().iter().map(|track| (track.number, track.px)).collect();
+        attempt.history.push((number, places));
+        let num = attempt.follower.tracks().len();
+        // Corners of noise are gone after one frame and do not count.
+        let num_followable = *attempt.num_followable.get_or_insert(num);
+        let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
+        if num < least.max(self.config.start.min_points)
+            || attempt.history.len() > self.config.start.max_frames
+        {
+            self.begin(number, at, pyramid);
+            return StartStep::Waiting(StartWait::TracksLost(num));
+        }
+        let shift = attempt.follower.median_shift_px();
+        if shift < self.config.start.min_shift_px {
+            return StartStep::Waiting(StartWait::LittleMotion(shift));
+        }
+        match self.try_start(at, number, pyramid, rng) {
+            Ok(started) => {
+                self.attempt = None;
+                StartStep::Started(Box::new(started))
+            }
+            Err(wait) => StartStep::Waiting(wait),
+        }
+    }
+
+    /// Forgets what it has seen.
+    pub fn reset(&mut self) {
+        self.attempt = None;
+    }
+
+    fn begin(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>) -> StartWait {
+        let mut grid = CornerGrid::new(self.camera.size_px(), self.config.features.cell_px);
+        let corners = corners_in_two_passes(pyramid, &mut grid, &self.config.features);
+        if corners.len() < self.config.start.min_points {
+            self.attempt = None;
+            return StartWait::FewCorners(corners.len());
+        }
+        let follower = Follower::new(Arc::clone(pyramid), &corners);
+        self.attempt = Some(Attempt {
+            follower,
+            number,
+            at,
+            num_corners: corners.len(),
+            num_followable: None,
+            last: Arc::clone(pyramid),
+            history: Vec::new(),
+            hints: Vec::new(),
+            pending: None,
+        });
+        StartWait::LittleMotion(0.0)
+    }
+
+    fn try_start(
+        &mut self,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Result<StartedMap, StartWait> {
+        let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::TracksLost(0)) };
+        let started = self.try_attempt(&mut attempt, at, number, pyramid, rng);
+        self.attempt = Some(attempt);
+        started
+    }
+
+    fn try_attempt(
+        &self,
+        attempt: &mut Attempt,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+        rng: &mut Rng,
+    ) -> Result<StartedMap, StartWait> {
+        let config = &self.config.start;
+        let focal = focal_px(&self.camera);
+        let settings = TwoViewSettings {
+            pixel: 1.0 / focal,
+            inlier_px: config.inlier_px,
+            min_points: config.min_points,
+            min_inlier_ratio: config.min_inlier_ratio,
+            min_parallax_rad: config.min_parallax_deg.to_radians(),
+            num_samples: config.num_samples,
+        };
+        let num_tracks = attempt.follower.tracks().len();
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = attempt
+            .follower
+            .tracks()
+            .iter()
+            .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
+            .collect();
+        let candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
+        attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
+        let (start, parallax_rad) = self.choose(attempt, &candidates)?;
+        confirm(attempt, &start, parallax_rad)?;
+        let (mut map, landmarks) = self.build(attempt, &start, at, number, pyramid);
+        adjust_all(&mut map, &self.config.mapping, focal);
+        let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
+        if num_left < config.min_points {
+            return Err(StartWait::NoCommonMotion(num_left as f64 / num_tracks as f64));
+        }
+        let (first, second) = (KeyframeId(0), KeyframeId(1));
+        normalize_depth(&mut map, first, second);
+        let between = self.poses_between(attempt, &map, &landmarks, rng);
+        let features = landmarks.iter().filter_map(|(id, _)| {
+            let observation = map.landmark(*id).observation_in(second)?;
+            let Observation { px, ray, level, covariance_px, .. } = *observation;
+            Some(Feature { landmark: *id, px, ray, level, covariance_px })
+        });
+        let frame = Frame {
+            number,
+            at,
+            pyramid: Arc::clone(pyramid),
+            camera_from_world: *map.keyframe(second).camera_from_world(),
+            features: features.collect(),
+        };
+        Ok(StartedMap { first, second, frame, between, map })
+    }
+
+    /// The motion that explains the frames on the way best, if it does so clearly better than the others.
+    fn choose(&self, attempt: &Attempt, candidates: &[TwoView]) -> Result<(VerifiedStart, f64), StartWait> {
+        let views = self.views(attempt);
+        let focal = focal_px(&self.camera);
+        let verified = candidates.iter().filter_map(|c| Some((verify(c, &views, focal)?, c.parallax_rad)));
+        let mut verified: Vec<(VerifiedStart, f64)> = verified.collect();
+        verified.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+        match verified.as_slice() {
+            [best, second, ..] if best.0.cost > 0.7 * second.0.cost => Err(StartWait::Ambiguous),
+            [best, ..] if best.0.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
+            [best, ..] => Ok(best.clone()),
+            [] => Err(StartWait::NoCommonMotion(0.0)),
+        }
+    }
+
+    /// Rays of the corners that are still followed: in the first frame, in some on the way, and in the last.
+    fn views(&self, attempt: &Attempt) -> Vec<ViewRays> {
+        const MOST_BETWEEN: usize = 6;
+        let tracks = attempt.follower.tracks();
+        let first = tracks.iter().map(|track| Some(self.camera.bearing(&track.first_px))).collect();
+        let mut views: Vec<ViewRays> = vec![first];
+        let num = attempt.history.len();
+        let step = num.div_ceil(MOST_BETWEEN + 1).max(1);
+        // Counted from the end, so that the last frame is one of them.
+        for (_, places) in attempt.history.iter().rev().step_by(step).collect::<Vec<_>>().into_iter().rev() {
+            let mut rays = vec![None; attempt.num_corners];
+            for (track, px) in places {
+                rays[*track] = Some(self.camera.bearing(px));
+            }
+            views.push(tracks.iter().map(|track| rays[track.number]).collect());
+        }
+        views
+    }
+
+    /// Both keyframes and a landmark for each point, with the number of its corner.
+    fn build(
+        &self,
+        attempt: &Attempt,
+        start: &VerifiedStart,
+        at: Timestamp,
+        number: usize,
+        pyramid: &Arc<Pyramid>,
+    ) -> (Map, Vec<(LandmarkId, usize)>) {
+        let mut map = Map::new();
+        let first = map.add_keyframe(NewKeyframe {
+            frame: attempt.number,
+            at: attempt.at,
+            pyramid: Arc::clone(attempt.follower.first()),
+            camera_from_world: CameraFromWorld::identity(),
+        });
+        let turn = Rotation3::from_matrix_unchecked(*start.last_from_first.rotation());
+        let second = map.add_keyframe(NewKeyframe {
+            frame: number,
+            at,
+            pyramid: Arc::clone(pyramid),
+            camera_from_world: CameraFromWorld::new(turn, *start.last_from_first.translation()),
+        });
+        let mut landmarks = Vec::new();
+        for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
+            let Some(point) = point else { continue };
+            let observation = |keyframe, px: Point2<f64>, covariance_px| Observation {
+                keyframe,
+                px,
+                ray: self.camera.bearing(&px),
+                level: track.level,
+                covariance_px,
+            };
+            let filter = DepthFilter::new(1.0 / point.z, 0.05 / point.z);
+            let id = map.add_landmark(
+                observation(first, track.first_px, corner_covariance(track.level)),
+                filter,
+                LandmarkState::Converged,
+            );
+            map.add_observation(id, observation(second, track.px, track.covariance_px));
+            landmarks.push((id, track.number));
+        }
+        (map, landmarks)
+    }
+
+    /// Poses of the frames on the way, from where the corners were in them.
+    fn poses_between(
+        &self,
+        attempt: &Attempt,
+        map: &Map,
+        landmarks: &[(LandmarkId, usize)],
+        rng: &mut Rng,
+    ) -> Vec<(usize, CameraFromWorld)> {
+        let mut landmark_of = vec![None; attempt.num_corners];
+        for (id, track) in landmarks {
+            landmark_of[*track] = Some(*id);
+        }
+        let ransac = RansacSettings {
+            is_enabled: false,
+            sample_size: 5,
+            confidence: 0.99,
+            max_hypotheses: 0,
+            inlier_chi2: 9.0,
+            rescue_factor: 2.0,
+        };
+        let mut pose = CameraFromWorld::identity();
+        let mut poses = Vec::new();
+        let (_, before_last) =
+            attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
+        for (number, places) in before_last {
+            let observation = |(track, px): &(usize, Point2<f64>)| {
+                let landmark = map.landmark(landmark_of[*track]?);
+                let weight = whitening(focal_px(&self.camera), &(Matrix2::identity() * 0.25));
+                let ray = self.camera.bearing(px);
+                landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
+            };
+            let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
+            let robust = robust_pose(&pose, &observations, &ransac, rng);
+            if robust.num_inliers * 2 >= observations.len()
+                && robust.num_inliers >= self.config.tracking.min_matches
+            {
+                pose = robust.camera_from_world;
+                poses.push((*number, pose));
+            }
+        }
+        poses
+    }
+}
+
+/// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes
+/// on; a wrong one does not.
+fn confirm(attempt: &mut Attempt, start: &VerifiedStart, parallax_rad: f64) -> Result<(), StartWait> {
+    let mut depths = vec![None; attempt.num_corners];
+    for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
+        depths[track.number] = point.map(|point| point.z);
+    }
+    let pending = attempt.pending.take();
+    if let Some(pending) = pending {
+        if parallax_rad < CONFIRMING_PARALLAX * pending.parallax_rad {
+            attempt.pending = Some(pending);
+            return Err(StartWait::LittleParallax(parallax_rad));
+        }
+        let both = pending.depths.iter().zip(&depths);
+        let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
+        if let Some(middle) = median(&mut ratios) {
+            let mut deviations: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
+            if median(&mut deviations).is_some_and(|deviation| deviation < CONFIRMED_DEVIATION) {
+                return Ok(());
+            }
+        }
+    }
+    attempt.pending = Some(PendingStart { parallax_rad, depths });
+    Err(StartWait::Ambiguous)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
+fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
+    let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
+    let mut depths: Vec<f64> = ids.iter().map(|id| map.landmark(*id).point_in_world.z).collect();
+    depths.sort_by(f64::total_cmp);
+    let scale = 1.0 / depths.get(depths.len() / 2).copied().unwrap_or(1.0).max(1e-9);
+    let pose = map.keyframe(second).camera_from_world();
+    let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
+    let scaled: Rigid3<CameraFrame, _> = Rigid3::new(rotation, pose.translation() * scale);
+    map.set_pose(second, scaled);
+    for id in ids {
+        map.landmark_mut(id).point_in_world.coords *= scale;
+    }
+}

@@ -1,0 +1,17 @@
+//! The first two keyframes: corners are followed until two views of them explain where the camera went.
+
+mod essential;
+mod follow;
+mod homography;
+mod initializer;
+mod motion;
+mod two_view;
+mod verify;
+
+pub use essential::{decompose_essential, fit_essential};
+pub use follow::{Follower, Track};
+pub use homography::{decompose_homography, fit_homography};
+pub use initializer::{Initializer, StartStep, StartedMap};
+pub use motion::{TwoViewMotion, refine_motion, sampson};
+pub use two_view::{StartWait, TwoView, TwoViewSettings, solve_two_view};
+pub use verify::{VerifiedStart, ViewRays, verify};

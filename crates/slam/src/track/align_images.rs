@@ -1,0 +1,370 @@
+//! Sparse image alignment: the motion between two images from the pixels around known points.
+
+use nalgebra::{Matrix2, Matrix2x6, SMatrix, SVector, Vector2, Vector3, Vector6};
+use visloc_base::GrayImage;
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use crate::{
+    image::{Pyramid, level_from_px},
+    lie::{exp, image_by_twist},
+};
+
+/// Side of a patch, pixels.
+const SIDE: usize = 4;
+const NUM: usize = SIDE * SIDE;
+
+/// A point of the reference image.
+#[derive(Debug, Clone, Copy)]
+pub struct AlignFeature {
+    /// Pixel of level 0 in the reference image.
+    pub px: nalgebra::Point2<f64>,
+    /// The point in the reference camera, map units.
+    pub point: Vector3<f64>,
+}
+
+/// Which levels are aligned, and how long.
+#[derive(Debug, Clone, Copy)]
+pub struct AlignSchedule {
+    /// Coarsest and finest level.
+    pub levels: (usize, usize),
+    /// Most iterations on each level.
+    pub max_iterations: usize,
+}
+
+/// What an alignment found.
+#[derive(Debug, Clone, Copy)]
+pub struct ImageAlignment {
+    /// Motion between the images.
+    pub current_from_reference: Rigid3<CameraFrame, CameraFrame>,
+    /// Median absolute residual on the last level, gray levels.
+    pub median_residual: f32,
+    /// Features inside both images on the last level.
+    pub num_features: usize,
+}
+
+/// The patch of one feature on one level, with what does not change over the iterations.
+struct Patch {
+    values: [f32; NUM],
+    dx: [f32; NUM],
+    dy: [f32; NUM],
+    by_twist: Matrix2x6<f64>,
+    point: Vector3<f64>,
+}
+
+/// Normal equations in twist, gain and offset.
+struct Normal {
+    hessian: SMatrix<f64, 8, 8>,
+    gradient: SVector<f64, 8>,
+    cost: f64,
+    num_features: usize,
+}
+
+/// Aligns from the coarsest level to the finest. Minimizes the differences of the
+/// pixels of 4 x 4 patches under a common gain and offset, with robust weights.
+///
+/// Source: Forster, Pizzoli and Scaramuzza, "SVO", 2014, section IV-A (inverse compositional); gain and offset as in Engel,
+/// Koltun and Cremers, "Direct sparse odometry", 2016.
+#[must_use]
+pub fn align_images(
+    camera: &Camera,
+    reference: &Pyramid,
+    current: &Pyramid,
+    features: &[AlignFeature],
+    start: &Rigid3<CameraFrame, CameraFrame>,
+    schedule: &AlignSchedule,
+) -> ImageAlignment {
+    let AlignSchedule { levels, max_iterations } = *schedule;
+    let mut motion = *start;
+    let mut result =
+        ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
+    let coarsest = levels.0.min(reference.num_levels() - 1).min(current.num_levels() - 1);
+    for level in (levels.1.min(coarsest)..=coarsest).rev() {
+        let patches: Vec<Patch> =
+            features.iter().filter_map(|feature| Patch::new(camera, reference, feature, level)).collect();
+        let problem = Level { camera, image: current.level(level), level, patches: &patches };
+        let (aligned, residual, num_features) = problem.align(&motion, max_iterations);
+        if num_features >= 4 {
+            motion = aligned;
+            result =
+                ImageAlignment { current_from_reference: motion, median_residual: residual, num_features };
+        }
+    }
+    result
+}
+
+struct Level<'a> {
+    camera: &'a Camera,
+    image: &'a GrayImage,
+    level: usize,
+    patches: &'a [Patch],
+}
+
+impl Level<'_> {
+    fn align(
+        &self,
+        start: &Rigid3<CameraFrame, CameraFrame>,
+        max_iterations: usize,
+    ) -> (Rigid3<CameraFrame, CameraFrame>, f32, usize) {
+        let (mut gain, mut offset) = (1.0_f32, 0.0_f32);
+        let mut residuals = Vec::with_capacity(self.patches.len() * NUM);
+        let mut scale = self.robust_start(start, &mut gain, &mut offset, &mut residuals);
+        let mut motion = *start;
+        let mut accepted = (motion, gain, offset);
+        let mut last_cost = f64::INFINITY;
+        let mut num_features = 0;
+        for _ in 0..max_iterations {
+            let normal = self.accumulate(&motion, gain, offset, scale);
+            if normal.num_features < 4 || normal.cost >= last_cost {
+                break;
+            }
+            num_features = normal.num_features;
+            accepted = (motion, gain, offset);
+            last_cost = normal.cost;
+            let mut hessian = normal.hessian;
+            for i in 0..8 {
+                hessian[(i, i)] = hessian[(i, i)] * (1.0 + 1e-5) + 1e-9;
+            }
+            let Some(step) = hessian.cholesky().map(|c| c.solve(&normal.gradient)) else { break };
+            if !step.iter().all(|v| v.is_finite()) {
+                break;
+            }
+            let twist = Vector6::from_fn(|i, _| step[i]);
+            motion = motion * exp::<CameraFrame>(&twist).inverse();
+            gain += step[6] as f32;
+            offset += step[7] as f32;
+            if !(0.2..5.0).contains(&gain) {
+                break;
+            }
+            if twist.amax() < 1e-5 {
+                accepted = (motion, gain, offset);
+                break;
+            }
+        }
+        self.residuals(&accepted.0, accepted.1, accepted.2, &mut residuals);
+        scale = median(&mut residuals);
+        (accepted.0, scale, num_features)
+    }
+
+    /// Gain and offset from the medians, and the scale of the robust weights.
+    fn robust_start(
+        &self,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        gain: &mut f32,
+        offset: &mut f32,
+        residuals: &mut Vec<f32>,
+    ) -> f32 {
+        *gain = 1.0;
+        *offset = 0.0;
+        let mut signed = Vec::with_capacity(residuals.capacity());
+        let mut sampled = [0.0; NUM];
+        for patch in self.patches {
+            if self.sample(patch, motion, &mut sampled).is_some() {
+                signed.extend(sampled.iter().zip(&patch.values).map(|(s, t)| s - t));
+            }
+        }
+        signed.sort_by(f32::total_cmp);
+        *offset = signed.get(signed.len() / 2).copied().unwrap_or(0.0);
+        residuals.clear();
+        residuals.extend(signed.iter().map(|r| (r - *offset).abs()));
+        (1.4826 * median(residuals)).clamp(3.0, 40.0)
+    }
+
+    fn residuals(
+        &self,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        gain: f32,
+        offset: f32,
+        out: &mut Vec<f32>,
+    ) {
+        out.clear();
+        let mut sampled = [0.0; NUM];
+        for patch in self.patches {
+            if self.sample(patch, motion, &mut sampled).is_some() {
+                out.extend(sampled.iter().zip(&patch.values).map(|(s, t)| (s - gain * t - offset).abs()));
+            }
+        }
+    }
+
+    #[inline]
+    fn sample(
+        &self,
+        patch: &Patch,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        out: &mut [f32; NUM],
+    ) -> Option<()> {
+        let px = self.camera.project(&motion.transform(&patch.point.into())).ok()?;
+        let at = level_from_px(&px, self.level);
+        sample(self.image, at.x as f32, at.y as f32, out)
+    }
+
+    fn accumulate(
+        &self,
+        motion: &Rigid3<CameraFrame, CameraFrame>,
+        gain: f32,
+        offset: f32,
+        scale: f32,
+    ) -> Normal {
+        let mut normal =
+            Normal { hessian: SMatrix::zeros(), gradient: SVector::zeros(), cost: 0.0, num_features: 0 };
+        let mut sampled = [0.0; NUM];
+        let cutoff2 = (3.0 * scale) * (3.0 * scale);
+        let (mut cost, mut num_pixels) = (0.0_f64, 0_u32);
+        for patch in self.patches {
+            if self.sample(patch, motion, &mut sampled).is_none() {
+                continue;
+            }
+            normal.num_features += 1;
+            num_pixels += NUM as u32;
+            let s = Sums::of(patch, &sampled, gain, offset, cutoff2);
+            cost += f64::from(s.cost);
+            s.add_to(patch, &mut normal);
+        }
+        // Per pixel, so that features that leave the image do not lower the cost.
+        normal.cost = cost / f64::from(num_pixels.max(1));
+        normal
+    }
+}
+
+/// Weighted sums over the pixels of a patch, of products of gradient, value and residual.
+#[derive(Default)]
+struct Sums {
+    xx: f32,
+    xy: f32,
+    yy: f32,
+    xt: f32,
+    yt: f32,
+    x1: f32,
+    y1: f32,
+    tt: f32,
+    t1: f32,
+    n: f32,
+    xr: f32,
+    yr: f32,
+    tr: f32,
+    r: f32,
+    cost: f32,
+}
+
+impl Sums {
+    #[inline]
+    fn of(patch: &Patch, sampled: &[f32; NUM], gain: f32, offset: f32, cutoff2: f32) -> Self {
+        let mut s = Self::default();
+        for (i, value) in sampled.iter().enumerate() {
+            let (x, y, t) = (patch.dx[i], patch.dy[i], patch.values[i]);
+            let r = value - gain * t - offset;
+            // Tukey's biweight.
+            let rest = (1.0 - r * r / cutoff2).max(0.0);
+            let w = rest * rest;
+            s.cost += 1.0 - w * rest;
+            s.xx += w * x * x;
+            s.xy += w * x * y;
+            s.yy += w * y * y;
+            s.xt += w * x * t;
+            s.yt += w * y * t;
+            s.x1 += w * x;
+            s.y1 += w * y;
+            s.tt += w * t * t;
+            s.t1 += w * t;
+            s.n += w;
+            s.xr += w * x * r;
+            s.yr += w * y * r;
+            s.tr += w * t * r;
+            s.r += w * r;
+        }
+        s
+    }
+
+    #[inline]
+    fn add_to(&self, patch: &Patch, normal: &mut Normal) {
+        let d = f64::from;
+        let j = &patch.by_twist;
+        let tensor = Matrix2::new(d(self.xx), d(self.xy), d(self.xy), d(self.yy));
+        let twist_hessian = j.transpose() * tensor * j;
+        let with_gain = j.transpose() * Vector2::new(d(self.xt), d(self.yt));
+        let with_offset = j.transpose() * Vector2::new(d(self.x1), d(self.y1));
+        let twist_gradient = j.transpose() * Vector2::new(d(self.xr), d(self.yr));
+        for row in 0..6 {
+            for column in 0..6 {
+                normal.hessian[(row, column)] += twist_hessian[(row, column)];
+            }
+            normal.hessian[(row, 6)] += with_gain[row];
+            normal.hessian[(6, row)] += with_gain[row];
+            normal.hessian[(row, 7)] += with_offset[row];
+            normal.hessian[(7, row)] += with_offset[row];
+            normal.gradient[row] += twist_gradient[row];
+        }
+        normal.hessian[(6, 6)] += d(self.tt);
+        normal.hessian[(6, 7)] += d(self.t1);
+        normal.hessian[(7, 6)] += d(self.t1);
+        normal.hessian[(7, 7)] += d(self.n);
+        normal.gradient[6] += d(self.tr);
+        normal.gradient[7] += d(self.r);
+    }
+}
+
+impl Patch {
+    fn new(camera: &Camera, reference: &Pyramid, feature: &AlignFeature, level: usize) -> Option<Self> {
+        const WIDE: usize = SIDE + 2;
+        let image = reference.level(level);
+        let at = level_from_px(&feature.px, level);
+        let mut wide = [0.0_f32; WIDE * WIDE];
+        sample_wide(image, at.x as f32, at.y as f32, &mut wide)?;
+        let (mut values, mut dx, mut dy) = ([0.0; NUM], [0.0; NUM], [0.0; NUM]);
+        for row in 0..SIDE {
+            for column in 0..SIDE {
+                let at = (row + 1) * WIDE + column + 1;
+                let i = row * SIDE + column;
+                values[i] = wide[at];
+                dx[i] = 0.5 * (wide[at + 1] - wide[at - 1]);
+                dy[i] = 0.5 * (wide[at + WIDE] - wide[at - WIDE]);
+            }
+        }
+        let (_, by_point) = camera.project_with_jacobian(&feature.point.into()).ok()?;
+        let by_twist = image_by_twist(&by_point, &feature.point) / f64::from(1_u32 << level);
+        Some(Self { values, dx, dy, by_twist, point: feature.point })
+    }
+}
+
+/// Samples 4 x 4 px around a position (one pixel more to the top left); `None` if they are not all inside.
+#[inline]
+fn sample(image: &GrayImage, x: f32, y: f32, out: &mut [f32; NUM]) -> Option<()> {
+    sample_square::<SIDE>(image, x - 2.0, y - 2.0, out)
+}
+
+fn sample_wide(image: &GrayImage, x: f32, y: f32, out: &mut [f32]) -> Option<()> {
+    sample_square::<{ SIDE + 2 }>(image, x - 3.0, y - 3.0, out)
+}
+
+#[inline]
+fn sample_square<const N: usize>(image: &GrayImage, left: f32, top: f32, out: &mut [f32]) -> Option<()> {
+    let side = N as f32 + 1.0;
+    let is_inside =
+        left >= 0.0 && top >= 0.0 && left + side < image.width() as f32 && top + side < image.height() as f32;
+    if !is_inside {
+        return None;
+    }
+    let (column, row) = (left as usize, top as usize);
+    let (fx, fy) = (left - column as f32, top - row as f32);
+    let (w00, w01, w10, w11) = ((1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy);
+    for i in 0..N {
+        let start = (row + i) * image.width() + column;
+        let upper = &image.data()[start..=start + N];
+        let lower = &image.data()[start + image.width()..=start + image.width() + N];
+        let line = &mut out[i * N..(i + 1) * N];
+        for lane in 0..N {
+            line[lane] = w00 * f32::from(upper[lane])
+                + w01 * f32::from(upper[lane + 1])
+                + w10 * f32::from(lower[lane])
+                + w11 * f32::from(lower[lane + 1]);
+        }
+    }
+    Some(())
+}
+
+fn median(values: &mut [f32]) -> f32 {
+    if values.is_empty() {
+        return f32::MAX;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+}

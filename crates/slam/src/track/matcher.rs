@@ -1,0 +1,161 @@
+//! Finding a landmark in an image whose pose is about known.
+
+use nalgebra::{Matrix2, Point2, Point3, Vector3};
+use visloc_geom::Camera;
+
+use crate::{
+    image::{Pyramid, level_from_px, px_from_level},
+    lie::CameraFromWorld,
+    map::{KeyframeId, Landmark, Map, Observation},
+    patch::{AlignLimits, PatchWarp, SearchPatch, Template, WarpGeometry, align},
+};
+
+/// A landmark that was found.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    /// Pixel of level 0.
+    pub px: Point2<f64>,
+    /// The same on the plane z = 1, without distortion.
+    pub ray: Vector3<f64>,
+    /// Level on which it was measured.
+    pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
+}
+
+impl Found {
+    /// As an observation of a keyframe.
+    #[must_use]
+    pub fn in_keyframe(&self, keyframe: KeyframeId) -> Observation {
+        let Self { px, ray, level, covariance_px } = *self;
+        Observation { keyframe, px, ray, level, covariance_px }
+    }
+}
+
+/// One image to search, with its pose.
+#[derive(Debug, Clone, Copy)]
+pub struct Matcher<'a> {
+    /// The camera of all images.
+    pub camera: &'a Camera,
+    /// The image.
+    pub pyramid: &'a Pyramid,
+    /// About its pose.
+    pub camera_from_world: CameraFromWorld,
+    /// When an alignment counts.
+    pub limits: AlignLimits,
+    /// Levels on which landmarks are searched.
+    pub num_levels: usize,
+}
+
+/// Pixels between a place and the border of the image for it to be searched.
+const BORDER_PX: f64 = 5.0;
+
+impl Matcher<'_> {
+    /// Pixel where a point should be; `None` outside of the image.
+    #[inline]
+    #[must_use]
+    pub fn project(&self, point_in_world: &Point3<f64>) -> Option<Point2<f64>> {
+        let px = self.camera.project(&self.camera_from_world.transform(point_in_world)).ok()?;
+        let (width, height) = self.camera.size_px();
+        let is_inside = px.x >= BORDER_PX
+            && px.y >= BORDER_PX
+            && px.x < f64::from(width) - BORDER_PX
+            && px.y < f64::from(height) - BORDER_PX;
+        is_inside.then_some(px)
+    }
+
+    /// The landmark's patch as it should look here, and its level.
+    #[must_use]
+    pub fn template(&self, map: &Map, landmark: &Landmark) -> Option<(Template, PatchWarp)> {
+        let reference = self.reference(map, landmark)?;
+        let keyframe = map.keyframe(reference.keyframe);
+        let pose = keyframe.camera_from_world();
+        let geometry = WarpGeometry {
+            camera: self.camera,
+            reference_px: reference.px,
+            reference_ray: reference.ray,
+            reference_level: reference.level,
+            reference_depth: pose.transform(&landmark.point_in_world).z,
+            current_from_reference: self.camera_from_world * pose.inverse(),
+        };
+        let warp = PatchWarp::new(&geometry, self.num_levels.min(self.pyramid.num_levels()))?;
+        let template = warp.take(keyframe.pyramid.as_deref()?, &reference.px, &keyframe.gradient_noise)?;
+        Some((template, warp))
+    }
+
+    /// Finds a landmark near where it should be: by alignment on its level, else on a coarser level first.
+    #[must_use]
+    pub fn find(&self, map: &Map, landmark: &Landmark) -> Option<Found> {
+        let predicted = self.project(&landmark.point_in_world)?;
+        let (template, warp) = self.template(map, landmark)?;
+        self.find_from(&template, warp.current_level, &predicted)
+    }
+
+    /// As [`Matcher::find`], after a search of all pixels within a radius (pixels of the level).
+    #[must_use]
+    pub fn find_within(&self, map: &Map, landmark: &Landmark, radius: usize) -> Option<Found> {
+        let predicted = self.project(&landmark.point_in_world)?;
+        let (template, warp) = self.template(map, landmark)?;
+        let patch = SearchPatch::new(&template);
+        let image = self.pyramid.level(warp.current_level);
+        let center = level_from_px(&predicted, warp.current_level);
+        let (cx, cy) = (center.x.round() as usize, center.y.round() as usize);
+        let limit = self.limits.noise.max(2.0 * self.limits.max_unexplained * patch.variance());
+        let mut best = (limit, None);
+        for y in cy.saturating_sub(radius)..=cy + radius {
+            for x in cx.saturating_sub(radius)..=cx + radius {
+                if let Some(score) = patch.zmssd(image, x, y).filter(|score| *score < best.0) {
+                    best = (score, Some((x, y)));
+                }
+            }
+        }
+        let (x, y) = best.1?;
+        let start = px_from_level(&Point2::new(x as f64, y as f64), warp.current_level);
+        self.find_from(&template, warp.current_level, &start)
+    }
+
+    /// Aligns a patch that should be near a pixel of level 0.
+    #[must_use]
+    pub fn find_from(&self, template: &Template, level: usize, start_px: &Point2<f64>) -> Option<Found> {
+        let aligned =
+            align(template, self.pyramid.level(level), &level_from_px(start_px, level), &self.limits)?;
+        let px = px_from_level(&aligned.at, level);
+        let covariance_px = aligned.covariance * f64::from(1_u32 << (2 * level));
+        Some(Found { px, ray: self.camera.bearing(&px), level, covariance_px })
+    }
+
+    /// The observation whose view is most like this one: the oldest of those that look from nearly the same direction and
+    /// distance, so that errors do not add up from one keyframe to the next; else the nearest in direction.
+    fn reference<'m>(&self, map: &Map, landmark: &'m Landmark) -> Option<&'m Observation> {
+        let center = Point3::from(*self.camera_from_world.inverse().translation());
+        let view = landmark.point_in_world - center;
+        let distance = view.norm();
+        let mut best: Option<(f64, &Observation)> = None;
+        for observation in &landmark.observations {
+            let keyframe = map.keyframe(observation.keyframe);
+            if keyframe.pyramid.is_none() {
+                continue;
+            }
+            let other = landmark.point_in_world - keyframe.center_in_world();
+            let other_distance = other.norm();
+            let cos = view.dot(&other) / (distance * other_distance);
+            let octaves = (distance / other_distance).log2().abs();
+            if cos > 0.97 && octaves < 0.5 {
+                return Some(observation);
+            }
+            let score = cos - 0.2 * octaves;
+            if best.is_none_or(|(most, _)| score > most) {
+                best = Some((score, observation));
+            }
+        }
+        // Beyond 60 degrees nothing looks the same.
+        best.filter(|(score, _)| *score > 0.5).map(|(_, observation)| observation)
+    }
+}
+
+/// Whitening of a residual on the plane z = 1, of a place with a covariance in pixels.
+#[must_use]
+pub fn whitening(focal_px: f64, covariance_px: &Matrix2<f64>) -> Matrix2<f64> {
+    let root = covariance_px.cholesky().and_then(|c| c.l().try_inverse());
+    root.unwrap_or_else(Matrix2::identity) * focal_px
+}

@@ -1,0 +1,15 @@
+//! Following the camera from frame to frame.
+
+mod align_images;
+mod frame;
+mod local_map;
+mod matcher;
+mod prediction;
+mod tracker;
+
+pub use align_images::{AlignFeature, AlignSchedule, ImageAlignment, align_images};
+pub use frame::{Feature, Frame, Incoming};
+pub use local_map::{LocalMap, collect_local_map};
+pub use matcher::{Found, Matcher, whitening};
+pub use prediction::{MotionModel, RotationAligner};
+pub use tracker::{MATCH_LIMITS, Quality, TrackReport, Tracker, depth_spread, focal_px, scene_depth};

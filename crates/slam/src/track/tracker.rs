@@ -1,0 +1,401 @@
+//! The pose of each frame.
+
+use std::sync::Arc;
+
+use nalgebra::{Point2, Rotation3, Vector2};
+use rand::seq::SliceRandom;
+use visloc_base::{Rng, Timestamp};
+use visloc_geom::{Camera, CameraFrame, Rigid3};
+
+use super::{
+    AlignFeature, AlignSchedule, Feature, Frame, Incoming, LocalMap, Matcher, MotionModel, RotationAligner,
+    align_images, collect_local_map, matcher::whitening,
+};
+use crate::{
+    config::TrackingConfig,
+    feature::CornerGrid,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{Landmark, LandmarkId, LandmarkState, Map},
+    patch::AlignLimits,
+    solve::{PoseObservation, RansacSettings, robust_pose},
+};
+
+/// When the alignment of a landmark's patch counts.
+pub const MATCH_LIMITS: AlignLimits =
+    AlignLimits { max_iterations: 12, max_shift_px: 5.0, max_unexplained: 0.2, noise: 20.0 };
+
+/// How well a frame was tracked. Thesis, section 6.9.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quality {
+    /// Enough of what was searched was found.
+    Good,
+    /// Much was missed, but the pose is usable; no keyframe is made of it.
+    Insufficient,
+    /// The pose cannot be trusted.
+    Bad,
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone)]
+pub struct TrackReport {
+    /// The frame with its pose and features.
+    pub frame: Frame,
+    /// How well it went.
+    pub quality: Quality,
+    /// Landmarks that were looked for.
+    pub tried: Vec<LandmarkId>,
+    /// Places of the image that were searched.
+    pub num_searched: usize,
+    /// Landmarks that agree with the pose.
+    pub num_matched: usize,
+    /// Of those, converged ones.
+    pub num_converged: usize,
+    /// The part of the map that was searched.
+    pub local_map: LocalMap,
+}
+
+/// Follows the camera over a map.
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    camera: Camera,
+    config: TrackingConfig,
+    search_levels: usize,
+    rotation_aligner: RotationAligner,
+    motion: MotionModel,
+    last: Option<Frame>,
+}
+
+/// Level of the image on which whole views are compared.
+const ROTATION_LEVEL: usize = 4;
+/// Coarsest level of the image alignment.
+const COARSEST_LEVEL: usize = 4;
+
+impl Tracker {
+    /// A tracker that has not seen anything.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &TrackingConfig, search_levels: usize) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            search_levels,
+            rotation_aligner: RotationAligner::new(camera, ROTATION_LEVEL),
+            motion: MotionModel::default(),
+            last: None,
+        }
+    }
+
+    /// The last frame that was tracked.
+    #[must_use]
+    pub fn last(&self) -> Option<&Frame> {
+        self.last.as_ref()
+    }
+
+    /// Goes on from a frame whose pose is known, standing still.
+    pub fn restart_from(&mut self, frame: Frame) {
+        self.motion.reset();
+        self.last = Some(frame);
+    }
+
+    /// Goes on from a frame whose pose is known, with the motion from an earlier one.
+    pub fn restart_moving(&mut self, earlier: &Frame, frame: Frame) {
+        let motion = frame.camera_from_world * earlier.camera_from_world.inverse();
+        self.motion.update(&motion, frame.at.secs_since(earlier.at));
+        self.last = Some(frame);
+    }
+
+    /// Forgets the last frame.
+    pub fn forget(&mut self) {
+        self.motion.reset();
+        self.last = None;
+    }
+
+    /// Takes over the pose of the last frame after the map has changed.
+    pub fn correct_last(&mut self, camera_from_world: CameraFromWorld) {
+        if let Some(last) = &mut self.last {
+            last.camera_from_world = camera_from_world;
+        }
+    }
+
+    /// Accepts a tracked frame as the last one.
+    pub fn accept(&mut self, frame: Frame) {
+        if let Some(last) = &self.last {
+            let motion = frame.camera_from_world * last.camera_from_world.inverse();
+            self.motion.update(&motion, frame.at.secs_since(last.at));
+        }
+        self.last = Some(frame);
+    }
+
+    /// Finds the pose of the next frame. `None` if there is no last frame to go on from.
+    #[must_use]
+    pub fn track(&self, map: &Map, incoming: &Incoming<'_>, rng: &mut Rng) -> Option<TrackReport> {
+        let last = self.last.as_ref()?;
+        let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
+        Some(self.track_near(map, incoming, (&predicted, 0), last, rng))
+    }
+
+    /// Pose by motion prior and image alignment.
+    fn predict(&self, map: &Map, last: &Frame, at: Timestamp, pyramid: &Pyramid) -> CameraFromWorld {
+        let features = align_features(map, last);
+        let by_velocity = self.motion.predict(at.secs_since(last.at));
+        let guess = Rotation3::from_matrix_unchecked(*by_velocity.rotation());
+        let turned = self.rotation_aligner.align(&last.pyramid, pyramid, &guess);
+        let by_images = Rigid3::new(turned, *by_velocity.translation());
+        let align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
+            align_images(
+                &self.camera,
+                &last.pyramid,
+                pyramid,
+                &features,
+                start,
+                &AlignSchedule { levels, max_iterations: self.config.max_align_iterations },
+            )
+        };
+        // The start that fits better on the coarsest level goes on to the finer ones.
+        let coarse = (COARSEST_LEVEL, COARSEST_LEVEL - 1);
+        let mut best = align(&by_velocity, coarse);
+        let other = align(&by_images, coarse);
+        if other.num_features >= best.num_features / 2 && other.median_residual < best.median_residual {
+            best = other;
+        }
+        let fine = align(&best.current_from_reference, (COARSEST_LEVEL - 2, self.config.finest_align_level));
+        let motion =
+            if fine.num_features >= 4 { fine.current_from_reference } else { best.current_from_reference };
+        motion * last.camera_from_world
+    }
+
+    /// Matches the local map around a predicted pose and finds the pose. With a `radius` above 0, all pixels (of the level)
+    /// within it are searched.
+    pub(crate) fn track_near(
+        &self,
+        map: &Map,
+        incoming: &Incoming<'_>,
+        (predicted, radius): (&CameraFromWorld, usize),
+        last: &Frame,
+        rng: &mut Rng,
+    ) -> TrackReport {
+        let Incoming { number, at, pyramid } = *incoming;
+        let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
+        let depth = scene_depth(map, last);
+        let local_map = collect_local_map(map, &seen, predicted, depth, self.config.max_local_keyframes);
+        let matcher = Matcher {
+            camera: &self.camera,
+            pyramid,
+            camera_from_world: *predicted,
+            limits: MATCH_LIMITS,
+            num_levels: self.search_levels,
+        };
+        let search = self.search(map, &matcher, &local_map, radius, rng);
+        let focal = focal_px(&self.camera);
+        let observations: Vec<PoseObservation> = search
+            .features
+            .iter()
+            .map(|feature| self.observation(map.landmark(feature.landmark), feature, map, predicted, focal))
+            .collect();
+        let robust = robust_pose(predicted, &observations, &self.ransac(), rng);
+        let mut features = search.features;
+        let mut keep = robust.is_inlier.iter();
+        features.retain(|_| *keep.next().unwrap_or(&false));
+        let num_converged = features.iter().filter(|f| map.landmark(f.landmark).is_converged()).count();
+        let quality = self.quality(search.num_searched, features.len());
+        TrackReport {
+            num_matched: features.len(),
+            num_converged,
+            num_searched: search.num_searched,
+            tried: search.tried,
+            quality,
+            local_map,
+            frame: Frame {
+                number,
+                at,
+                pyramid: Arc::clone(pyramid),
+                camera_from_world: robust.camera_from_world,
+                features,
+            },
+        }
+    }
+
+    fn quality(&self, num_searched: usize, num_matched: usize) -> Quality {
+        let ratio = num_matched as f64 / num_searched.max(1) as f64;
+        if num_matched < self.config.min_matches / 2 {
+            Quality::Bad
+        } else if ratio > self.config.min_match_ratio && num_matched >= self.config.min_matches {
+            Quality::Good
+        } else if num_matched < self.config.min_matches {
+            Quality::Bad
+        } else {
+            Quality::Insufficient
+        }
+    }
+
+    fn ransac(&self) -> RansacSettings {
+        RansacSettings {
+            is_enabled: self.config.reject_outliers,
+            sample_size: 5,
+            confidence: 0.99,
+            max_hypotheses: self.config.max_hypotheses,
+            inlier_chi2: 9.0,
+            rescue_factor: 2.0,
+        }
+    }
+
+    /// An observation whose covariance includes what is not known of a candidate's depth: a candidate seen from where it was
+    /// made says all about the rotation and nothing about the distance.
+    fn observation(
+        &self,
+        landmark: &Landmark,
+        feature: &Feature,
+        map: &Map,
+        predicted: &CameraFromWorld,
+        focal: f64,
+    ) -> PoseObservation {
+        let weight = whitening(focal, &feature.covariance_px);
+        if landmark.state != LandmarkState::Candidate {
+            return PoseObservation::of_point(landmark.point_in_world, feature.ray, weight);
+        }
+        let spread = depth_spread(map, landmark, predicted).unwrap_or_default();
+        let covariance_px = feature.covariance_px + spread * spread.transpose() * (focal * focal);
+        let host = map.keyframe(landmark.host().keyframe);
+        PoseObservation {
+            anchor_in_world: *host.center_in_world(),
+            direction_in_world: host.camera_from_world().rotation().transpose() * landmark.host().ray,
+            inverse_depth: Some(landmark.filter.inverse_depth()),
+            ray: feature.ray,
+            whitening: whitening(focal, &covariance_px),
+        }
+    }
+
+    /// At most one landmark for each cell, those found most often first; candidates where converged ones are few.
+    fn search(
+        &self,
+        map: &Map,
+        matcher: &Matcher<'_>,
+        local_map: &LocalMap,
+        radius: usize,
+        rng: &mut Rng,
+    ) -> Search {
+        let mut grid = CornerGrid::new(self.camera.size_px(), self.config.cell_px);
+        let mut cells: Vec<Vec<(LandmarkId, Point2<f64>)>> = vec![Vec::new(); grid.num_cells()];
+        let mut candidates = Vec::new();
+        for id in &local_map.landmarks {
+            let landmark = map.landmark(*id);
+            let Some(px) = matcher.project(&landmark.point_in_world) else { continue };
+            if landmark.is_converged() {
+                cells[grid.cell(&px)].push((*id, px));
+            } else {
+                candidates.push((*id, px));
+            }
+        }
+        let mut order: Vec<usize> = (0..cells.len()).filter(|cell| !cells[*cell].is_empty()).collect();
+        order.shuffle(rng);
+        let mut search = Search { radius, ..Search::default() };
+        for cell in order {
+            if search.features.len() >= self.config.max_matches {
+                break;
+            }
+            let in_cell = &mut cells[cell];
+            in_cell.sort_by_key(|(id, _)| {
+                let landmark = map.landmark(*id);
+                (std::cmp::Reverse(landmark.num_found.saturating_sub(2 * landmark.num_missed)), *id)
+            });
+            search.num_searched += 1;
+            for (id, _) in in_cell.iter().take(4) {
+                search.tried.push(*id);
+                if search.try_landmark(map, matcher, *id) {
+                    grid.take(cell);
+                    break;
+                }
+            }
+        }
+        let wanted = self.config.max_matches / 2;
+        for (id, px) in candidates {
+            if search.features.len() >= wanted {
+                break;
+            }
+            let landmark = map.landmark(id);
+            let is_sharp = depth_spread(map, landmark, &matcher.camera_from_world)
+                .is_some_and(|spread| 2.0 * spread.norm() * focal_px(&self.camera) < 4.0);
+            let cell = grid.cell(&px);
+            if is_sharp && !grid.is_taken(cell) {
+                search.num_searched += 1;
+                search.tried.push(id);
+                if search.try_landmark(map, matcher, id) {
+                    grid.take(cell);
+                }
+            }
+        }
+        search
+    }
+}
+
+/// What a search over the local map found.
+#[derive(Default)]
+struct Search {
+    features: Vec<Feature>,
+    tried: Vec<LandmarkId>,
+    num_searched: usize,
+    radius: usize,
+}
+
+impl Search {
+    fn try_landmark(&mut self, map: &Map, matcher: &Matcher<'_>, id: LandmarkId) -> bool {
+        let landmark = map.landmark(id);
+        let found = match self.radius {
+            0 => matcher.find(map, landmark),
+            radius => matcher.find_within(map, landmark, radius),
+        };
+        let Some(found) = found else { return false };
+        self.features.push(Feature::new(id, &found));
+        true
+    }
+}
+
+/// Geometric mean of the focal lengths, pixels.
+#[must_use]
+pub fn focal_px(camera: &Camera) -> f64 {
+    let (fx, fy) = camera.focal_px();
+    (fx * fy).sqrt()
+}
+
+/// How far a candidate's image moves for one standard deviation of its inverse depth, on the plane z = 1.
+#[must_use]
+pub fn depth_spread(
+    map: &Map,
+    landmark: &Landmark,
+    camera_from_world: &CameraFromWorld,
+) -> Option<Vector2<f64>> {
+    let host = landmark.host();
+    let motion = *camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
+    let inverse_depth = landmark.filter.inverse_depth();
+    let point = motion.rotate(&host.ray) + motion.translation() * inverse_depth;
+    if point.z <= 1e-6 {
+        return None;
+    }
+    let t = motion.translation();
+    let (x, y) = (point.x / point.z, point.y / point.z);
+    let by_inverse_depth = Vector2::new(t.x - x * t.z, t.y - y * t.z) / point.z;
+    Some(by_inverse_depth * landmark.filter.standard_deviation())
+}
+
+/// Median depth of the landmarks of a frame, map units; 1 without landmarks.
+#[must_use]
+pub fn scene_depth(map: &Map, frame: &Frame) -> f64 {
+    let depth = |feature: &Feature| {
+        let landmark = map.landmark(feature.landmark);
+        landmark.is_alive().then(|| frame.camera_from_world.transform(&landmark.point_in_world).z)
+    };
+    let mut depths: Vec<f64> = frame.features.iter().filter_map(depth).filter(|z| *z > 0.0).collect();
+    depths.sort_by(f64::total_cmp);
+    depths.get(depths.len() / 2).copied().unwrap_or(1.0)
+}
+
+/// Features of a frame as points in its camera, along their measured rays.
+fn align_features(map: &Map, frame: &Frame) -> Vec<AlignFeature> {
+    let feature = |feature: &Feature| {
+        let landmark = map.landmark(feature.landmark);
+        let depth = frame.camera_from_world.transform(&landmark.point_in_world).z;
+        (landmark.is_alive() && depth > 0.0)
+            .then(|| AlignFeature { px: feature.px, point: feature.ray * depth })
+    };
+    frame.features.iter().filter_map(feature).collect()
+}
