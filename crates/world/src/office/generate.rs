@@ -23,7 +23,7 @@ pub struct WindingCorridor {
 impl Default for WindingCorridor {
     /// About 250 m of corridor with about 150 doors.
     fn default() -> Self {
-        Self { num_legs: 10, leg_m: 20.0, pitch_m: 5.0, width_m: 2.0, door_m: 0.9, gap_m: [0.5, 3.4] }
+        Self { num_legs: 10, leg_m: 20.0, pitch_m: 5.0, width_m: 2.0, door_m: 0.9, gap_m: [0.4, 2.0] }
     }
 }
 
