@@ -42,8 +42,9 @@ pub struct LocalizeArgs {
     /// What poses are computed from [default: rich, or what --pipeline says]
     #[arg(long, value_enum)]
     pub features: Option<FeaturesArg>,
-    /// What is known about the start: half:negative, half:positive (x), side-lines[:HALF], or pose:X,Y,HEADING[,SPREAD]
-    /// in meters and degrees, which can be given several times
+    /// What is known about the start: half:negative or half:positive (x), side-lines or side-lines:negative or
+    /// side-lines:positive, or pose:X,Y,HEADING in meters and degrees (a fourth number is the spread in meters; several
+    /// poses can be given)
     #[arg(long, value_name = "WHAT")]
     pub start: Vec<StartArg>,
     #[command(flatten)]
