@@ -130,9 +130,9 @@ impl RunPictures<'_> {
     }
 
     fn position_errors(&self) -> Panel {
-        let (start, log) = (self.start(), ValueAxis::Log { min: 0.01, max: 10.0 });
+        let (start, log) = (self.start(), ValueAxis::Log { min: 0.001, max: 10.0 });
         self.panel("position error [m]", log, |curve| {
-            errors(curve, start, |error| error.position_error_m.max(0.01))
+            errors(curve, start, |error| error.position_error_m.max(0.001))
         })
     }
 
