@@ -5,7 +5,6 @@ mod frame;
 mod gray;
 mod image;
 mod image_source;
-mod pose_trajectory;
 mod rng;
 mod time;
 mod trajectory;
@@ -14,7 +13,6 @@ pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, So
 pub use gray::GrayImage;
 pub use image::{ImageSizeError, RgbImage};
 pub use image_source::{GrayFrame, ImageSource};
-pub use pose_trajectory::{CameraPose, CameraTrajectory};
 pub use rng::{Rng, RngTree, gaussian};
 pub use time::Timestamp;
-pub use trajectory::{PlanarTrajectory, StampedPose};
+pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

@@ -1,10 +1,10 @@
-//! Planar trajectories.
+//! Poses over time: of a robot in the plane and of a camera in space.
 
-use visloc_geom::PlanarPose;
+use visloc_geom::{CameraFrame, PlanarPose, Rigid3, World};
 
 use crate::Timestamp;
 
-/// A pose at a time.
+/// Pose of a robot at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StampedPose {
     /// When.
@@ -15,13 +15,51 @@ pub struct StampedPose {
     pub height_m: f64,
 }
 
-/// Poses in order of time. Stamps strictly increase.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct PlanarTrajectory {
-    poses: Vec<StampedPose>,
+/// Pose of a camera at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraPose {
+    /// When.
+    pub at: Timestamp,
+    /// Where the camera is.
+    pub world_from_camera: Rigid3<World, CameraFrame>,
 }
 
-impl PlanarTrajectory {
+/// Something that was so at a time.
+pub trait Stamped {
+    /// When.
+    fn at(&self) -> Timestamp;
+}
+
+impl Stamped for StampedPose {
+    fn at(&self) -> Timestamp {
+        self.at
+    }
+}
+
+impl Stamped for CameraPose {
+    fn at(&self) -> Timestamp {
+        self.at
+    }
+}
+
+/// Poses of a robot.
+pub type PlanarTrajectory = Trajectory<StampedPose>;
+/// Poses of a camera.
+pub type CameraTrajectory = Trajectory<CameraPose>;
+
+/// Poses in order of time. Stamps strictly increase.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory<P> {
+    poses: Vec<P>,
+}
+
+impl<P> Default for Trajectory<P> {
+    fn default() -> Self {
+        Self { poses: Vec::new() }
+    }
+}
+
+impl<P: Stamped> Trajectory<P> {
     /// An empty trajectory.
     #[must_use]
     pub fn new() -> Self {
@@ -32,8 +70,8 @@ impl PlanarTrajectory {
     ///
     /// # Errors
     /// The refused pose.
-    pub fn push(&mut self, pose: StampedPose) -> Result<(), StampedPose> {
-        if self.poses.last().is_some_and(|last| last.at >= pose.at) {
+    pub fn push(&mut self, pose: P) -> Result<(), P> {
+        if self.poses.last().is_some_and(|last| last.at() >= pose.at()) {
             return Err(pose);
         }
         self.poses.push(pose);
@@ -42,20 +80,21 @@ impl PlanarTrajectory {
 
     /// All poses in order of time.
     #[must_use]
-    pub fn poses(&self) -> &[StampedPose] {
+    pub fn poses(&self) -> &[P] {
         &self.poses
     }
 
-    /// The pose nearest in time to `at`, if one lies within `tolerance_secs`.
+    /// The pose nearest in time to `at`, if one lies within `tolerance_secs`; the earlier one of two that are as near.
     #[must_use]
-    pub fn nearest(&self, at: Timestamp, tolerance_secs: f64) -> Option<&StampedPose> {
-        let after = self.poses.partition_point(|pose| pose.at < at);
+    pub fn nearest(&self, at: Timestamp, tolerance_secs: f64) -> Option<&P> {
+        let distance_secs = |pose: &P| pose.at().secs_since(at).abs();
+        let after = self.poses.partition_point(|pose| pose.at() < at);
         [after.checked_sub(1), Some(after)]
             .into_iter()
             .flatten()
             .filter_map(|i| self.poses.get(i))
-            .min_by(|a, b| a.at.secs_since(at).abs().total_cmp(&b.at.secs_since(at).abs()))
-            .filter(|pose| pose.at.secs_since(at).abs() <= tolerance_secs)
+            .min_by(|a, b| distance_secs(a).total_cmp(&distance_secs(b)))
+            .filter(|pose| distance_secs(pose) <= tolerance_secs)
     }
 }
 

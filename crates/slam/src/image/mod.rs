@@ -1,7 +1,9 @@
-//! Images at several resolutions.
+//! Images at several resolutions, and between their pixels.
 
 mod pyramid;
+mod sample;
 mod small;
 
 pub use pyramid::{Pyramid, level_from_px, px_from_level};
+pub use sample::sample_square;
 pub use small::SmallImage;

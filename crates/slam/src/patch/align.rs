@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Matrix4, Point2, Vector4};
 use visloc_base::GrayImage;
 
 use super::{BORDERED_PX, HALF_PX, PATCH_PX, Template};
+use crate::image::sample_square;
 
 const NUM: usize = PATCH_PX * PATCH_PX;
 
@@ -186,29 +187,7 @@ fn mean(values: &[f32; NUM]) -> f32 {
 /// Samples the 8 x 8 px around a position; `None` if they are not all inside.
 #[inline]
 fn sample(image: &GrayImage, x: f32, y: f32, out: &mut [f32; NUM]) -> Option<()> {
-    let (left, top) = (x - HALF_PX as f32, y - HALF_PX as f32);
-    let side = PATCH_PX as f32 + 1.0;
-    let is_inside =
-        left >= 0.0 && top >= 0.0 && left + side < image.width() as f32 && top + side < image.height() as f32;
-    if !is_inside {
-        return None;
-    }
-    let (column, row) = (left as usize, top as usize);
-    let (fx, fy) = (left - column as f32, top - row as f32);
-    let (w00, w01, w10, w11) = ((1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy);
-    let stride = image.width();
-    for (i, line) in out.chunks_exact_mut(PATCH_PX).enumerate() {
-        let start = (row + i) * stride + column;
-        let upper: &[u8; 9] = image.data()[start..start + 9].try_into().ok()?;
-        let lower: &[u8; 9] = image.data()[start + stride..start + stride + 9].try_into().ok()?;
-        for lane in 0..8 {
-            line[lane] = w00 * f32::from(upper[lane])
-                + w01 * f32::from(upper[lane + 1])
-                + w10 * f32::from(lower[lane])
-                + w11 * f32::from(lower[lane + 1]);
-        }
-    }
-    Some(())
+    sample_square::<PATCH_PX>(image, x - HALF_PX as f32, y - HALF_PX as f32, out)
 }
 
 #[cfg(test)]
