@@ -7,6 +7,7 @@ use visloc_vision::Percept;
 
 use super::{
     RefinementConfig,
+    known::Known,
     search::PlaceSearch,
     tracks::{Tracks, View},
 };
@@ -31,12 +32,6 @@ const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
 /// A track confirmed this far needs no prior any more.
 const ESTABLISHED: f64 = 0.9;
-/// How sure a prior makes one of two mirrored poses, and having been near one of them last.
-const SURE: f64 = 0.99;
-const LIKELY: f64 = 0.9;
-/// So near is where the robot was last.
-const NEAR_LAST_M: f64 = 1.0;
-const NEAR_LAST_RAD: f64 = 1.0;
 /// Below this reliability for this long, the robot is lost.
 const LOST_RELIABILITY: f64 = 0.3;
 const LOST_SECS: f64 = 0.2;
@@ -57,10 +52,7 @@ pub struct Refined {
     last_at: Option<Timestamp>,
     winner: Option<(u64, PlanarPose)>,
     max_jump_m: f64,
-    /// What is known about the pose, until a track is established.
-    prior: StartPrior,
-    /// Where the last established track was.
-    last_pose: Option<PlanarPose>,
+    known: Known,
     has_landmarks: bool,
     /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
     last_view: Option<PlanarPose>,
@@ -84,8 +76,7 @@ impl Refined {
         Ok(Self {
             has_landmarks: features.has_landmarks(),
             max_jump_m: pixels.max_jump_m(),
-            prior: StartPrior::Uniform,
-            last_pose: None,
+            known: Known::new(StartPrior::Uniform),
             last_view: None,
             lost_secs: 0.0,
             reliability: Reliability::new(config.reliability),
@@ -107,7 +98,7 @@ impl Refined {
         self.tracks.clear();
         self.reliability.reset();
         self.winner = None;
-        self.last_pose = None;
+        self.known.forget_last();
         self.estimate.forget();
     }
 
@@ -142,15 +133,12 @@ impl Refined {
 
     fn update_tracks(&mut self, novelty: f64) {
         let view = View { novelty, has_landmarks: self.has_landmarks };
-        let (prior, last) = (&self.prior, self.last_pose.as_ref());
-        let own_share = |pose: &PlanarPose| own_share(self.model.as_ref(), pose, prior, last);
-        self.tracks.update(self.model.as_ref(), &self.candidates, &view, own_share, &self.config);
+        self.tracks.update(self.model.as_ref(), &self.candidates, &view, &self.known, &self.config);
         self.tracks.leave(&self.places.region());
         if let Some(best) = self.tracks.best()
             && best.confirmed >= ESTABLISHED
         {
-            self.prior = StartPrior::Uniform;
-            self.last_pose = Some(best.filter.pose());
+            self.known.establish(best.filter.pose());
         }
     }
 
@@ -239,42 +227,17 @@ impl Refined {
     }
 }
 
-/// Probability of a pose beside its mirrored one: what is known about the start decides, then where the robot was last.
-fn own_share(
-    model: &dyn FeatureModel,
-    pose: &PlanarPose,
-    prior: &StartPrior,
-    last: Option<&PlanarPose>,
-) -> f64 {
-    let Some(mirrored) = model.mirrored(pose) else { return 1.0 };
-    match (prior.allows(pose), prior.allows(&mirrored)) {
-        (true, false) => return SURE,
-        (false, true) => return 1.0 - SURE,
-        _ => {}
-    }
-    let is_near_last = |pose: &PlanarPose| {
-        last.is_some_and(|last| {
-            pose.distance_m(last) < NEAR_LAST_M && pose.heading_difference_rad(last) < NEAR_LAST_RAD
-        })
-    };
-    match (is_near_last(pose), is_near_last(&mirrored)) {
-        (true, false) => LIKELY,
-        (false, true) => 1.0 - LIKELY,
-        _ => 0.5,
-    }
-}
-
 impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
         self.forget();
-        self.prior = StartPrior::Uniform;
+        self.known = Known::new(StartPrior::Uniform);
     }
 
     fn reset_to(&mut self, prior: &StartPrior) {
         self.search.reset_to(prior);
         self.forget();
-        self.prior = prior.clone();
+        self.known = Known::new(prior.clone());
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
@@ -283,6 +246,9 @@ impl Localizer for Refined {
         if input.is_lifted {
             self.forget();
             return &self.estimate;
+        }
+        if let Some(motion) = &motion {
+            self.known.move_by(motion);
         }
         self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);

@@ -13,6 +13,7 @@
 
 mod config;
 mod filter;
+mod known;
 mod localizer;
 mod search;
 #[cfg(test)]

@@ -5,7 +5,12 @@ use visloc_base::{Rng, RngTree, Timestamp, gaussian};
 use visloc_geom::{PlanarPose, angle, nao};
 use visloc_vision::Percept;
 
-use super::{Refined, RefinementConfig, filter::PoseFilter};
+use super::{
+    Refined, RefinementConfig,
+    filter::PoseFilter,
+    known::Known,
+    tracks::{Tracks, View},
+};
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, FeatureMatch, FeatureModel, Residual},
@@ -244,6 +249,52 @@ fn mirrored_poses_share_the_probability_until_the_half_is_known() {
         assert!(is_at(&estimate, &expected) && estimate.is_localized(), "{estimate:?}");
         assert!(estimate.hypotheses[1].probability < 0.02, "the other is still told");
     }
+}
+
+/// A half that was given holds for where the robot was then, not for where it has walked since.
+#[test]
+fn a_given_half_follows_the_robot_over_the_middle_line() {
+    let mut world = Alike::new(&[]);
+    world.is_symmetric = true;
+    let half = Region { min_x_m: 0.0, ..world.region() };
+    let mut known = Known::new(StartPrior::Region { region: half, heading: None });
+    let start = PlanarPose::new(0.5, 1.0, 3.0);
+    assert!(known.share(&world, &start) > 0.9);
+    let motion = PlanarPose::new(1.0, 0.0, 0.2);
+    known.move_by(&motion);
+    let now = start.compose(&motion);
+    assert!(now.x_m < 0.0 && known.share(&world, &now) > 0.9);
+    let mirrored = world.mirrored(&now).unwrap();
+    assert!(known.share(&world, &mirrored) < 0.1);
+}
+
+/// Beside the middle line the first guess may be on its wrong side; as the pose gets better, the half is asked again.
+#[test]
+fn the_half_is_asked_again_while_the_pose_gets_better() {
+    let seen_at = |x_m: f64| {
+        let place = PlanarPose::new(x_m, 0.5, 0.3);
+        let mut world = Alike::new(&[place]);
+        world.is_symmetric = true;
+        world.places.extend(world.mirrored(&place));
+        world
+    };
+    let config = RefinementConfig::default();
+    let half = Region { min_x_m: 0.0, ..seen_at(0.0).region() };
+    let known = Known::new(StartPrior::Region { region: half, heading: None });
+    let view = View { novelty: 1.0, has_landmarks: false };
+    let (first, truth) = (seen_at(-0.04), seen_at(0.04));
+    let mut tracks = Tracks::default();
+    tracks.update(&first, &[first.places[0]], &view, &known, &config);
+    let guess = tracks.best().unwrap().filter.pose();
+    assert!(guess.distance_m(&first.places[1]) < 0.02, "{guess:?}: the mirrored pose is in the half");
+    for _ in 0..30 {
+        tracks.predict(Some(&PlanarPose::default()), 1.0 / 30.0, &config);
+        tracks.update(&truth, &[], &view, &known, &config);
+    }
+    let best = tracks.best().unwrap();
+    let pose = best.filter.pose();
+    assert!(pose.distance_m(&truth.places[0]) < 0.03 && best.own_share > 0.9, "{pose:?}");
+    assert!(pose.heading_difference_rad(&truth.places[0]) < 0.1, "{pose:?}");
 }
 
 /// An odometry that tells 10 % too much forward motion is corrected: after a blind stretch the pose is right.

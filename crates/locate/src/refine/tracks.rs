@@ -5,6 +5,7 @@ use visloc_geom::PlanarPose;
 use super::{
     RefinementConfig,
     filter::{Agreement, PoseFilter},
+    known::Known,
 };
 use crate::{Region, observation::features::FeatureModel};
 
@@ -44,6 +45,8 @@ pub(super) struct Track {
     pub log_odds: f64,
     /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
     pub own_share: f64,
+    /// How far off the place where the prior held was when the prior was last asked, meters.
+    asked_spread_m: f64,
 }
 
 impl Track {
@@ -56,6 +59,29 @@ impl Track {
         } else if let Some(share) = agreement.of_landmarks() {
             let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
             self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
+        }
+    }
+
+    /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.
+    fn share(&mut self, share: f64, model: &dyn FeatureModel) {
+        self.own_share = share;
+        if share < 0.5
+            && let Some(mirrored) = model.mirrored(&self.filter.pose())
+        {
+            self.filter.set_pose(&mirrored);
+            self.own_share = 1.0 - share;
+        }
+    }
+
+    /// Asks the prior again while the pose gets better: a first guess beside the line that parts two halves may be on the
+    /// wrong side of it.
+    fn ask(&mut self, known: &Known, model: &dyn FeatureModel) {
+        let spread_m = known.spread_m(self.filter.spread_m());
+        if spread_m < self.asked_spread_m
+            && let Some(share) = known.share_by_prior(model, &self.filter.pose())
+        {
+            self.asked_spread_m = spread_m;
+            self.share(share, model);
         }
     }
 }
@@ -95,14 +121,14 @@ impl Tracks {
         }
     }
 
-    /// Takes in the features of an image, and places where tracks may begin. `own_share` tells of a pose how probable it
-    /// is, and of its mirrored pose, beside each other.
+    /// Takes in the features of an image, and places where tracks may begin. What is known chooses between a pose and its
+    /// mirrored one.
     pub fn update(
         &mut self,
         model: &dyn FeatureModel,
         places: &[PlanarPose],
         view: &View,
-        own_share: impl Fn(&PlanarPose) -> f64,
+        known: &Known,
         config: &RefinementConfig,
     ) {
         if model.num_features() < MIN_FEATURES {
@@ -120,11 +146,12 @@ impl Tracks {
             track.last_agreement = agreement.value();
             track.agreement += AGREEMENT_FOLLOW * (track.last_agreement - track.agreement);
             track.log_odds += weight * track.last_agreement;
+            track.ask(known, model);
         }
         self.rank();
         let handicap = self.best().map_or(0.0, |best| ESTABLISHED_LOG_ODDS * best.confirmed);
         for place in places {
-            self.bear(model, place, handicap, &own_share, config);
+            self.bear(model, place, handicap, known, config);
         }
         self.rank();
         self.merge(model, config);
@@ -148,7 +175,7 @@ impl Tracks {
         model: &dyn FeatureModel,
         place: &PlanarPose,
         handicap: f64,
-        own_share: impl Fn(&PlanarPose) -> f64,
+        known: &Known,
         config: &RefinementConfig,
     ) {
         if knows(&self.tracks, model, place, 1.5, config) {
@@ -165,22 +192,18 @@ impl Tracks {
         {
             return;
         }
-        let mut share = own_share(&filter.pose());
-        if share < 0.5
-            && let Some(mirrored) = model.mirrored(&filter.pose())
-        {
-            filter.set_pose(&mirrored);
-            share = 1.0 - share;
-        }
-        self.tracks.push(Track {
+        let mut track = Track {
             id: self.next_id,
+            asked_spread_m: known.spread_m(filter.spread_m()),
+            own_share: 1.0,
             filter,
             last_agreement: agreement,
             agreement,
             confirmed: 0.0,
             log_odds: -handicap,
-            own_share: share,
-        });
+        };
+        track.share(known.share(model, &track.filter.pose()), model);
+        self.tracks.push(track);
         self.next_id += 1;
     }
 
