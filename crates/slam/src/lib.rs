@@ -13,6 +13,7 @@ pub mod image;
 pub mod lie;
 pub mod map;
 pub mod mapping;
+pub mod orb;
 pub mod patch;
 pub mod relocate;
 pub mod solve;
