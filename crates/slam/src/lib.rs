@@ -21,7 +21,7 @@ pub mod start;
 mod system;
 pub mod track;
 
-pub use config::{ConfigError, SlamConfig};
+pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
 pub use system::{
     Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose,
 };
