@@ -10,7 +10,7 @@ use crate::{
 /// Widest line of a comment.
 const WIDTH: usize = 100;
 
-/// Values as TOML, with the meaning of every key above it as a comment. Keys without a value are comments, too.
+/// Values as TOML, with the meaning and the range of every key above it as a comment. Keys without a value are comments, too.
 ///
 /// # Errors
 /// If the values cannot be written as TOML.
@@ -49,7 +49,9 @@ fn write_value(out: &mut String, key: &str, value: Option<&toml::Value>, node: N
     if !out.is_empty() && !out.ends_with("]\n") {
         out.push('\n');
     }
-    comment(out, node.meaning());
+    let range = node.range().map(|range| format!("Range: {range}."));
+    let meaning = [node.meaning(), range].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    comment(out, Some(meaning).filter(|meaning| !meaning.is_empty()));
     for (choice, meaning) in node.choices() {
         let meaning = meaning.map(|text| format!(": {text}")).unwrap_or_default();
         comment(out, Some(format!("- \"{choice}\"{meaning}")));

@@ -1,10 +1,13 @@
-//! Unknown keys, and what was probably meant.
+//! Unknown keys, with what was probably meant, and numbers out of their range.
 
-use toml::de::{DeTable, DeValue};
+use toml::{
+    Table, Value,
+    de::{DeTable, DeValue},
+};
 
 use crate::{SettingsError, schema::Node};
 
-/// Refuses the first key that is unknown.
+/// Refuses the first key that is unknown or whose number is out of range.
 pub(crate) fn check(
     text: &str,
     table: &DeTable<'_>,
@@ -17,11 +20,41 @@ pub(crate) fn check(
             let reason = unknown(name, path, &known.keys().collect::<Vec<_>>());
             return Err(SettingsError::at(text, Some(key.span()), reason));
         };
+        if let Some(reason) =
+            out_of_range(text.get(value.span()).unwrap_or_default(), inner, &joined(path, name))
+        {
+            return Err(SettingsError::at(text, Some(value.span()), reason));
+        }
         if let DeValue::Table(below) = value.get_ref()
             && inner.keys().next().is_some()
         {
-            let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-            check(text, below, inner, &path)?;
+            check(text, below, inner, &joined(path, name))?;
+        }
+    }
+    Ok(())
+}
+
+fn joined(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+}
+
+/// What is wrong with a number as it is written; what is not a number is refused elsewhere.
+fn out_of_range(written: &str, known: Node<'_>, path: &str) -> Option<String> {
+    let value: f64 = written.replace('_', "").parse().ok()?;
+    let range = known.range().filter(|range| !range.contains(value))?;
+    Some(format!("{path}: expected {range}, found {written}"))
+}
+
+/// Refuses the first number that is out of range.
+pub(crate) fn check_values(table: &Table, known: Node<'_>, path: &str) -> Result<(), SettingsError> {
+    for (name, value) in table {
+        let Some(inner) = known.get(name) else { continue };
+        let path = joined(path, name);
+        if let Value::Table(below) = value {
+            check_values(below, inner, &path)?;
+        }
+        if let Some(reason) = out_of_range(&value.to_string(), inner, &path) {
+            return Err(SettingsError { line: None, reason });
         }
     }
     Ok(())

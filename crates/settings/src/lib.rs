@@ -1,7 +1,7 @@
 //! Parameters as people read and write them: TOML that is laid over defaults, refused with the nearest known key if one
-//! is unknown, and shown with the meaning of every key.
+//! is unknown or a number is out of its range, and shown with the meaning of every key.
 //!
-//! Names, meanings and choices come from the parameters' own types: their documentation is what the user reads, through
+//! Names, meanings, choices and ranges come from the parameters' own types: their documentation is what the user reads, through
 //! the schema that `schemars` derives. So they are written once.
 
 mod commented;
@@ -12,7 +12,7 @@ mod schema;
 
 pub use commented::commented_toml;
 pub use error::SettingsError;
-pub use overlay::overlay;
+pub use overlay::{check_ranges, overlay};
 
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};

@@ -10,7 +10,8 @@ use crate::{Settings, SettingsError, keys, schema::Schema};
 /// The defaults with what a TOML text says differently; it names only what it changes, at any depth.
 ///
 /// # Errors
-/// If the text is not TOML, a key is unknown, or a value has the wrong type; the error says in which line.
+/// If the text is not TOML, a key is unknown, or a value has the wrong type or is out of the range that its type names
+/// (`#[schemars(range(min = .., max = ..))]`); the error says in which line.
 pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
     let refused = |error: &toml::de::Error| SettingsError::at(text, error.span(), error.message());
     let given = DeTable::parse(text).map_err(|error| refused(&error))?;
@@ -22,6 +23,16 @@ pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError
     lay_over(merged.get_mut(), given.into_inner());
     let merged = Spanned::new(span, merged.into_inner());
     T::deserialize(Deserializer::from(merged)).map_err(|error| refused(&error))
+}
+
+/// Checks the ranges that the types name, for values that were not read from a text.
+///
+/// # Errors
+/// If a number is out of its range; the error names the key.
+pub fn check_ranges<T: Settings>(values: &T) -> Result<(), SettingsError> {
+    let refused = |error: String| SettingsError { line: None, reason: error };
+    let table = toml::Table::try_from(values).map_err(|error| refused(error.to_string()))?;
+    keys::check_values(&table, Schema::of::<T>().root(), "")
 }
 
 fn lay_over<'t>(base: &mut DeTable<'t>, over: DeTable<'t>) {

@@ -1,5 +1,7 @@
 //! What the types say about themselves.
 
+use std::fmt;
+
 use schemars::{JsonSchema, schema_for};
 use serde_json::{Map, Value};
 
@@ -65,8 +67,34 @@ impl<'a> Node<'a> {
         Some(self.schema.node(self.properties()?.get(key)?))
     }
 
+    /// Least and largest value, if the type says both.
+    pub fn range(&self) -> Option<Range> {
+        let bound = |key| self.outer.get(key).or_else(|| self.inner.get(key)).and_then(Value::as_f64);
+        Some(Range { least: bound("minimum")?, most: bound("maximum")? })
+    }
+
     fn properties(&self) -> Option<&'a Map<String, Value>> {
         self.inner.get("properties")?.as_object()
+    }
+}
+
+/// Numbers that a value can be, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Range {
+    pub least: f64,
+    pub most: f64,
+}
+
+impl Range {
+    /// Whether a value is inside; NaN is not.
+    pub fn contains(self, value: f64) -> bool {
+        (self.least..=self.most).contains(&value)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} to {}", self.least, self.most)
     }
 }
 

@@ -31,6 +31,7 @@ struct Example {
     green: Color,
     /// Rounds until
     /// it is done.
+    #[schemars(range(min = 1, max = 1000))]
     iterations: u32,
     /// Which way.
     way: Way,
@@ -77,10 +78,21 @@ fn mistakes_have_a_line_and_the_nearest_key() {
 }
 
 #[test]
+fn numbers_out_of_range_are_refused() {
+    let error = |text: &str| overlay(&example(), text).unwrap_err().to_string();
+    assert_eq!(error("\niterations = 0"), "line 2: iterations: expected 1 to 1000, found 0");
+    assert_eq!(error("iterations = 1_001"), "line 1: iterations: expected 1 to 1000, found 1_001");
+    assert_eq!(overlay(&example(), "iterations = 1000").unwrap().iterations, 1000);
+    assert!(check_ranges(&example()).is_ok());
+    let error = check_ranges(&Example { iterations: 2000, ..example() }).unwrap_err().to_string();
+    assert_eq!(error, "iterations: expected 1 to 1000, found 2000");
+}
+
+#[test]
 fn every_key_is_shown_with_its_meaning_and_the_text_reads_back() {
     let text = commented_toml(&example()).unwrap();
     assert!(text.starts_with("# Everything.\n"), "{text}");
-    assert!(text.contains("# Rounds until it is done.\niterations = 300\n"), "{text}");
+    assert!(text.contains("# Rounds until it is done. Range: 1 to 1000.\niterations = 300\n"), "{text}");
     assert!(text.contains("# The grass.\n[green]\n# Start, degrees.\nfrom_deg = 85.0\n"), "{text}");
     assert!(text.contains("# Which way.\n# - \"long-way\": Round the hill.\n"), "{text}");
     assert!(text.contains("# Frame of the camera.\n# camera_frame =\n"), "{text}");

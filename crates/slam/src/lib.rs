@@ -13,6 +13,7 @@ pub mod image;
 pub mod lie;
 pub mod map;
 pub mod mapping;
+pub mod orb;
 pub mod patch;
 pub mod relocate;
 pub mod solve;
@@ -20,7 +21,7 @@ pub mod start;
 mod system;
 pub mod track;
 
-pub use config::{ConfigError, SlamConfig};
+pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
 pub use system::{
     Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose,
 };

@@ -176,7 +176,7 @@ impl Slam {
             clock: Clock::none(),
             map: Map::new(),
             initializer: Initializer::new(camera, config),
-            tracker: Tracker::new(camera, &config.tracking, config.features.search_levels),
+            tracker: Tracker::new(camera, &config.tracking, &config.features),
             relocator: Relocator::new(camera, config),
             mapper: None,
             frames: Vec::new(),

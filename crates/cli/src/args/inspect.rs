@@ -11,7 +11,8 @@ use clap::{Args, Subcommand};
     long_about = "Shows the parameters that can be set in files, with their defaults, as TOML.",
     after_long_help = "Example:\n  \
                        visloc config show mce > mce.toml\n  \
-                       visloc localize recording.mcap --map robocup-spl-2010 --algorithm mce --config mce.toml"
+                       visloc localize recording.mcap --map robocup-spl-2010 --algorithm mce --config mce.toml\n  \
+                       visloc config show sdvl > sdvl.toml"
 )]
 pub struct ConfigArgs {
     /// What to do.
@@ -22,9 +23,9 @@ pub struct ConfigArgs {
 /// Commands of `visloc config`.
 #[derive(Debug, Subcommand)]
 pub enum ConfigCommand {
-    /// Print the defaults of an algorithm, of the pipeline or of the topics
+    /// Print the defaults of an algorithm, of SLAM, of the pipeline or of the topics
     Show {
-        /// Name of an algorithm, or "pipeline" or "topics"
+        /// Name of an algorithm or of a preset of SLAM (sdvl, orb-sdvl, config1 to config8), or "pipeline" or "topics"
         #[arg(value_name = "NAME")]
         name: String,
     },

@@ -6,6 +6,20 @@ use clap::Args;
 
 use super::{JsonArg, SeedArg};
 
+/// Parameters of SLAM.
+#[derive(Debug, Clone, Args)]
+pub struct SlamParametersArgs {
+    /// Parameters to start from: sdvl, orb-sdvl, or one of the eight configurations of the thesis, config1 to config8
+    #[arg(long, value_name = "NAME", default_value = "sdvl")]
+    pub preset: String,
+    /// Parameters, TOML; names only what differs from the preset
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// One parameter, over preset and file; can be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
 /// Arguments of `visloc slam`.
 #[derive(Debug, Args)]
 #[command(
@@ -16,18 +30,15 @@ use super::{JsonArg, SeedArg};
                   One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
     after_long_help = "Examples:\n  \
                        visloc slam desk --trajectory desk.tum --map desk.ply\n  \
+                       visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
                        visloc slam desk --plots out/desk --json out/desk.json"
 )]
 pub struct SlamArgs {
     /// Folder of the sequence
     #[arg(value_name = "SEQUENCE")]
     pub sequence: PathBuf,
-    /// Configuration
-    #[arg(long, value_name = "NAME", default_value = "sdvl")]
-    pub preset: String,
-    /// Parameters, TOML; names only what differs from the preset
-    #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
+    #[command(flatten)]
+    pub parameters: SlamParametersArgs,
     /// First image, from 0
     #[arg(long, default_value_t = 0)]
     pub start: usize,

@@ -1,9 +1,10 @@
 //! `visloc algorithms` and `visloc config`.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use visloc_data::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
 use visloc_settings::commented_toml;
+use visloc_slam::{PRESETS, SlamPreset};
 
 use crate::{
     args::{ConfigArgs, ConfigCommand},
@@ -13,13 +14,18 @@ use crate::{
 /// Runs the command.
 ///
 /// # Errors
-/// If there is no such algorithm.
+/// If there is nothing of that name.
 pub fn execute(args: &ConfigArgs) -> Result<()> {
     let ConfigCommand::Show { name } = &args.command;
     let text = match name.as_str() {
         "pipeline" => commented_toml(&PipelineConfig::default())?,
         "topics" => commented_toml(&BagTopics::default())?,
-        algorithm => default_config_toml(algorithm)?,
+        name => match SlamPreset::find(name) {
+            Ok(preset) => preset.config().commented_toml()?,
+            Err(_) => default_config_toml(name).with_context(|| {
+                format!("presets of SLAM: {}; others: pipeline, topics", PRESETS.map(|p| p.name).join(", "))
+            })?,
+        },
     };
     say::text(format_args!("{text}"));
     Ok(())

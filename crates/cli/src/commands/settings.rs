@@ -6,10 +6,10 @@ use anyhow::{Context, Result, anyhow, bail};
 use visloc_data::bag::BagTopics;
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_settings::{Settings, SettingsError, overlay};
-
+use visloc_slam::SlamConfig;
 use visloc_world::Map;
 
-use crate::args::{StartArg, TopicArgs};
+use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
 
 /// Text of a file.
 ///
@@ -49,6 +49,29 @@ pub fn bag_topics(args: &TopicArgs) -> Result<BagTopics> {
         topics.camera_frame.clone_from(&args.camera_frame);
     }
     Ok(topics)
+}
+
+/// Parameters of SLAM: a preset, then the file, then single options.
+///
+/// # Errors
+/// If there is no such preset, the file cannot be read, or a parameter is unknown or out of range; the error names file and
+/// line, or the option.
+pub fn slam_config(args: &SlamParametersArgs) -> Result<SlamConfig> {
+    let mut config = SlamConfig::preset(&args.preset).context("--preset")?;
+    if let Some(path) = &args.config {
+        config = config.with_toml(&read_text(path)?).with_context(|| path.display().to_string())?;
+    }
+    for option in &args.set {
+        let (key, value) = option
+            .split_once('=')
+            .ok_or_else(|| anyhow!("--set {option}: expected KEY=VALUE, such as tracking.max_matches=300"))?;
+        let (key, value) = (key.trim(), value.trim());
+        // A word that is no value of TOML is meant as a text.
+        let is_value = toml::from_str::<toml::Table>(&format!("value = {value}")).is_ok();
+        let text = if is_value { format!("{key} = {value}") } else { format!("{key} = {value:?}") };
+        config = config.with_toml(&text).with_context(|| format!("--set {option}"))?;
+    }
+    Ok(config)
 }
 
 fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {

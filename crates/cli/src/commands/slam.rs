@@ -1,11 +1,10 @@
 //! `visloc slam`: follow a camera without a map.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::{SequenceRange, open_tum, read_camera_trajectory, write_camera_trajectory};
-use visloc_slam::SlamConfig;
 
-use super::settings::read_text;
+use super::settings::slam_config;
 use crate::{
     args::SlamArgs,
     report::save_json,
@@ -21,7 +20,7 @@ const PICTURE_EVERY: usize = 50;
 /// # Errors
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
-    let config = config(args)?;
+    let config = slam_config(&args.parameters)?;
     let range = SequenceRange { start: args.start, end: args.end, stride: args.stride };
     let mut source = open_tum(&args.sequence, range)?;
     let truth_file = args.sequence.join("groundtruth.txt");
@@ -41,14 +40,6 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
         None => Ok(()),
     }
-}
-
-fn config(args: &SlamArgs) -> Result<SlamConfig> {
-    if args.preset != "sdvl" {
-        bail!("--preset: expected sdvl, found '{}'", args.preset);
-    }
-    let Some(path) = &args.config else { return Ok(SlamConfig::default()) };
-    SlamConfig::from_toml(&read_text(path)?).with_context(|| path.display().to_string())
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {

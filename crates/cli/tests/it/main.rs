@@ -11,4 +11,5 @@ mod help;
 mod likelihood;
 mod localize;
 mod settings;
+mod slam;
 mod support;

@@ -84,7 +84,7 @@ fn unknown_keys_have_a_nearest_one_and_colors_can_be_named_in_part() {
 #[test]
 fn every_parameter_is_shown_with_its_meaning() {
     let workspace = Workspace::new();
-    for name in ["evolutionary", "kld", "markov", "pipeline", "topics"] {
+    for name in ["evolutionary", "kld", "markov", "pipeline", "topics", "sdvl", "orb-sdvl"] {
         let text = workspace.must(&["config", "show", name]).stdout;
         let lines: Vec<&str> = text.lines().collect();
         let is_explained = |pair: &[&str]| !pair[1].contains(" = ") || pair[0].starts_with('#');

@@ -63,6 +63,19 @@ pub fn detect_fast(image: &GrayImage, threshold: u8, corners: &mut Vec<FastCorne
     }
 }
 
+/// How clear a corner is: the sum of the differences to the center that are above the threshold.
+#[must_use]
+pub fn fast_score(image: &GrayImage, corner: FastCorner, threshold: u8) -> u16 {
+    let width = image.width() as isize;
+    let middle = corner.y as isize * width + corner.x as isize;
+    let center = image.data()[middle as usize];
+    let difference = |(dx, dy): &(isize, isize)| {
+        let value = image.data()[(middle + dy * width + dx) as usize];
+        u16::from(value.abs_diff(center).saturating_sub(threshold))
+    };
+    CIRCLE.iter().map(difference).sum()
+}
+
 /// Nonzero where a pixel of the block is a corner.
 #[inline]
 fn block_hits(image: &GrayImage, x: usize, y: usize, threshold: u8) -> [u16; BLOCK] {

@@ -1,13 +1,21 @@
 //! The image pyramid.
 
+use std::sync::OnceLock;
+
 use nalgebra::Point2;
 use visloc_base::GrayImage;
 
-/// An image and its halvings. Level 0 is the image itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
+use crate::orb::{NoOrbMatch, OrbCorners, OrbDescriptor, OrbMatch, OrbSearch};
+
+/// An image and its halvings. Level 0 is the image itself. Its ORB corners are found when they are first asked for, and kept.
+#[derive(Debug, Clone)]
 pub struct Pyramid {
     levels: Vec<GrayImage>,
+    orb: OnceLock<OrbCorners>,
 }
+
+/// Levels that have ORB corners. Program: 3.
+const ORB_LEVELS: usize = 3;
 
 impl Pyramid {
     /// Builds `num_levels` levels (at least one); stops early where a side would fall below 16 px.
@@ -22,7 +30,7 @@ impl Pyramid {
             let next = halved(last);
             levels.push(next);
         }
-        Self { levels }
+        Self { levels, orb: OnceLock::new() }
     }
 
     /// One level.
@@ -33,6 +41,31 @@ impl Pyramid {
     #[must_use]
     pub fn level(&self, level: usize) -> &GrayImage {
         &self.levels[level]
+    }
+
+    /// The ORB corners. The threshold of the first call counts.
+    #[must_use]
+    pub fn orb(&self, threshold: u8) -> &OrbCorners {
+        self.orb.get_or_init(|| OrbCorners::new(&self.levels[..self.levels.len().min(ORB_LEVELS)], threshold))
+    }
+
+    /// The ORB descriptor of a pixel of level 0 on a level; `None` near the border.
+    #[must_use]
+    pub fn describe(&self, level: usize, px: &Point2<f64>, search: &OrbSearch) -> Option<OrbDescriptor> {
+        self.orb(search.threshold).describe(self.levels.get(level)?, level, px)
+    }
+
+    /// The ORB corner most like a descriptor around a line; see [`OrbCorners::best_near`].
+    ///
+    /// # Errors
+    /// If no corner near the line is alike.
+    pub fn best_near(
+        &self,
+        descriptor: &OrbDescriptor,
+        line: (&[Point2<f64>], usize),
+        search: &OrbSearch,
+    ) -> Result<OrbMatch, NoOrbMatch> {
+        self.orb(search.threshold).best_near(&self.levels, descriptor, line, search)
     }
 
     /// How many levels there are.

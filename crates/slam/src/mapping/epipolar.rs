@@ -7,6 +7,7 @@ use crate::{
     image::{Pyramid, level_from_px},
     lie::CameraFromWorld,
     map::{Landmark, Map},
+    orb::{OrbSearch, Recognition},
     patch::{AlignLimits, SearchPatch, Template},
     track::{Found, Matcher},
 };
@@ -22,6 +23,8 @@ pub struct View<'a> {
     pub camera_from_world: CameraFromWorld,
     /// Levels on which landmarks are searched.
     pub num_levels: usize,
+    /// How landmarks are recognized.
+    pub recognition: Recognition,
 }
 
 /// What a search for a candidate found.
@@ -76,7 +79,15 @@ impl View<'_> {
             return EpipolarSearch::OutOfView;
         };
         let level = warp.current_level;
-        let found = self.find_on_line(&matcher, &template, level, &line, (far, near));
+        let is_short = line.length_px(far, near).is_some_and(|px| px < SHORT_PX * f64::from(1_u32 << level));
+        let start = match (is_short, &self.recognition) {
+            (true, _) => line.px(far).zip(line.px(near)).map(|(a, b)| nalgebra::center(&a, &b)),
+            (false, Recognition::Patches) => self.best_pixel_on_line(&template, level, &line, (far, near)),
+            (false, Recognition::Orb(search)) => {
+                self.best_corner_on_line((map, candidate), (search, level), &line, (far, near))
+            }
+        };
+        let found = start.and_then(|px| matcher.find_from(&template, level, &px));
         let Some(found) = found else { return EpipolarSearch::Missed };
         let Some(inverse_depth) = line.inverse_depth_of(&found.ray) else { return EpipolarSearch::Missed };
         let Some((px, slope)) = line.px(inverse_depth).zip(line.slope(inverse_depth)) else {
@@ -99,25 +110,38 @@ impl View<'_> {
             camera_from_world: self.camera_from_world,
             limits: LIMITS,
             num_levels: self.num_levels,
+            recognition: self.recognition,
         }
     }
 
-    /// The best place on the segment, refined to a fraction of a pixel.
-    fn find_on_line(
+    /// The corner near the segment that looks most like the candidate; pixel of level 0.
+    fn best_corner_on_line(
         &self,
-        matcher: &Matcher<'_>,
+        (map, candidate): (&Map, &Landmark),
+        (search, level): (&OrbSearch, usize),
+        line: &Line<'_>,
+        (far, near): (f64, f64),
+    ) -> Option<Point2<f64>> {
+        let descriptor = self.matcher().descriptor(map, candidate, search)?;
+        let px: Vec<Point2<f64>> = line
+            .steps(far, near, PIECE_PX)
+            .filter_map(|inverse_depth| line.px(inverse_depth))
+            .filter(|px| self.camera.contains(px))
+            .collect();
+        let found = self.pyramid.best_near(&descriptor, (&px, level), search).ok()?;
+        let is_clear = f64::from(found.distance) <= MAX_ORB_RATIO * f64::from(found.second_distance);
+        is_clear.then_some(found.px)
+    }
+
+    /// The best place on the segment, pixel of level 0.
+    fn best_pixel_on_line(
+        &self,
         template: &Template,
         level: usize,
         line: &Line<'_>,
         (far, near): (f64, f64),
-    ) -> Option<Found> {
-        let ends = line.px(far).zip(line.px(near));
+    ) -> Option<Point2<f64>> {
         let scale = 1.0 / f64::from(1_u32 << level);
-        if let Some((a, b)) = ends
-            && (a - b).norm() * scale < SHORT_PX
-        {
-            return matcher.find_from(template, level, &nalgebra::center(&a, &b));
-        }
         let patch = SearchPatch::new(template);
         let image = self.pyramid.level(level);
         let limit = LIMITS.noise.max(2.0 * LIMITS.max_unexplained * patch.variance());
@@ -150,12 +174,15 @@ impl View<'_> {
         }
         let (score, px) = best.filter(|(score, _)| *score < limit)?;
         // Two places that look the same: better to wait for a shorter segment.
-        if score > 0.7 * second {
-            return None;
-        }
-        matcher.find_from(template, level, &px)
+        (score <= 0.7 * second).then_some(px)
     }
 }
+
+/// Length of the straight pieces in which a line is searched for corners, pixels.
+const PIECE_PX: f64 = 24.0;
+/// Largest ratio of the distances of the best ORB corner and the best elsewhere; above, it is better to wait for a shorter
+/// segment.
+const MAX_ORB_RATIO: f64 = 0.85;
 
 /// The image of a host's ray in another view.
 struct Line<'a> {
@@ -174,6 +201,11 @@ impl Line<'_> {
     #[inline]
     fn px(&self, inverse_depth: f64) -> Option<Point2<f64>> {
         self.camera.project(&self.point(inverse_depth)).ok()
+    }
+
+    /// Distance between the images of two inverse depths, pixels.
+    fn length_px(&self, far: f64, near: f64) -> Option<f64> {
+        Some(nalgebra::distance(&self.px(far)?, &self.px(near)?))
     }
 
     /// Pixels per unit of inverse depth.

@@ -157,6 +157,7 @@ impl Mapper {
             pyramid: &frame.pyramid,
             camera_from_world: frame.camera_from_world,
             num_levels: self.config.features.search_levels,
+            recognition: self.config.features.recognition(),
         }
     }
 
@@ -171,6 +172,7 @@ impl Mapper {
             camera_from_world,
             limits: crate::track::MATCH_LIMITS,
             num_levels: self.config.features.search_levels,
+            recognition: self.config.features.recognition(),
         }
     }
 
@@ -223,6 +225,7 @@ impl Mapper {
                     pyramid: &pyramid,
                     camera_from_world: *keyframe.camera_from_world(),
                     num_levels: config.features.search_levels,
+                    recognition: config.features.recognition(),
                 };
                 let other_center = *keyframe.center_in_world();
                 if let Some(found) = measure(map, candidate, &view) {

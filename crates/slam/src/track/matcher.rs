@@ -7,6 +7,7 @@ use crate::{
     image::{Pyramid, level_from_px, px_from_level},
     lie::CameraFromWorld,
     map::{KeyframeId, Landmark, Map, Observation},
+    orb::{NoOrbMatch, OrbDescriptor, OrbSearch, Recognition},
     patch::{AlignLimits, PatchWarp, SearchPatch, Template, WarpGeometry, align},
 };
 
@@ -45,6 +46,8 @@ pub struct Matcher<'a> {
     pub limits: AlignLimits,
     /// Levels on which landmarks are searched.
     pub num_levels: usize,
+    /// How landmarks are recognized.
+    pub recognition: Recognition,
 }
 
 /// Pixels between a place and the border of the image for it to be searched.
@@ -83,22 +86,63 @@ impl Matcher<'_> {
         Some((template, warp))
     }
 
-    /// Finds a landmark near where it should be: by alignment on its level, else on a coarser level first.
+    /// Finds a landmark near where it should be: by alignment on its level. With ORB, from the corner that looks like it; where
+    /// there is no corner (they are not found again in every image), from the predicted place.
     #[must_use]
     pub fn find(&self, map: &Map, landmark: &Landmark) -> Option<Found> {
         let predicted = self.project(&landmark.point_in_world)?;
         let (template, warp) = self.template(map, landmark)?;
-        self.find_from(&template, warp.current_level, &predicted)
+        let level = warp.current_level;
+        let start = match &self.recognition {
+            Recognition::Patches => predicted,
+            Recognition::Orb(search) => {
+                let descriptor = self.descriptor(map, landmark, search)?;
+                match self.pyramid.best_near(&descriptor, (&[predicted], level), search) {
+                    Ok(found) => found.px,
+                    Err(NoOrbMatch::NoCorner) => predicted,
+                    Err(NoOrbMatch::NoneAlike) => return None,
+                }
+            }
+        };
+        self.find_from(&template, level, &start)
     }
 
-    /// As [`Matcher::find`], after a search of all pixels within a radius (pixels of the level).
+    /// As [`Matcher::find`], after a search of all pixels (with ORB, all corners) within a radius (pixels of the level).
     #[must_use]
     pub fn find_within(&self, map: &Map, landmark: &Landmark, radius: usize) -> Option<Found> {
         let predicted = self.project(&landmark.point_in_world)?;
         let (template, warp) = self.template(map, landmark)?;
-        let patch = SearchPatch::new(&template);
-        let image = self.pyramid.level(warp.current_level);
-        let center = level_from_px(&predicted, warp.current_level);
+        let level = warp.current_level;
+        let start = match &self.recognition {
+            Recognition::Patches => self.best_pixel(&template, level, &predicted, radius)?,
+            Recognition::Orb(search) => {
+                let descriptor = self.descriptor(map, landmark, search)?;
+                let wide = OrbSearch { margin_px: radius as f64, ..*search };
+                self.pyramid.best_near(&descriptor, (&[predicted], level), &wide).ok()?.px
+            }
+        };
+        self.find_from(&template, level, &start)
+    }
+
+    /// The ORB descriptor of a landmark, in the keyframe whose view is most like this one.
+    #[must_use]
+    pub fn descriptor(&self, map: &Map, landmark: &Landmark, search: &OrbSearch) -> Option<OrbDescriptor> {
+        let reference = self.reference(map, landmark)?;
+        let pyramid = map.keyframe(reference.keyframe).pyramid.as_deref()?;
+        pyramid.describe(reference.level, &reference.px, search)
+    }
+
+    /// The pixel around which the image is most like a patch; pixel of level 0.
+    fn best_pixel(
+        &self,
+        template: &Template,
+        level: usize,
+        predicted: &Point2<f64>,
+        radius: usize,
+    ) -> Option<Point2<f64>> {
+        let patch = SearchPatch::new(template);
+        let image = self.pyramid.level(level);
+        let center = level_from_px(predicted, level);
         let (cx, cy) = (center.x.round() as usize, center.y.round() as usize);
         let limit = self.limits.noise.max(2.0 * self.limits.max_unexplained * patch.variance());
         let mut best = (limit, None);
@@ -110,8 +154,7 @@ impl Matcher<'_> {
             }
         }
         let (x, y) = best.1?;
-        let start = px_from_level(&Point2::new(x as f64, y as f64), warp.current_level);
-        self.find_from(&template, warp.current_level, &start)
+        Some(px_from_level(&Point2::new(x as f64, y as f64), level))
     }
 
     /// Aligns a patch that should be near a pixel of level 0.

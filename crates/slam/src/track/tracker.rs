@@ -12,11 +12,12 @@ use super::{
     align_images, collect_local_map, matcher::whitening,
 };
 use crate::{
-    config::TrackingConfig,
+    config::{FeatureConfig, TrackingConfig},
     feature::CornerGrid,
     image::Pyramid,
     lie::CameraFromWorld,
     map::{Landmark, LandmarkId, LandmarkState, Map},
+    orb::Recognition,
     patch::AlignLimits,
     solve::{PoseObservation, RansacSettings, robust_pose},
 };
@@ -61,6 +62,7 @@ pub struct Tracker {
     camera: Camera,
     config: TrackingConfig,
     search_levels: usize,
+    recognition: Recognition,
     rotation_aligner: RotationAligner,
     motion: MotionModel,
     last: Option<Frame>,
@@ -74,11 +76,12 @@ const COARSEST_LEVEL: usize = 4;
 impl Tracker {
     /// A tracker that has not seen anything.
     #[must_use]
-    pub fn new(camera: &Camera, config: &TrackingConfig, search_levels: usize) -> Self {
+    pub fn new(camera: &Camera, config: &TrackingConfig, features: &FeatureConfig) -> Self {
         Self {
             camera: *camera,
             config: config.clone(),
-            search_levels,
+            search_levels: features.search_levels,
+            recognition: features.recognition(),
             rotation_aligner: RotationAligner::new(camera, ROTATION_LEVEL),
             motion: MotionModel::default(),
             last: None,
@@ -184,6 +187,7 @@ impl Tracker {
             camera_from_world: *predicted,
             limits: MATCH_LIMITS,
             num_levels: self.search_levels,
+            recognition: self.recognition,
         };
         let search = self.search(map, &matcher, &local_map, radius, rng);
         let focal = focal_px(&self.camera);

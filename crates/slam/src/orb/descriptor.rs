@@ -1,0 +1,213 @@
+//! The descriptor of one place.
+
+use visloc_base::GrayImage;
+
+use super::pattern::{NUM_BITS, NUM_TURNS, PATTERN, REACH_PX, SIDE};
+
+/// Pixels around a place that its descriptor needs.
+pub const ORB_MARGIN_PX: usize = 16;
+/// Radius of the disc whose centroid gives the direction, pixels. Source: Rublee et al., 2011, section 3.2 (patch of 31 px).
+const DISC_RADIUS_PX: i32 = 15;
+/// Half the side of the boxes whose means are compared, pixels. Source: Rublee et al., 2011, section 4.1 (5 x 5 px).
+const BOX_RADIUS_PX: usize = 2;
+/// Side of a box, pixels.
+const BOX_PX: usize = 2 * BOX_RADIUS_PX + 1;
+/// Rows that the boxes need.
+const ROWS: usize = SIDE + 2 * BOX_RADIUS_PX;
+
+/// 256 comparisons of brightness around a corner, turned with the corner.
+///
+/// Source: Rublee, Rabaud, Konolige and Bradski, "ORB: an efficient alternative to SIFT or SURF", 2011. Deviation: the pairs
+/// that are compared are drawn, not learned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OrbDescriptor {
+    words: [u64; NUM_BITS / 64],
+}
+
+impl OrbDescriptor {
+    /// The descriptor of a pixel. `None` nearer to the border than [`ORB_MARGIN_PX`].
+    #[must_use]
+    pub fn new(image: &GrayImage, x: usize, y: usize) -> Option<Self> {
+        let is_inside = x >= ORB_MARGIN_PX
+            && y >= ORB_MARGIN_PX
+            && x + ORB_MARGIN_PX < image.width()
+            && y + ORB_MARGIN_PX < image.height();
+        if !is_inside {
+            return None;
+        }
+        let sums = box_sums(image, x, y);
+        let mut words = [0; NUM_BITS / 64];
+        for (word, pairs) in words.iter_mut().zip(PATTERN[turn(image, x, y)].chunks_exact(64)) {
+            for (bit, [a, b]) in pairs.iter().enumerate() {
+                *word |= u64::from(sums[usize::from(*a)] < sums[usize::from(*b)]) << bit;
+            }
+        }
+        Some(Self { words })
+    }
+
+    /// A descriptor without a place.
+    pub(super) fn none() -> Self {
+        Self { words: [0; NUM_BITS / 64] }
+    }
+
+    /// Number of different bits, 0 to 256; about 128 for places that have nothing to do with each other.
+    #[inline]
+    #[must_use]
+    pub fn distance(&self, other: &Self) -> u32 {
+        self.words.iter().zip(&other.words).map(|(a, b)| (a ^ b).count_ones()).sum()
+    }
+
+    /// One of the 256 bits.
+    #[must_use]
+    pub fn bit(&self, bit: usize) -> bool {
+        self.words[bit / 64] >> (bit % 64) & 1 == 1
+    }
+}
+
+/// Direction from a pixel to the centroid of brightness around it, in steps of the pattern.
+fn turn(image: &GrayImage, x: usize, y: usize) -> usize {
+    let (mut by_x, mut by_y) = (0_i32, 0_i32);
+    for dy in -DISC_RADIUS_PX..=DISC_RADIUS_PX {
+        let reach = f64::from(DISC_RADIUS_PX * DISC_RADIUS_PX - dy * dy).sqrt() as usize;
+        let row = &image.row((y as i32 + dy) as usize)[x - reach..=x + reach];
+        let (mut sum, mut moment) = (0_i32, 0_i32);
+        for (column, value) in row.iter().enumerate() {
+            sum += i32::from(*value);
+            moment += (column as i32 - reach as i32) * i32::from(*value);
+        }
+        by_x += moment;
+        by_y += dy * sum;
+    }
+    let turns = f64::from(by_y).atan2(f64::from(by_x)) / std::f64::consts::TAU;
+    (turns * NUM_TURNS as f64).round().rem_euclid(NUM_TURNS as f64) as usize % NUM_TURNS
+}
+
+/// Sums over the box around each pixel of the square that the pattern covers, row by row.
+fn box_sums(image: &GrayImage, x: usize, y: usize) -> [u16; SIDE * SIDE] {
+    let reach = REACH_PX as usize + BOX_RADIUS_PX;
+    let mut rows = [[0_u16; SIDE]; ROWS];
+    for (i, sums) in rows.iter_mut().enumerate() {
+        let pixels = &image.row(y + i - reach)[x - reach..=x + reach];
+        for (j, sum) in sums.iter_mut().enumerate() {
+            *sum = pixels[j..j + BOX_PX].iter().map(|value| u16::from(*value)).sum();
+        }
+    }
+    let mut boxes = [0; SIDE * SIDE];
+    for (i, line) in boxes.chunks_exact_mut(SIDE).enumerate() {
+        for row in &rows[i..i + BOX_PX] {
+            for (sum, value) in line.iter_mut().zip(row) {
+                *sum += value;
+            }
+        }
+    }
+    boxes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    use rand::RngExt;
+    use visloc_base::RngTree;
+
+    const SIZE: usize = 400;
+
+    /// Smooth noise that can be looked up anywhere: a sum of waves of random direction and length.
+    struct Texture(Vec<(f64, f64, f64)>);
+
+    impl Texture {
+        fn new(seed: u64) -> Self {
+            let mut rng = RngTree::new(seed).stream("texture", 0);
+            let wave = |_| {
+                let (direction, length): (f64, f64) =
+                    (rng.random_range(0.0..TAU), rng.random_range(7.0..40.0));
+                let (kx, ky) = (direction.cos() * TAU / length, direction.sin() * TAU / length);
+                (kx, ky, rng.random_range(0.0..TAU))
+            };
+            Self((0..60).map(wave).collect())
+        }
+
+        fn at(&self, x: f64, y: f64) -> u8 {
+            let sum: f64 = self.0.iter().map(|(kx, ky, phase)| (kx * x + ky * y + phase).sin()).sum();
+            (128.0 + 9.0 * sum).clamp(0.0, 255.0) as u8
+        }
+
+        /// An image turned about its center and brightened.
+        fn image(&self, angle: f64, gain: f64, offset: f64) -> GrayImage {
+            let mut image = GrayImage::new(SIZE, SIZE);
+            let (sin, cos) = angle.sin_cos();
+            let half = SIZE as f64 / 2.0;
+            for row in 0..SIZE {
+                for column in 0..SIZE {
+                    let (x, y) = (column as f64 - half, row as f64 - half);
+                    let value = f64::from(self.at(cos * x + sin * y, cos * y - sin * x));
+                    image.data_mut()[row * SIZE + column] = (gain * value + offset) as u8;
+                }
+            }
+            image
+        }
+    }
+
+    /// Places of the unturned image, in pixels from its center.
+    fn places() -> impl Iterator<Item = (i32, i32)> {
+        (-3..=3).flat_map(|row| (-3..=3).map(move |column| (35 * column, 35 * row)))
+    }
+
+    fn describe(image: &GrayImage, x: f64, y: f64) -> OrbDescriptor {
+        let half = SIZE as f64 / 2.0;
+        OrbDescriptor::new(image, (half + x).round() as usize, (half + y).round() as usize).unwrap()
+    }
+
+    #[test]
+    fn turning_the_image_hardly_changes_a_descriptor() {
+        for seed in 0..3 {
+            let texture = Texture::new(seed);
+            let upright = texture.image(0.0, 1.0, 0.0);
+            for degrees in [17.0_f64, 45.0, 90.0, 143.0, 270.0] {
+                let angle = degrees.to_radians();
+                let image = texture.image(angle, 0.7, 20.0);
+                let (sin, cos) = angle.sin_cos();
+                let mut distances: Vec<u32> = places()
+                    .map(|(x, y)| {
+                        let (x, y) = (f64::from(x), f64::from(y));
+                        let there = describe(&image, cos * x - sin * y, sin * x + cos * y);
+                        describe(&upright, x, y).distance(&there)
+                    })
+                    .collect();
+                distances.sort_unstable();
+                // A few places have no clear direction.
+                assert!(distances[distances.len() / 2] < 40, "{degrees}: {distances:?}");
+                assert!(distances[distances.len() * 4 / 5] < 80, "{degrees}: {distances:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn different_places_differ_in_half_of_the_bits() {
+        let texture = Texture::new(5);
+        let image = texture.image(0.0, 1.0, 0.0);
+        let all: Vec<OrbDescriptor> =
+            places().map(|(x, y)| describe(&image, f64::from(x), f64::from(y))).collect();
+        let mut distances = Vec::new();
+        for (i, a) in all.iter().enumerate() {
+            assert_eq!(a.distance(a), 0);
+            for b in &all[..i] {
+                assert_eq!(a.distance(b), b.distance(a));
+                distances.push(f64::from(a.distance(b)));
+            }
+        }
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        assert!((105.0..146.0).contains(&mean), "mean {mean}");
+        let num_near = distances.iter().filter(|distance| **distance < 64.0).count();
+        assert!(num_near * 20 < distances.len(), "{num_near} of {}", distances.len());
+    }
+
+    #[test]
+    fn no_descriptor_at_the_border() {
+        let image = GrayImage::new(64, 48);
+        assert!(OrbDescriptor::new(&image, 15, 20).is_none() && OrbDescriptor::new(&image, 16, 32).is_none());
+        assert!(OrbDescriptor::new(&image, 16, 31).is_some() && OrbDescriptor::new(&image, 47, 16).is_some());
+        assert!(OrbDescriptor::new(&image, usize::MAX - 20, 20).is_none());
+    }
+}
