@@ -290,7 +290,7 @@ impl Default for MappingConfig {
 
 impl Default for RelocationConfig {
     fn default() -> Self {
-        Self { max_tries: 2, min_matches: 20 }
+        Self { max_tries: 1, min_matches: 20 }
     }
 }
 

@@ -39,6 +39,9 @@ pub struct Keyframe {
     pub gradient_noise: Vec<f32>,
     /// Landmarks observed here, in order of observation.
     pub landmarks: Vec<LandmarkId>,
+    /// The keyframe that it has only turned from: both cameras are at the same place. It may have been culled since, see
+    /// [`super::Map::turned_from`].
+    pub turned_from: Option<KeyframeId>,
     pub(super) camera_from_world: CameraFromWorld,
     pub(super) center_in_world: Point3<f64>,
     /// Once culled: the keyframe that it hangs on, and its pose relative to that.

@@ -25,6 +25,8 @@ pub struct NewKeyframe {
     pub pyramid: Arc<Pyramid>,
     /// Its pose.
     pub camera_from_world: CameraFromWorld,
+    /// The keyframe that it has only turned from.
+    pub turned_from: Option<KeyframeId>,
 }
 
 /// Keyframes and landmarks. Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
@@ -100,6 +102,7 @@ impl Map {
             camera_from_world: new.camera_from_world,
             center_in_world: center(&new.camera_from_world),
             anchor: None,
+            turned_from: new.turned_from,
         });
         id
     }
@@ -232,6 +235,16 @@ impl Map {
         }
     }
 
+    /// The keyframe, still part of the map, that this one has only turned from.
+    #[must_use]
+    pub fn turned_from(&self, id: KeyframeId) -> Option<KeyframeId> {
+        let mut other = self.keyframe(id).turned_from;
+        while let Some(culled) = other.filter(|other| !self.keyframe(*other).is_alive()) {
+            other = self.keyframe(culled).turned_from;
+        }
+        other
+    }
+
     /// Keyframes that share at least `min_shared` converged landmarks with the given ones, most shared first.
     #[must_use]
     pub fn sharing(&self, landmarks: &[LandmarkId], min_shared: u32) -> Vec<(KeyframeId, u32)> {
@@ -316,7 +329,14 @@ mod tests {
                         let camera_from_world = CameraFromWorld::identity();
                         let at = Timestamp::default();
                         let pyramid = Arc::clone(&pyramid);
-                        map.add_keyframe(NewKeyframe { frame: step, at, pyramid, camera_from_world });
+                        let turned_from = map.keyframes().next_back().map(|(id, _)| id);
+                        map.add_keyframe(NewKeyframe {
+                            frame: step,
+                            at,
+                            pyramid,
+                            camera_from_world,
+                            turned_from,
+                        });
                     }
                     1 | 2 if is_alive => {
                         let state =

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
-    solve::{Bundle, BundleObservation, BundleSettings},
+    solve::{Bundle, BundleObservation, BundleSettings, BundleTie},
     track::whitening,
 };
 
@@ -111,8 +111,43 @@ fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
             });
         }
     }
+    tie_turned(map, &mut bundle, &mut index, &mut camera_of);
     fix_gauge(&mut bundle, &index);
     (bundle, index)
+}
+
+/// Distance of two keyframes between which the camera only turned, share of the depth of the scene.
+const TURN_SIGMA: f64 = 0.001;
+
+/// Holds keyframes together between which the camera only turned; their landmarks may say little of where they are.
+fn tie_turned(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
+    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
+    for (id, _) in map.keyframes() {
+        let Some(other) = map.turned_from(id) else { continue };
+        let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
+        if !is_free(id) && !is_free(other) {
+            continue;
+        }
+        let [first, second] = [id, other].map(|id| {
+            *camera_of[id.index()].get_or_insert_with(|| {
+                index.keyframes.push(id);
+                bundle.cameras.push(*map.keyframe(id).camera_from_world());
+                bundle.is_free.push(false);
+                index.keyframes.len() - 1
+            })
+        });
+        let sigma = TURN_SIGMA * depth_of(map, other).or_else(|| depth_of(map, id)).unwrap_or(1.0);
+        bundle.ties.push(BundleTie { cameras: (first, second), sigma });
+    }
+}
+
+/// Median depth of the landmarks of a keyframe, map units.
+fn depth_of(map: &Map, id: KeyframeId) -> Option<f64> {
+    let keyframe = map.keyframe(id);
+    let depth = |id: &LandmarkId| keyframe.camera_from_world().transform(&map.landmark(*id).point_in_world).z;
+    let mut depths: Vec<f64> = keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0).collect();
+    depths.sort_by(f64::total_cmp);
+    depths.get(depths.len() / 2).copied()
 }
 
 /// A bundle whose keyframes may all move is held at the oldest of them.

@@ -24,15 +24,20 @@ pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
     }
 }
 
-/// Culls at most one redundant keyframe among those connected to the newest: one whose landmarks are nearly all seen, at least
-/// as sharply, by three others. Then keeps the number of keyframes within its limit.
+/// Keyframes from which on redundant ones are culled. A culled keyframe keeps its pose relative to another one for good, with
+/// the scale that the map had then; so a map that fits into memory keeps them all, and bundles keep the observers that hold them.
+const MANY_KEYFRAMES: usize = 150;
+
+/// Culls at most one redundant keyframe of a large map among those connected to the newest: one whose landmarks are nearly all
+/// seen, at least as sharply, by three others. Then keeps the number of keyframes within its limit.
 pub fn cull_keyframes(map: &mut Map, newest: KeyframeId, config: &MappingConfig) {
     let connected: Vec<KeyframeId> = map.connected(newest, 10).into_iter().map(|(id, _)| id).collect();
     // The newest ones still gather observations; the first hold the map in place.
     let is_eligible = |id: &KeyframeId| id.index() > 1 && id.index() + 3 < newest.index();
+    let is_large = map.keyframes().count() > MANY_KEYFRAMES.min(config.max_keyframes / 2);
     let redundant = connected
         .iter()
-        .filter(|id| is_eligible(id))
+        .filter(|id| is_large && is_eligible(id))
         .find(|id| redundancy(map, **id).is_some_and(|share| share > config.redundant_ratio));
     if let Some(id) = redundant.copied() {
         cull(map, id);

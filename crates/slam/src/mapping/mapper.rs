@@ -127,6 +127,7 @@ impl Mapper {
             at: frame.at,
             pyramid: frame.pyramid.clone(),
             camera_from_world: frame.camera_from_world,
+            turned_from: frame.turned_from,
         });
         for feature in &frame.features {
             map.add_observation(feature.landmark, feature.in_keyframe(id));
@@ -282,7 +283,11 @@ impl Mapper {
     }
 
     fn forget_old_candidates(&mut self, map: &mut Map, newest: KeyframeId) {
-        let oldest = newest.index().saturating_sub(self.config.mapping.max_candidate_age);
+        // From the same place nothing is learned of depths: keyframes that only turned make no candidate older.
+        let made_by_moving = map.keyframes().filter(|(id, k)| k.turned_from.is_none() && *id <= newest);
+        let oldest =
+            made_by_moving.map(|(id, _)| id.index()).rev().nth(self.config.mapping.max_candidate_age);
+        let oldest = oldest.unwrap_or_default();
         self.candidates.retain(|id| {
             let landmark = map.landmark(*id);
             if landmark.state != LandmarkState::Candidate {

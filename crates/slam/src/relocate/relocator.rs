@@ -17,6 +17,9 @@ use crate::{
 /// Pixels (of its level) around a predicted place that are searched.
 const SEARCH_RADIUS: usize = 10;
 
+/// Keyframes after the most similar one that get their turn.
+const NEXT_PLACES: usize = 4;
+
 /// Looks for the camera in a map.
 #[derive(Debug, Clone)]
 pub struct Relocator {
@@ -52,7 +55,11 @@ impl Relocator {
         let mut ranked: Vec<(f32, KeyframeId)> =
             map.keyframes().map(|(id, keyframe)| (keyframe.small.similarity(&small), id)).collect();
         ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, id) in ranked.into_iter().take(self.config.relocation.max_tries) {
+        let max_tries = self.config.relocation.max_tries;
+        let places = (0..max_tries).map(|i| place_of_try((self.num_attempts - 1) * max_tries + i));
+        let tried: Vec<KeyframeId> =
+            places.filter_map(|place| ranked.get(place).map(|(_, id)| *id)).collect();
+        for id in tried {
             let reference = frame_of(map, id)?;
             let Some(report) = self.try_keyframe(map, tracker, &reference, incoming, rng) else {
                 continue;
@@ -102,6 +109,12 @@ impl Relocator {
     }
 }
 
+/// Place among the most similar keyframes of a try, counted over all frames: every second try is the most similar one, the others
+/// go through the next ones, so that a frame costs little and no candidate waits for long.
+fn place_of_try(number: usize) -> usize {
+    if number.is_multiple_of(2) { 0 } else { 1 + number / 2 % NEXT_PLACES }
+}
+
 /// A keyframe as a frame with its converged landmarks.
 fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
     let keyframe = map.keyframe(id);
@@ -121,5 +134,6 @@ fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
         pyramid: keyframe.pyramid.clone()?,
         camera_from_world: *keyframe.camera_from_world(),
         features: keyframe.landmarks.iter().filter_map(feature).collect(),
+        turned_from: None,
     })
 }

@@ -1,8 +1,8 @@
 //! Bundle adjustment: cameras and points together.
 
 use nalgebra::{
-    DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x6, Matrix3, Matrix6, Matrix6x3, Point3, Vector2, Vector3,
-    Vector6,
+    DMatrix, DVector, Matrix2, Matrix2x3, Matrix2x6, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Point3, Vector2,
+    Vector3, Vector6,
 };
 
 use crate::lie::{CameraFromWorld, image_by_twist, moved};
@@ -18,6 +18,15 @@ pub struct BundleObservation {
     pub ray: Vector2<f64>,
     /// Whitens a residual on that plane: square root of the inverse covariance.
     pub whitening: Matrix2<f64>,
+}
+
+/// Two cameras at the same place.
+#[derive(Debug, Clone, Copy)]
+pub struct BundleTie {
+    /// Indices of the cameras.
+    pub cameras: (usize, usize),
+    /// Standard deviation of the distance of their centers along each axis, map units.
+    pub sigma: f64,
 }
 
 /// How a bundle is solved.
@@ -52,6 +61,19 @@ pub struct Bundle {
     pub points: Vec<Point3<f64>>,
     /// Measurements, ordered by point.
     pub observations: Vec<BundleObservation>,
+    /// Cameras that are known to be at the same place.
+    pub ties: Vec<BundleTie>,
+}
+
+impl BundleTie {
+    /// Distance of the centers in standard deviations.
+    fn residual(&self, cameras: &[CameraFromWorld]) -> Vector3<f64> {
+        let center = |camera: usize| {
+            let pose = &cameras[camera];
+            -(pose.rotation().transpose() * pose.translation())
+        };
+        (center(self.cameras.0) - center(self.cameras.1)) / self.sigma
+    }
 }
 
 /// Normal equations with the points eliminated, and what is needed to get the points back.
@@ -82,7 +104,7 @@ impl Bundle {
     /// Minimizes Huber's cost of all residuals.
     pub fn solve(&mut self, settings: &BundleSettings) -> BundleReport {
         let slots = self.slots();
-        let first_cost = cost(&self.cameras, &self.points, &self.observations, settings.huber);
+        let first_cost = self.cost(&self.cameras, &self.points, settings.huber);
         let mut report = BundleReport { iterations: 0, first_cost, last_cost: first_cost };
         let mut damping = 1e-4;
         while report.iterations < settings.max_iterations {
@@ -93,7 +115,7 @@ impl Bundle {
                 continue;
             };
             let (cameras, points) = self.stepped(&slots, &reduced, &step);
-            let new_cost = cost(&cameras, &points, &self.observations, settings.huber);
+            let new_cost = self.cost(&cameras, &points, settings.huber);
             if new_cost.is_nan() || new_cost >= report.last_cost {
                 damping *= 10.0;
                 if damping > 1e6 {
@@ -110,6 +132,42 @@ impl Bundle {
             }
         }
         report
+    }
+
+    fn cost(&self, cameras: &[CameraFromWorld], points: &[Point3<f64>], huber: f64) -> f64 {
+        let of_ties = self.ties.iter().map(|tie| 0.5 * tie.residual(cameras).norm_squared()).sum::<f64>();
+        cost(cameras, points, &self.observations, huber) + of_ties
+    }
+
+    /// Adds the normal equations of the ties.
+    fn add_ties(
+        &self,
+        slots: &[Option<usize>],
+        diagonal: &mut [Matrix6<f64>],
+        gradient: &mut [Vector6<f64>],
+        blocks: &mut [Matrix6<f64>],
+    ) {
+        for tie in &self.ties {
+            let error = tie.residual(&self.cameras);
+            let (first, second) = tie.cameras;
+            let jacobians = [(first, -1.0), (second, 1.0)].map(|(camera, sign)| {
+                // The center moves against the twist's translation: c = -R' t.
+                let mut jacobian = Matrix3x6::zeros();
+                let by_translation = self.cameras[camera].rotation().transpose() * (sign / tie.sigma);
+                jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_translation);
+                (slots[camera], jacobian)
+            });
+            for (slot, jacobian) in &jacobians {
+                let Some(slot) = *slot else { continue };
+                diagonal[slot] += jacobian.transpose() * jacobian;
+                gradient[slot] -= jacobian.transpose() * error;
+            }
+            if let [(Some(a), by_a), (Some(b), by_b)] = &jacobians {
+                let block = by_a.transpose() * by_b;
+                let (row, column) = ((*a).min(*b), (*a).max(*b));
+                blocks[row * diagonal.len() + column] += if a < b { block } else { block.transpose() };
+            }
+        }
     }
 
     /// Position of each free camera among the unknowns.
@@ -186,6 +244,7 @@ impl Bundle {
             reduced.point_gradient[point] = point_gradient;
             start += group.len();
         }
+        self.add_ties(slots, &mut diagonal, &mut gradient, &mut blocks);
         assemble(&mut reduced, &diagonal, &gradient, &blocks, damping);
         reduced
     }
@@ -371,6 +430,50 @@ mod tests {
                 assert!((numeric - analytic).norm() < 1e-3, "{i}: {numeric} {analytic}");
             }
         }
+    }
+
+    #[test]
+    fn jacobians_of_ties_are_the_numeric_ones() {
+        let mut bundle = scene(6, 0.0, 0.0);
+        bundle.observations.clear();
+        bundle.ties.push(BundleTie { cameras: (4, 2), sigma: 0.1 });
+        let slots = bundle.slots();
+        let (mut diagonal, mut gradient) = (vec![Matrix6::zeros(); 4], vec![Vector6::zeros(); 4]);
+        bundle.add_ties(&slots, &mut diagonal, &mut gradient, &mut [Matrix6::zeros(); 16]);
+        for camera in [2, 4] {
+            for i in 0..6 {
+                let shifted = |step: f64| {
+                    let mut twist = Vector6::zeros();
+                    twist[i] = step;
+                    let mut cameras = bundle.cameras.clone();
+                    cameras[camera] = moved(&twist, &cameras[camera]);
+                    bundle.cost(&cameras, &bundle.points, 1.0)
+                };
+                let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
+                let analytic = -gradient[slots[camera].unwrap()][i];
+                assert!((numeric - analytic).abs() < 1e-4, "{camera} {i}: {numeric} {analytic}");
+            }
+        }
+    }
+
+    #[test]
+    fn tied_cameras_come_to_the_same_place() {
+        let mut bundle = scene(7, 0.3, 0.0);
+        // Camera 5 stands where camera 4 is and sees two points only.
+        let turned = moved(&Vector6::new(0.0, 0.0, 0.0, 0.0, 0.1, 0.0), &bundle.cameras[4]);
+        bundle.cameras[5] = moved(&Vector6::new(0.2, 0.1, -0.1, 0.0, 0.0, 0.0), &turned);
+        bundle.observations.retain(|o| o.camera != 5);
+        for point in [3, 8] {
+            let seen = turned.transform(&bundle.points[point]);
+            let at = bundle.observations.iter().rposition(|o| o.point == point).unwrap();
+            let ray = Vector2::new(seen.x / seen.z, seen.y / seen.z);
+            let whitening = Matrix2::identity() * 500.0;
+            bundle.observations.insert(at, BundleObservation { point, camera: 5, ray, whitening });
+        }
+        bundle.ties.push(BundleTie { cameras: (5, 4), sigma: 0.001 });
+        bundle.solve(&BundleSettings { max_iterations: 30, huber: 2.45 });
+        let center = |camera: usize| *bundle.cameras[camera].inverse().translation();
+        assert!((center(4) - center(5)).norm() < 0.005);
     }
 
     #[test]

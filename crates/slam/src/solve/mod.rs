@@ -5,6 +5,6 @@ mod normal;
 mod pose;
 mod triangulate;
 
-pub use bundle::{Bundle, BundleObservation, BundleReport, BundleSettings};
-pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, robust_pose};
+pub use bundle::{Bundle, BundleObservation, BundleReport, BundleSettings, BundleTie};
+pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, refine_turn, robust_pose};
 pub use triangulate::{cos_parallax, triangulate};

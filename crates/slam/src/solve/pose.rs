@@ -1,6 +1,6 @@
 //! The pose of one camera from points that it sees.
 
-use nalgebra::{Matrix2, Matrix2x3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
 use rand::RngExt;
 use visloc_base::Rng;
 
@@ -172,6 +172,43 @@ pub fn refine_pose(
     state
 }
 
+/// As [`refine_pose`], but the camera only turns: its center stays where the start has it.
+#[must_use]
+pub fn refine_turn(
+    start: &CameraFromWorld,
+    observations: &[PoseObservation],
+    is_used: impl Fn(usize) -> bool,
+    cutoff: f64,
+    max_iterations: usize,
+) -> CameraFromWorld {
+    let mut state = State::new(start);
+    for _ in 0..max_iterations {
+        let (mut hessian, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
+        for (_, observation) in observations.iter().enumerate().filter(|(i, _)| is_used(*i)) {
+            let Some((error, jacobian)) = observation.linearize(&state) else { continue };
+            let ratio2 = error.norm_squared() / (cutoff * cutoff);
+            if ratio2 >= 1.0 {
+                continue;
+            }
+            // A rotation in front of the pose leaves the center alone.
+            let by_turn = jacobian.fixed_view::<2, 3>(0, 3);
+            let weight = (1.0 - ratio2).powi(2);
+            hessian += by_turn.transpose() * by_turn * weight;
+            gradient -= by_turn.transpose() * error * weight;
+        }
+        hessian += Matrix3::identity() * 1e-9;
+        let Some(turn) = hessian.cholesky().map(|c| c.solve(&gradient)) else { break };
+        if !turn.iter().all(|v| v.is_finite()) {
+            break;
+        }
+        state.pose = moved(&Vector6::new(0.0, 0.0, 0.0, turn.x, turn.y, turn.z), &state.pose);
+        if turn.amax() < 1e-7 {
+            break;
+        }
+    }
+    state.pose
+}
+
 /// Pose with outliers rejected: hypotheses from small samples, least squares over the inliers of the best, rescue of outliers
 /// within a larger threshold, least squares again. The start pose is the first hypothesis.
 ///
@@ -318,6 +355,18 @@ mod tests {
                 let numeric = (shifted(1e-6) - shifted(-1e-6)) / 2e-6;
                 assert!((numeric - analytic.column(i)).norm() < 1e-3, "{i}: {numeric} {analytic}");
             }
+        }
+    }
+
+    #[test]
+    fn a_turn_is_found_and_the_center_stays() {
+        for seed in 0..5 {
+            let (truth, observations) = scene(seed, 0.1);
+            let start = moved(&Vector6::new(0.0, 0.0, 0.0, 0.03, -0.02, 0.04), &truth);
+            let found = refine_turn(&start, &observations, |_| true, 30.0, 10);
+            let error = log(&(found * truth.inverse()));
+            assert!(error.norm() < 1e-3, "seed {seed}: {error}");
+            assert!((found.inverse().translation() - truth.inverse().translation()).norm() < 1e-9);
         }
     }
 

@@ -225,6 +225,7 @@ impl Initializer {
             pyramid: Arc::clone(pyramid),
             camera_from_world: *map.keyframe(second).camera_from_world(),
             features: features.collect(),
+            turned_from: None,
         };
         Ok(StartedMap { first, second, frame, between, map })
     }
@@ -278,6 +279,7 @@ impl Initializer {
             at: attempt.at,
             pyramid: Arc::clone(attempt.follower.first()),
             camera_from_world: CameraFromWorld::identity(),
+            turned_from: None,
         });
         let turn = Rotation3::from_matrix_unchecked(*start.last_from_first.rotation());
         let second = map.add_keyframe(NewKeyframe {
@@ -285,6 +287,7 @@ impl Initializer {
             at,
             pyramid: Arc::clone(pyramid),
             camera_from_world: CameraFromWorld::new(turn, *start.last_from_first.translation()),
+            turned_from: None,
         });
         let mut landmarks = Vec::new();
         for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {

@@ -67,4 +67,6 @@ pub struct Frame {
     pub camera_from_world: CameraFromWorld,
     /// Landmarks found in it.
     pub features: Vec<Feature>,
+    /// The keyframe that it has only turned from: both cameras are at the same place.
+    pub turned_from: Option<KeyframeId>,
 }

@@ -6,6 +6,7 @@ mod local_map;
 mod matcher;
 mod prediction;
 mod tracker;
+mod turn;
 
 pub use align_images::{AlignFeature, AlignSchedule, ImageAlignment, align_images};
 pub use frame::{Feature, Frame, Incoming};
@@ -13,3 +14,4 @@ pub use local_map::{LocalMap, collect_local_map};
 pub use matcher::{Found, Matcher, whitening};
 pub use prediction::{MotionModel, RotationAligner};
 pub use tracker::{MATCH_LIMITS, Quality, TrackReport, Tracker, depth_spread, focal_px, scene_depth};
+pub use turn::only_turned;

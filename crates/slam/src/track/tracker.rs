@@ -9,7 +9,7 @@ use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
     AlignFeature, AlignSchedule, Feature, Frame, Incoming, LocalMap, Matcher, MotionModel, RotationAligner,
-    align_images, collect_local_map, matcher::whitening,
+    align_images, collect_local_map, matcher::whitening, only_turned,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -70,6 +70,8 @@ pub struct Tracker {
 
 /// Level of the image on which whole views are compared.
 const ROTATION_LEVEL: usize = 4;
+/// Matches after which a search that looks around its places ends.
+const WIDE_MATCHES: usize = 50;
 /// Coarsest level of the image alignment.
 const COARSEST_LEVEL: usize = 4;
 
@@ -134,7 +136,21 @@ impl Tracker {
     pub fn track(&self, map: &Map, incoming: &Incoming<'_>, rng: &mut Rng) -> Option<TrackReport> {
         let last = self.last.as_ref()?;
         let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
-        Some(self.track_near(map, incoming, (&predicted, 0), last, rng))
+        let mut report = self.track_near(map, incoming, (&predicted, 0), last, rng);
+        self.hold_place(map, &mut report);
+        Some(report)
+    }
+
+    /// Keeps the camera where the newest keyframe is as long as it only turns.
+    fn hold_place(&self, map: &Map, report: &mut TrackReport) {
+        let Some((newest, _)) = map.keyframes().next_back() else { return };
+        if report.quality == Quality::Bad {
+            return;
+        }
+        if let Some(turned) = only_turned(map, &report.frame, newest, focal_px(&self.camera)) {
+            report.frame.camera_from_world = turned;
+            report.frame.turned_from = Some(newest);
+        }
     }
 
     /// Pose by motion prior and image alignment.
@@ -215,6 +231,7 @@ impl Tracker {
                 pyramid: Arc::clone(pyramid),
                 camera_from_world: robust.camera_from_world,
                 features,
+                turned_from: None,
             },
         }
     }
@@ -293,8 +310,11 @@ impl Tracker {
         let mut order: Vec<usize> = (0..cells.len()).filter(|cell| !cells[*cell].is_empty()).collect();
         order.shuffle(rng);
         let mut search = Search { radius, ..Search::default() };
+        // Looking around is dear, and a few dozen matches are enough to go on from.
+        let most =
+            if radius > 0 { WIDE_MATCHES.min(self.config.max_matches) } else { self.config.max_matches };
         for cell in order {
-            if search.features.len() >= self.config.max_matches {
+            if search.features.len() >= most || (radius > 0 && search.num_searched >= 3 * WIDE_MATCHES) {
                 break;
             }
             let in_cell = &mut cells[cell];
@@ -311,7 +331,7 @@ impl Tracker {
                 }
             }
         }
-        let wanted = self.config.max_matches / 2;
+        let wanted = if radius > 0 { 0 } else { self.config.max_matches / 2 };
         for (id, px) in candidates {
             if search.features.len() >= wanted {
                 break;
