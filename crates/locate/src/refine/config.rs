@@ -14,8 +14,9 @@ pub struct RefinementConfig {
     /// Most tracks that are fitted to one image. If there are more, the best ones always are and the others take turns, so
     /// that an image costs the same for any number of them.
     pub max_fits: usize,
-    /// Whether the map has many places that look alike. The search then looks for places that no track follows yet, and
-    /// while no place has most of the odds the answer is the one with the least expected error.
+    /// Whether the map has many places that look alike. Then tracks begin only where the image leaves few places possible
+    /// and no track is yet, images of few features say less about a track, and while no place has most of the odds the
+    /// answer is the one with the least expected error.
     pub has_look_alikes: bool,
     /// Standard deviation of a border pixel, pixels.
     pub pixel_noise_px: f64,
@@ -62,6 +63,8 @@ pub struct RefinementConfig {
     pub max_evidence_difference: f64,
     /// Share of the evidence that is kept from image to image.
     pub evidence_kept: f64,
+    /// A track whose odds fall below the best one's by this is given up, as a logarithm.
+    pub hopeless: f64,
     /// Tracks that are nearer than this are one, meters.
     pub merge_distance_m: f64,
     /// Tracks whose headings differ by less than this are one, radians.
@@ -102,6 +105,7 @@ impl Default for RefinementConfig {
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
             evidence_kept: 1.0,
+            hopeless: 20.0,
             merge_distance_m: 0.25,
             merge_turn_rad: 0.2,
             lost_agreement: 0.35,
@@ -121,8 +125,7 @@ impl RefinementConfig {
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let counts =
-            [("refinement.max_tracks", self.max_tracks), ("refinement.max_fits", self.max_fits)];
+        let counts = [("refinement.max_tracks", self.max_tracks), ("refinement.max_fits", self.max_fits)];
         for (key, count) in counts {
             require((1..=1000).contains(&count), key, "1 to 1000", count)?;
         }
@@ -145,6 +148,7 @@ impl RefinementConfig {
             ("refinement.birth_noise_m", self.birth_noise_m),
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),
+            ("refinement.hopeless", self.hopeless),
             ("refinement.merge_distance_m", self.merge_distance_m),
             ("refinement.merge_turn_rad", self.merge_turn_rad),
             ("refinement.reliable_spread_m", self.reliable_spread_m),

@@ -180,6 +180,9 @@ impl Refined {
     /// Hypotheses of the search, and places that the features suggest: more of them when lost.
     fn find_candidates(&mut self, percept: &Percept, rng: &mut Rng) {
         self.candidates.clear();
+        if self.config.has_look_alikes && !percept.is_informative {
+            return;
+        }
         let hypotheses = &self.search.estimate().hypotheses;
         let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
         self.candidates.extend(probable.map(|h| h.world_from_robot));
@@ -214,7 +217,8 @@ impl Refined {
             estimate.reliability_up_to_symmetry = 0.0;
             return;
         };
-        let answer = if self.config.has_look_alikes { self.tracks.least_error().unwrap_or(best) } else { best };
+        let answer =
+            if self.config.has_look_alikes { self.tracks.least_error().unwrap_or(best) } else { best };
         estimate.world_from_robot = answer.filter.pose();
         estimate.covariance = answer.filter.pose_covariance();
         estimate.likelihood = answer.last_agreement;

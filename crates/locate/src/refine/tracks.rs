@@ -26,8 +26,6 @@ const GOOD_AGREEMENT: f64 = 0.8;
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
-/// A track whose odds fall below the best one's by this is given up, as a logarithm.
-const HOPELESS: f64 = 20.0;
 /// A track whose odds are below the best one's by this has no say in the answer, as a logarithm.
 const MIN_LOG_ODDS: f64 = 5.0;
 
@@ -112,8 +110,7 @@ impl Tracks {
         if model.num_features() < MIN_FEATURES {
             return;
         }
-        #[allow(clippy::cast_precision_loss)]
-        let weight = config.evidence_per_image * (model.num_features() as f64 / MANY_FEATURES).min(1.0);
+        let weight = config.evidence_per_image * fullness(model);
         self.fit(model, view, config);
         self.compete(weight, config);
         self.rank();
@@ -123,7 +120,8 @@ impl Tracks {
         }
         self.rank();
         self.merge(model, config);
-        self.tracks.retain(|track| track.log_odds > -HOPELESS && track.agreement > config.lost_agreement);
+        self.tracks
+            .retain(|track| track.log_odds > -config.hopeless && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
     }
 
@@ -137,6 +135,8 @@ impl Tracks {
             1
         };
         self.turn = self.turn.wrapping_add(1);
+        // Where doors tell the place, a thing on the floor may be all that an image shows.
+        let follow = AGREEMENT_FOLLOW * if config.has_look_alikes { fullness(model) } else { 1.0 };
         for (i, track) in self.tracks.iter_mut().enumerate() {
             if i >= num_first && !(track.id + self.turn).is_multiple_of(rounds) {
                 continue;
@@ -148,7 +148,7 @@ impl Tracks {
             let agreement = track.filter.update(model, gates, config);
             track.confirm(&agreement, view);
             track.last_agreement = agreement.value();
-            track.agreement += AGREEMENT_FOLLOW * (track.last_agreement - track.agreement);
+            track.agreement += follow * (track.last_agreement - track.agreement);
         }
     }
 
@@ -255,6 +255,12 @@ impl Tracks {
             }
         }
     }
+}
+
+/// How much an image has to say, 0 to 1.
+#[allow(clippy::cast_precision_loss)]
+fn fullness(model: &dyn FeatureModel) -> f64 {
+    (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }
 
 /// Whether one of the tracks is at this place or its mirrored one, or at some times the distance.

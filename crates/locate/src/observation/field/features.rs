@@ -117,7 +117,9 @@ impl FieldFeatureModel {
                 let along =
                     if along == Vector2::zeros() { outline.along_at_end() } else { along.normalize() };
                 let edge = Edge { point: Point3::new(point.x, point.y, 0.0), along: along.push(0.0) };
-                let Some((residual, normal)) = eye.residual(&border.ray, &edge, self.focal_px) else { continue };
+                let Some((residual, normal)) = eye.residual(&border.ray, &edge, self.focal_px) else {
+                    continue;
+                };
                 // The side of the white in the image, from the plane's value a little inside of the border.
                 let plane = edge.along.cross(&(edge.point - eye.at));
                 let white_side = plane.xy().dot(&inward).signum();
@@ -149,7 +151,10 @@ impl FieldFeatureModel {
         let mut best: Option<Residual> = None;
         for goal in self.tables.goals.iter().filter(|goal| goal.matches(border.kind)) {
             goal.visit_edges(&eye.at, &ray, &border.inward, END_TOLERANCE_M, |point, along| {
-                let Some((residual, _)) = eye.residual(&border.ray, &Edge { point, along }, self.focal_px) else { return };
+                let Some((residual, _)) = eye.residual(&border.ray, &Edge { point, along }, self.focal_px)
+                else {
+                    return;
+                };
                 let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
                 if is_nearer && residual.error_px.abs() < gate_px {
                     best = Some(residual);

@@ -12,9 +12,12 @@ pub fn refinement_defaults() -> RefinementConfig {
         max_fits: 24,
         has_look_alikes: true,
         evidence_per_image: 4.0,
-        evidence_deadband: 0.02,
+        evidence_deadband: 0.01,
+        agreement_px: 2.0,
         max_evidence_difference: 0.3,
         evidence_kept: 0.998,
+        hopeless: 30.0,
+        lost_agreement: 0.25,
         ..RefinementConfig::default()
     }
 }

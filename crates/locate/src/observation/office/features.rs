@@ -120,8 +120,7 @@ impl Seen {
     fn new(line: &TheoreticalLine, start: &Point2<f64>, end: &Point2<f64>) -> Self {
         let along = end - start;
         let on_floor = line.end - line.start;
-        let edge_along =
-            if line.kind.is_door_edge() { Vector3::z() } else { on_floor.normalize().push(0.0) };
+        let edge_along = if line.kind.is_door_edge() { Vector3::z() } else { on_floor.normalize().push(0.0) };
         Self {
             kind: line.kind,
             start: *start,
