@@ -20,7 +20,10 @@ use crate::{
     observation::{
         features::FeatureModel,
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
-        office::{OfficeModelConfig, OfficeObservationModel, algorithm_defaults},
+        office::{
+            OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, algorithm_defaults,
+            refinement_defaults,
+        },
     },
     refine::{Refined, RefinementConfig},
     registry::build_layered,
@@ -45,13 +48,25 @@ pub struct PipelineConfig {
 }
 
 /// Parameters of the parts that are different inside a building.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OfficePipelineConfig {
     /// Image analysis.
     pub analysis: OfficeAnalysisConfig,
     /// Observation model.
     pub observation: OfficeModelConfig,
+    /// Tracks, with rich features.
+    pub refinement: RefinementConfig,
+}
+
+impl Default for OfficePipelineConfig {
+    fn default() -> Self {
+        Self {
+            analysis: OfficeAnalysisConfig::default(),
+            observation: OfficeModelConfig::default(),
+            refinement: refinement_defaults(),
+        }
+    }
 }
 
 /// What the pose is computed from.
@@ -134,8 +149,8 @@ impl Pipeline {
         let of_world = matches!(map, Map::Office(_)).then(|| algorithm_defaults(algorithm)).flatten();
         let layers: Vec<&str> = of_world.into_iter().chain(algorithm_toml).collect();
         let mut localizer = build_layered(algorithm, &layers, parts.model)?;
-        if let Some((features, model)) = parts.rich {
-            localizer = Box::new(Refined::new(config.refinement, localizer, features, model)?);
+        if let Some(rich) = parts.rich {
+            localizer = Box::new(Refined::new(rich.config, localizer, rich.features, rich.pixels)?);
         }
         Ok(Self {
             analyzer: parts.analyzer,
@@ -184,7 +199,14 @@ struct WorldParts {
     analyzer: ImageAnalyzer,
     model: Box<dyn ObservationModel>,
     /// What refines hypotheses, if that is wished for and the world has it.
-    rich: Option<(Box<dyn FeatureModel>, Box<dyn ObservationModel>)>,
+    rich: Option<Rich>,
+}
+
+/// What refines hypotheses.
+struct Rich {
+    config: RefinementConfig,
+    features: Box<dyn FeatureModel>,
+    pixels: Box<dyn ObservationModel>,
 }
 
 impl WorldParts {
@@ -204,10 +226,10 @@ impl WorldParts {
     fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, PipelineError> {
         let analyzer = FieldAnalyzer::new(analysis_for(field, config))?;
         let model = FieldObservationModel::new(field, &config.observation)?;
-        let rich = || {
-            let features: Box<dyn FeatureModel> = Box::new(FieldFeatureModel::new(field));
-            let model: Box<dyn ObservationModel> = Box::new(model.clone());
-            (features, model)
+        let rich = || Rich {
+            config: config.refinement,
+            features: Box::new(FieldFeatureModel::new(field)),
+            pixels: Box::new(model.clone()),
         };
         let rich = (config.features == FeatureChoice::Rich).then(rich);
         Ok(Self { analyzer: ImageAnalyzer::Field(Box::new(analyzer)), model: Box::new(model), rich })
@@ -216,7 +238,13 @@ impl WorldParts {
     fn of_office(office: &Office, config: &PipelineConfig) -> Result<Self, PipelineError> {
         let analyzer = OfficeAnalyzer::new(config.office.analysis, &colors_of(office))?;
         let model = OfficeObservationModel::new(office, &config.office.observation)?;
-        Ok(Self { analyzer: ImageAnalyzer::Office(Box::new(analyzer)), model: Box::new(model), rich: None })
+        let rich = || Rich {
+            config: config.office.refinement,
+            features: Box::new(OfficeFeatureModel::new(&model)),
+            pixels: Box::new(model.clone()),
+        };
+        let rich = (config.features == FeatureChoice::Rich).then(rich);
+        Ok(Self { analyzer: ImageAnalyzer::Office(Box::new(analyzer)), model: Box::new(model), rich })
     }
 }
 

@@ -7,7 +7,10 @@ use thiserror::Error;
 
 use crate::{
     field::Field,
-    office::{Office, import::read_list},
+    office::{
+        Office,
+        import::{is_grid, read_dxf, read_grid, read_list, read_svg},
+    },
 };
 
 /// Maps that are part of the program: name and text.
@@ -85,11 +88,15 @@ impl Map {
         let text = fs::read_to_string(Path::new(name_or_path))
             .map_err(|source| MapError::Unreadable { name: name_or_path.to_owned(), source })?;
         let extension = Path::new(name_or_path).extension().and_then(|extension| extension.to_str());
-        if matches!(extension, Some("yaml" | "yml")) {
-            let plan = read_list(name_or_path, stem(name_or_path), &text)?;
-            return Ok(Self::Office(Office::new(name_or_path, plan)?));
-        }
-        Self::parse(name_or_path, &text)
+        let read = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("yaml" | "yml") if is_grid(&text) => read_grid,
+            Some("yaml" | "yml") => read_list,
+            Some("svg") => read_svg,
+            Some("dxf") => read_dxf,
+            _ => return Self::parse(name_or_path, &text),
+        };
+        let plan = read(name_or_path, stem(name_or_path), &text)?;
+        Ok(Self::Office(Office::new(name_or_path, plan)?))
     }
 
     /// A map from its text; `name` is used in errors.

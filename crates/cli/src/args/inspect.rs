@@ -56,11 +56,11 @@ pub enum MapCommand {
         #[arg(long, value_name = "DIR")]
         plots: Option<PathBuf>,
     },
-    /// Print a list of walls and doors (.yaml) as a map in TOML, to go on from
+    /// Print a building in another format as a map in TOML, to go on from
     Import {
-        /// The list
+        /// List of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf)
         #[arg(value_name = "FILE")]
-        list: String,
+        file: String,
     },
     /// Print a built-in map as TOML, to start a map of your own from
     Show {

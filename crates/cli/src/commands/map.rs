@@ -26,9 +26,9 @@ pub fn execute(args: &MapArgs) -> Result<()> {
                 draw(folder, &loaded)?;
             }
         }
-        MapCommand::Import { list } => {
-            let Map::Office(office) = Map::load(list)? else {
-                return Err(anyhow!("{list}: expected a list of walls and doors"));
+        MapCommand::Import { file } => {
+            let Map::Office(office) = Map::load(file)? else {
+                return Err(anyhow!("{file}: expected the plan of a building"));
             };
             say::text(format_args!("{}", office.plan().to_toml()?));
         }

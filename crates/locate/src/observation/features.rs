@@ -19,7 +19,7 @@ pub struct CameraState {
 /// A feature and its counterpart on the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeatureMatch {
-    /// Features of one group are judged together: 0 for lines, 1 for goals.
+    /// Features of one group are judged together: 0 for borders on the ground, 1 for goals or doors.
     pub group: usize,
     /// Signed distance in the image, and its derivative by (x, y, heading, tilt); `None` if the feature has no
     /// counterpart within the gate.
@@ -60,6 +60,12 @@ pub trait FeatureModel: Send + Sync {
 
     /// Whether the map has landmarks that tell places apart: features of group 1.
     fn has_landmarks(&self) -> bool;
+
+    /// Shares of the features of each group that are as good as all: even at the right place the rest are robots, boards
+    /// and people.
+    fn full_shares(&self) -> [f64; 2] {
+        [0.85, 0.6]
+    }
 
     /// The pose from which everything looks the same, if the map has such a symmetry.
     fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;

@@ -1,5 +1,6 @@
 //! Observation models: how well a pose explains an image.
 
+mod edge;
 pub mod features;
 pub mod field;
 pub mod office;

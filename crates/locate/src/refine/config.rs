@@ -11,6 +11,13 @@ use crate::{ConfigError, ReliabilityConfig, require};
 pub struct RefinementConfig {
     /// Most tracks at a time.
     pub max_tracks: usize,
+    /// Most tracks that are fitted to one image. If there are more, the best ones always are and the others take turns, so
+    /// that an image costs the same for any number of them.
+    pub max_fits: usize,
+    /// Whether the map has many places that look alike. Then tracks begin only where the image leaves few places possible
+    /// and no track is yet, images of few features say less about a track, and while no place has most of the odds the
+    /// answer is the one with the least expected error.
+    pub has_look_alikes: bool,
     /// Standard deviation of a border pixel, pixels.
     pub pixel_noise_px: f64,
     /// Neighboring pixels err alike: all pixels of an image together count as at most so many.
@@ -50,6 +57,14 @@ pub struct RefinementConfig {
     /// Evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
     /// nothing.
     pub evidence_per_image: f64,
+    /// A track that explains less than the best one by no more than this loses nothing.
+    pub evidence_deadband: f64,
+    /// Largest difference that counts: one image with something strange in it must not decide.
+    pub max_evidence_difference: f64,
+    /// Share of the evidence that is kept from image to image.
+    pub evidence_kept: f64,
+    /// A track whose odds fall below the best one's by this is given up, as a logarithm.
+    pub hopeless: f64,
     /// Tracks that are nearer than this are one, meters.
     pub merge_distance_m: f64,
     /// Tracks whose headings differ by less than this are one, radians.
@@ -66,6 +81,8 @@ impl Default for RefinementConfig {
     fn default() -> Self {
         Self {
             max_tracks: 8,
+            max_fits: 8,
+            has_look_alikes: false,
             pixel_noise_px: 1.0,
             max_independent_pixels: 12.0,
             gate_px: 8.0,
@@ -85,6 +102,10 @@ impl Default for RefinementConfig {
             birth_noise_rad: 0.2,
             min_birth_agreement: 0.5,
             evidence_per_image: 6.0,
+            evidence_deadband: 0.0,
+            max_evidence_difference: 1.0,
+            evidence_kept: 1.0,
+            hopeless: 20.0,
             merge_distance_m: 0.25,
             merge_turn_rad: 0.2,
             lost_agreement: 0.35,
@@ -104,7 +125,10 @@ impl RefinementConfig {
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        require((1..=100).contains(&self.max_tracks), "refinement.max_tracks", "1 to 100", self.max_tracks)?;
+        let counts = [("refinement.max_tracks", self.max_tracks), ("refinement.max_fits", self.max_fits)];
+        for (key, count) in counts {
+            require((1..=1000).contains(&count), key, "1 to 1000", count)?;
+        }
         for (key, value) in [
             ("refinement.pixel_noise_px", self.pixel_noise_px),
             ("refinement.max_independent_pixels", self.max_independent_pixels),
@@ -124,6 +148,7 @@ impl RefinementConfig {
             ("refinement.birth_noise_m", self.birth_noise_m),
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),
+            ("refinement.hopeless", self.hopeless),
             ("refinement.merge_distance_m", self.merge_distance_m),
             ("refinement.merge_turn_rad", self.merge_turn_rad),
             ("refinement.reliable_spread_m", self.reliable_spread_m),
@@ -133,6 +158,9 @@ impl RefinementConfig {
         for (key, value) in [
             ("refinement.min_birth_agreement", self.min_birth_agreement),
             ("refinement.lost_agreement", self.lost_agreement),
+            ("refinement.evidence_deadband", self.evidence_deadband),
+            ("refinement.max_evidence_difference", self.max_evidence_difference),
+            ("refinement.evidence_kept", self.evidence_kept),
         ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
         }

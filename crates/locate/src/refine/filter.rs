@@ -23,15 +23,14 @@ type State = SVector<f64, STATE>;
 type Covariance = SMatrix<f64, STATE, STATE>;
 
 /// The features that a pose explains.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Agreement {
+    /// Shares of the features of each group that are as good as all.
+    full_shares: [f64; 2],
     /// Sum of the agreements and number of the features, for each group.
     groups: [(f64, f64); 2],
 }
 
-/// Shares of the features of lines and of goals that are as good as all: even at the right place the rest are robots,
-/// boards and people.
-const FULL_SHARES: [f64; 2] = [0.85, 0.6];
 /// Coarse steps of a fit take one feature in so many, and so does the agreement at its end.
 const COARSE_STRIDE: usize = 3;
 const JUDGE_STRIDE: usize = 2;
@@ -44,11 +43,16 @@ const PX_PER_RAD: f64 = 370.0;
 const MIN_LANDMARK_FEATURES: f64 = 3.0;
 
 impl Agreement {
+    /// Of no features yet.
+    fn new(full_shares: [f64; 2]) -> Self {
+        Self { full_shares, groups: [(0.0, 0.0); 2] }
+    }
+
     /// How well landmarks in view are explained, -1 to 1: positive if more of their features find a counterpart than
     /// chance would bring about. `None` if too few are in view to tell.
     pub fn of_landmarks(&self) -> Option<f64> {
         let (sum, count) = self.groups[LANDMARKS];
-        let by_chance = 0.5 * FULL_SHARES[LANDMARKS];
+        let by_chance = 0.5 * self.full_shares[LANDMARKS];
         (count >= MIN_LANDMARK_FEATURES).then(|| ((sum / count - by_chance) / by_chance).clamp(-1.0, 1.0))
     }
 
@@ -57,7 +61,7 @@ impl Agreement {
     pub fn value(&self) -> f64 {
         let weight = |count: f64| (count / 4.0).min(1.0);
         let (mut sum, mut total) = (0.0, 0.0);
-        for ((agreeing, count), full) in self.groups.into_iter().zip(FULL_SHARES) {
+        for ((agreeing, count), full) in self.groups.into_iter().zip(self.full_shares) {
             if count > 0.0 {
                 sum += weight(count) * (agreeing / count / full).min(1.0);
                 total += weight(count);
@@ -257,8 +261,11 @@ fn fit(
         world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
         tilt_rad: at.fixed_rows::<3>(3).into_owned(),
     };
-    let mut fit =
-        Fit { information: Matrix6::zeros(), gradient: Vector6::zeros(), agreement: Agreement::default() };
+    let mut fit = Fit {
+        information: Matrix6::zeros(),
+        gradient: Vector6::zeros(),
+        agreement: Agreement::new(model.full_shares()),
+    };
     let mut total_weight = 0.0;
     let soft_px = gate_px / 3.0;
     model.visit_matches(&state, gate_px, stride, &mut |feature| {

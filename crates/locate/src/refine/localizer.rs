@@ -168,12 +168,17 @@ impl Refined {
     /// Hypotheses of the search, and places that the features suggest: more of them when lost.
     fn find_candidates(&mut self, percept: &Percept, rng: &mut Rng) {
         self.candidates.clear();
+        if self.config.has_look_alikes && !percept.is_informative {
+            return;
+        }
         let hypotheses = &self.search.estimate().hypotheses;
         let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
         self.candidates.extend(probable.map(|h| h.world_from_robot));
         let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
         let effort = if is_localized { SEARCH } else { DEEP_SEARCH };
-        self.candidates.extend(self.places.search(percept, self.model.as_ref(), effort, rng));
+        let (tracks, model, config) = (&self.tracks, self.model.as_ref(), &self.config);
+        let is_known = |pose: &PlanarPose| config.has_look_alikes && tracks.know(model, pose, config);
+        self.candidates.extend(self.places.search(percept, model, effort, is_known, rng));
         // Each costs a fit, so they take turns.
         let max = if is_localized { CANDIDATES } else { DEEP_CANDIDATES };
         if self.candidates.len() > max {
@@ -200,9 +205,11 @@ impl Refined {
             estimate.reliability_up_to_symmetry = 0.0;
             return;
         };
-        estimate.world_from_robot = best.filter.pose();
-        estimate.covariance = best.filter.pose_covariance();
-        estimate.likelihood = best.last_agreement;
+        let answer =
+            if self.config.has_look_alikes { self.tracks.least_error().unwrap_or(best) } else { best };
+        estimate.world_from_robot = answer.filter.pose();
+        estimate.covariance = answer.filter.pose_covariance();
+        estimate.likelihood = answer.last_agreement;
         for track in self.tracks.iter() {
             let hypothesis = Hypothesis {
                 world_from_robot: track.filter.pose(),

@@ -28,12 +28,13 @@ impl PlaceSearch {
         self.model.region()
     }
 
-    /// Weighs `num_poses` suggestions and returns the most likely `num_kept` of them.
+    /// Weighs `num_poses` suggestions and returns the most likely `num_kept` of those that are not known yet.
     pub fn search(
         &mut self,
         percept: &Percept,
         features: &dyn FeatureModel,
         (num_poses, num_kept): (usize, usize),
+        is_known: impl Fn(&PlanarPose) -> bool,
         rng: &mut Rng,
     ) -> impl Iterator<Item = PlanarPose> + '_ {
         self.best.clear();
@@ -45,7 +46,9 @@ impl PlaceSearch {
                 let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
                 if region.contains(&pose) {
                     let likelihood = self.model.likelihood(&pose);
-                    keep(&mut self.best, pose, likelihood, num_kept);
+                    if is_worth_keeping(&self.best, likelihood, num_kept) && !is_known(&pose) {
+                        keep(&mut self.best, pose, likelihood, num_kept);
+                    }
                 }
             }
         }
@@ -53,11 +56,13 @@ impl PlaceSearch {
     }
 }
 
+/// Whether a pose of this likelihood is among the best `max`.
+fn is_worth_keeping(best: &[(PlanarPose, f64)], likelihood: f64, max: usize) -> bool {
+    best.len() < max || best.last().is_some_and(|last| last.1 < likelihood)
+}
+
 /// Keeps the best `max`, one for each place.
 fn keep(best: &mut Vec<(PlanarPose, f64)>, pose: PlanarPose, likelihood: f64, max: usize) {
-    if best.len() == max && best.last().is_some_and(|last| last.1 >= likelihood) {
-        return;
-    }
     let is_same = |other: &PlanarPose| {
         other.distance_m(&pose) < SAME_PLACE_M && other.heading_difference_rad(&pose) < SAME_PLACE_RAD
     };

@@ -27,8 +27,8 @@ const GOOD_AGREEMENT: f64 = 0.8;
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
-/// A track whose odds fall below the best one's by this is given up, as a logarithm.
-const HOPELESS: f64 = 20.0;
+/// A track whose odds are below the best one's by this has no say in the answer, as a logarithm.
+const MIN_LOG_ODDS: f64 = 5.0;
 
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
@@ -100,6 +100,8 @@ pub(super) struct View {
 pub(super) struct Tracks {
     tracks: Vec<Track>,
     next_id: u64,
+    /// Counts images, to let tracks take turns.
+    turn: u64,
 }
 
 impl Tracks {
@@ -134,20 +136,9 @@ impl Tracks {
         if model.num_features() < MIN_FEATURES {
             return;
         }
-        #[allow(clippy::cast_precision_loss)]
-        let weight = config.evidence_per_image * (model.num_features() as f64 / MANY_FEATURES).min(1.0);
-        for track in &mut self.tracks {
-            // The less is known the wider the first gate.
-            let wide =
-                BIRTH_GATES_PX.partition_point(|gate| *gate > track.filter.spread_px() + config.gate_px);
-            let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
-            let agreement = track.filter.update(model, gates, config);
-            track.confirm(&agreement, view);
-            track.last_agreement = agreement.value();
-            track.agreement += AGREEMENT_FOLLOW * (track.last_agreement - track.agreement);
-            track.log_odds += weight * track.last_agreement;
-            track.ask(known, model);
-        }
+        let weight = config.evidence_per_image * fullness(model);
+        self.fit(model, view, known, config);
+        self.compete(weight, config);
         self.rank();
         let handicap = self.best().map_or(0.0, |best| ESTABLISHED_LOG_ODDS * best.confirmed);
         for place in places {
@@ -155,8 +146,70 @@ impl Tracks {
         }
         self.rank();
         self.merge(model, config);
-        self.tracks.retain(|track| track.log_odds > -HOPELESS && track.agreement > config.lost_agreement);
+        self.tracks
+            .retain(|track| track.log_odds > -config.hopeless && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
+    }
+
+    /// Fits the tracks to an image: the best ones, and of the others those whose turn it is.
+    fn fit(&mut self, model: &dyn FeatureModel, view: &View, known: &Known, config: &RefinementConfig) {
+        let num_first = config.max_fits.div_ceil(2);
+        let num_others = self.tracks.len().saturating_sub(num_first);
+        let rounds = if self.tracks.len() > config.max_fits {
+            num_others.div_ceil(config.max_fits - num_first.min(config.max_fits - 1)) as u64
+        } else {
+            1
+        };
+        self.turn = self.turn.wrapping_add(1);
+        // Where doors tell the place, a thing on the floor may be all that an image shows.
+        let follow = AGREEMENT_FOLLOW * if config.has_look_alikes { fullness(model) } else { 1.0 };
+        for (i, track) in self.tracks.iter_mut().enumerate() {
+            if i >= num_first && !(track.id + self.turn).is_multiple_of(rounds) {
+                continue;
+            }
+            // The less is known the wider the first gate.
+            let wide =
+                BIRTH_GATES_PX.partition_point(|gate| *gate > track.filter.spread_px() + config.gate_px);
+            let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
+            let agreement = track.filter.update(model, gates, config);
+            track.confirm(&agreement, view);
+            track.last_agreement = agreement.value();
+            track.agreement += follow * (track.last_agreement - track.agreement);
+            track.ask(known, model);
+        }
+    }
+
+    /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is
+    /// taken to explain it as well as its last image.
+    fn compete(&mut self, weight: f64, config: &RefinementConfig) {
+        let best = self.tracks.iter().map(|track| track.last_agreement).fold(0.0, f64::max);
+        for track in &mut self.tracks {
+            let worse = (best - track.last_agreement).min(config.max_evidence_difference);
+            let lost = (worse - config.evidence_deadband).max(0.0);
+            track.log_odds = config.evidence_kept * track.log_odds - weight * lost;
+        }
+    }
+
+    /// The track whose place has the least expected distance from where the robot is. It is the most probable one as soon
+    /// as that has half of the odds.
+    pub fn least_error(&self) -> Option<&Track> {
+        let odds = |track: &Track| track.log_odds.exp();
+        let total: f64 = self.tracks.iter().map(odds).sum();
+        let best = self.best()?;
+        if odds(best) >= 0.5 * total {
+            return Some(best);
+        }
+        let probable = || self.tracks.iter().filter(|track| track.log_odds > -MIN_LOG_ODDS);
+        let expected_m = |at: &Track| -> f64 {
+            probable().map(|track| odds(track) * track.filter.pose().distance_m(&at.filter.pose())).sum()
+        };
+        let with_error = probable().map(|track| (track, expected_m(track)));
+        with_error.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(track, _)| track)
+    }
+
+    /// Whether a track follows this place already.
+    pub fn know(&self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) -> bool {
+        knows(&self.tracks, model, place, 1.5, config)
     }
 
     /// The best one first, with odds of 1.
@@ -225,6 +278,12 @@ impl Tracks {
             }
         }
     }
+}
+
+/// How much an image has to say, 0 to 1.
+#[allow(clippy::cast_precision_loss)]
+fn fullness(model: &dyn FeatureModel) -> f64 {
+    (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }
 
 /// Whether one of the tracks is at this place or its mirrored one, or at some times the distance.

@@ -1,6 +1,6 @@
 //! The analysis of one image, step by step.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
 use visloc_base::{Frame, Rng};
 use visloc_geom::{Horizon, Plane};
@@ -10,10 +10,14 @@ use super::{
     OfficeAnalysisConfigError, OfficeColors, OfficeTable, SegmentDetector, fusion::fuse, grid::Grid,
     label::label,
 };
-use crate::{AnalysisError, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept};
+use crate::{
+    AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+};
 
 /// Rows above the horizon that are still looked at, so that an edge at the horizon is seen whole, pixels.
 const ROWS_ABOVE_HORIZON: f64 = 6.0;
+/// Border pixels that are handed on for the refinement at most.
+const MAX_BORDERS: usize = 120;
 
 /// Finds pixels on borders of doors and of the floor. Keeps its buffers from image to image.
 #[derive(Debug, Clone)]
@@ -176,6 +180,10 @@ impl OfficeAnalyzer {
         percept.camera = frame.camera;
         percept.robot_from_camera = frame.robot_from_camera;
         percept.pixels.clear();
+        percept.borders.clear();
+        let found = doors.len() + floor.len();
+        let thinning = found.div_ceil(MAX_BORDERS).max(1);
+        percept.borders.extend(doors.iter().chain(floor.iter()).step_by(thinning).map(border));
         for (pixels, max) in [(&mut *doors, config.max_door_pixels), (&mut *floor, config.max_floor_pixels)] {
             if config.filters.random_discard && pixels.len() > max {
                 for i in 0..max {
@@ -194,6 +202,16 @@ impl OfficeAnalyzer {
         percept.quality = share.min(1.0);
         percept.is_informative = !doors.is_empty();
     }
+}
+
+/// A pixel with the side on which its door, or the floor, lies.
+fn border(pixel: &FeaturePixel) -> BorderPixel {
+    let inward = match pixel.kind {
+        FeatureKind::DoorEdge { side: DoorSide::Left, .. } => Vector2::x(),
+        FeatureKind::DoorEdge { side: DoorSide::Right, .. } => -Vector2::x(),
+        _ => Vector2::y(),
+    };
+    BorderPixel { ideal_px: pixel.ideal_px, inward, kind: pixel.kind }
 }
 
 fn drop_line(percept: &mut Percept, kind: Option<FeatureKind>, segment: &EdgeSegment, reason: DropReason) {

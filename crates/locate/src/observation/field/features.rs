@@ -4,7 +4,7 @@
 //! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
 //! image of the border.
 
-use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, FieldFeatures, Percept};
 use visloc_world::field::Field;
@@ -15,7 +15,10 @@ use super::{
     outline::Outline,
     suggest::{self, GroundBorder},
 };
-use crate::observation::features::{CameraState, FeatureMatch, FeatureModel, Residual, small_rotation};
+use crate::observation::{
+    edge::{Edge, Eye},
+    features::{CameraState, FeatureMatch, FeatureModel, Residual},
+};
 use rand::RngExt;
 use visloc_base::Rng;
 
@@ -61,20 +64,6 @@ pub struct FieldFeatureModel {
     eye_in_robot: Vector3<f64>,
 }
 
-/// The camera of one state in the world.
-struct Eye {
-    at: Point3<f64>,
-    /// From the robot's foot to the eye, in the world's axes.
-    lever: Vector3<f64>,
-    world_from_camera: Matrix3<f64>,
-}
-
-/// A straight border in space: a point on it and its direction.
-struct Edge {
-    point: Point3<f64>,
-    along: Vector3<f64>,
-}
-
 impl FieldFeatureModel {
     /// A model of a field; builds its tables.
     #[must_use]
@@ -105,32 +94,7 @@ impl FieldFeatureModel {
     }
 
     fn eye(&self, state: &CameraState) -> Eye {
-        let (sin, cos) = state.world_from_robot.yaw_rad.sin_cos();
-        let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let lever = turn * self.eye_in_robot;
-        Eye {
-            at: Point3::new(state.world_from_robot.x_m, state.world_from_robot.y_m, 0.0) + lever,
-            lever,
-            world_from_camera: turn * self.robot_from_camera * small_rotation(&state.tilt_rad),
-        }
-    }
-
-    /// Signed distance of a pixel from the image of an edge; also the unit normal of that image.
-    fn residual(&self, border: &Border, eye: &Eye, edge: &Edge) -> Option<(Residual, Vector2<f64>)> {
-        // The plane through the eye and the edge.
-        let plane = edge.along.cross(&(edge.point - eye.at));
-        let plane_in_camera = eye.world_from_camera.tr_mul(&plane);
-        let line = Vector2::new(plane_in_camera.x / self.focal_px.0, plane_in_camera.y / self.focal_px.1);
-        let scale = line.norm();
-        if scale < 1e-9 {
-            return None;
-        }
-        let ray = eye.world_from_camera * border.ray;
-        let by_eye = edge.along.cross(&ray);
-        let by_heading = by_eye.y * eye.lever.x - by_eye.x * eye.lever.y + plane.y * ray.x - plane.x * ray.y;
-        let by_tilt = border.ray.cross(&plane_in_camera);
-        let jacobian = Vector6::new(by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z) / scale;
-        Some((Residual { error_px: plane.dot(&ray) / scale, jacobian }, line / scale))
+        Eye::new(state, &self.robot_from_camera, &self.eye_in_robot)
     }
 
     /// The nearest border with its white on the same side, and how far the pixel agrees with the map without one.
@@ -153,7 +117,9 @@ impl FieldFeatureModel {
                 let along =
                     if along == Vector2::zeros() { outline.along_at_end() } else { along.normalize() };
                 let edge = Edge { point: Point3::new(point.x, point.y, 0.0), along: along.push(0.0) };
-                let Some((residual, normal)) = self.residual(border, eye, &edge) else { continue };
+                let Some((residual, normal)) = eye.residual(&border.ray, &edge, self.focal_px) else {
+                    continue;
+                };
                 // The side of the white in the image, from the plane's value a little inside of the border.
                 let plane = edge.along.cross(&(edge.point - eye.at));
                 let white_side = plane.xy().dot(&inward).signum();
@@ -185,7 +151,10 @@ impl FieldFeatureModel {
         let mut best: Option<Residual> = None;
         for goal in self.tables.goals.iter().filter(|goal| goal.matches(border.kind)) {
             goal.visit_edges(&eye.at, &ray, &border.inward, END_TOLERANCE_M, |point, along| {
-                let Some((residual, _)) = self.residual(border, eye, &Edge { point, along }) else { return };
+                let Some((residual, _)) = eye.residual(&border.ray, &Edge { point, along }, self.focal_px)
+                else {
+                    return;
+                };
                 let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
                 if is_nearer && residual.error_px.abs() < gate_px {
                     best = Some(residual);
@@ -273,6 +242,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector6;
     use rand::RngExt;
     use visloc_base::RngTree;
     use visloc_geom::{Camera, nao};

@@ -1,4 +1,26 @@
-//! Parameters of algorithms that a building wants different from a field.
+//! Parameters that a building wants different from a field.
+
+use crate::refine::RefinementConfig;
+
+/// Parameters of the tracks inside a building. Every door may be the one that is seen, so there are as many tracks as the
+/// building has places that look alike, and they must be told apart by what adds up: a few pixels on something that is not
+/// on the map say nothing.
+#[must_use]
+pub fn refinement_defaults() -> RefinementConfig {
+    RefinementConfig {
+        max_tracks: 400,
+        max_fits: 24,
+        has_look_alikes: true,
+        evidence_per_image: 4.0,
+        evidence_deadband: 0.01,
+        agreement_px: 2.0,
+        max_evidence_difference: 0.3,
+        evidence_kept: 0.998,
+        hopeless: 30.0,
+        lost_agreement: 0.25,
+        ..RefinementConfig::default()
+    }
+}
 
 /// Parameters of an algorithm inside a building, as TOML over its defaults. There are many places that look alike, so
 /// many hypotheses are held and explorers bring many candidates; an iteration costs the same for any number of them. The

@@ -4,12 +4,16 @@
 //! where, [`OfficeObservationModel`] projects these and compares pixels with them.
 
 mod defaults;
+mod features;
 mod index;
 mod lines;
 mod model;
 mod propose;
+mod sights;
+mod view;
 
-pub use defaults::algorithm_defaults;
+pub use defaults::{algorithm_defaults, refinement_defaults};
+pub use features::OfficeFeatureModel;
 pub use model::{OfficeModelConfig, OfficeObservationModel};
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! The observation model: pixels against the theoretical lines near a pose.
 
-use nalgebra::{Matrix3x4, Point2, Point3, Vector2};
+use std::sync::Arc;
+
+use nalgebra::{Matrix3x4, Point2, Point3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
@@ -8,11 +10,7 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::office::Office;
 
-use super::{
-    index::{SightIndex, faces, is_seen},
-    lines::{TheoreticalLine, theoretical_lines},
-    propose::Clues,
-};
+use super::{index::faces, propose::Clues, sights::Sights, view::View};
 use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
 
 /// Parameters of the observation model of a building.
@@ -43,8 +41,6 @@ impl OfficeModelConfig {
 
 /// Pixels of a percept that are weighed at most. More of them are thinned out evenly.
 const MAX_PIXELS: usize = 128;
-/// What is nearer to the camera's plane than this is cut off, meters.
-const NEAR_M: f64 = 0.05;
 
 /// Pixels of one kind, as a range of the model's columns.
 #[derive(Debug, Clone, Copy)]
@@ -58,9 +54,7 @@ struct Group {
 #[derive(Debug, Clone)]
 pub struct OfficeObservationModel {
     config: OfficeModelConfig,
-    office: Office,
-    lines: Vec<TheoreticalLine>,
-    index: SightIndex,
+    sights: Arc<Sights>,
     /// Undistorted pixels, sorted by kind.
     u: Vec<f32>,
     v: Vec<f32>,
@@ -79,12 +73,9 @@ impl OfficeObservationModel {
     /// If a parameter is out of its range.
     pub fn new(office: &Office, config: &OfficeModelConfig) -> Result<Self, ConfigError> {
         config.check()?;
-        let lines = theoretical_lines(office);
         Ok(Self {
             config: *config,
-            office: office.clone(),
-            index: SightIndex::new(office, &lines, config.range_m),
-            lines,
+            sights: Arc::new(Sights::new(office, config.range_m)),
             u: Vec::new(),
             v: Vec::new(),
             groups: Vec::new(),
@@ -99,7 +90,12 @@ impl OfficeObservationModel {
     /// The building.
     #[must_use]
     pub fn office(&self) -> &Office {
-        &self.office
+        &self.sights.office
+    }
+
+    /// What can be seen from where, for other models of the same building.
+    pub(super) fn sights(&self) -> &Arc<Sights> {
+        &self.sights
     }
 
     /// The theoretical image: visits each line that is seen from a pose with its ends in undistorted pixels.
@@ -109,24 +105,11 @@ impl OfficeObservationModel {
         mut visit: impl FnMut(FeatureKind, [Point2<f64>; 2]),
     ) {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
-        let (entries, walls) = self.index.around(world_from_robot.x_m, world_from_robot.y_m);
-        for entry in entries {
-            let line = &self.lines[entry.line as usize];
-            if self.is_visible(&view.eye, line, entry.is_certain, walls)
-                && let Some(ends) = view.project(line)
-                && self.is_in_image(&ends)
-            {
-                visit(line.kind, ends);
+        self.sights.visit_seen(&world_from_robot.position(), &view, |line, ends| {
+            if self.is_in_image(ends) {
+                visit(line.kind, *ends);
             }
-        }
-    }
-
-    #[inline]
-    fn is_visible(&self, eye: &Point2<f64>, line: &TheoreticalLine, is_certain: bool, walls: &[u32]) -> bool {
-        if is_certain {
-            return faces(eye, line);
-        }
-        is_seen(eye, line, walls.iter().map(|i| &self.office.walls()[*i as usize]))
+        });
     }
 
     /// Whether a projected line comes near enough to the image to be near any pixel.
@@ -146,15 +129,15 @@ impl OfficeObservationModel {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
         let max2 = (self.max_distance_px * self.max_distance_px) as f32;
         let mut smallest2 = [max2; MAX_PIXELS];
-        let (entries, walls) = self.index.around(world_from_robot.x_m, world_from_robot.y_m);
+        let (entries, walls) = self.sights.index.around(world_from_robot.x_m, world_from_robot.y_m);
         for entry in entries {
-            let line = &self.lines[entry.line as usize];
+            let line = &self.sights.lines[entry.line as usize];
             let Some(group) = self.groups.iter().find(|group| group.kind == line.kind) else { continue };
             if !faces(&view.eye, line) {
                 continue;
             }
             let Some(ends) = view.project(line) else { continue };
-            if self.is_in_image(&ends) && self.is_visible(&view.eye, line, entry.is_certain, walls) {
+            if self.is_in_image(&ends) && self.sights.is_visible(&view.eye, line, entry.is_certain, walls) {
                 let pixels = group.from..group.to;
                 nearer(&ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
             }
@@ -217,7 +200,7 @@ impl ObservationModel for OfficeObservationModel {
     }
 
     fn likelihood(&self, world_from_robot: &PlanarPose) -> f64 {
-        if !self.office.free_space().contains(world_from_robot.x_m, world_from_robot.y_m) {
+        if !self.sights.office.free_space().contains(world_from_robot.x_m, world_from_robot.y_m) {
             return 0.0;
         }
         let [doors, floor] = self.distances(world_from_robot);
@@ -232,12 +215,12 @@ impl ObservationModel for OfficeObservationModel {
     }
 
     fn region(&self) -> Region {
-        let [min, max] = self.office.free_space().bounds_m();
+        let [min, max] = self.sights.office.free_space().bounds_m();
         Region { min_x_m: min.x, max_x_m: max.x, min_y_m: min.y, max_y_m: max.y }
     }
 
     fn sample(&self, rng: &mut Rng) -> PlanarPose {
-        self.clues.anywhere(&self.office, rng)
+        self.clues.anywhere(&self.sights.office, rng)
     }
 
     fn max_jump_m(&self) -> f64 {
@@ -245,69 +228,13 @@ impl ObservationModel for OfficeObservationModel {
     }
 
     fn propose(&self, rng: &mut Rng) -> PlanarPose {
-        self.clues.propose(&self.office, rng)
+        self.clues.propose(&self.sights.office, rng)
     }
 
     fn propose_heading(&self, x_m: f64, y_m: f64, rng: &mut Rng) -> f64 {
-        let (entries, _) = self.index.around(x_m, y_m);
+        let (entries, _) = self.sights.index.around(x_m, y_m);
         let num = entries.len();
-        let line = |i: usize| &self.lines[entries[i].line as usize];
+        let line = |i: usize| &self.sights.lines[entries[i].line as usize];
         self.clues.propose_heading((x_m, y_m), num, line, rng)
     }
-}
-
-/// What is seen from a pose: worked out once for each pose, used for each line.
-#[derive(Debug, Clone, Copy)]
-struct View {
-    eye: Point2<f64>,
-    /// Projection of points of the world to homogeneous undistorted pixels.
-    ideal_from_world: Matrix3x4<f64>,
-}
-
-impl View {
-    #[inline]
-    fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>, eye_in_robot: &Point3<f64>) -> Self {
-        let (sin, cos) = pose.yaw_rad.sin_cos();
-        let (x, y) = (pose.x_m, pose.y_m);
-        let mut ideal_from_world = *ideal_from_robot;
-        for r in 0..3 {
-            let (a, b) = (ideal_from_robot[(r, 0)], ideal_from_robot[(r, 1)]);
-            let (turned_a, turned_b) = (a * cos - b * sin, a * sin + b * cos);
-            ideal_from_world[(r, 0)] = turned_a;
-            ideal_from_world[(r, 1)] = turned_b;
-            ideal_from_world[(r, 3)] -= turned_a * x + turned_b * y;
-        }
-        let eye = Vector2::new(
-            cos * eye_in_robot.x - sin * eye_in_robot.y,
-            sin * eye_in_robot.x + cos * eye_in_robot.y,
-        );
-        Self { eye: Point2::new(x, y) + eye, ideal_from_world }
-    }
-
-    /// Both ends of a line in undistorted pixels, the part behind the camera cut off; `None` if all of it is.
-    #[inline]
-    fn project(&self, line: &TheoreticalLine) -> Option<[Point2<f64>; 2]> {
-        let p = &self.ideal_from_world;
-        let row = |r: usize, at: &Point2<f64>, z: f64| {
-            p[(r, 0)] * at.x + p[(r, 1)] * at.y + p[(r, 2)] * z + p[(r, 3)]
-        };
-        let start_w = row(2, &line.start, 0.0);
-        let end_w = row(2, &line.end, line.end_height_m);
-        if start_w < NEAR_M && end_w < NEAR_M {
-            return None;
-        }
-        let start = [row(0, &line.start, 0.0), row(1, &line.start, 0.0), start_w];
-        let end = [row(0, &line.end, line.end_height_m), row(1, &line.end, line.end_height_m), end_w];
-        let start_cut = if start_w < NEAR_M { cut(&end, &start) } else { start };
-        let end_cut = if end_w < NEAR_M { cut(&start, &end) } else { end };
-        let pixel = |h: &[f64; 3]| Point2::new(h[0] / h[2], h[1] / h[2]);
-        Some([pixel(&start_cut), pixel(&end_cut)])
-    }
-}
-
-/// The point between one that lies ahead and one that does not, on the near plane.
-#[inline]
-fn cut(ahead: &[f64; 3], behind: &[f64; 3]) -> [f64; 3] {
-    let t = (ahead[2] - NEAR_M) / (ahead[2] - behind[2]);
-    [0, 1, 2].map(|i| ahead[i] + t * (behind[i] - ahead[i]))
 }

@@ -1,13 +1,21 @@
-use nalgebra::{Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Point2, Point3, Rotation3, Vector3, Vector6};
 use rand::RngExt;
-use visloc_base::{Rng, RngTree};
+use visloc_base::{Rng, RngTree, Timestamp};
 use visloc_geom::{Camera, PlanarPose, Rigid3};
-use visloc_vision::{FeatureKind, FeaturePixel, Percept};
+use visloc_vision::{BorderPixel, FeatureKind, FeaturePixel, Percept};
 use visloc_world::Map;
-use visloc_world::office::{Office, Wall, WindingCorridor};
+use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor};
 
-use super::{OfficeModelConfig, OfficeObservationModel, lines::theoretical_lines};
-use crate::ObservationModel;
+use super::{
+    OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, algorithm_defaults,
+    lines::theoretical_lines, refinement_defaults,
+};
+use crate::{
+    Estimate, Localizer, ObservationModel, StepInput,
+    observation::features::{CameraState, FeatureModel},
+    refine::Refined,
+    registry::build_layered,
+};
 
 fn office() -> Office {
     match Map::load("office").unwrap() {
@@ -153,4 +161,135 @@ fn an_open_door_shows_no_border() {
     // Two edges and the foot are gone.
     assert_eq!(opened.len(), all - 3);
     assert!(opened.iter().any(|line| line.kind == FeatureKind::WallFoot));
+}
+
+/// Border pixels as they are seen from a pose.
+fn with_borders(office: &Office, pose: &PlanarPose) -> Percept {
+    let pixels = drawn(office, pose);
+    let border = |pixel: &FeaturePixel| BorderPixel {
+        ideal_px: pixel.ideal_px,
+        inward: nalgebra::Vector2::y(),
+        kind: pixel.kind,
+    };
+    let borders = pixels.iter().map(border).collect();
+    Percept { borders, quality: 1.0, is_informative: true, ..percept(pixels) }
+}
+
+fn models(office: &Office) -> (OfficeObservationModel, OfficeFeatureModel) {
+    let pixels = OfficeObservationModel::new(office, &OfficeModelConfig::default()).unwrap();
+    let features = OfficeFeatureModel::new(&pixels);
+    (pixels, features)
+}
+
+fn state(pose: &PlanarPose, tilt_rad: Vector3<f64>) -> CameraState {
+    CameraState { world_from_robot: *pose, tilt_rad }
+}
+
+#[test]
+fn borders_seen_from_a_pose_fall_on_their_counterparts() {
+    let (office, mut rng) = (office(), RngTree::new(5).stream("poses", 0));
+    let (_, mut model) = models(&office);
+    let (mut matched, mut count) = (0, 0);
+    for _ in 0..100 {
+        let pose = free_pose(&office, &mut rng);
+        model.condition_on(&with_borders(&office, &pose));
+        model.visit_matches(&state(&pose, Vector3::zeros()), 8.0, 1, &mut |feature| {
+            count += 1;
+            matched += usize::from(feature.residual.is_some_and(|r| r.error_px.abs() < 1e-6));
+        });
+    }
+    // Pieces that a corner hides in part are hidden as a whole.
+    assert!(count > 3000 && matched * 100 > count * 97, "{matched} of {count}");
+}
+
+#[test]
+fn derivatives_of_the_residuals_are_those_of_differences() {
+    let (office, mut rng) = (office(), RngTree::new(6).stream("poses", 0));
+    let (_, mut model) = models(&office);
+    let residuals = |model: &OfficeFeatureModel, at: &Vector6<f64>| {
+        let pose = PlanarPose::new(at[0], at[1], at[2]);
+        let mut all = Vec::new();
+        let state = state(&pose, at.fixed_rows::<3>(3).into_owned());
+        model.visit_matches(&state, 8.0, 1, &mut |feature| all.push(feature.residual));
+        all
+    };
+    let mut count = 0;
+    for _ in 0..40 {
+        let pose = free_pose(&office, &mut rng);
+        model.condition_on(&with_borders(&office, &pose));
+        let at = Vector6::new(pose.x_m + 0.01, pose.y_m - 0.01, pose.yaw_rad + 0.004, 0.002, -0.003, 0.001);
+        for axis in 0..6 {
+            const STEP: f64 = 1e-6;
+            let mut step = Vector6::zeros();
+            step[axis] = STEP;
+            let here = residuals(&model, &at);
+            let (ahead, behind) = (residuals(&model, &(at + step)), residuals(&model, &(at - step)));
+            for ((here, ahead), behind) in here.iter().zip(&ahead).zip(&behind) {
+                let (Some(here), Some(ahead), Some(behind)) = (here, ahead, behind) else { continue };
+                let difference = (ahead.error_px - behind.error_px) / (2.0 * STEP);
+                // A pixel may change its counterpart.
+                if (ahead.error_px - behind.error_px).abs() < 0.01 {
+                    assert!((difference - here.jacobian[axis]).abs() < 0.05 + 0.01 * difference.abs());
+                    count += 1;
+                }
+            }
+        }
+    }
+    assert!(count > 5000, "{count}");
+}
+
+/// In front of a door that stands alone in view the robot may be before any door like it. All of these places are held,
+/// none is relied on, until the corridor's end comes into view.
+#[test]
+fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
+    const SPACING_M: f64 = 4.0;
+    let mut plan = OfficePlan::named("alike");
+    plan.corridors.push(CorridorPlan { outline: vec![[0.0, -1.0], [25.0, -1.0], [25.0, 1.0], [0.0, 1.0]] });
+    plan.doors = (0..6)
+        .map(|i| DoorPlan {
+            from: [2.0 + SPACING_M * f64::from(i), 1.0],
+            to: [2.9 + SPACING_M * f64::from(i), 1.0],
+            height_m: 2.05,
+            color: SurfaceColor::RED,
+            is_open: false,
+        })
+        .collect();
+    let office = Office::new("alike", plan).unwrap();
+    let (pixels, features) = models(&office);
+    let layers = [algorithm_defaults("evolutionary").unwrap()];
+    let search = build_layered("evolutionary", &layers, Box::new(pixels.clone())).unwrap();
+    let mut localizer =
+        Refined::new(refinement_defaults(), search, Box::new(features), Box::new(pixels)).unwrap();
+    let mut rng = RngTree::new(7).stream("alike", 0);
+    let mut odometry = PlanarPose::default();
+    let mut pose = PlanarPose::new(18.45, 0.0, std::f64::consts::FRAC_PI_2);
+    let mut step = |localizer: &mut Refined, pose: &PlanarPose, odometry: PlanarPose, i: u64| {
+        let percept =
+            Percept { at: Timestamp::from_nanos(33_000_000 * i as i64), ..with_borders(&office, pose) };
+        localizer
+            .step(&StepInput { percept: &percept, odometry: Some(odometry), is_lifted: false }, &mut rng);
+        localizer.estimate().clone()
+    };
+    let mut estimate = Estimate::unknown();
+    for i in 0..60 {
+        estimate = step(&mut localizer, &pose, odometry, i);
+    }
+    for i in 0..6 {
+        let alike = Point2::new(2.45 + SPACING_M * f64::from(i), 0.0);
+        let is_held =
+            estimate.hypotheses.iter().any(|h| (h.world_from_robot.position() - alike).norm() < 0.1);
+        assert!(is_held, "door {i}: {:?}", estimate.hypotheses);
+    }
+    assert!(estimate.reliability < 0.1, "{}", estimate.reliability);
+    assert!(estimate.hypotheses[0].probability < 0.4, "{:?}", estimate.hypotheses);
+    // It turns to the right: two doors ahead, then the end.
+    for i in 60..200 {
+        let turn = if i < 105 { -0.035 } else { 0.0 };
+        let walked = if i < 105 { 0.0 } else { 0.02 };
+        let motion = PlanarPose::new(walked, 0.0, turn);
+        (pose, odometry) = (pose.compose(&motion), odometry.compose(&motion));
+        estimate = step(&mut localizer, &pose, odometry, i);
+    }
+    assert!(estimate.world_from_robot.distance_m(&pose) < 0.1, "{:?} {pose:?}", estimate.world_from_robot);
+    assert!(estimate.reliability > 0.6, "{}", estimate.reliability);
 }

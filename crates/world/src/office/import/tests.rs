@@ -1,0 +1,187 @@
+use std::{fs, path::PathBuf};
+
+use super::{read_dxf, read_svg};
+use crate::{
+    Map,
+    office::{Office, SurfaceColor},
+};
+
+/// A corridor of 6 x 2 m whose upper wall is interrupted by a door, in centimeters, moved by a group.
+const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" data-meters-per-unit="0.01">
+  <g id="walls" transform="translate(100 0)">
+    <polyline points="100,0 0,0 0,200 600,200 600,0 190,0"/>
+  </g>
+  <g transform="translate(100,0)">
+    <path class="door" stroke="#2040c0" d="M100 0h90"/>
+    <line style="stroke: red" x1="300" y1="200" x2="390" y2="200"/>
+    <text>not a wall</text>
+  </g>
+</svg>"##;
+
+fn office(name: &str, plan: Result<crate::office::OfficePlan, crate::MapError>) -> Office {
+    Office::new(name, plan.unwrap()).unwrap()
+}
+
+#[test]
+fn an_svg_names_walls_and_doors_by_group_class_or_color() {
+    let office = office("plan.svg", read_svg("plan.svg", "plan", SVG));
+    assert_eq!(office.plan().walls.len(), 6, "five and the one behind the door");
+    let doors = &office.plan().doors;
+    assert_eq!(doors.len(), 2);
+    assert_eq!((doors[0].from, doors[0].to), ([2.0, 0.0], [2.9, 0.0]));
+    assert_eq!(doors[0].color.rgb, [0x20, 0x40, 0xc0]);
+    // y points down in the image.
+    assert_eq!((doors[1].from, doors[1].to), ([4.0, -2.0], [4.9, -2.0]));
+    assert_eq!(doors[1].color, SurfaceColor::RED);
+    assert!(office.free_space().contains(4.0, -1.0) && !office.free_space().contains(4.0, -2.0));
+}
+
+#[test]
+fn svg_errors_name_the_element() {
+    let error = |from: &str, to: &str| {
+        assert!(SVG.contains(from), "{from}");
+        read_svg("plan.svg", "plan", &SVG.replace(from, to)).unwrap_err().to_string()
+    };
+    assert_eq!(
+        error("M100 0h90", "M100 0 C1 2 3 4 5 6"),
+        "map plan.svg, line 6: <path>: d: expected straight lines (M, L, H, V, Z), found 'C'"
+    );
+    assert!(error("x1=\"300\"", "x1=\"3m\"").contains("line 7: <line>: x1: expected a number, found \"3m\""));
+    assert!(error("translate(100 0)", "skewX(1)").contains("<polyline>: transform: expected"));
+    assert!(error("\"0.01\"", "\"0\"").contains("data-meters-per-unit"));
+    assert!(read_svg("a.svg", "a", "<svg>").unwrap_err().to_string().contains("map a.svg, line 1"));
+    assert!(read_svg("a.svg", "a", "<svg/>").unwrap_err().to_string().contains("found none"));
+}
+
+/// Group codes and values in one line each.
+fn dxf(pairs: &[(i32, &str)]) -> String {
+    pairs.iter().map(|(code, value)| format!("{code:>3}\n{value}\n")).collect()
+}
+
+fn dxf_plan(bulge: &str) -> String {
+    dxf(&[
+        (0, "SECTION"),
+        (2, "HEADER"),
+        (9, "$INSUNITS"),
+        (70, "4"),
+        (0, "ENDSEC"),
+        (0, "SECTION"),
+        (2, "ENTITIES"),
+        (0, "LWPOLYLINE"),
+        (8, "A-WALL"),
+        (70, "1"),
+        (10, "0"),
+        (20, "0"),
+        (10, "6000"),
+        (20, "0"),
+        (42, bulge),
+        (10, "6000"),
+        (20, "2000"),
+        (10, "0"),
+        (20, "2000"),
+        (0, "LINE"),
+        (8, "A-DOOR"),
+        (62, "5"),
+        (10, "1000"),
+        (20, "2000"),
+        (11, "1900"),
+        (21, "2000"),
+        (0, "LINE"),
+        (8, "DIMENSIONS"),
+        (10, "1"),
+        (20, "2"),
+        (11, "3"),
+        (21, "4"),
+        (0, "ENDSEC"),
+        (0, "EOF"),
+    ])
+}
+
+#[test]
+fn a_dxf_names_walls_and_doors_by_layer() {
+    let office = office("plan.dxf", read_dxf("plan.dxf", "plan", &dxf_plan("0")));
+    assert_eq!((office.plan().walls.len(), office.plan().doors.len()), (4, 1));
+    assert_eq!(office.plan().doors[0].to, [1.9, 2.0], "millimeters");
+    assert_eq!(office.plan().doors[0].color, "blue".parse().unwrap());
+}
+
+#[test]
+fn dxf_errors_name_the_entity() {
+    let error = |text: &str| read_dxf("p.dxf", "p", text).unwrap_err().to_string();
+    assert_eq!(
+        error(&dxf_plan("0.5")),
+        "map p.dxf, line 15: LWPOLYLINE on layer A-WALL: expected straight lines, found an arc"
+    );
+    assert!(error("AutoCAD Binary DXF\n1\n").contains("line 1: expected a group code"));
+    assert!(error(&dxf_plan("x")).contains("expected a number, found \"x\""));
+    assert!(error(&dxf(&[(0, "EOF")])).contains("expected lines on layers"));
+}
+
+/// A folder that is gone after the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("visloc-{}-{name}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        Self(path)
+    }
+
+    fn load(&self, yaml: &str) -> Result<Map, crate::MapError> {
+        let path = self.0.join("grid.yaml");
+        fs::write(&path, yaml).unwrap();
+        Map::load(path.to_str().unwrap())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+const GRID: &str = "image: grid.pgm\nresolution: 0.05\norigin: [-1.0, -2.0, 0.0]\n\
+                    occupied_thresh: 0.65\nfree_thresh: 0.25\nnegate: 0\n";
+
+/// An L of free cells, 6 x 3 m, with a pillar and a speck, in unknown cells.
+fn l_shaped() -> Vec<u8> {
+    let mut picture = b"P5\n# made by hand\n130 80\n255\n".to_vec();
+    for y in 0..80 {
+        for x in 0..130 {
+            let is_l = (5..125).contains(&x) && (10..70).contains(&y) && (x < 45 || y >= 30);
+            let is_pillar = (60..70).contains(&x) && (45..55).contains(&y);
+            let is_speck = (80..82).contains(&x) && (50..52).contains(&y);
+            picture.push(if is_l && !is_pillar && !is_speck { 254 } else { 0 });
+        }
+    }
+    picture
+}
+
+#[test]
+fn an_occupancy_grid_becomes_outlines() {
+    let folder = Folder::new("grid");
+    fs::write(folder.0.join("grid.pgm"), l_shaped()).unwrap();
+    let Map::Office(office) = folder.load(GRID).unwrap() else { panic!("a building") };
+    let corridors = &office.plan().corridors;
+    assert_eq!(corridors.iter().map(|c| c.outline.len()).collect::<Vec<_>>(), [6, 4], "an L and a pillar");
+    // The L's lower left corner: 5 cells from the left, 10 from below.
+    let is_corner = |c: &[f64; 2]| (c[0] + 0.75).abs() < 1e-9 && (c[1] + 1.5).abs() < 1e-9;
+    assert!(corridors[0].outline.iter().any(is_corner), "{:?}", corridors[0]);
+    let space = office.free_space();
+    assert!(space.contains(0.0, 1.0) && space.contains(4.0, -1.2));
+    assert!(!space.contains(4.0, 1.0), "outside of the L");
+    assert!(!space.contains(2.25, -0.5), "inside of the pillar");
+}
+
+#[test]
+fn errors_of_a_grid_name_key_and_picture() {
+    let folder = Folder::new("bad-grid");
+    let error = |yaml: &str| folder.load(yaml).unwrap_err().to_string();
+    assert!(error(GRID).contains("image: expected a PGM or PNG picture, found"));
+    fs::write(folder.0.join("grid.pgm"), &l_shaped()[..500]).unwrap();
+    assert!(error(GRID).contains("130 x 80 cells, but"));
+    fs::write(folder.0.join("grid.pgm"), b"P5\n4 4\n255\n0000000000000000").unwrap();
+    assert!(error(GRID).contains("free cells"));
+    assert!(error(&GRID.replace("0.05", "-1")).contains("resolution: expected meters a cell"));
+    assert!(error(&GRID.replace("[-1.0", "[x")).contains("grid.yaml, line 3"));
+}
