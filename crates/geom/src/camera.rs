@@ -204,6 +204,29 @@ impl Camera {
         Self { distortion: Distortion::None, max_radius2: f64::INFINITY, ..*self }
     }
 
+    /// The same camera with images resized by a factor above 0; sizes are rounded to whole pixels.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let side = |px: u32| (f64::from(px) * factor).round().max(1.0) as u32;
+        self.scaled_to((side(self.size_px.0), side(self.size_px.1)))
+    }
+
+    /// The same camera with images resized to a size in pixels, both sides at least 1. The borders of the image stay where
+    /// they are: they lie half a pixel outside of the centers of the outermost pixels.
+    #[must_use]
+    pub fn scaled_to(&self, size_px: (u32, u32)) -> Self {
+        let size_px = (size_px.0.max(1), size_px.1.max(1));
+        let x = f64::from(size_px.0) / f64::from(self.size_px.0);
+        let y = f64::from(size_px.1) / f64::from(self.size_px.1);
+        Self {
+            size_px,
+            focal_px: (self.focal_px.0 * x, self.focal_px.1 * y),
+            center_px: ((self.center_px.0 + 0.5) * x - 0.5, (self.center_px.1 + 0.5) * y - 0.5),
+            ..*self
+        }
+    }
+
     /// Pixel of a point on the normalized image plane.
     ///
     /// # Errors
@@ -319,6 +342,19 @@ mod tests {
                 let ideal = camera.without_distortion().project(&Point3::from(camera.bearing(&px))).unwrap();
                 prop_assert!((ideal - camera.ideal_px(&px)).norm() < 1e-9);
             }
+        }
+    }
+
+    #[test]
+    fn a_resized_image_shows_the_same_directions() {
+        for camera in cameras() {
+            let half = camera.scaled(0.5);
+            assert_eq!(half.size_px(), (160, 120));
+            // The corner between four pixels is the middle of one.
+            let corner = camera.bearing(&Point2::new(100.5, 60.5));
+            assert!((corner - half.bearing(&Point2::new(50.0, 30.0))).norm() < 1e-9);
+            assert_eq!(half.scaled_to((320, 240)).size_px(), (320, 240));
+            assert!((half.scaled(2.0).center_px().0 - camera.center_px().0).abs() < 1e-12);
         }
     }
 

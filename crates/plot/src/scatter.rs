@@ -34,6 +34,8 @@ pub struct ScatterSeries {
     pub color: Color,
     /// A ring of this radius around each point, meters; without it a dot.
     pub radius_m: Option<f64>,
+    /// Whether the points are joined by a line instead of drawn; not a number interrupts it.
+    pub is_line: bool,
     /// x and y, meters. Not a number and points outside are left out.
     pub points: Vec<(f64, f64)>,
 }
@@ -43,7 +45,11 @@ pub struct ScatterSeries {
 pub fn scatter(input: &ScatterPicture) -> Picture {
     let rect = GroundView::new(input.x_m, input.y_m, 0.0).rect();
     let entries = input.series.iter().map(|series| {
-        let symbol = if series.radius_m.is_some() { Symbol::Ring } else { Symbol::Dot };
+        let symbol = match (series.is_line, series.radius_m) {
+            (true, _) => Symbol::Line,
+            (false, Some(_)) => Symbol::Ring,
+            (false, None) => Symbol::Dot,
+        };
         LegendEntry::new(&series.label, symbol(series.color))
     });
     let header = Header::new((rect.left, rect.right), &input.title, &input.subtitle, entries.collect());
@@ -54,6 +60,14 @@ pub fn scatter(input: &ScatterPicture) -> Picture {
     canvas.begin_clip(&rect);
     canvas.rect(&rect, &Paint::fill(Color::WHITE));
     for series in &input.series {
+        if series.is_line {
+            let is_point = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
+            for piece in series.points.split(|point| !is_point(point)) {
+                let line: Vec<_> = piece.iter().map(|(x, y)| view.px(*x, *y)).collect();
+                canvas.polyline(&line, &Paint::stroke(series.color, 2.0));
+            }
+            continue;
+        }
         for &(x_m, y_m) in series.points.iter().filter(|point| point.0.is_finite() && point.1.is_finite()) {
             let at = view.px(x_m, y_m);
             match series.radius_m {
@@ -92,5 +106,7 @@ mod tests {
         };
         assert_eq!(picture(series(None)), 2);
         assert_eq!(picture(series(Some(0.5))), 4, "a ring and its center");
+        let line = ScatterSeries { is_line: true, ..series(None) };
+        assert_eq!(picture(line), 0);
     }
 }

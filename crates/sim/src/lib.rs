@@ -2,7 +2,7 @@
 //!
 //! A [`Scenario`] (a TOML file) says what stands where and what the robot does; a [`Simulation`] of it with a seed is
 //! a [`visloc_base::FrameSource`] with the truth in every frame. [`Scene`] and [`Renderer`] also work on their own, for
-//! pictures from any pose.
+//! pictures from any pose. A [`CameraTour`] carries a camera of its own through a textured room, for SLAM.
 //!
 //! Data flow: `scenario` (files) -> `simulation` builds a `scene` (surfaces, textures, light) and plans the `robot`
 //! (motion, head, odometry, feet) -> `render` takes one picture per frame.
@@ -19,6 +19,7 @@ mod robot;
 mod scenario;
 mod scene;
 mod simulation;
+mod tour;
 
 pub use render::{CameraMotion, LabelImage, Renderer, Sensor, Shot};
 pub use scenario::{
@@ -31,3 +32,4 @@ pub use scene::{
     Paint, Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
 pub use simulation::Simulation;
+pub use tour::{CameraTour, TOURS, TourError, TourKind};

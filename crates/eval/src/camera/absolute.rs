@@ -1,8 +1,10 @@
 //! Absolute trajectory error.
 
-use super::{Alignment, PosePair, Similarity, align};
+use nalgebra::Matrix3;
 
-/// Distances between aligned and true positions, meters.
+use super::{Alignment, PosePair, Similarity, Statistics, align, relative::angle_rad};
+
+/// Distances between aligned and true positions, meters, and the rotations that are left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteError {
     /// Root of the mean square.
@@ -15,6 +17,8 @@ pub struct AbsoluteError {
     pub max: f64,
     /// Of each pair, in order.
     pub each: Vec<f64>,
+    /// Angle between true and aligned orientation of each pair, radians in [0, pi].
+    pub each_rotation_rad: Vec<f64>,
     /// How the estimate was moved.
     pub similarity: Similarity,
 }
@@ -28,23 +32,13 @@ pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<Absolu
         (moved.coords - pair.truth.world_from_camera.translation()).norm()
     };
     let each: Vec<f64> = pairs.iter().map(distance).collect();
-    let n = each.len() as f64;
-    let mut sorted = each.clone();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    let median = if sorted.len() % 2 == 1 {
-        sorted[middle]
-    } else {
-        0.5 * (sorted[middle.checked_sub(1)?] + sorted[middle])
+    let rotation = |pair: &PosePair| {
+        let moved: Matrix3<f64> = similarity.rotation * pair.estimate.world_from_camera.rotation();
+        angle_rad(&(pair.truth.world_from_camera.rotation().transpose() * moved))
     };
-    Some(AbsoluteError {
-        rmse: (each.iter().map(|d| d * d).sum::<f64>() / n).sqrt(),
-        mean: each.iter().sum::<f64>() / n,
-        median,
-        max: sorted.last().copied()?,
-        each,
-        similarity,
-    })
+    let Statistics { rmse, mean, median, max, .. } = Statistics::of(&each)?;
+    let each_rotation_rad = pairs.iter().map(rotation).collect();
+    Some(AbsoluteError { rmse, mean, median, max, each, each_rotation_rad, similarity })
 }
 
 #[cfg(test)]
@@ -74,7 +68,16 @@ mod tests {
     fn a_moved_copy_has_no_error_after_alignment() {
         let error = absolute_error(&pairs(), Alignment::Similarity).unwrap();
         assert!(error.rmse < 1e-9 && (error.similarity.scale - 4.0).abs() < 1e-9, "{}", error.rmse);
+        assert!(error.each_rotation_rad.iter().all(|angle| *angle < 1e-9));
         assert!(absolute_error(&pairs(), Alignment::Rigid).unwrap().rmse > 0.1);
         assert!(absolute_error(&pairs()[..2], Alignment::Rigid).is_none());
+    }
+
+    #[test]
+    fn without_alignment_every_difference_counts() {
+        let error = absolute_error(&pairs(), Alignment::None).unwrap();
+        assert!(error.each_rotation_rad.iter().all(|angle| (angle - 1.06_f64.sqrt()).abs() < 1e-9));
+        assert!(error.mean > 1.0);
+        assert!(absolute_error(&[], Alignment::None).is_none());
     }
 }

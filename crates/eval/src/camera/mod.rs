@@ -4,8 +4,10 @@ mod absolute;
 mod align;
 mod pairs;
 mod relative;
+mod statistics;
 
 pub use absolute::{AbsoluteError, absolute_error};
 pub use align::{Alignment, Similarity, align};
-pub use pairs::{PosePair, associate};
-pub use relative::{RelativeError, relative_error};
+pub use pairs::{PosePair, associate, coverage};
+pub use relative::{Motions, RelativeError, RelativeErrors, Step, relative_error, relative_errors};
+pub use statistics::Statistics;

@@ -100,12 +100,13 @@ fn distribution(title: &str, scenario: &Scenario, session: &mut Session, shape: 
                 color: Color::VERMILION,
                 radius_m: Some(NEAR_M),
                 points: positions,
+                ..ScatterSeries::default()
             },
             ScatterSeries {
                 label: "individuals".to_owned(),
                 color: Color::BLUE,
-                radius_m: None,
                 points: individuals.collect(),
+                ..ScatterSeries::default()
             },
         ],
     })
