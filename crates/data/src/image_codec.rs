@@ -160,6 +160,18 @@ pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
     decode_gray(&bytes)
 }
 
+/// A gray image in another size, width and height in pixels; averages where it gets smaller. The borders stay where they are.
+pub(crate) fn resize_gray(image: GrayImage, (width, height): (u32, u32)) -> GrayImage {
+    if (image.width(), image.height()) == (width as usize, height as usize) {
+        return image;
+    }
+    let old_px = (image.width() as u32, image.height() as u32);
+    let resized = image::GrayImage::from_raw(old_px.0, old_px.1, image.data().to_vec())
+        .map(|old| image::imageops::resize(&old, width, height, image::imageops::FilterType::Triangle));
+    let resized = resized.map(image::GrayImage::into_raw).unwrap_or_default();
+    GrayImage::from_raw(width as usize, height as usize, resized).unwrap_or(image)
+}
+
 /// Saves as PNG.
 ///
 /// # Errors
@@ -214,6 +226,15 @@ mod tests {
         let error = decode(b"GIF89a").unwrap_err().to_string();
         assert!(error.contains("expected a JPEG or PNG") && error.contains("6 bytes"), "{error}");
         assert!(encode_jpeg(&RgbImage::default(), 90).is_err());
+    }
+
+    #[test]
+    fn half_the_size_is_the_mean_of_four_pixels() {
+        let image = GrayImage::from_raw(4, 2, vec![10, 20, 100, 100, 30, 40, 100, 100]).unwrap();
+        let half = resize_gray(image.clone(), (2, 1));
+        // The triangle filter reaches half a pixel into the neighbors.
+        assert!(half.get(0, 0).abs_diff(35) < 12 && half.get(1, 0).abs_diff(95) < 12, "{:?}", half.data());
+        assert_eq!(resize_gray(image.clone(), (4, 2)), image);
     }
 
     #[test]

@@ -18,6 +18,8 @@
 //! ```
 
 pub mod bag;
+pub mod camera_trajectory;
 pub mod image_codec;
 pub mod sequence;
+mod text;
 pub mod trajectory;

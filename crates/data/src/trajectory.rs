@@ -8,8 +8,10 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_base::{PlanarTrajectory, StampedPose, Timestamp};
+use visloc_base::{PlanarTrajectory, StampedPose};
 use visloc_geom::{PlanarPose, Rigid3, Robot, World};
+
+use crate::text::{parse_number, parse_secs};
 
 /// Why a trajectory cannot be read or written.
 #[derive(Debug, Error)]
@@ -130,7 +132,7 @@ fn parse_tum(text: &str) -> Result<StampedPose, String> {
     let [x, y, z, qx, qy, qz, qw] = numbers;
     let pose = Rigid3::<World, Robot>::from_quaternion([qx, qy, qz, qw], [x, y, z])
         .ok_or_else(|| format!("expected a quaternion of length 1, found {qx} {qy} {qz} {qw}"))?;
-    Ok(StampedPose { at: parse_time(time)?, world_from_robot: pose.to_planar(), height_m: z })
+    Ok(StampedPose { at: parse_secs(time)?, world_from_robot: pose.to_planar(), height_m: z })
 }
 
 /// Where the values stand in a table.
@@ -160,32 +162,7 @@ impl Columns {
         let number = |i| field(i).and_then(parse_number);
         let height_m = self.height.map_or(Ok(0.0), number)?;
         let world_from_robot = PlanarPose::new(number(self.x)?, number(self.y)?, number(self.yaw)?);
-        Ok(StampedPose { at: parse_time(field(self.time)?)?, world_from_robot, height_m })
-    }
-}
-
-fn parse_number(text: &str) -> Result<f64, String> {
-    let number: Option<f64> = text.parse().ok();
-    number
-        .filter(|number| number.is_finite())
-        .ok_or_else(|| format!("expected a finite number, found '{text}'"))
-}
-
-/// Seconds to nanoseconds without the rounding of a float, where they are written plainly.
-fn parse_time(text: &str) -> Result<Timestamp, String> {
-    let secs = parse_number(text)?;
-    if secs.abs() > 9e9 {
-        return Err(format!("expected a time in seconds, found '{text}'"));
-    }
-    let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
-    let is_plain = fraction.len() <= 9 && fraction.bytes().all(|byte| byte.is_ascii_digit());
-    let nanos: Option<i64> = format!("{fraction:0<9}").parse().ok();
-    match (whole.parse::<i64>(), nanos) {
-        (Ok(whole), Some(nanos)) if is_plain => {
-            let nanos = if text.starts_with('-') { -nanos } else { nanos };
-            Ok(Timestamp::from_nanos(whole * 1_000_000_000 + nanos))
-        }
-        _ => Ok(Timestamp::from_secs(secs)),
+        Ok(StampedPose { at: parse_secs(field(self.time)?)?, world_from_robot, height_m })
     }
 }
 
@@ -194,6 +171,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::fs;
+    use visloc_base::Timestamp;
 
     fn read(text: &str) -> Result<PlanarTrajectory, String> {
         let folder = tempfile::tempdir().unwrap();

@@ -12,6 +12,7 @@ pub mod markov;
 pub mod office;
 pub mod positions;
 pub mod robocup;
+pub mod slam;
 pub mod studies;
 pub mod symmetry;
 

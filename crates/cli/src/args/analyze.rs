@@ -1,39 +1,113 @@
 //! `visloc evaluate` and `visloc colors`.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, str::FromStr};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use visloc_eval::camera::Step;
 
 use super::JsonArg;
 
 /// Arguments of `visloc evaluate`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Compares an estimated trajectory with the truth: position and heading errors from the first \
-                  localization on, how soon the robot knew where it was, and how it recovered from kidnaps.\n\n\
-                  TRUTH is a trajectory in TUM format or a table with the columns t, x, y, yaw and maybe z. ESTIMATE is \
-                  the same, or the table that `visloc localize --estimates` writes. Only that table says how far each \
-                  pose can be trusted; without it every pose counts as localized.",
+    long_about = "Compares an estimated trajectory with the truth.\n\n\
+                  A robot on the ground: position and heading errors from the first localization on, how soon the robot knew \
+                  where it was, and how it recovered from kidnaps. TRUTH is a trajectory in TUM format or a table with the \
+                  columns t, x, y, yaw and maybe z. ESTIMATE is the same, or the table that `visloc localize --estimates` \
+                  writes. Only that table says how far each pose can be trusted; without it every pose counts as \
+                  localized.\n\n\
+                  A camera in space: absolute errors after alignment (ATE, APE), relative errors (RPE) and coverage, equal \
+                  to those of `evo`. Both files are in TUM, KITTI or EuRoC format. Taken if an option of it is given, or if \
+                  poses do not stand upright.",
     after_long_help = "Examples:\n  \
                        visloc evaluate truth.tum out/demo/evolutionary.csv\n  \
                        visloc evaluate groundtruth.csv robot.tum --json errors.json\n  \
-                       visloc evaluate truth.tum robot.csv --plots out/plots --map robocup-spl-2010"
+                       visloc evaluate truth.tum robot.csv --plots out/plots --map robocup-spl-2010\n  \
+                       visloc evaluate groundtruth.txt slam.tum --align sim3 --plots out/errors\n  \
+                       visloc evaluate 06.txt estimate.txt --align se3 --delta 100m --all-pairs"
 )]
 pub struct EvaluateArgs {
-    /// Where the robot was: TUM format or table
+    /// Where the robot or camera was
     #[arg(value_name = "TRUTH")]
     pub truth: PathBuf,
-    /// Where an algorithm said that it was: TUM format or table
+    /// Where an algorithm said that it was
     #[arg(value_name = "ESTIMATE")]
     pub estimate: PathBuf,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,
-    /// Map below the trajectories in the pictures, built-in or TOML file
-    #[arg(long, value_name = "NAME|FILE")]
+    /// Map below the trajectories in the pictures of a robot, built-in or TOML file
+    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["align", "delta", "all_pairs", "offset", "max_diff"])]
     pub map: Option<String>,
     #[command(flatten)]
+    pub camera: CameraErrorArgs,
+    #[command(flatten)]
     pub json: JsonArg,
+}
+
+/// What is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TrajectoryKind {
+    /// On the ground: position and heading
+    Robot,
+    /// In space, six degrees of freedom
+    Camera,
+}
+
+/// How freely the estimate of a camera is moved before it is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum AlignArg {
+    /// Not at all
+    None,
+    /// Rotation and translation
+    Se3,
+    /// Rotation, translation and scale
+    Sim3,
+}
+
+/// Options for cameras.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Cameras in space")]
+pub struct CameraErrorArgs {
+    /// What the trajectories are of [default: camera if an option of it is given or poses are tilted]
+    #[arg(long = "as", value_name = "KIND", value_enum)]
+    pub kind: Option<TrajectoryKind>,
+    /// How freely the estimate may be moved [default: sim3, since one camera knows no scale]
+    #[arg(long, value_name = "HOW", value_enum)]
+    pub align: Option<AlignArg>,
+    /// Length of the motions of the relative error: poses (10) or meters (0.5m) [default: 1]
+    #[arg(long, value_name = "N|METERS")]
+    pub delta: Option<DeltaArg>,
+    /// Relative errors of the motions from every pose, not of one motion after the other
+    #[arg(long)]
+    pub all_pairs: bool,
+    /// Largest difference of times that belong together, seconds [default: 0.01]
+    #[arg(long, value_name = "SECS")]
+    pub max_diff: Option<f64>,
+    /// Added to the times of the estimate, seconds [default: 0]
+    #[arg(long, value_name = "SECS", allow_negative_numbers = true)]
+    pub offset: Option<f64>,
+}
+
+/// A number of poses or meters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeltaArg(pub Step);
+
+impl FromStr for DeltaArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("expected poses (10) or meters (0.5m), both above 0, found '{text}'");
+        let step = match text.strip_suffix('m') {
+            Some(meters) => Step::Meters(meters.trim().parse().map_err(|_| expected())?),
+            None => Step::Frames(text.parse().map_err(|_| expected())?),
+        };
+        match step {
+            Step::Frames(1..) => Ok(Self(step)),
+            Step::Meters(meters) if meters > 0.0 && meters.is_finite() => Ok(Self(step)),
+            _ => Err(expected()),
+        }
+    }
 }
 
 /// Arguments of `visloc colors`.

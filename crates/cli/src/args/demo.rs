@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::{JsonArg, SeedArg, ThreadsArg};
 
@@ -13,21 +13,26 @@ use super::{JsonArg, SeedArg, ThreadsArg};
                   it down elsewhere, the second time without any sign from its feet. Two algorithms look for it in the \
                   same images, and you watch them. At the end: a table of both and a folder with pictures.\n\n\
                   On a terminal the demo plays at up to twice real time. In a pipe it runs as fast as it can and prints \
-                  a few plain lines.",
+                  a few plain lines.\n\n\
+                  `visloc demo slam` carries a camera through a furnished room instead, without any map.",
     after_long_help = "Examples:\n  \
                        visloc demo\n  \
                        visloc demo --seed 7 --out out/seven      another walk, other kidnaps\n  \
-                       visloc demo --scenario crowd              among other robots (see: visloc simulate --list)"
+                       visloc demo --scenario crowd              among other robots (see: visloc simulate --list)\n  \
+                       visloc demo slam                          a camera without a map"
 )]
 pub struct DemoArgs {
+    /// What is shown
+    #[arg(value_enum, value_name = "WHAT", default_value_t = DemoKind::Field)]
+    pub kind: DemoKind,
     #[command(flatten)]
     pub seed: SeedArg,
-    /// Folder for pictures, trajectories and numbers
-    #[arg(long, value_name = "DIR", default_value = "out/demo")]
-    pub out: PathBuf,
-    /// Built-in scenario or TOML file
-    #[arg(long, value_name = "NAME|FILE", default_value = "demo")]
-    pub scenario: String,
+    /// Folder for pictures, trajectories and numbers [default: out/demo, out/demo-slam]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Built-in scenario or TOML file; for slam: room, hall, walking or kidnap [default: demo, room]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub scenario: Option<String>,
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
@@ -35,6 +40,35 @@ pub struct DemoArgs {
     pub json: JsonArg,
     #[command(flatten)]
     pub threads: ThreadsArg,
+}
+
+/// What a demo shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum DemoKind {
+    /// A robot on a field whose lines are known
+    Field,
+    /// A camera in a room that nobody knows: where it was, and a map of what it saw
+    Slam,
+}
+
+impl DemoArgs {
+    /// Where the results go.
+    pub fn out(&self) -> PathBuf {
+        let folder = match self.kind {
+            DemoKind::Field => "out/demo",
+            DemoKind::Slam => "out/demo-slam",
+        };
+        self.out.clone().unwrap_or_else(|| folder.into())
+    }
+
+    /// What is simulated.
+    pub fn scenario(&self) -> &str {
+        let usual = match self.kind {
+            DemoKind::Field => "demo",
+            DemoKind::Slam => "room",
+        };
+        self.scenario.as_deref().unwrap_or(usual)
+    }
 }
 
 /// Arguments of `visloc simulate`.

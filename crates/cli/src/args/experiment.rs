@@ -28,6 +28,14 @@ pub enum ExperimentCommand {
     Robocup(RobocupArgs),
     /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
     Office(FewArgs),
+    /// SLAM: what bundle adjustment, outlier rejection and descriptors are worth
+    SlamConfigs(SlamStudyArgs),
+    /// SLAM among moving things, with and without outlier rejection
+    SlamDynamic(SlamStudyArgs),
+    /// SLAM of a camera that is covered and carried away
+    SlamKidnap(SlamStudyArgs),
+    /// SLAM beside the published figures of other programs
+    SlamCompare(SlamStudyArgs),
     /// Put the parts of an experiment together
     Merge(MergeArgs),
 }
@@ -117,6 +125,23 @@ pub struct FewArgs {
     /// Runs of each cell of the table; each takes a quarter of a minute
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: u64,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+/// Arguments of the SLAM experiments.
+#[derive(Debug, Args)]
+pub struct SlamStudyArgs {
+    /// Folders of datasets, or sim:NAME; sequences of the documents are told by their folders' names and get the published
+    /// figures beside them [default: sequences of the simulator]
+    #[arg(value_name = "SEQUENCE")]
+    pub sequences: Vec<String>,
+    /// Runs of each sequence and configuration
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub runs: u64,
+    /// Use this many images of each sequence at most
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
     #[command(flatten)]
     pub common: RunsArgs,
 }

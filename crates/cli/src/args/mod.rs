@@ -13,9 +13,11 @@ mod study;
 
 use clap::{Parser, Subcommand};
 
-pub use analyze::{ColorsArgs, EvaluateArgs};
-pub use demo::{DemoArgs, SimulateArgs};
-pub use experiment::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs};
+pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
+pub use demo::{DemoArgs, DemoKind, SimulateArgs};
+pub use experiment::{
+    ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
+};
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};

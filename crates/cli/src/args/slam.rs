@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use visloc_data::sequence::Bound;
 
 use super::{JsonArg, SeedArg};
 
@@ -25,29 +26,39 @@ pub struct SlamParametersArgs {
 #[command(
     long_about = "Follows one calibrated camera through a sequence of images without a map, and makes a sparse map of what \
                   it sees. If the sequence has the truth, the result is compared with it.\n\n\
-                  SEQUENCE is a folder with rgb.txt (lines 'SECONDS FILE') and camera.yaml (width, height, fx, fy, cx, \
-                  cy, distortion), and maybe groundtruth.txt.\n\n\
+                  SEQUENCE is the folder of a dataset: TUM RGB-D, ICL-NUIM, EuRoC, Zurich urban MAV, KITTI odometry, or \
+                  images with a calibration; the layout is recognized, camera and truth are read from the dataset's own \
+                  files (docs/datasets.md). Or a sequence of the simulator: sim:room, sim:hall, sim:walking, \
+                  sim:kidnap.\n\n\
                   One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
     after_long_help = "Examples:\n  \
                        visloc slam desk --trajectory desk.tum --map desk.ply\n  \
                        visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
-                       visloc slam desk --plots out/desk --json out/desk.json"
+                       visloc slam desk --plots out/desk --json out/desk.json\n  \
+                       visloc slam MH_01_easy --start 40s --stride 2 --scale 0.5\n  \
+                       visloc slam sim:room --plots out/room"
 )]
 pub struct SlamArgs {
-    /// Folder of the sequence
+    /// Folder of the sequence, or sim:NAME
     #[arg(value_name = "SEQUENCE")]
     pub sequence: PathBuf,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
-    /// First image, from 0
-    #[arg(long, default_value_t = 0)]
-    pub start: usize,
-    /// One past the last image [default: all]
-    #[arg(long)]
-    pub end: Option<usize>,
+    /// First image: a number from 0, or seconds after the first image of the sequence with an s (4.5s)
+    #[arg(long, value_name = "N|SECS", default_value = "0")]
+    pub start: Bound,
+    /// One past the last image, as --start [default: all]
+    #[arg(long, value_name = "N|SECS")]
+    pub end: Option<Bound>,
     /// Use every how manyeth image
-    #[arg(long, default_value_t = 1)]
-    pub stride: usize,
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub stride: u32,
+    /// Size of the images as a factor; the camera is adapted
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    pub scale: f64,
+    /// Calibration to use instead of the dataset's own (docs/datasets.md has the formats)
+    #[arg(long, value_name = "FILE")]
+    pub calibration: Option<PathBuf>,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,

@@ -8,8 +8,9 @@ use visloc_locate::{FeatureChoice, PipelineConfig, StartPrior};
 use visloc_plot::Picture;
 use visloc_world::Map;
 
+use super::demo_slam;
 use crate::{
-    args::DemoArgs,
+    args::{DemoArgs, DemoKind},
     live_view::{LiveView, PlainLog, is_live_terminal},
     report::{
         AlgorithmReport, Column, Curve, DemoReport, RunPictures, SnapshotTaker, comparison_table, measure,
@@ -33,7 +34,14 @@ const ALGORITHMS: [(&str, &str, FeatureChoice); 2] = [
 /// # Errors
 /// If the scenario cannot be used or a file not be written.
 pub fn execute(args: &DemoArgs) -> Result<()> {
-    let mut simulation = simulation(&args.scenario, args.seed.seed, args.threads.count(), args.frames)?;
+    match args.kind {
+        DemoKind::Field => on_the_field(args),
+        DemoKind::Slam => demo_slam::execute(args),
+    }
+}
+
+fn on_the_field(args: &DemoArgs) -> Result<()> {
+    let mut simulation = simulation(args.scenario(), args.seed.seed, args.threads.count(), args.frames)?;
     let map = simulation.map().clone();
     let mut runners = start_runners(args, &map)?;
     say::line!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
@@ -54,7 +62,7 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
         return Err(anyhow!(error));
     }
     let report = DemoReport {
-        scenario: args.scenario.clone(),
+        scenario: args.scenario().to_owned(),
         map: map.name().to_owned(),
         seed: args.seed.seed,
         duration_s: outcome.duration_secs,
@@ -64,13 +72,13 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     print_table(&report);
     let analysis = snapshots.snapshot().map(|snapshot| snapshot.draw());
     save(args, &report, &Results { map: &map, runners: &runners, outcome: &outcome, analysis })?;
-    print_next_steps(&args.out);
+    print_next_steps(&args.out());
     Ok(())
 }
 
 fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
     let start = |(algorithm, name, features): &(&'static str, &str, FeatureChoice)| {
-        let file = |extension: &str| args.out.join(format!("{algorithm}.{extension}"));
+        let file = |extension: &str| args.out().join(format!("{algorithm}.{extension}"));
         let files = OutputFiles::create(Some(&file("tum")), Some(&file("csv")))?;
         let settings = RunnerSettings {
             algorithm,
@@ -120,12 +128,12 @@ fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<(
         truth: &results.outcome.truth,
         curves: results.runners.iter().zip(&report.algorithms).map(curve).collect(),
     };
-    pictures.save(&args.out)?;
+    pictures.save(&args.out())?;
     if let Some(analysis) = &results.analysis {
-        analysis.save(&args.out, "analysis")?;
+        analysis.save(&args.out(), "analysis")?;
     }
-    write_tum(&args.out.join("truth.tum"), &results.outcome.truth)?;
-    save_json(&args.out.join("summary.json"), report)?;
+    write_tum(&args.out().join("truth.tum"), &results.outcome.truth)?;
+    save_json(&args.out().join("summary.json"), report)?;
     bar.clear();
     args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, report))
 }
@@ -144,6 +152,7 @@ fn print_next_steps(out: &Path) {
     say::line!();
     say::line!("Next:");
     say::line!("  visloc demo --seed 2                                       other places, other kidnaps");
+    say::line!("  visloc demo slam                                           a camera without a map");
     say::line!("  visloc localize sim:crowd --plots out/crowd                among other robots");
     say::line!("  visloc localize recording.mcap --map robocup-spl-2010      your own ROS 2 bag");
 }

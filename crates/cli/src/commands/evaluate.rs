@@ -7,7 +7,7 @@ use visloc_data::trajectory::read_trajectory;
 use visloc_eval::{EstimateSample, EvaluationOptions, evaluate};
 use visloc_world::Map;
 
-use super::settings::read_text;
+use super::{evaluate_camera, settings::read_text};
 use crate::{
     args::EvaluateArgs,
     report::{Column, Curve, EvaluationReport, RunPictures, comparison_table, save_json},
@@ -19,6 +19,9 @@ use crate::{
 /// # Errors
 /// If a file cannot be read or written, or the two have no time in common.
 pub fn execute(args: &EvaluateArgs) -> Result<()> {
+    if evaluate_camera::is_meant(args) {
+        return evaluate_camera::execute(args);
+    }
     let truth = read_trajectory(&args.truth)?;
     let samples = read_estimate(&args.estimate)?;
     let map = args.map.as_deref().map(Map::load).transpose()?;

@@ -14,16 +14,18 @@ use visloc_experiments::{
     office::{OfficeExperiment, OfficeSettings},
     robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, measure},
     run,
+    slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
 use visloc_locate::FeatureChoice;
+use visloc_slam::Clock;
 
 use crate::{
-    args::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs},
+    args::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
     report::save_json,
     run::Progress,
     say,
-    stopwatch::Stopwatch,
+    stopwatch::{Stopwatch, thread_cpu_secs},
 };
 
 /// Runs of each cell of the kidnap and Markov experiments.
@@ -53,8 +55,19 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs);
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
+        ExperimentCommand::SlamConfigs(args) => slam(SlamStudy::Configs, args),
+        ExperimentCommand::SlamDynamic(args) => slam(SlamStudy::Dynamic, args),
+        ExperimentCommand::SlamKidnap(args) => slam(SlamStudy::Kidnap, args),
+        ExperimentCommand::SlamCompare(args) => slam(SlamStudy::Compare, args),
         ExperimentCommand::Merge(args) => merge_parts(args),
     }
+}
+
+fn slam(study: SlamStudy, args: &SlamStudyArgs) -> Result<()> {
+    let mut settings = SlamSettings::new(study, &args.sequences);
+    settings.max_frames = args.frames.map_or(usize::MAX, |frames| frames as usize);
+    let experiment = SlamExperiment::new(settings, args.runs, Clock::new(thread_cpu_secs))?;
+    conduct(&experiment, &args.common, SlamExperiment::report)
 }
 
 fn symmetry(part: SymmetryPart, runs: Option<u64>) -> SymmetryExperiment {
@@ -160,6 +173,12 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
         }
         "office" => {
             let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs.unwrap_or(5));
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+        }
+        "slam-configs" | "slam-dynamic" | "slam-kidnap" | "slam-compare" => {
+            let settings: SlamSettings = serde_json::from_value(manifest.settings.clone())
+                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let experiment = SlamExperiment::new(settings, args.runs.unwrap_or(3), Clock::none())?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),

@@ -3,7 +3,9 @@
 mod colors;
 mod config;
 mod demo;
+mod demo_slam;
 mod evaluate;
+mod evaluate_camera;
 mod execute;
 mod experiment;
 mod likelihood;

@@ -2,14 +2,14 @@
 
 use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
-use visloc_data::sequence::{SequenceRange, open_tum, read_camera_trajectory, write_camera_trajectory};
+use visloc_data::sequence::write_camera_trajectory;
 
 use super::settings::slam_config;
 use crate::{
     args::SlamArgs,
     report::save_json,
     say,
-    slam::{FramePictures, SlamReport, SlamRun, draw, run, write_log, write_ply},
+    slam::{FramePictures, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log, write_ply},
 };
 
 /// Frames between pictures of single frames.
@@ -21,12 +21,12 @@ const PICTURE_EVERY: usize = 50;
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
-    let range = SequenceRange { start: args.start, end: args.end, stride: args.stride };
-    let mut source = open_tum(&args.sequence, range)?;
-    let truth_file = args.sequence.join("groundtruth.txt");
-    let truth = truth_file.exists().then(|| read_camera_trajectory(&truth_file)).transpose()?;
+    let SlamInput { mut source, truth, warnings } = open_input(args)?;
+    for warning in &warnings {
+        say::line!("note: {warning}");
+    }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let run = run(&mut source, &config, args.seed.seed, pictures.as_mut())?;
+    let run = run(source.as_mut(), &config, args.seed.seed, pictures.as_mut())?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -101,5 +101,8 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     }
     for skipped in run.skipped.iter().take(5) {
         say::line!("  left out: {}: {}", skipped.origin, skipped.reason);
+    }
+    if run.skipped.len() > 5 {
+        say::line!("  left out: {} more", run.skipped.len() - 5);
     }
 }

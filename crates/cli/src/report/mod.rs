@@ -1,12 +1,14 @@
 //! What a run is worth: numbers for scripts, tables for people, pictures for both.
 
 mod analysis_picture;
+mod camera_errors;
 mod json;
 mod pictures;
 mod skipped;
 mod table;
 
 pub use analysis_picture::SnapshotTaker;
+pub use camera_errors::{CameraReport, camera_pictures};
 pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
 pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;

@@ -6,8 +6,8 @@ use anyhow::Result;
 use visloc_base::{CameraTrajectory, GrayImage, RgbImage};
 use visloc_eval::camera::{AbsoluteError, associate};
 use visloc_plot::{
-    Color, ImageDots, ImagePicture, Panel, ScatterPicture, ScatterSeries, Series, TimeSeriesPicture,
-    image_picture, scatter, time_series,
+    Color, ImageDots, ImagePicture, Panel, Series, SpacePath, SpaceViews, TimeSeriesPicture, image_picture,
+    space_views, time_series,
 };
 use visloc_slam::FrameOutcome;
 
@@ -78,7 +78,9 @@ pub fn draw(
 ) -> Result<()> {
     time_series(&courses(title, run, truth, error)).save(folder, "courses")?;
     if let (Some(truth), Some(error)) = (truth, error) {
-        scatter(&paths(title, run, truth, error)).save(folder, "trajectory")?;
+        let [above, side] = space_views(&paths(title, run, truth, error));
+        above.save(folder, "trajectory")?;
+        side.save(folder, "trajectory-side")?;
     }
     Ok(())
 }
@@ -124,51 +126,27 @@ fn courses(
     TimeSeriesPicture { title: title.to_owned(), panels, ..TimeSeriesPicture::default() }
 }
 
-fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> ScatterPicture {
-    let true_path: Vec<(f64, f64)> =
-        truth.poses().iter().map(|p| p.world_from_camera.translation()).map(|t| (t.x, t.y)).collect();
-    let moved = |t: &nalgebra::Vector3<f64>| error.similarity.apply(t);
-    let estimated = run
-        .trajectory
-        .poses()
-        .iter()
-        .map(|p| moved(p.world_from_camera.translation()))
-        .map(|p| (p.x, p.y))
-        .collect();
+/// The truth, the aligned estimate and the aligned map.
+fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> SpaceViews {
+    let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
+    let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.apply(point).coords);
     let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
-    let landmarks: Vec<(f64, f64)> =
-        landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).map(|p| (p.x, p.y)).collect();
-    let range = |pick: fn(&(f64, f64)) -> f64| {
-        let (low, high) = true_path
-            .iter()
-            .map(pick)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
-        (low - 2.0, high + 2.0)
-    };
-    ScatterPicture {
+    let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
+    let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
+    let path =
+        |label: &str, color, is_cloud, points| SpacePath { label: label.to_owned(), color, is_cloud, points };
+    SpaceViews {
         title: title.to_owned(),
         subtitle: format!("RMSE {:.4} m", error.rmse),
-        x_m: range(|p| p.0),
-        y_m: range(|p| p.1),
-        series: vec![
-            ScatterSeries {
-                label: "landmarks".to_owned(),
-                color: Color::GRAY,
-                points: landmarks,
-                ..ScatterSeries::default()
-            },
-            ScatterSeries {
-                label: "truth".to_owned(),
-                color: Color::BLUISH_GREEN,
-                points: true_path,
-                ..ScatterSeries::default()
-            },
-            ScatterSeries {
-                label: "estimate".to_owned(),
-                color: Color::BLUE,
-                points: estimated,
-                ..ScatterSeries::default()
-            },
+        paths: vec![
+            path(
+                "map",
+                Color::GRAY,
+                true,
+                landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).collect(),
+            ),
+            path("truth", Color::BLUISH_GREEN, false, truth.collect()),
+            path("estimate", Color::BLUE, false, estimate.collect()),
         ],
     }
 }

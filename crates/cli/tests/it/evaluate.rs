@@ -56,3 +56,43 @@ fn mistakes_name_file_and_line() {
     assert!(error.contains("table.csv, line 2"), "{error}");
     assert!(workspace.refused(&["evaluate", "none.tum", "bad.tum"]).contains("none.tum"));
 }
+
+/// A camera that flies a loop, once as it was and once half as large and turned.
+fn loops() -> (String, String) {
+    let (mut truth, mut estimate) = (String::new(), String::new());
+    for i in 0..100 {
+        let (sin, cos) = (f64::from(i) / 15.0).sin_cos();
+        let z = 0.1 * f64::from(i % 10);
+        truth += &format!("{:.2} {cos} {sin} {z} 0.5 0.5 0.5 0.5\n", f64::from(i) / 10.0);
+        let (x, y) = (0.5 * cos, -0.5 * z);
+        estimate +=
+            &format!("{:.3} {x} {y} {} 0 0.70710678 0.70710678 0\n", f64::from(i) / 10.0 + 0.004, 0.5 * sin);
+    }
+    (truth, estimate)
+}
+
+#[test]
+fn cameras_are_aligned_and_compared() {
+    let workspace = Workspace::new();
+    let (truth, estimate) = loops();
+    workspace.write("truth.tum", &truth);
+    workspace.write("estimate.tum", &estimate);
+    let files = ["evaluate", "truth.tum", "estimate.tum", "--json", "e.json"];
+    workspace.must(&[&files[..], &["--plots", "plots"]].concat());
+    let report = workspace.json("e.json");
+    assert_eq!((&report["kind"], &report["alignment"]), (&"camera".into(), &"sim3".into()));
+    assert_eq!((&report["pairs"], &report["rpe_pairs"]), (&100.into(), &99.into()));
+    assert!(report["ate_m"]["rmse"].as_f64().unwrap() < 1e-6, "{report}");
+    assert!((report["scale"].as_f64().unwrap() - 2.0).abs() < 1e-6);
+    assert!((report["coverage"].as_f64().unwrap() - 1.0).abs() < 0.01);
+    for picture in ["errors.png", "trajectory.svg", "trajectory-side.png"] {
+        assert!(workspace.path(&format!("plots/{picture}")).exists(), "{picture}");
+    }
+    workspace.must(&[&files[..], &["--align", "se3", "--delta", "0.5m", "--all-pairs"]].concat());
+    let report = workspace.json("e.json");
+    assert!(report["ate_m"]["rmse"].as_f64().unwrap() > 0.3 && report["rpe_delta"] == "0.5m", "{report}");
+    let error = workspace.refused(&[&files[..], &["--offset", "-30"]].concat());
+    assert!(error.contains("--offset"), "{error}");
+    let outcome = workspace.visloc(&[&files[..], &["--delta", "far"]].concat());
+    assert!(outcome.code == 2 && outcome.stderr.contains("0.5m"), "{}", outcome.stderr);
+}

@@ -12,4 +12,5 @@ mod likelihood;
 mod localize;
 mod settings;
 mod slam;
+mod slam_input;
 mod support;

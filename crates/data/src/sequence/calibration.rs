@@ -1,48 +1,316 @@
-//! A camera's calibration in `camera.yaml`: `width`, `height`, `fx`, `fy`, `cx`, `cy` and `distortion: [k1, k2, p1, p2]`, one
-//! to a line.
+//! Calibrations in the files that datasets and calibrators write. Which form a file has is told from its content:
+//!
+//! * `key: value` (YAML): `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion: [k1, k2, p1, p2, k3]`, `fps`; the same with the
+//!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`), of ROS and OpenCV (`image_width`,
+//!   `camera_matrix`, `distortion_coefficients`) and of ORB-SLAM (`Camera.fx`, `Camera.k1`, ...);
+//! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
+//! * Middlebury: a count and lines `IMAGE K R t`.
+//!
+//! OpenCV's files are not quite YAML (`%YAML:1.0`), and a fault is to be named with its line, so the little that is needed is read
+//! here.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use visloc_geom::{Camera, Distortion};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use visloc_geom::{Camera, CameraFrame, Distortion, Rigid3};
 
 use super::SequenceError;
+use crate::text::{data_lines, parse_number};
+
+/// What a calibration says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Calibration {
+    /// Width and height of the images, pixels.
+    pub size_px: Option<(u32, u32)>,
+    /// fx and fy, pixels.
+    pub focal_px: (f64, f64),
+    /// cx and cy, pixels; the center of the top-left pixel is (0, 0).
+    pub center_px: (f64, f64),
+    /// The lens.
+    pub distortion: Distortion,
+    /// Images a second.
+    pub rate_hz: Option<f64>,
+    /// Where the camera is in the body whose poses the truth gives (the body's frame has no type of its own).
+    pub body_from_camera: Option<Rigid3<CameraFrame, CameraFrame>>,
+}
+
+impl Calibration {
+    /// A camera of unknown size without distortion.
+    #[must_use]
+    pub fn pinhole(focal_px: (f64, f64), center_px: (f64, f64)) -> Self {
+        Self {
+            size_px: None,
+            focal_px,
+            center_px,
+            distortion: Distortion::None,
+            rate_hz: None,
+            body_from_camera: None,
+        }
+    }
+
+    /// The camera for images of a size.
+    ///
+    /// # Errors
+    /// If no camera has these values.
+    pub fn camera(&self, size_px: (u32, u32), path: &Path) -> Result<Camera, SequenceError> {
+        Camera::new(size_px, self.focal_px, self.center_px, self.distortion)
+            .map_err(|source| SequenceError::Camera { path: path.to_path_buf(), source })
+    }
+}
 
 /// Reads a calibration.
 ///
 /// # Errors
-/// If the file cannot be read, a value is missing or not a number, or no camera has these values.
-pub fn read_camera_yaml(path: &Path) -> Result<Camera, SequenceError> {
-    let text =
-        fs::read_to_string(path).map_err(|source| SequenceError::Io { path: path.to_path_buf(), source })?;
-    let mut values: BTreeMap<&str, (usize, &str)> = BTreeMap::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or_default();
-        if let Some((key, value)) = line.split_once(':') {
-            values.insert(key.trim(), (i + 1, value.trim()));
+/// If the file cannot be read, a value is missing or not a number, or the lens model is not known.
+pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
+    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let second = data_lines(&text).nth(1).map_or(0, |(_, line)| line.split_whitespace().count());
+    let first = data_lines(&text).next().unwrap_or_default();
+    let matrix = first.1.split_once(':').map_or(first.1, |(_, values)| values);
+    if matrix.split_whitespace().count() == 12 {
+        return kitti(matrix).map_err(SequenceError::line(path, first.0));
+    }
+    if second == 22 {
+        let (number, line) = data_lines(&text).nth(1).unwrap_or_default();
+        return middlebury(line).map_err(SequenceError::line(path, number));
+    }
+    Keys::read(&text, path).calibration()
+}
+
+/// A projection matrix: fx 0 cx . 0 fy cy . 0 0 1 .
+fn kitti(matrix: &str) -> Result<Calibration, String> {
+    let p: Vec<f64> = matrix.split_whitespace().map(parse_number).collect::<Result<_, _>>()?;
+    Ok(Calibration::pinhole((p[0], p[5]), (p[2], p[6])))
+}
+
+/// A name, K, R and t.
+fn middlebury(line: &str) -> Result<Calibration, String> {
+    let k: Vec<f64> = line.split_whitespace().skip(1).map(parse_number).collect::<Result<_, _>>()?;
+    Ok(Calibration::pinhole((k[0], k[4]), (k[2], k[5])))
+}
+
+/// Keys with the line where they stand and their values; keys below a key without a value are joined with a dot.
+struct Keys<'a> {
+    path: &'a Path,
+    values: BTreeMap<String, (usize, String)>,
+}
+
+impl<'a> Keys<'a> {
+    fn read(text: &str, path: &'a Path) -> Self {
+        let mut values: BTreeMap<String, (usize, String)> = BTreeMap::new();
+        let (mut parent, mut open): (String, Option<String>) = (String::new(), None);
+        for (i, line) in text.lines().enumerate() {
+            let content = line.split('#').next().unwrap_or_default();
+            if let Some(key) = &open {
+                // A list that goes on.
+                if let Some((_, list)) = values.get_mut(key) {
+                    *list += content.trim();
+                }
+                open = open.filter(|_| !content.contains(']'));
+                continue;
+            }
+            let Some((key, value)) = content.split_once(':').filter(|_| !content.starts_with('%')) else {
+                continue;
+            };
+            let value = value.trim().trim_start_matches("!!opencv-matrix").trim().to_owned();
+            let is_below = key.starts_with([' ', '\t']) && !parent.is_empty();
+            let name = if is_below { format!("{parent}.{}", key.trim()) } else { key.trim().to_owned() };
+            if !is_below {
+                parent = if value.is_empty() { name.clone() } else { String::new() };
+            }
+            open = (value.contains('[') && !value.contains(']')).then(|| name.clone());
+            values.insert(name, (i + 1, value));
+        }
+        Self { path, values }
+    }
+
+    fn find(&self, names: &[&str]) -> Option<&(usize, String)> {
+        names.iter().find_map(|name| self.values.get(*name))
+    }
+
+    fn optional(&self, names: &[&str]) -> Result<Option<f64>, SequenceError> {
+        let Some((line, value)) = self.find(names) else { return Ok(None) };
+        let wrong = |_| format!("expected a number for {}, found '{value}'", names[0]);
+        let number = parse_number(value.trim_matches(['"', '\''])).map_err(wrong);
+        number.map(Some).map_err(SequenceError::line(self.path, *line))
+    }
+
+    fn number(&self, names: &[&str]) -> Result<f64, SequenceError> {
+        self.optional(names)?.ok_or_else(|| {
+            SequenceError::layout(self.path, format!("expected a line '{}: NUMBER', found none", names[0]))
+        })
+    }
+
+    fn list(&self, names: &[&str]) -> Result<Option<(usize, Vec<f64>)>, SequenceError> {
+        let Some((line, value)) = self.find(names) else { return Ok(None) };
+        let inside = value.trim_start_matches('[').trim_end_matches(']');
+        let numbers = inside.split(',').map(str::trim).filter(|v| !v.is_empty()).map(parse_number);
+        let numbers: Result<Vec<f64>, String> = numbers.collect();
+        numbers.map(|list| Some((*line, list))).map_err(SequenceError::line(self.path, *line))
+    }
+
+    fn calibration(&self) -> Result<Calibration, SequenceError> {
+        let (focal_px, center_px) = self.intrinsics()?;
+        Ok(Calibration {
+            size_px: self.size()?,
+            focal_px,
+            center_px,
+            distortion: self.distortion()?,
+            rate_hz: self.optional(&["fps", "rate_hz", "Camera.fps"])?.filter(|rate| *rate > 0.0),
+            body_from_camera: self.body_from_camera()?,
+        })
+    }
+
+    fn intrinsics(&self) -> Result<((f64, f64), (f64, f64)), SequenceError> {
+        if let Some((line, values)) = self.list(&["intrinsics"])? {
+            let [fx, fy, cx, cy] = values[..] else {
+                let reason = format!("expected fx, fy, cx, cy, found {} numbers", values.len());
+                return Err(SequenceError::line(self.path, line)(reason));
+            };
+            return Ok(((fx, fy), (cx, cy)));
+        }
+        if let Some((line, k)) = self.list(&["camera_matrix.data", "K", "k"])? {
+            if k.len() != 9 {
+                let reason = format!("expected the 9 numbers of a camera matrix, found {}", k.len());
+                return Err(SequenceError::line(self.path, line)(reason));
+            }
+            return Ok(((k[0], k[4]), (k[2], k[5])));
+        }
+        let focal = (self.number(&["fx", "Camera.fx", "Camera1.fx"])?, self.fy()?);
+        let center_x = self.number(&["cx", "Camera.cx", "Camera1.cx"])?;
+        Ok((focal, (center_x, self.number(&["cy", "Camera.cy", "Camera1.cy"])?)))
+    }
+
+    fn fy(&self) -> Result<f64, SequenceError> {
+        self.number(&["fy", "Camera.fy", "Camera1.fy"])
+    }
+
+    fn size(&self) -> Result<Option<(u32, u32)>, SequenceError> {
+        let (line, values) = match self.list(&["resolution", "image_size"])? {
+            Some((line, values)) => (line, values),
+            None => {
+                let width = self.optional(&["width", "image_width", "Camera.width"])?;
+                let height = self.optional(&["height", "image_height", "Camera.height"])?;
+                let Some((width, height)) = width.zip(height) else { return Ok(None) };
+                let line = self.find(&["width", "image_width", "Camera.width"]).map_or(1, |found| found.0);
+                (line, vec![width, height])
+            }
+        };
+        let is_size = |v: &f64| (1.0..=100_000.0).contains(v) && v.fract() == 0.0;
+        match values[..] {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            [width, height] if is_size(&width) && is_size(&height) => Ok(Some((width as u32, height as u32))),
+            _ => {
+                let reason = format!("expected width and height in whole pixels, found {values:?}");
+                Err(SequenceError::line(self.path, line)(reason))
+            }
         }
     }
-    let line_error = |line, reason| SequenceError::Line { path: path.to_path_buf(), line, reason };
-    let number = |key: &'static str| -> Result<f64, SequenceError> {
-        let (line, value) = values.get(key).copied().ok_or_else(|| SequenceError::Layout {
-            path: path.to_path_buf(),
-            reason: format!("expected a line '{key}: NUMBER', found none"),
-        })?;
-        value.parse().map_err(|_| line_error(line, format!("expected a number for {key}, found '{value}'")))
-    };
-    let mut coefficients = [0.0; 5];
-    if let Some((line, list)) = values.get("distortion").copied() {
-        let list = list.trim_start_matches('[').trim_end_matches(']');
-        for (i, value) in list.split(',').map(str::trim).filter(|v| !v.is_empty()).enumerate() {
-            let slot = coefficients
-                .get_mut(i)
-                .ok_or_else(|| line_error(line, "expected at most 5 distortion coefficients".to_owned()))?;
-            *slot =
-                value.parse().map_err(|_| line_error(line, format!("expected numbers, found '{value}'")))?;
+
+    fn distortion(&self) -> Result<Distortion, SequenceError> {
+        const KNOWN: [&str; 6] = ["radial-tangential", "radtan", "plumb_bob", "opencv", "pinhole", "none"];
+        if let Some((line, model)) = self.find(&["distortion_model"]) {
+            let model = model.trim_matches(['"', '\'']).to_lowercase();
+            if !model.is_empty() && !KNOWN.contains(&model.as_str()) {
+                let reason = format!("expected distortion_model radial-tangential, found '{model}'");
+                return Err(SequenceError::line(self.path, *line)(reason));
+            }
         }
+        let names = ["distortion", "distortion_coefficients", "distortion_coefficients.data", "D", "d"];
+        let Some((line, values)) = self.list(&names)? else { return self.separate_distortion() };
+        let mut k = [0.0; 5];
+        if values.len() > k.len() {
+            let reason = format!("expected at most 5 distortion coefficients, found {}", values.len());
+            return Err(SequenceError::line(self.path, line)(reason));
+        }
+        k[..values.len()].copy_from_slice(&values);
+        Ok(Distortion::RadialTangential(k))
     }
-    let size = (number("width")? as u32, number("height")? as u32);
-    let focal = (number("fx")?, number("fy")?);
-    let center = (number("cx")?, number("cy")?);
-    Camera::new(size, focal, center, Distortion::RadialTangential(coefficients))
-        .map_err(|source| SequenceError::Camera { path: path.to_path_buf(), source })
+
+    fn separate_distortion(&self) -> Result<Distortion, SequenceError> {
+        let mut k = [0.0; 5];
+        for (slot, name) in k.iter_mut().zip(["k1", "k2", "p1", "p2", "k3"]) {
+            let names = [name.to_owned(), format!("Camera.{name}"), format!("Camera1.{name}")];
+            *slot = self.optional(&names.each_ref().map(String::as_str))?.unwrap_or(0.0);
+        }
+        Ok(Distortion::RadialTangential(k))
+    }
+
+    fn body_from_camera(&self) -> Result<Option<Rigid3<CameraFrame, CameraFrame>>, SequenceError> {
+        let Some((line, t)) = self.list(&["T_BS.data"])? else { return Ok(None) };
+        if t.len() != 16 {
+            let reason = format!("expected the 16 numbers of T_BS, found {}", t.len());
+            return Err(SequenceError::line(self.path, line)(reason));
+        }
+        let rotation = Matrix3::new(t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]);
+        if (rotation.transpose() * rotation - Matrix3::identity()).norm() > 1e-3 {
+            let reason = "expected a rotation in T_BS, found another matrix".to_owned();
+            return Err(SequenceError::line(self.path, line)(reason));
+        }
+        let translation = Vector3::new(t[3], t[7], t[11]);
+        Ok(Some(Rigid3::new(Rotation3::from_matrix_unchecked(rotation), translation)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Calibration, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.yaml");
+        fs::write(&path, text).unwrap();
+        read_calibration(&path).map_err(|error| error.to_string())
+    }
+
+    const OURS: &str = "width: 640\nheight: 480\nfx: 500\nfy: 501\ncx: 319.5\ncy: 239.5 # middle\n\
+                        distortion: [0.1, -0.2, 0.001, 0.002]\nfps: 20\n";
+
+    #[test]
+    fn the_same_camera_in_every_form() {
+        let euroc = "%YAML:1.0\nT_BS:\n  cols: 4\n  data: [1, 0, 0, 0.5,\n    0, 1, 0, 0,\n    0, 0, 1, 0, 0, 0, 0, 1]\n\
+                     rate_hz: 20\nresolution: [640, 480]\nintrinsics: [500, 501, 319.5, 239.5] #fu\n\
+                     distortion_model: radial-tangential\ndistortion_coefficients: [0.1, -0.2, 0.001, 0.002]\n";
+        let opencv = "%YAML:1.0\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   \
+                      data: [ 500., 0., 319.5, 0.,\n       501., 239.5, 0., 0., 1. ]\ndistortion_coefficients: \
+                      !!opencv-matrix\n   data: [ 0.1, -0.2, 0.001, 0.002, 0. ]\nfps: 20\n";
+        let orb = "%YAML:1.0\nCamera.fx: 500\nCamera.fy: 501\nCamera.cx: 319.5\nCamera.cy: 239.5\nCamera.k1: 0.1\n\
+                   Camera.k2: -0.2\nCamera.p1: 0.001\nCamera.p2: 0.002\nCamera.width: 640\nCamera.height: 480\n\
+                   Camera.fps: 20.0\n";
+        let ours = read(OURS).unwrap();
+        assert_eq!(ours.size_px, Some((640, 480)));
+        assert_eq!(ours.distortion, Distortion::RadialTangential([0.1, -0.2, 0.001, 0.002, 0.0]));
+        assert_eq!(ours.rate_hz, Some(20.0));
+        for text in [euroc, opencv, orb] {
+            let other = read(text).unwrap();
+            assert_eq!(Calibration { body_from_camera: None, ..other.clone() }, ours, "{text}");
+        }
+        assert_eq!(read(euroc).unwrap().body_from_camera.unwrap().translation().x, 0.5);
+    }
+
+    #[test]
+    fn matrices_of_kitti_and_middlebury() {
+        for prefix in ["P0: ", ""] {
+            let text =
+                format!("{prefix}707 0 601 0 0 708 183 0 0 0 1 0\nP1: 707 0 601 -379 0 708 183 0 0 0 1 0\n");
+            assert_eq!(read(&text).unwrap(), Calibration::pinhole((707.0, 708.0), (601.0, 183.0)));
+        }
+        let text = "2\na.png 1520 0 302 0 1525 246 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n";
+        assert_eq!(read(text).unwrap(), Calibration::pinhole((1520.0, 1525.0), (302.0, 246.0)));
+    }
+
+    #[test]
+    fn faults_are_named() {
+        for (from, to, expected) in [
+            ("fx: 500\n", "", "expected a line 'fx: NUMBER', found none"),
+            ("fx: 500", "fx: wide", "line 3: expected a number for fx, found 'wide'"),
+            ("width: 640", "width: 640.5", "line 1: expected width and height in whole pixels"),
+            ("0.002]", "0.002, 0, 0]", "line 7: expected at most 5 distortion coefficients, found 6"),
+            ("fps: 20", "distortion_model: equidistant", "line 8: expected distortion_model"),
+        ] {
+            let error = read(&OURS.replace(from, to)).unwrap_err();
+            assert!(error.contains("camera.yaml") && error.contains(expected), "{error} ({expected})");
+        }
+        assert!(read("").is_err());
+    }
 }

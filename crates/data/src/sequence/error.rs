@@ -1,6 +1,9 @@
 //! What can be wrong with a sequence.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use thiserror::Error;
 use visloc_geom::CameraError;
@@ -27,12 +30,12 @@ pub enum SequenceError {
         /// What was expected and what was found.
         reason: String,
     },
-    /// The folder has no layout that is known.
+    /// A folder has no layout that is known, or a file lacks something.
     #[error("{}: {reason}", path.display())]
     Layout {
-        /// The folder.
+        /// The folder or file.
         path: PathBuf,
-        /// What was looked for.
+        /// What was expected and what was found.
         reason: String,
     },
     /// The calibration cannot belong to a camera.
@@ -43,4 +46,20 @@ pub enum SequenceError {
         /// What is wrong.
         source: CameraError,
     },
+}
+
+impl SequenceError {
+    pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self + use<> {
+        let path = path.to_path_buf();
+        move |source| Self::Io { path: path.clone(), source }
+    }
+
+    pub(crate) fn line(path: &Path, line: usize) -> impl Fn(String) -> Self + use<> {
+        let path = path.to_path_buf();
+        move |reason| Self::Line { path: path.clone(), line, reason }
+    }
+
+    pub(crate) fn layout(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Layout { path: path.to_path_buf(), reason: reason.into() }
+    }
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use visloc_base::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp};
 use visloc_geom::Camera;
 
-use crate::image_codec::read_gray_image;
+use super::SequenceRange;
+use crate::image_codec::{read_gray_image, resize_gray};
 
 /// An image that is still on the disk.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,35 +17,20 @@ pub struct ImageFile {
     pub path: PathBuf,
 }
 
-/// Which images of a sequence are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SequenceRange {
-    /// First image, from 0.
-    pub start: usize,
-    /// One past the last image; `None` for all.
-    pub end: Option<usize>,
-    /// Every how manyeth image; at least 1 is used.
-    pub stride: usize,
-}
-
-impl Default for SequenceRange {
-    /// All images.
-    fn default() -> Self {
-        Self { start: 0, end: None, stride: 1 }
-    }
-}
-
-/// Reads images one after another. One that is missing, damaged or of another size is left out and noted.
+/// Reads images one after another, gray or color, PNG or JPEG. One that is missing, damaged or of another size is left out and
+/// noted.
 #[derive(Debug)]
 pub struct FileSequence {
     camera: Camera,
+    /// Size of the images in the files, pixels.
+    file_size_px: (u32, u32),
     files: Vec<ImageFile>,
     next: usize,
     skipped: Vec<SkippedInput>,
 }
 
 impl FileSequence {
-    /// A sequence of files in the order given, and what was left out before.
+    /// A sequence of files in the order given, and what was left out before. The camera is that of the files.
     #[must_use]
     pub fn new(
         camera: Camera,
@@ -52,9 +38,21 @@ impl FileSequence {
         range: SequenceRange,
         skipped: Vec<SkippedInput>,
     ) -> Self {
-        let end = range.end.unwrap_or(files.len()).min(files.len());
-        let files = files.into_iter().take(end).skip(range.start).step_by(range.stride.max(1)).collect();
-        Self { camera, files, next: 0, skipped }
+        let files = range.select(files);
+        Self { camera, file_size_px: camera.size_px(), files, next: 0, skipped }
+    }
+
+    /// Shrinks or enlarges every image, and the camera with them.
+    #[must_use]
+    pub fn scaled(mut self, scale: f64) -> Self {
+        self.camera = self.camera.scaled(scale);
+        self
+    }
+
+    /// The images that will be read.
+    #[must_use]
+    pub fn files(&self) -> &[ImageFile] {
+        &self.files
     }
 }
 
@@ -67,9 +65,10 @@ impl ImageSource for FileSequence {
         loop {
             let file = self.files.get(self.next)?;
             self.next += 1;
-            let (width, height) = self.camera.size_px();
+            let (width, height) = self.file_size_px;
             let reason = match read_gray_image(&file.path) {
                 Ok(image) if (image.width(), image.height()) == (width as usize, height as usize) => {
+                    let image = resize_gray(image, self.camera.size_px());
                     return Some(Ok(GrayFrame { at: file.at, image }));
                 }
                 Ok(image) => {

@@ -1,10 +1,20 @@
 //! Image sequences of datasets.
+//!
+//! [`open_sequence`] recognizes the layout of a folder (TUM RGB-D, ICL-NUIM, EuRoC, Zurich urban MAV, KITTI odometry, a plain folder),
+//! reads the dataset's own calibration and truth, and hands out the images as a [`visloc_base::ImageSource`]. A new layout
+//! is one file in `layouts/` and its line in the list there.
 
 mod calibration;
 mod error;
 mod files;
-mod tum;
+mod layouts;
+mod open;
+mod range;
 
+pub use calibration::{Calibration, read_calibration};
 pub use error::SequenceError;
-pub use files::{FileSequence, ImageFile, SequenceRange};
-pub use tum::{open_tum, read_camera_trajectory, write_camera_trajectory};
+pub use files::{FileSequence, ImageFile};
+pub use open::{Sequence, SequenceOptions, open_sequence, open_tum};
+pub use range::{Bound, SequenceRange};
+
+pub use crate::camera_trajectory::{read_camera_trajectory, write_camera_trajectory};

@@ -8,3 +8,4 @@ mod model_agreement;
 mod office;
 mod pixels;
 mod refined;
+mod slam;

@@ -1,0 +1,106 @@
+//! `visloc demo slam`: a camera in a room that nobody knows.
+
+use std::{fs, path::Path};
+
+use anyhow::{Context, Result, anyhow};
+use visloc_base::CameraTrajectory;
+use visloc_data::sequence::write_camera_trajectory;
+use visloc_sim::CameraTour;
+use visloc_slam::SlamConfig;
+
+use crate::{
+    args::DemoArgs,
+    report::save_json,
+    run::Progress,
+    say,
+    slam::{FramePictures, SlamReport, SlamRun, draw, run, write_ply},
+    stopwatch::Stopwatch,
+};
+
+/// Frames between pictures of single frames.
+const PICTURE_EVERY: usize = 100;
+
+/// Runs the demo.
+///
+/// # Errors
+/// If there is no such tour or a file cannot be written.
+pub fn execute(args: &DemoArgs) -> Result<()> {
+    let (name, out) = (args.scenario(), args.out());
+    let mut tour = CameraTour::new(name, args.seed.seed)?.with_threads(args.threads.count());
+    if let Some(frames) = args.frames {
+        tour = tour.with_frames(0, frames as usize, 1);
+    }
+    let truth = tour.truth();
+    fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
+    say::line!("visloc demo slam: a camera is carried through a room ({name}); nobody tells it anything.");
+    say::line!("Where was it, and what did it see?\n");
+    let watch = Stopwatch::start();
+    let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
+    let run = run(&mut tour, &SlamConfig::default(), args.seed.seed, Some(&mut pictures))?;
+    if let Some(error) = &run.error {
+        return Err(anyhow!(error.clone()));
+    }
+    let (report, error) = SlamReport::new(&run, Some(&truth));
+    print(&run, &report, &truth, watch.secs());
+    let bar = Progress::message("drawing pictures");
+    let title = format!("visloc demo slam: {name}, seed {}", args.seed.seed);
+    draw(&out, &title, &run, Some(&truth), error.as_ref())?;
+    write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses())?;
+    write_camera_trajectory(&out.join("truth.tum"), truth.poses())?;
+    write_ply(&out.join("map.ply"), run.slam.map())?;
+    save_json(&out.join("summary.json"), &report)?;
+    bar.clear();
+    print_next_steps(&out);
+    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+}
+
+fn print(run: &SlamRun, report: &SlamReport, truth: &CameraTrajectory, secs: f64) {
+    let positions = truth.poses().iter().map(|pose| *pose.world_from_camera.translation());
+    let positions: Vec<_> = positions.collect();
+    let way_m: f64 = positions.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+    say::line!("{} images, a way of {way_m:.1} m, drawn and followed in {secs:.0} s", report.frames);
+    match report.initialized_at_s {
+        Some(at) => say::line!("  the map was started after {at:.1} s"),
+        None => say::line!("  no map was started"),
+    }
+    say::line!(
+        "  {:.1} % of the images have a pose; lost {} times, found again {} times",
+        report.coverage * 100.0,
+        report.lost_spells,
+        report.relocalizations
+    );
+    say::line!("  the map: {} points seen from {} keyframes", report.points, report.keyframes);
+    if let Some(ate) = &report.ate_m {
+        say::line!(
+            "  error: {:.1} mm (RMSE; largest {:.1} mm), after the scale, which one camera cannot know, is set",
+            ate.rmse * 1e3,
+            ate.max * 1e3
+        );
+    }
+    let num_tracked = run.records.iter().filter(|record| record.is_tracked()).count();
+    say::line!(
+        "  {:.1} ms of one core for each of {num_tracked} tracked images, {:.0} ms for a keyframe",
+        report.tracking_ms.mean,
+        report.mapping_ms.mean
+    );
+}
+
+fn print_next_steps(out: &Path) {
+    let out = out.display();
+    say::line!();
+    say::line!("In {out}:");
+    say::line!(
+        "  trajectory.png       where the camera was, where it thought it was, and the map, from above"
+    );
+    say::line!("  trajectory-side.png  the same from the side");
+    say::line!("  courses.png          error, landmarks and times over time");
+    say::line!("  frame-*.png          what it recognized in some images");
+    say::line!("  map.ply              the map, for a 3-D viewer");
+    say::line!("  *.tum, summary.json  poses and numbers");
+    say::line!("  (pictures also as .svg)");
+    say::line!();
+    say::line!("Next:");
+    say::line!("  visloc demo slam --scenario kidnap              covered, carried away, found again");
+    say::line!("  visloc slam sim:walking --plots out/walking     people walk through the picture");
+    say::line!("  visloc slam FOLDER --plots out/run              your own images (docs/datasets.md)");
+}

@@ -1,0 +1,142 @@
+//! `visloc evaluate` for a camera in space.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_data::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
+use visloc_eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors};
+
+use crate::{
+    args::{AlignArg, EvaluateArgs, TrajectoryKind},
+    report::{CameraReport, camera_pictures, save_json},
+    say,
+};
+
+/// Largest difference of times that belong together, seconds; that of `evo` and of the TUM tools (0.02 there).
+const MAX_DIFF_SECS: f64 = 0.01;
+
+/// Whether the arguments or the files are those of a camera.
+pub fn is_meant(args: &EvaluateArgs) -> bool {
+    let camera = &args.camera;
+    if let Some(kind) = camera.kind {
+        return kind == TrajectoryKind::Camera;
+    }
+    let has_option = camera.align.is_some()
+        || camera.delta.is_some()
+        || camera.all_pairs
+        || camera.max_diff.is_some()
+        || camera.offset.is_some();
+    has_option || (args.map.is_none() && (is_tilted(&args.truth) || is_tilted(&args.estimate)))
+}
+
+/// Whether a file has poses of a camera that do not stand upright; false if it cannot be read, which others will say.
+fn is_tilted(path: &Path) -> bool {
+    let is_tilted = |pose: &CameraPose| pose.world_from_camera.rotation()[(2, 2)] < 0.999;
+    read_camera_trajectory_file(path).is_ok_and(|file| file.trajectory.poses().iter().any(is_tilted))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be read or written, the two have no time in common, or they cannot be aligned.
+pub fn execute(args: &EvaluateArgs) -> Result<()> {
+    let (truth, truth_format) = read(&args.truth)?;
+    let (estimate, format) = read(&args.estimate)?;
+    if (truth_format == TrajectoryFormat::Kitti) != (format == TrajectoryFormat::Kitti) {
+        bail!(
+            "{} and {}: expected times in both files or in none (KITTI), found them in one",
+            args.truth.display(),
+            args.estimate.display()
+        );
+    }
+    let estimate = shifted(&estimate, args.camera.offset.unwrap_or(0.0));
+    let max_diff = args.camera.max_diff.unwrap_or(MAX_DIFF_SECS);
+    let pairs = associate(&truth, &estimate, max_diff);
+    if pairs.is_empty() {
+        bail!(
+            "{}: none of its {} poses is within {max_diff} s of a pose of {}; are both of the same run? (see --max-diff, --offset)",
+            args.estimate.display(),
+            estimate.poses().len(),
+            args.truth.display()
+        );
+    }
+    let (alignment, name) = match args.camera.align {
+        Some(AlignArg::None) => (Alignment::None, "none"),
+        Some(AlignArg::Se3) => (Alignment::Rigid, "se3"),
+        Some(AlignArg::Sim3) | None => (Alignment::Similarity, "sim3"),
+    };
+    let Some(absolute) = absolute_error(&pairs, alignment) else {
+        bail!(
+            "{}: expected at least three poses that are not on a line, for the alignment; found {} in common (see --align none)",
+            args.estimate.display(),
+            pairs.len()
+        );
+    };
+    let step = args.camera.delta.map_or(Step::Frames(1), |delta| delta.0);
+    let motions = if args.camera.all_pairs { Motions::All } else { Motions::Consecutive };
+    let relative = relative_errors(&pairs, step, motions, &absolute.similarity);
+    let report = CameraReport {
+        kind: "camera",
+        truth_poses: truth.poses().len(),
+        estimate_poses: estimate.poses().len(),
+        pairs: pairs.len(),
+        coverage: coverage(&truth, &pairs),
+        alignment: name,
+        scale: 1.0,
+        ate_m: None,
+        ate_rot_deg: None,
+        rpe_delta: match step {
+            Step::Frames(count) => count.to_string(),
+            Step::Meters(meters) => format!("{meters}m"),
+        },
+        rpe_pairs: 0,
+        rpe_trans_m: None,
+        rpe_rot_deg: None,
+    };
+    let report = report.with_errors(&absolute, &relative);
+    print(&report);
+    if let Some(folder) = &args.plots {
+        let title = args.estimate.display().to_string();
+        camera_pictures(folder, &title, (&truth, &estimate), &pairs, (&absolute, &relative))?;
+        say::line!("\npictures: {}", folder.display());
+    }
+    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+}
+
+fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
+    let CameraTrajectoryFile { trajectory, format, skipped } = read_camera_trajectory_file(path)?;
+    if let Some(first) = skipped.first() {
+        say::line!(
+            "note: {} poses are left out; the first: {}: {}",
+            skipped.len(),
+            first.origin,
+            first.reason
+        );
+    }
+    Ok((trajectory, format))
+}
+
+fn shifted(trajectory: &CameraTrajectory, offset_secs: f64) -> CameraTrajectory {
+    let mut moved = CameraTrajectory::new();
+    for pose in trajectory.poses() {
+        // The order stays as it is.
+        let _ = moved.push(CameraPose { at: pose.at + offset_secs, ..*pose });
+    }
+    moved
+}
+
+fn print(report: &CameraReport) {
+    say::line!(
+        "{} poses in common of {} (truth) and {}; {} of the time covered",
+        report.pairs,
+        report.truth_poses,
+        report.estimate_poses,
+        crate::report::percent(report.coverage)
+    );
+    say::line!("alignment {}, scale {:.6}\n", report.alignment, report.scale);
+    say::text(format_args!("{}", report.table()));
+    if report.rpe_pairs == 0 {
+        say::line!("no two poses are so far apart: no relative error");
+    }
+}

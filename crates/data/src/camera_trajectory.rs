@@ -1,0 +1,237 @@
+//! Trajectories of a camera in text files of the three usual forms.
+//!
+//! * TUM: `t tx ty tz qx qy qz qw`, seconds and meters.
+//! * KITTI: a 3 x 4 matrix in each line, row by row, and no times: line n gets the time n seconds, from 0.
+//! * EuRoC: a table `t,x,y,z,qw,qx,qy,qz,...`, whole nanoseconds and meters.
+//!
+//! All say where the camera (or body) is in the world: its pose takes points of the camera to the world.
+
+use std::{
+    fs,
+    io::{self, Write},
+    path::Path,
+};
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use visloc_base::{CameraPose, CameraTrajectory, SkippedInput, Timestamp};
+use visloc_geom::{CameraFrame, Rigid3, World};
+
+use crate::{
+    sequence::SequenceError,
+    text::{data_lines, parse_nanos, parse_number, parse_secs},
+};
+
+/// How the poses of a file are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrajectoryFormat {
+    /// `t tx ty tz qx qy qz qw`.
+    Tum,
+    /// Twelve numbers of a matrix, no times.
+    Kitti,
+    /// `t,x,y,z,qw,qx,qy,qz,...`, nanoseconds.
+    Euroc,
+}
+
+/// A trajectory as it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraTrajectoryFile {
+    /// The poses.
+    pub trajectory: CameraTrajectory,
+    /// How they were written.
+    pub format: TrajectoryFormat,
+    /// Lines that are left out because their time is not after the one before; even published truths have some.
+    pub skipped: Vec<SkippedInput>,
+}
+
+/// Reads camera poses; the format is told from the first line that is neither empty nor a comment. Poses whose time is not
+/// after the one before are left out.
+///
+/// # Errors
+/// If the file cannot be read or a line is not in the format; with the number of the line.
+pub fn read_camera_trajectory(path: &Path) -> Result<CameraTrajectory, SequenceError> {
+    read_camera_trajectory_file(path).map(|file| file.trajectory)
+}
+
+/// As [`read_camera_trajectory`], with the format that was found and what was left out.
+///
+/// # Errors
+/// As [`read_camera_trajectory`].
+pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, SequenceError> {
+    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let first =
+        data_lines(&text).next().ok_or_else(|| SequenceError::layout(path, "expected poses, found none"))?;
+    let format = recognize(first.1).map_err(SequenceError::line(path, first.0))?;
+    let (mut trajectory, mut skipped) = (CameraTrajectory::new(), Vec::new());
+    for (count, (number, line)) in data_lines(&text).enumerate() {
+        let pose = match format {
+            TrajectoryFormat::Tum => parse_tum(line),
+            TrajectoryFormat::Kitti => parse_kitti(line).map(|world_from_camera| CameraPose {
+                #[allow(clippy::cast_possible_wrap)]
+                at: Timestamp::from_nanos(count as i64 * 1_000_000_000),
+                world_from_camera,
+            }),
+            TrajectoryFormat::Euroc => parse_euroc(line),
+        };
+        let pose = pose.map_err(SequenceError::line(path, number))?;
+        if let Err(refused) = trajectory.push(pose) {
+            let last = trajectory.poses().last().map_or(refused.at, |last| last.at);
+            skipped.push(SkippedInput {
+                at: Some(refused.at),
+                origin: format!("{}: line {number}", path.display()),
+                reason: format!("expected a time after {last}, found {}", refused.at),
+            });
+        }
+    }
+    Ok(CameraTrajectoryFile { trajectory, format, skipped })
+}
+
+fn recognize(line: &str) -> Result<TrajectoryFormat, String> {
+    let (columns, fields) = (line.split(',').count(), line.split_whitespace().count());
+    match (columns, fields) {
+        (8.., _) => Ok(TrajectoryFormat::Euroc),
+        (1, 8) => Ok(TrajectoryFormat::Tum),
+        (1, 12) => Ok(TrajectoryFormat::Kitti),
+        _ => Err(format!(
+            "expected 8 numbers (t tx ty tz qx qy qz qw), 12 numbers (a 3 x 4 matrix) or a table t,x,y,z,qw,qx,qy,qz, \
+             found '{line}'"
+        )),
+    }
+}
+
+fn numbers<const N: usize>(fields: &[&str]) -> Result<[f64; N], String> {
+    if fields.len() < N {
+        return Err(format!("expected {N} numbers, found {}", fields.len()));
+    }
+    let mut numbers = [0.0; N];
+    for (number, field) in numbers.iter_mut().zip(fields) {
+        *number = parse_number(field)?;
+    }
+    Ok(numbers)
+}
+
+fn rigid<Dst, Src>([qx, qy, qz, qw]: [f64; 4], position: [f64; 3]) -> Result<Rigid3<Dst, Src>, String> {
+    Rigid3::from_quaternion([qx, qy, qz, qw], position)
+        .ok_or_else(|| format!("expected a quaternion of length 1, found {qx} {qy} {qz} {qw}"))
+}
+
+fn parse_tum(line: &str) -> Result<CameraPose, String> {
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    let [stamp, values @ ..] = fields.as_slice() else { return Err("expected a pose".to_owned()) };
+    if values.len() != 7 {
+        return Err(format!("expected 8 numbers (t tx ty tz qx qy qz qw), found {}", fields.len()));
+    }
+    let [x, y, z, qx, qy, qz, qw] = numbers(values)?;
+    Ok(CameraPose { at: parse_secs(stamp)?, world_from_camera: rigid([qx, qy, qz, qw], [x, y, z])? })
+}
+
+fn parse_euroc(line: &str) -> Result<CameraPose, String> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    let [stamp, values @ ..] = fields.as_slice() else { return Err("expected a pose".to_owned()) };
+    let [x, y, z, qw, qx, qy, qz] = numbers(values)?;
+    Ok(CameraPose { at: parse_nanos(stamp)?, world_from_camera: rigid([qx, qy, qz, qw], [x, y, z])? })
+}
+
+/// A pose as the rows of a 3 x 4 matrix.
+pub(crate) fn parse_kitti(line: &str) -> Result<Rigid3<World, CameraFrame>, String> {
+    let fields: Vec<&str> = line.split_whitespace().collect();
+    if fields.len() != 12 {
+        return Err(format!("expected 12 numbers (a 3 x 4 matrix), found {}", fields.len()));
+    }
+    let m: [f64; 12] = numbers(&fields)?;
+    let rotation = Matrix3::new(m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]);
+    let is_rotation = (rotation.transpose() * rotation - Matrix3::identity()).norm() < 1e-3;
+    if !is_rotation || rotation.determinant() < 0.0 {
+        return Err(format!("expected the matrix of a rotation, found {:?}", &m));
+    }
+    Ok(Rigid3::new(Rotation3::from_matrix_unchecked(rotation), Vector3::new(m[3], m[7], m[11])))
+}
+
+/// Writes camera poses in TUM format.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), SequenceError> {
+    let file = fs::File::create(path).map_err(SequenceError::io(path))?;
+    let mut out = io::BufWriter::new(file);
+    let mut write = || -> io::Result<()> {
+        writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, map units")?;
+        for pose in poses {
+            let t = pose.world_from_camera.translation();
+            let [x, y, z, w] = pose.world_from_camera.quaternion_xyzw();
+            writeln!(out, "{} {:.9} {:.9} {:.9} {x:.12} {y:.12} {z:.12} {w:.12}", pose.at, t.x, t.y, t.z)?;
+        }
+        out.flush()
+    };
+    write().map_err(SequenceError::io(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<CameraTrajectoryFile, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.txt");
+        fs::write(&path, text).unwrap();
+        read_camera_trajectory_file(&path).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn three_formats_of_the_same_pose() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let tum = format!("# t\n2.5 1 2 3 0 0 {half} {half}\n");
+        let euroc = format!("#timestamp,x,...\n2500000000,1,2,3,{half},0,0,{half},0,0,0\n");
+        let kitti = "0 -1 0 1 1 0 0 2 0 0 1 3\n";
+        let (tum, euroc, kitti) = (read(&tum).unwrap(), read(&euroc).unwrap(), read(kitti).unwrap());
+        assert_eq!(
+            [tum.format, euroc.format, kitti.format],
+            [TrajectoryFormat::Tum, TrajectoryFormat::Euroc, TrajectoryFormat::Kitti]
+        );
+        assert_eq!(tum.trajectory.poses()[0].at, euroc.trajectory.poses()[0].at);
+        let turn = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        for file in [&tum, &euroc, &kitti] {
+            let pose = file.trajectory.poses()[0].world_from_camera;
+            assert!((pose.rotation() - turn).norm() < 1e-12);
+            assert_eq!(*pose.translation(), Vector3::new(1.0, 2.0, 3.0));
+        }
+    }
+
+    #[test]
+    fn written_poses_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.tum");
+        let pose = CameraPose {
+            at: Timestamp::from_nanos(1_700_000_000_033_333_333),
+            world_from_camera: Rigid3::from_quaternion([0.1, -0.2, 0.3, 0.9], [1.5, -2.5, 3.5]).unwrap(),
+        };
+        write_camera_trajectory(&path, &[pose]).unwrap();
+        let back = read_camera_trajectory(&path).unwrap().poses()[0];
+        assert_eq!(back.at, pose.at);
+        assert!((back.world_from_camera.rotation() - pose.world_from_camera.rotation()).norm() < 1e-10);
+    }
+
+    #[test]
+    fn repeated_and_earlier_poses_are_left_out() {
+        let file = read("1 0 0 0 0 0 0 1\n1 5 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n0.5 9 0 0 0 0 0 1\n").unwrap();
+        assert_eq!(file.trajectory.poses().len(), 2);
+        assert!(file.skipped[0].origin.ends_with("line 2") && file.skipped[1].origin.ends_with("line 4"));
+        assert!(file.skipped[0].reason.starts_with("expected a time after 1.0"));
+    }
+
+    #[test]
+    fn faults_are_named_with_their_line() {
+        let good = "1 0 0 0 0 0 0 1\n";
+        for (text, expected) in [
+            (format!("{good}2 0 0 x 0 0 0 1\n"), "line 2: expected a finite number, found 'x'"),
+            (format!("{good}2 0 0 0 0 0 0 0\n"), "quaternion"),
+            (format!("{good}2 0 0 0 0 0 1\n"), "line 2: expected 8 numbers"),
+            ("1 2 3\n".to_owned(), "line 1: expected 8 numbers"),
+            ("2 0 0 0 0 2 0 0 0 0 2 0\n".to_owned(), "line 1: expected the matrix of a rotation"),
+            ("a,0,0,0,1,0,0,0\n".to_owned(), "line 1: expected a time in whole nanoseconds, found 'a'"),
+            ("# nothing\n".to_owned(), "expected poses, found none"),
+        ] {
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{error} (expected {expected})");
+        }
+    }
+}

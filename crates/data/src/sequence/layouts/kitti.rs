@@ -1,0 +1,111 @@
+//! KITTI odometry: `image_0/000000.png`, `times.txt`, `calib.txt`; the truth is `poses.txt` in the folder or `poses/NAME.txt` two
+//! folders up, as the benchmark has it. A folder that has `rgb.txt` instead of `times.txt` belongs here too if it has
+//! `poses.txt`.
+//!
+//! `calib.txt`: the first matrix, `P0`, is the left gray camera, whose poses the truth gives; the images are rectified. In `image_2`
+//! and `image_3` are the color cameras, `P2` and `P3`, which are a few centimeters beside it.
+//!
+//! Source: Geiger et al., "Are we ready for autonomous driving? The KITTI vision benchmark suite", 2012, and its page.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
+
+use super::{Contents, Layout, first_file, numbered::image_files, tum};
+use crate::{
+    camera_trajectory::parse_kitti,
+    sequence::{ImageFile, SequenceError},
+    text::{data_lines, parse_secs},
+};
+
+pub(super) const LAYOUT: Layout = Layout {
+    name: "KITTI odometry",
+    mark: "calib.txt and image_0/",
+    is_here: |folder| {
+        folder.join("calib.txt").is_file()
+            && (image_folder(folder).is_some() || folder.join("poses.txt").is_file())
+    },
+    read,
+};
+
+/// Images that KITTI takes in a second, if the times are not there.
+const RATE_HZ: f64 = 10.0;
+
+fn image_folder(folder: &Path) -> Option<PathBuf> {
+    ["image_0", "image_l", "image_2"].iter().map(|name| folder.join(name)).find(|path| path.is_dir())
+}
+
+fn read(folder: &Path) -> Result<Contents, SequenceError> {
+    let mut contents =
+        if folder.join("rgb.txt").is_file() { (tum::LAYOUT.read)(folder)? } else { read_images(folder)? };
+    contents.set_calibration(folder.join("calib.txt"))?;
+    if contents.truth.is_none()
+        && let Some(file) = truth_file(folder)
+    {
+        let stamps: Vec<Timestamp> = contents.images.iter().map(|image| image.at).collect();
+        contents.set_truth(read_truth(&file, &stamps));
+    }
+    Ok(contents)
+}
+
+fn read_images(folder: &Path) -> Result<Contents, SequenceError> {
+    let mut contents = Contents::default();
+    let images = image_folder(folder)
+        .ok_or_else(|| SequenceError::layout(folder, "expected a folder image_0, found none"))?;
+    let paths = image_files(&images)?;
+    let times = folder.join("times.txt");
+    let stamps = if times.is_file() {
+        read_times(&times)?
+    } else {
+        contents.warnings.push(format!("{}: not found; {RATE_HZ} images a second assumed", times.display()));
+        (0..paths.len()).map(|i| Timestamp::from_secs(i as f64 / RATE_HZ)).collect()
+    };
+    if stamps.len() != paths.len() {
+        contents.warnings.push(format!(
+            "{}: expected a time for each of {} images, found {}",
+            times.display(),
+            paths.len(),
+            stamps.len()
+        ));
+    }
+    contents.images = stamps.into_iter().zip(paths).map(|(at, path)| ImageFile { at, path }).collect();
+    Ok(contents)
+}
+
+fn read_times(path: &Path) -> Result<Vec<Timestamp>, SequenceError> {
+    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let mut stamps: Vec<Timestamp> = Vec::new();
+    for (number, line) in data_lines(&text) {
+        let at = parse_secs(line).map_err(SequenceError::line(path, number))?;
+        if let Some(last) = stamps.last().filter(|last| **last >= at) {
+            let reason = format!("expected a time after {last}, found {at}");
+            return Err(SequenceError::line(path, number)(reason));
+        }
+        stamps.push(at);
+    }
+    Ok(stamps)
+}
+
+/// `poses.txt`, or `../../poses/06.txt` of `sequences/06`.
+fn truth_file(folder: &Path) -> Option<PathBuf> {
+    if let Some(file) = first_file(folder, &["poses.txt"]) {
+        return Some(file);
+    }
+    let folder = folder.canonicalize().ok()?;
+    let name = folder.file_name()?.to_string_lossy().into_owned();
+    first_file(folder.parent()?.parent()?, &[&format!("poses/{name}.txt")])
+}
+
+/// A pose for each image, in their order.
+fn read_truth(path: &Path, stamps: &[Timestamp]) -> Result<CameraTrajectory, SequenceError> {
+    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let mut truth = CameraTrajectory::new();
+    for ((number, line), at) in data_lines(&text).zip(stamps) {
+        let world_from_camera = parse_kitti(line).map_err(SequenceError::line(path, number))?;
+        let _ = truth.push(CameraPose { at: *at, world_from_camera });
+    }
+    Ok(truth)
+}

@@ -1,0 +1,78 @@
+//! The layouts of datasets. A new one is a file here and a line in [`LAYOUTS`].
+
+mod euroc;
+mod folder;
+mod icl;
+mod kitti;
+mod list;
+mod numbered;
+mod tum;
+mod zurich;
+
+use std::path::{Path, PathBuf};
+
+use visloc_base::{CameraTrajectory, SkippedInput};
+
+use super::{Calibration, ImageFile, SequenceError};
+
+/// What a dataset's folder says.
+#[derive(Debug, Default)]
+pub(super) struct Contents {
+    /// The camera, if the dataset says it.
+    pub calibration: Option<Calibration>,
+    /// Where the calibration is or was looked for.
+    pub calibration_file: PathBuf,
+    /// Images in order of time; stamps strictly increase.
+    pub images: Vec<ImageFile>,
+    /// Lines of lists that cannot be used.
+    pub skipped: Vec<SkippedInput>,
+    /// True poses of the camera.
+    pub truth: Option<CameraTrajectory>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+impl Contents {
+    /// Takes over a truth; one that cannot be read is a warning, since the images can be used without it.
+    fn set_truth(&mut self, truth: Result<CameraTrajectory, SequenceError>) {
+        match truth {
+            Ok(truth) => self.truth = Some(truth),
+            Err(error) => self.warnings.push(format!("the truth is not used: {error}")),
+        }
+    }
+
+    /// Takes over the calibration of a file.
+    fn set_calibration(&mut self, file: PathBuf) -> Result<(), SequenceError> {
+        self.calibration = Some(super::read_calibration(&file)?);
+        self.calibration_file = file;
+        Ok(())
+    }
+}
+
+/// One layout.
+pub(super) struct Layout {
+    /// For people.
+    pub name: &'static str,
+    /// What marks it, for people.
+    pub mark: &'static str,
+    /// Whether a folder has it.
+    pub is_here: fn(&Path) -> bool,
+    /// Reads lists, calibration and truth, but no images.
+    pub read: fn(&Path) -> Result<Contents, SequenceError>,
+}
+
+/// All layouts, in the order in which they are tried.
+pub(super) static LAYOUTS: &[Layout] =
+    &[euroc::LAYOUT, icl::LAYOUT, zurich::LAYOUT, kitti::LAYOUT, tum::LAYOUT, folder::LAYOUT];
+
+/// The first of some files that exists.
+fn first_file(folder: &Path, names: &[&str]) -> Option<PathBuf> {
+    names.iter().map(|name| folder.join(name)).find(|path| path.is_file())
+}
+
+/// The first file of a folder, in alphabetical order, whose name ends so.
+fn file_ending(folder: &Path, ending: &str) -> Option<PathBuf> {
+    let entries = std::fs::read_dir(folder).ok()?;
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    paths.filter(|path| path.is_file() && path.to_string_lossy().ends_with(ending)).min()
+}

@@ -1,0 +1,193 @@
+//! Opening a dataset: layout, camera, images in a range, truth.
+
+use std::path::{Path, PathBuf};
+
+use visloc_base::CameraTrajectory;
+use visloc_geom::Camera;
+
+use super::{
+    Calibration, FileSequence, ImageFile, SequenceError, SequenceRange,
+    layouts::{Contents, LAYOUTS, Layout},
+    read_calibration,
+};
+use crate::image_codec::read_gray_image;
+
+/// How a sequence is opened.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SequenceOptions {
+    /// Which images are used.
+    pub range: SequenceRange,
+    /// Size of the images that are handed out, as a factor.
+    pub scale: f64,
+    /// Calibration to use instead of the dataset's.
+    pub calibration: Option<PathBuf>,
+}
+
+impl Default for SequenceOptions {
+    /// Everything as it is.
+    fn default() -> Self {
+        Self { range: SequenceRange::default(), scale: 1.0, calibration: None }
+    }
+}
+
+/// Smallest and largest factor for the size of images.
+const SCALES: (f64, f64) = (0.05, 4.0);
+/// A pause so many times as long as usual is a gap.
+const GAP_FACTOR: f64 = 5.0;
+
+/// A dataset that is ready to be read.
+#[derive(Debug)]
+pub struct Sequence {
+    /// Its images.
+    pub images: FileSequence,
+    /// True poses of the camera, if they are known.
+    pub truth: Option<CameraTrajectory>,
+    /// Name of the layout that was recognized.
+    pub layout: &'static str,
+    /// What the user should know: gaps, a calibration that can hardly be right, a truth that cannot be used.
+    pub warnings: Vec<String>,
+}
+
+/// Opens the dataset in a folder; its layout is recognized.
+///
+/// # Errors
+/// If there is no known layout, no calibration or an impossible one, no image in the range, or none that can be read.
+pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequence, SequenceError> {
+    if !(SCALES.0..=SCALES.1).contains(&options.scale) {
+        let reason = format!("expected a scale from {} to {}, found {}", SCALES.0, SCALES.1, options.scale);
+        return Err(SequenceError::layout(folder, reason));
+    }
+    let layout = recognize(folder)?;
+    let Contents { mut calibration, mut calibration_file, images, skipped, truth, mut warnings } =
+        (layout.read)(folder)?;
+    if let Some(file) = &options.calibration {
+        calibration = Some(read_calibration(file)?);
+        calibration_file.clone_from(file);
+    }
+    let calibration = calibration.ok_or_else(|| no_calibration(folder, &calibration_file))?;
+    if images.is_empty() {
+        let reason = format!("expected images ({}), found none that can be listed", layout.mark);
+        return Err(SequenceError::layout(folder, reason));
+    }
+    let num_all = images.len();
+    let selected = options.range.select(images);
+    if selected.is_empty() {
+        let reason = format!("expected a range within the sequence of {num_all} images, found none of them");
+        return Err(SequenceError::layout(folder, reason));
+    }
+    let size_px = size_of_images(folder, &selected)?;
+    let camera = fit(&calibration, size_px, &calibration_file, &mut warnings)?;
+    warnings.extend(unlikely(&camera));
+    warnings.extend(gaps(&selected));
+    let images = FileSequence::new(camera, selected, SequenceRange::default(), skipped);
+    let images = if options.scale == 1.0 { images } else { images.scaled(options.scale) };
+    Ok(Sequence { images, truth, layout: layout.name, warnings })
+}
+
+/// Opens a folder of the TUM layout, or any other that is known, without its truth.
+///
+/// # Errors
+/// As [`open_sequence`].
+pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, SequenceError> {
+    Ok(open_sequence(folder, &SequenceOptions { range, ..SequenceOptions::default() })?.images)
+}
+
+fn recognize(folder: &Path) -> Result<&'static Layout, SequenceError> {
+    std::fs::metadata(folder).map_err(SequenceError::io(folder))?;
+    LAYOUTS.iter().find(|layout| (layout.is_here)(folder)).ok_or_else(|| {
+        let marks: Vec<String> = LAYOUTS.iter().map(|l| format!("{} ({})", l.mark, l.name)).collect();
+        SequenceError::layout(folder, format!("expected a dataset: {}; found none of them", marks.join(", ")))
+    })
+}
+
+fn no_calibration(folder: &Path, looked_for: &Path) -> SequenceError {
+    let name = looked_for.file_name().map_or_else(|| "camera.yaml".into(), |name| name.to_string_lossy());
+    SequenceError::layout(
+        folder,
+        format!("expected a calibration ({name}), found none; give one with --calibration FILE"),
+    )
+}
+
+/// Width and height of the first image that can be read.
+fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), SequenceError> {
+    let mut first_error = None;
+    for image in images {
+        match read_gray_image(&image.path) {
+            #[allow(clippy::cast_possible_truncation)]
+            Ok(image) => return Ok((image.width() as u32, image.height() as u32)),
+            Err(error) => {
+                first_error.get_or_insert_with(|| error.to_string());
+            }
+        }
+    }
+    let error = first_error.unwrap_or_default();
+    let reason =
+        format!("expected images, found none of {} that can be read; the first: {error}", images.len());
+    Err(SequenceError::layout(folder, reason))
+}
+
+/// The camera for images of a size. A calibration for the same picture in another resolution is converted; one for another
+/// picture is used as it is. Both are worth a warning.
+fn fit(
+    calibration: &Calibration,
+    size_px: (u32, u32),
+    path: &Path,
+    warnings: &mut Vec<String>,
+) -> Result<Camera, SequenceError> {
+    let Some(expected) = calibration.size_px.filter(|expected| *expected != size_px) else {
+        return calibration.camera(size_px, path);
+    };
+    let ratio = f64::from(size_px.0) / f64::from(expected.0);
+    let is_same_picture = (f64::from(expected.1) * ratio - f64::from(size_px.1)).abs() <= 1.0;
+    let difference = format!(
+        "the calibration is for images of {} x {} px, these have {} x {}",
+        expected.0, expected.1, size_px.0, size_px.1
+    );
+    if is_same_picture {
+        warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));
+        return Ok(calibration.camera(expected, path)?.scaled_to(size_px));
+    }
+    warnings
+        .push(format!("{difference}, another shape; focal length and principal point are used as they are"));
+    calibration.camera(size_px, path)
+}
+
+/// What can hardly be right about a camera.
+fn unlikely(camera: &Camera) -> Vec<String> {
+    let ((width, height), (fx, fy), (cx, cy)) = (camera.size_px(), camera.focal_px(), camera.center_px());
+    let (width, height) = (f64::from(width), f64::from(height));
+    let mut warnings = Vec::new();
+    if !(0.0..width).contains(&cx) || !(0.0..height).contains(&cy) {
+        warnings.push(format!(
+            "wrong calibration? the principal point ({cx:.1}, {cy:.1}) is outside of the image of {width} x {height} px"
+        ));
+    }
+    if !(0.8..=1.25).contains(&(fx / fy)) {
+        warnings
+            .push(format!("wrong calibration? fx is {fx:.1} px and fy {fy:.1}: pixels are nearly square"));
+    }
+    let view_deg = 2.0 * (width / (2.0 * fx)).atan().to_degrees();
+    if !(8.0..=140.0).contains(&view_deg) {
+        warnings.push(format!(
+            "wrong calibration? with fx = {fx:.1} px the camera sees {view_deg:.0} degrees across"
+        ));
+    }
+    warnings
+}
+
+/// Pauses between images.
+fn gaps(images: &[ImageFile]) -> Option<String> {
+    let steps: Vec<f64> = images.windows(2).map(|pair| pair[1].at.secs_since(pair[0].at)).collect();
+    let mut sorted = steps.clone();
+    sorted.sort_by(f64::total_cmp);
+    let usual = *sorted.get(sorted.len() / 2)?;
+    let longest = *sorted.last()?;
+    let num_gaps = steps.iter().filter(|step| **step > GAP_FACTOR * usual).count();
+    let place = steps.iter().position(|step| *step == longest)?;
+    (num_gaps > 0).then(|| {
+        format!(
+            "{num_gaps} gaps in the images; the longest, {longest:.2} s instead of {usual:.3}, is after image {place} at {}",
+            images[place].at
+        )
+    })
+}

@@ -1,0 +1,96 @@
+//! Which images of a sequence are used.
+
+use std::str::FromStr;
+
+use super::ImageFile;
+
+/// A place in a sequence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Bound {
+    /// So many images from the first.
+    Frame(usize),
+    /// So many seconds after the first image.
+    Secs(f64),
+}
+
+impl FromStr for Bound {
+    type Err = String;
+
+    /// `120` is a number of images, `12.5s` a time in seconds.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("expected a number of images (120) or seconds (4.5s), found '{text}'");
+        if let Some(secs) = text.strip_suffix('s') {
+            let secs: f64 = secs.trim().parse().map_err(|_| expected())?;
+            return if secs.is_finite() && secs >= 0.0 { Ok(Self::Secs(secs)) } else { Err(expected()) };
+        }
+        text.parse().map(Self::Frame).map_err(|_| expected())
+    }
+}
+
+/// Which images of a sequence are used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SequenceRange {
+    /// The first image.
+    pub start: Bound,
+    /// One past the last image; `None` for all.
+    pub end: Option<Bound>,
+    /// Every how manyeth image; at least 1 is used.
+    pub stride: usize,
+}
+
+impl Default for SequenceRange {
+    /// All images.
+    fn default() -> Self {
+        Self { start: Bound::Frame(0), end: None, stride: 1 }
+    }
+}
+
+impl SequenceRange {
+    /// The images in the range.
+    #[must_use]
+    pub fn select(&self, files: Vec<ImageFile>) -> Vec<ImageFile> {
+        let Some(first) = files.first().map(|file| file.at) else { return files };
+        let index = |bound: Bound| match bound {
+            Bound::Frame(index) => index,
+            Bound::Secs(secs) => files.partition_point(|file| file.at.secs_since(first) < secs),
+        };
+        let end = self.end.map_or(files.len(), index).min(files.len());
+        let start = index(self.start);
+        files.into_iter().take(end).skip(start).step_by(self.stride.max(1)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use visloc_base::Timestamp;
+
+    #[test]
+    fn frames_seconds_and_strides() {
+        let files: Vec<ImageFile> = (0..10)
+            .map(|i| ImageFile {
+                at: Timestamp::from_secs(100.0 + 0.5 * f64::from(i)),
+                path: format!("{i}").into(),
+            })
+            .collect();
+        let names = |start: &str, end: Option<&str>, stride| {
+            let end = end.map(|end| end.parse().unwrap());
+            let range = SequenceRange { start: start.parse().unwrap(), end, stride };
+            let names = range.select(files.clone()).into_iter().map(|file| file.path.display().to_string());
+            names.collect::<String>()
+        };
+        assert_eq!(names("0", None, 1), "0123456789");
+        assert_eq!(names("2", Some("7"), 2), "246");
+        assert_eq!(names("1s", Some("2.5s"), 1), "234");
+        assert_eq!(names("4.6s", None, 0), "");
+        assert_eq!(names("20", Some("3"), 1), "");
+    }
+
+    #[test]
+    fn senseless_bounds_are_refused() {
+        for text in ["", "s", "-1", "-1s", "nans", "1.5", "five"] {
+            let error = text.parse::<Bound>().unwrap_err();
+            assert!(error.contains("expected a number of images"), "{error}");
+        }
+    }
+}

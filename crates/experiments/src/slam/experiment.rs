@@ -1,0 +1,165 @@
+//! Cells and runs.
+
+use serde::{Deserialize, Serialize};
+use visloc_base::RngTree;
+use visloc_slam::{Clock, SlamConfig};
+
+use super::{
+    follow::{SlamRunRecord, follow},
+    sequence::{open, short_name},
+};
+use crate::{Cell, Experiment, ExperimentError};
+
+/// Which question is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlamStudy {
+    /// What bundle adjustment, outlier rejection and descriptors are worth. Source: 2017 section 7.1.
+    Configs,
+    /// What moving things do, with and without outlier rejection. Source: 2017 section 7.1.3.
+    Dynamic,
+    /// How a camera that was covered and carried away is found. Source: 2017 section 7.1.4.
+    Kidnap,
+    /// Beside the figures of other programs. Source: 2017 section 7.2.
+    Compare,
+}
+
+impl SlamStudy {
+    /// On the command line and in folders.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Configs => "slam-configs",
+            Self::Dynamic => "slam-dynamic",
+            Self::Kidnap => "slam-kidnap",
+            Self::Compare => "slam-compare",
+        }
+    }
+
+    /// Simulated sequences that need no files.
+    #[must_use]
+    pub fn usual_sequences(self) -> Vec<String> {
+        let names: &[&str] = match self {
+            Self::Configs => &["sim:room"],
+            Self::Dynamic => &["sim:walking"],
+            Self::Kidnap => &["sim:kidnap"],
+            Self::Compare => &["sim:room", "sim:hall"],
+        };
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    /// Names of the configurations that are compared.
+    #[must_use]
+    pub fn configurations(self) -> Vec<String> {
+        let names: &[&str] = match self {
+            Self::Configs => &ALL,
+            Self::Dynamic => &["config3", "config4"],
+            Self::Kidnap | Self::Compare => &NAMED,
+        };
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+}
+
+/// The configurations of the thesis, and the one with a name of its own.
+const ALL: [&str; 4] = ["config1", "config2", "config3", "config4"];
+const NAMED: [&str; 1] = ["sdvl"];
+
+/// Parameters by the name of a configuration.
+fn configuration(name: &str) -> Result<SlamConfig, String> {
+    let mut config = SlamConfig::default();
+    let (adjust_bundles, reject_outliers) = match name {
+        "config1" => (false, false),
+        "config2" => (false, true),
+        "config3" => (true, false),
+        "config4" | "sdvl" => (true, true),
+        other => return Err(format!("expected a configuration ({}, sdvl), found '{other}'", ALL.join(", "))),
+    };
+    config.mapping.adjust_bundles = adjust_bundles;
+    config.tracking.reject_outliers = reject_outliers;
+    Ok(config)
+}
+
+/// What decides the records.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SlamSettings {
+    /// The question.
+    pub study: SlamStudy,
+    /// Folders, or `sim:NAME`.
+    pub sequences: Vec<String>,
+    /// Names of configurations.
+    pub configurations: Vec<String>,
+    /// Images of each sequence at most.
+    pub max_frames: usize,
+}
+
+impl SlamSettings {
+    /// A question on some sequences, those of the simulator if there are none.
+    #[must_use]
+    pub fn new(study: SlamStudy, sequences: &[String]) -> Self {
+        let sequences = if sequences.is_empty() { study.usual_sequences() } else { sequences.to_vec() };
+        Self { study, sequences, configurations: study.configurations(), max_frames: usize::MAX }
+    }
+}
+
+/// A question with its cells.
+#[derive(Debug, Clone)]
+pub struct SlamExperiment {
+    settings: SlamSettings,
+    cells: Vec<Cell>,
+    clock: Clock,
+}
+
+impl SlamExperiment {
+    /// The experiment with so many runs for each sequence and configuration; the clock measures the times.
+    ///
+    /// # Errors
+    /// If a sequence cannot be opened or a configuration does not exist.
+    pub fn new(settings: SlamSettings, num_runs: u64, clock: Clock) -> Result<Self, ExperimentError> {
+        let setup = |reason| ExperimentError::Setup { reason };
+        let mut cells = Vec::new();
+        for sequence in &settings.sequences {
+            open(sequence, 1).map_err(setup)?;
+            for name in &settings.configurations {
+                configuration(name).map_err(setup)?;
+                cells.push(Cell { label: format!("{}, {name}", short_name(sequence)), num_runs });
+            }
+        }
+        Ok(Self { settings, cells, clock })
+    }
+
+    /// Sequence and configuration of a cell.
+    pub(super) fn parts(&self, cell: usize) -> (&str, &str) {
+        let n = self.settings.configurations.len();
+        (&self.settings.sequences[cell / n], &self.settings.configurations[cell % n])
+    }
+}
+
+impl Experiment for SlamExperiment {
+    type Settings = SlamSettings;
+    type Record = SlamRunRecord;
+
+    fn name(&self) -> &'static str {
+        self.settings.study.name()
+    }
+
+    fn settings(&self) -> &SlamSettings {
+        &self.settings
+    }
+
+    fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    fn runs_per_thread(&self) -> usize {
+        1
+    }
+
+    fn run(&self, cell: usize, run: u64, seeds: &RngTree) -> Result<SlamRunRecord, ExperimentError> {
+        let (sequence, name) = self.parts(cell);
+        let refused = |reason| ExperimentError::Run { cell: self.cells[cell].label.clone(), run, reason };
+        let config = configuration(name).map_err(refused)?;
+        let (mut source, truth) = open(sequence, self.settings.max_frames).map_err(refused)?;
+        let seed = seeds.stream_seed("slam", run);
+        follow(source.as_mut(), truth.as_ref(), &config, seed, self.clock).map_err(refused)
+    }
+}

@@ -1,0 +1,32 @@
+//! Where the images of a run come from.
+
+use std::path::Path;
+
+use visloc_base::{CameraTrajectory, ImageSource};
+use visloc_data::sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence};
+use visloc_sim::CameraTour;
+
+/// Opens a folder or `sim:NAME`, at most so many images of it. A simulated sequence is the same in all runs.
+pub(super) fn open(
+    name: &str,
+    max_frames: usize,
+) -> Result<(Box<dyn ImageSource>, Option<CameraTrajectory>), String> {
+    if let Some(tour) = name.strip_prefix("sim:") {
+        let tour = CameraTour::new(tour, 1).map_err(|error| error.to_string())?;
+        let tour = tour.with_frames(0, max_frames, 1);
+        let truth = tour.truth();
+        return Ok((Box::new(tour), Some(truth)));
+    }
+    let range = SequenceRange { end: Some(Bound::Frame(max_frames)), ..SequenceRange::default() };
+    let options = SequenceOptions { range, ..SequenceOptions::default() };
+    let Sequence { images, truth, .. } =
+        open_sequence(Path::new(name), &options).map_err(|error| error.to_string())?;
+    Ok((Box::new(images), truth))
+}
+
+/// What a sequence is called in tables: the last part of its path.
+pub(super) fn short_name(name: &str) -> String {
+    let path = Path::new(name);
+    let last = path.canonicalize().ok().and_then(|path| path.file_name().map(|n| n.to_os_string()));
+    last.map_or_else(|| name.to_owned(), |last| last.to_string_lossy().into_owned())
+}

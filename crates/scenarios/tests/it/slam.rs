@@ -1,0 +1,55 @@
+//! SLAM on simulated tours: how far it is from the truth, and that the same tour gives the same bits.
+
+use visloc_base::{CameraPose, CameraTrajectory, ImageSource};
+use visloc_eval::camera::{Alignment, absolute_error, associate};
+use visloc_sim::CameraTour;
+use visloc_slam::{Slam, SlamConfig};
+
+/// Share of the images with a pose, and RMSE after alignment, meters.
+fn follow(mut tour: CameraTour, seed: u64) -> (f64, f64) {
+    let truth = tour.truth();
+    let mut slam = Slam::new(tour.camera(), &SlamConfig::default(), seed).unwrap();
+    while let Some(frame) = tour.next_image() {
+        let frame = frame.unwrap();
+        slam.add_frame(frame.at, frame.image).unwrap();
+    }
+    let mut estimate = CameraTrajectory::new();
+    for pose in slam.trajectory() {
+        estimate.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera }).unwrap();
+    }
+    let pairs = associate(&truth, &estimate, 0.001);
+    let rmse = absolute_error(&pairs, Alignment::Similarity).map_or(f64::INFINITY, |error| error.rmse);
+    (pairs.len() as f64 / truth.poses().len() as f64, rmse)
+}
+
+fn tour(name: &str, seed: u64) -> CameraTour {
+    CameraTour::new(name, seed).unwrap().with_threads(2)
+}
+
+#[test]
+fn rooms_are_followed_to_two_centimeters() {
+    let results: Vec<(f64, f64)> = (1..=3).map(|seed| follow(tour("room", seed), seed)).collect();
+    let good = results.iter().filter(|(coverage, rmse)| *coverage > 0.95 && *rmse < 0.02).count();
+    assert!(good >= 2, "{results:?}");
+}
+
+#[test]
+fn people_who_walk_by_do_not_move_the_camera() {
+    let (coverage, rmse) = follow(tour("walking", 1), 1);
+    assert!(coverage > 0.9 && rmse < 0.02, "{coverage}, {rmse} m");
+}
+
+#[test]
+fn images_do_not_depend_on_threads_or_range() {
+    let images = |tour: CameraTour| -> Vec<_> {
+        let mut tour = tour.with_frames(3, 12, 2);
+        std::iter::from_fn(|| tour.next_image()).map(|frame| frame.unwrap()).collect()
+    };
+    let small = |seed| CameraTour::new("walking", seed).unwrap().with_size((160, 120)).unwrap();
+    let one = images(small(5));
+    let three = images(small(5).with_threads(3));
+    assert_eq!((one.len(), three.len()), (5, 5));
+    assert!(one.iter().zip(&three).all(|(a, b)| a.at == b.at && a.image == b.image));
+    let other = images(small(6));
+    assert!(other[0].image != one[0].image);
+}
