@@ -39,12 +39,13 @@ pub struct CameraTrajectoryFile {
     pub trajectory: CameraTrajectory,
     /// How they were written.
     pub format: TrajectoryFormat,
-    /// Lines that are left out because their time is not after the one before; even published truths have some.
+    /// Lines whose time is not after the one before; even published truths have some. Of poses of the same time the last
+    /// counts, as in `evo`; earlier ones are left out.
     pub skipped: Vec<SkippedInput>,
 }
 
-/// Reads camera poses; the format is told from the first line that is neither empty nor a comment. Poses whose time is not
-/// after the one before are left out.
+/// Reads camera poses; the format is told from the first line that is neither empty nor a comment. Of poses of
+/// the same time the last counts; poses that go back in time are left out.
 ///
 /// # Errors
 /// If the file cannot be read or a line is not in the format; with the number of the line.
@@ -61,7 +62,7 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
     let first =
         data_lines(&text).next().ok_or_else(|| SequenceError::layout(path, "expected poses, found none"))?;
     let format = recognize(first.1).map_err(SequenceError::line(path, first.0))?;
-    let (mut trajectory, mut skipped) = (CameraTrajectory::new(), Vec::new());
+    let (mut poses, mut skipped): (Vec<CameraPose>, _) = (Vec::new(), Vec::new());
     for (count, (number, line)) in data_lines(&text).enumerate() {
         let pose = match format {
             TrajectoryFormat::Tum => parse_tum(line),
@@ -73,14 +74,24 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
             TrajectoryFormat::Euroc => parse_euroc(line),
         };
         let pose = pose.map_err(SequenceError::line(path, number))?;
-        if let Err(refused) = trajectory.push(pose) {
-            let last = trajectory.poses().last().map_or(refused.at, |last| last.at);
-            skipped.push(SkippedInput {
-                at: Some(refused.at),
-                origin: format!("{}: line {number}", path.display()),
-                reason: format!("expected a time after {last}, found {}", refused.at),
-            });
+        match poses.last_mut() {
+            Some(last) if last.at >= pose.at => {
+                skipped.push(SkippedInput {
+                    at: Some(pose.at),
+                    origin: format!("{}: line {number}", path.display()),
+                    reason: format!("expected a time after {}, found {}", last.at, pose.at),
+                });
+                if last.at == pose.at {
+                    *last = pose;
+                }
+            }
+            _ => poses.push(pose),
         }
+    }
+    let mut trajectory = CameraTrajectory::new();
+    for pose in poses {
+        // In order by now.
+        let _ = trajectory.push(pose);
     }
     Ok(CameraTrajectoryFile { trajectory, format, skipped })
 }
@@ -214,6 +225,7 @@ mod tests {
     fn repeated_and_earlier_poses_are_left_out() {
         let file = read("1 0 0 0 0 0 0 1\n1 5 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n0.5 9 0 0 0 0 0 1\n").unwrap();
         assert_eq!(file.trajectory.poses().len(), 2);
+        assert_eq!(file.trajectory.poses()[0].world_from_camera.translation().x, 5.0);
         assert!(file.skipped[0].origin.ends_with("line 2") && file.skipped[1].origin.ends_with("line 4"));
         assert!(file.skipped[0].reason.starts_with("expected a time after 1.0"));
     }

@@ -108,7 +108,7 @@ fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
     let CameraTrajectoryFile { trajectory, format, skipped } = read_camera_trajectory_file(path)?;
     if let Some(first) = skipped.first() {
         say::line!(
-            "note: {} poses are left out; the first: {}: {}",
+            "note: {} poses with repeated or earlier times; the first: {}: {}",
             skipped.len(),
             first.origin,
             first.reason
