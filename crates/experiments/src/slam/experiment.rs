@@ -60,23 +60,14 @@ impl SlamStudy {
     }
 }
 
-/// The configurations of the thesis, and the one with a name of its own.
-const ALL: [&str; 4] = ["config1", "config2", "config3", "config4"];
-const NAMED: [&str; 1] = ["sdvl"];
+/// The configurations of the thesis, and those with a name of their own.
+const ALL: [&str; 8] =
+    ["config1", "config2", "config3", "config4", "config5", "config6", "config7", "config8"];
+const NAMED: [&str; 2] = ["sdvl", "orb-sdvl"];
 
 /// Parameters by the name of a configuration.
 fn configuration(name: &str) -> Result<SlamConfig, String> {
-    let mut config = SlamConfig::default();
-    let (adjust_bundles, reject_outliers) = match name {
-        "config1" => (false, false),
-        "config2" => (false, true),
-        "config3" => (true, false),
-        "config4" | "sdvl" => (true, true),
-        other => return Err(format!("expected a configuration ({}, sdvl), found '{other}'", ALL.join(", "))),
-    };
-    config.mapping.adjust_bundles = adjust_bundles;
-    config.tracking.reject_outliers = reject_outliers;
-    Ok(config)
+    SlamConfig::preset(name).map_err(|error| error.to_string())
 }
 
 /// What decides the records.
