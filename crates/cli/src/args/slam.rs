@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::{JsonArg, SeedArg};
 
@@ -18,6 +18,15 @@ pub struct SlamParametersArgs {
     /// One parameter, over preset and file; can be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// When tracking and mapping run.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ScheduleArg {
+    /// One after the other; the same seed gives the same result, bit by bit
+    Sequential,
+    /// Mapping has a thread of its own and tracking never waits for it
+    Threaded,
 }
 
 /// Arguments of `visloc slam`.
@@ -39,6 +48,12 @@ pub struct SlamArgs {
     pub sequence: PathBuf,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
+    /// When tracking and mapping run
+    #[arg(long, value_enum, default_value_t = ScheduleArg::Sequential)]
+    pub schedule: ScheduleArg,
+    /// Images come at their stamps; those that come while tracking is busy are dropped
+    #[arg(long)]
+    pub realtime: bool,
     /// First image, from 0
     #[arg(long, default_value_t = 0)]
     pub start: usize,

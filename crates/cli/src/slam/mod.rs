@@ -1,12 +1,14 @@
 //! Running SLAM over a sequence: the loop, its records, its numbers and its files.
 
 mod drive;
+mod pace;
 mod pictures;
 mod ply;
 mod record;
 mod report;
 
-pub use drive::{SlamRun, run};
+pub use drive::{RunOptions, SlamRun, run};
+pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
