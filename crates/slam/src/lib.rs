@@ -9,19 +9,24 @@
 
 pub mod config;
 pub mod feature;
+mod front_end;
 pub mod image;
 pub mod lie;
 pub mod map;
 pub mod mapping;
 pub mod orb;
+mod outcome;
 pub mod patch;
 pub mod relocate;
+mod schedule;
 pub mod solve;
 pub mod start;
 mod system;
+mod timing;
 pub mod track;
 
 pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
-pub use system::{
-    Clock, FrameError, FrameOutcome, FramePose, Slam, StageTimes, TrackingState, TrajectoryPose,
-};
+pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose};
+pub use schedule::Schedule;
+pub use system::Slam;
+pub use timing::{Clock, StageTimer, StageTimes};

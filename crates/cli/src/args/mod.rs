@@ -22,7 +22,7 @@ pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
-pub use slam::{SlamArgs, SlamParametersArgs};
+pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use start::StartArg;
 pub use study::StudyArgs;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use visloc_data::sequence::Bound;
 
 use super::{JsonArg, SeedArg};
@@ -19,6 +19,15 @@ pub struct SlamParametersArgs {
     /// One parameter, over preset and file; can be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+}
+
+/// When tracking and mapping run.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ScheduleArg {
+    /// One after the other; the same seed gives the same result, bit by bit
+    Sequential,
+    /// Mapping has a thread of its own and tracking never waits for it
+    Threaded,
 }
 
 /// Arguments of `visloc slam`.
@@ -44,6 +53,12 @@ pub struct SlamArgs {
     pub sequence: PathBuf,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
+    /// When tracking and mapping run
+    #[arg(long, value_enum, default_value_t = ScheduleArg::Sequential)]
+    pub schedule: ScheduleArg,
+    /// Images come at their stamps; those that come while tracking is busy are dropped
+    #[arg(long)]
+    pub realtime: bool,
     /// First image: a number from 0, or seconds after the first image of the sequence with an s (4.5s)
     #[arg(long, value_name = "N|SECS", default_value = "0")]
     pub start: Bound,

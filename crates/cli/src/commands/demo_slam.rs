@@ -13,7 +13,7 @@ use crate::{
     report::save_json,
     run::Progress,
     say,
-    slam::{FramePictures, SlamReport, SlamRun, draw, run, write_ply},
+    slam::{FramePictures, RunOptions, SlamReport, SlamRun, draw, run, write_ply},
     stopwatch::Stopwatch,
 };
 
@@ -36,7 +36,8 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     say::line!("Where was it, and what did it see?\n");
     let watch = Stopwatch::start();
     let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
-    let run = run(&mut tour, &SlamConfig::default(), args.seed.seed, Some(&mut pictures))?;
+    let options = RunOptions { seed: args.seed.seed, ..RunOptions::default() };
+    let run = run(&mut tour, &SlamConfig::default(), options, Some(&mut pictures))?;
     if let Some(error) = &run.error {
         return Err(anyhow!(error.clone()));
     }

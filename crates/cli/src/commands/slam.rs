@@ -3,13 +3,17 @@
 use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
+use visloc_slam::Schedule;
 
 use super::settings::slam_config;
 use crate::{
-    args::SlamArgs,
+    args::{ScheduleArg, SlamArgs},
     report::save_json,
     say,
-    slam::{FramePictures, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log, write_ply},
+    slam::{
+        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log,
+        write_ply,
+    },
 };
 
 /// Frames between pictures of single frames.
@@ -26,7 +30,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         say::line!("note: {warning}");
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let run = run(source.as_mut(), &config, args.seed.seed, pictures.as_mut())?;
+    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut())?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -40,6 +44,14 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
         None => Ok(()),
     }
+}
+
+fn run_options(args: &SlamArgs) -> RunOptions {
+    let schedule = match args.schedule {
+        ScheduleArg::Sequential => Schedule::Sequential,
+        ScheduleArg::Threaded => Schedule::Threaded,
+    };
+    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime }
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
@@ -77,6 +89,13 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         report.keyframes,
         report.points
     );
+    if report.dropped + report.unmapped > 0 {
+        say::line!(
+            "  {} images dropped while tracking was busy, {} not mapped while mapping was",
+            report.dropped,
+            report.unmapped
+        );
+    }
     if let Some(ate) = &report.ate_m {
         say::line!("  ATE RMSE {:.4} m, median {:.4} m, max {:.4} m", ate.rmse, ate.median, ate.max);
     }

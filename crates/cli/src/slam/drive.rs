@@ -2,10 +2,21 @@
 
 use anyhow::Result;
 use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput};
-use visloc_slam::{Clock, Slam, SlamConfig};
+use visloc_slam::{Clock, Schedule, Slam, SlamConfig};
 
-use super::{FramePictures, SlamRecord};
+use super::{FramePictures, Pace, SlamRecord};
 use crate::{run::Progress, stopwatch::thread_cpu_secs};
+
+/// How to run.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RunOptions {
+    /// Seed of everything random.
+    pub seed: u64,
+    /// When tracking and mapping run.
+    pub schedule: Schedule,
+    /// Whether frames come at their stamps, and those are dropped for which tracking has no time.
+    pub is_realtime: bool,
+}
 
 /// A finished run.
 pub struct SlamRun {
@@ -17,6 +28,8 @@ pub struct SlamRun {
     pub trajectory: CameraTrajectory,
     /// Images of the sequence, unusable ones included.
     pub num_images: usize,
+    /// Images that came while tracking was busy; 0 unless in real time.
+    pub num_dropped: usize,
     /// What was left out.
     pub skipped: Vec<SkippedInput>,
     /// Why the source stopped early.
@@ -30,13 +43,15 @@ pub struct SlamRun {
 pub fn run(
     source: &mut dyn ImageSource,
     config: &SlamConfig,
-    seed: u64,
+    options: RunOptions,
     mut pictures: Option<&mut FramePictures>,
 ) -> Result<SlamRun> {
-    let mut slam = Slam::new(source.camera(), config, seed)?;
+    let mut slam = Slam::with_schedule(source.camera(), config, options.seed, options.schedule)?;
     slam.set_clock(Clock::new(thread_cpu_secs));
     let progress = Progress::new(source.num_images());
     let (mut records, mut refused, mut error) = (Vec::new(), Vec::new(), None);
+    let mut pace = options.is_realtime.then(Pace::start);
+    let mut num_dropped = 0;
     while let Some(next) = source.next_image() {
         let frame = match next {
             Ok(frame) => frame,
@@ -45,6 +60,10 @@ pub fn run(
                 break;
             }
         };
+        if pace.as_mut().is_some_and(|pace| !pace.wait_for(frame.at)) {
+            num_dropped += 1;
+            continue;
+        }
         let kept = pictures.as_ref().map(|_| frame.image.clone());
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
@@ -52,6 +71,7 @@ pub fn run(
                     pictures.look(records.len(), &image, &outcome)?;
                 }
                 records.push(SlamRecord::new(frame.at, &outcome));
+                SlamRecord::add_mapped(&mut records, outcome.mapped);
             }
             Err(reason) => refused.push(SkippedInput {
                 at: Some(frame.at),
@@ -62,11 +82,12 @@ pub fn run(
         progress.advance();
     }
     progress.clear();
+    SlamRecord::add_mapped(&mut records, slam.finish());
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
-    let num_images = source.num_images().unwrap_or(records.len() + skipped.len());
-    Ok(SlamRun { slam, records, trajectory, num_images, skipped, error })
+    let num_images = source.num_images().unwrap_or(records.len() + skipped.len() + num_dropped);
+    Ok(SlamRun { slam, records, trajectory, num_images, num_dropped, skipped, error })
 }

@@ -2,13 +2,15 @@
 
 mod drive;
 mod input;
+mod pace;
 mod pictures;
 mod ply;
 mod record;
 mod report;
 
-pub use drive::{SlamRun, run};
+pub use drive::{RunOptions, SlamRun, run};
 pub use input::{SlamInput, open_input};
+pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};

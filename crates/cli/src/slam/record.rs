@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use visloc_base::Timestamp;
-use visloc_slam::{FrameOutcome, StageTimes, TrackingState};
+use visloc_slam::{FrameOutcome, Mapped, StageTimes, TrackingState};
 
 /// One frame.
 #[derive(Debug, Clone)]
@@ -30,16 +30,26 @@ pub struct SlamRecord {
 }
 
 impl SlamRecord {
-    /// Of an outcome.
+    /// Of an outcome; what the mapper does with it comes by [`SlamRecord::add_mapped`].
     pub fn new(at: Timestamp, outcome: &FrameOutcome) -> Self {
         Self {
             at,
             state: outcome.state,
             matches: outcome.matches,
-            is_keyframe: outcome.mapping.keyframe.is_some(),
+            is_keyframe: false,
             is_relocalized: outcome.is_relocalized,
             tracking: outcome.tracking.clone(),
-            mapping: outcome.mapping_times.clone(),
+            mapping: StageTimes::default(),
+        }
+    }
+
+    /// Notes what the mapper has finished.
+    pub fn add_mapped(records: &mut [Self], mapped: Vec<Mapped>) {
+        for Mapped { frame, report, times } in mapped {
+            if let Some(record) = records.get_mut(frame) {
+                record.is_keyframe = report.keyframe.is_some();
+                record.mapping = times;
+            }
         }
     }
 

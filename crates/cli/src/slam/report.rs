@@ -43,6 +43,10 @@ pub struct SlamReport {
     pub peak_memory_mb: Option<f64>,
     /// Inputs that were left out.
     pub skipped: usize,
+    /// Images that came while tracking was busy; only in real time.
+    pub dropped: usize,
+    /// Tracked frames that mapping had no time for; only with threads.
+    pub unmapped: usize,
 }
 
 /// Absolute trajectory error, meters.
@@ -111,6 +115,8 @@ impl SlamReport {
             mapping_ms: TimesReport::new(&keyframe_times),
             peak_memory_mb: peak_memory_mb(),
             skipped: run.skipped.len(),
+            dropped: run.num_dropped,
+            unmapped: run.slam.num_left_out(),
         };
         (report, error)
     }

@@ -141,17 +141,19 @@ impl Watch {
     fn look(&mut self, at: Timestamp, is_covered: bool, outcome: &FrameOutcome) {
         let is_tracked = matches!(outcome.state, TrackingState::Tracking(q) if q != Quality::Bad);
         let is_lost = outcome.state == TrackingState::Lost;
+        let mapping_ms = outcome.mapped.iter().map(|mapped| mapped.times.total_secs()).sum::<f64>() * 1e3;
         if is_tracked && !outcome.is_relocalized {
             self.tracking_ms.push(outcome.tracking.total_secs() * 1e3);
-            self.mapping_ms.push(outcome.mapping_times.total_secs() * 1e3);
+            self.mapping_ms.push(mapping_ms);
         }
-        if outcome.mapping.keyframe.is_some() {
-            self.keyframe_ms.push(outcome.mapping_times.total_secs() * 1e3);
+        if outcome.mapped.iter().any(|mapped| mapped.report.keyframe.is_some()) {
+            self.keyframe_ms.push(mapping_ms);
         }
         if is_lost || outcome.is_relocalized {
             self.relocalization_ms.push(outcome.tracking.total_secs() * 1e3);
         }
-        for (name, secs) in outcome.tracking.stages().iter().chain(outcome.mapping_times.stages()) {
+        let mapping = outcome.mapped.iter().flat_map(|mapped| mapped.times.stages());
+        for (name, secs) in outcome.tracking.stages().iter().chain(mapping) {
             match self.stages.iter_mut().find(|stage| stage.0 == *name) {
                 Some(stage) => (stage.1, stage.2) = (stage.1 + secs * 1e3, stage.2 + 1.0),
                 None => self.stages.push(((*name).to_owned(), secs * 1e3, 1.0)),

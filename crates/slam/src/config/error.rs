@@ -20,6 +20,9 @@ pub enum ConfigError {
         /// What was given.
         found: String,
     },
+    /// There is no thread for mapping.
+    #[error("cannot start a thread for mapping: {0}")]
+    Thread(String),
     /// There is no such preset.
     #[error("expected one of {known}; found '{name}'")]
     UnknownPreset {

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// Number of a keyframe, in order of creation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KeyframeId(pub(crate) u32);
 
 impl KeyframeId {

@@ -2,6 +2,7 @@
 
 mod keyframe;
 mod landmark;
+mod shared_vec;
 mod store;
 
 pub use keyframe::{Keyframe, KeyframeId};

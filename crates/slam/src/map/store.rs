@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use visloc_base::Timestamp;
 
-use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation};
+use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation, shared_vec::SharedVec};
 use crate::{
     feature::gradient_noise,
     image::{Pyramid, SmallImage},
@@ -30,11 +30,12 @@ pub struct NewKeyframe {
 }
 
 /// Keyframes and landmarks. Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
-/// landmark; both are alive; a landmark that is alive has at least one observation.
+/// landmark; both are alive; a landmark that is alive has at least one observation. Copies are cheap: they share what has not
+/// changed since.
 #[derive(Debug, Clone, Default)]
 pub struct Map {
-    keyframes: Vec<Keyframe>,
-    landmarks: Vec<Landmark>,
+    keyframes: SharedVec<Keyframe>,
+    landmarks: SharedVec<Landmark>,
 }
 
 impl Map {
@@ -68,13 +69,13 @@ impl Map {
     pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
         let ids = (0_u32..).map(KeyframeId);
         let all: Vec<(KeyframeId, &Keyframe)> =
-            ids.zip(&self.keyframes).filter(|(_, k)| k.is_alive()).collect();
+            ids.zip(self.keyframes.iter()).filter(|(_, k)| k.is_alive()).collect();
         all.into_iter()
     }
 
     /// All landmarks that are alive, in order of creation.
     pub fn landmarks(&self) -> impl Iterator<Item = (LandmarkId, &Landmark)> {
-        (0_u32..).map(LandmarkId).zip(&self.landmarks).filter(|(_, landmark)| landmark.is_alive())
+        (0_u32..).map(LandmarkId).zip(self.landmarks.iter()).filter(|(_, landmark)| landmark.is_alive())
     }
 
     /// How many landmark numbers were given out.
@@ -113,11 +114,11 @@ impl Map {
         keyframe.camera_from_world = camera_from_world;
         keyframe.center_in_world = center(&camera_from_world);
         let world_from_camera = camera_from_world.inverse();
-        for landmark in &keyframe.landmarks {
-            let landmark = &mut self.landmarks[landmark.index()];
+        for index in keyframe.landmarks.iter().map(|landmark| landmark.index()) {
+            let landmark = &self.landmarks[index];
             if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
                 let point = landmark.host().ray / landmark.filter.inverse_depth();
-                landmark.point_in_world = world_from_camera.transform(&point.into());
+                self.landmarks[index].point_in_world = world_from_camera.transform(&point.into());
             }
         }
     }
@@ -211,15 +212,15 @@ impl Map {
     /// Notes which landmarks were looked for and which were found.
     pub(crate) fn count_matches(&mut self, report: &TrackReport) {
         for id in &report.tried {
-            let landmark = &mut self.landmarks[id.index()];
-            if landmark.is_converged() {
+            if self.landmark(*id).is_converged() {
+                let landmark = self.landmark_mut(*id);
                 landmark.num_visible += 1;
                 landmark.num_missed += 1;
             }
         }
         for feature in &report.frame.features {
-            let landmark = &mut self.landmarks[feature.landmark.index()];
-            if landmark.is_converged() {
+            if self.landmark(feature.landmark).is_converged() {
+                let landmark = self.landmark_mut(feature.landmark);
                 landmark.num_found += 1;
                 landmark.num_missed = 0;
             }

@@ -3,7 +3,7 @@
 use visloc_geom::Camera;
 
 use super::{
-    KeyframeRule, View,
+    View,
     adjust::AdjustReport,
     adjust_local,
     candidate::{Verdict, add_candidates, judge, measure, new_corners},
@@ -12,8 +12,8 @@ use super::{
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
-    system::{Clock, StageTimes},
-    track::{Frame, Matcher, TrackReport, focal_px, scene_depth},
+    timing::StageTimer,
+    track::{Frame, Matcher, focal_px, scene_depth},
 };
 
 /// What the mapper did with a frame.
@@ -32,50 +32,24 @@ pub struct MappingReport {
 pub struct Mapper {
     camera: Camera,
     config: SlamConfig,
-    rule: KeyframeRule,
     candidates: Vec<LandmarkId>,
-    last_keyframe: KeyframeId,
 }
 
 impl Mapper {
-    /// A mapper for a map that has just been started; `newest` is its newest keyframe.
+    /// A mapper for a map that has just been started.
     #[must_use]
-    pub fn new(camera: &Camera, config: &SlamConfig, newest: KeyframeId) -> Self {
-        Self {
-            camera: *camera,
-            config: config.clone(),
-            rule: KeyframeRule::default(),
-            candidates: Vec::new(),
-            last_keyframe: newest,
-        }
+    pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
+        Self { camera: *camera, config: config.clone(), candidates: Vec::new() }
     }
 
-    /// The newest keyframe.
-    #[must_use]
-    pub fn last_keyframe(&self) -> KeyframeId {
-        self.last_keyframe
-    }
-
-    /// Goes on from another keyframe, after a relocalization.
-    pub fn go_on_from(&mut self, keyframe: KeyframeId) {
-        self.last_keyframe = keyframe;
-        self.rule.keyframe_made();
-    }
-
-    /// Makes candidates in the given keyframes of a map that has just been started, and adjusts it.
-    pub fn populate(&mut self, map: &mut Map, keyframes: &[KeyframeId]) {
-        for id in keyframes {
-            self.make_candidates(map, *id, 1.0);
+    /// Makes candidates in the two keyframes of a map that has just been started, and adjusts it.
+    pub fn populate(&mut self, map: &mut Map, newest: KeyframeId, first: KeyframeId) {
+        for id in [newest, first] {
+            self.make_candidates(map, id, 1.0);
         }
         if self.config.mapping.adjust_bundles {
-            adjust_local(map, self.last_keyframe, &self.config.mapping, focal_px(&self.camera));
+            adjust_local(map, newest, &self.config.mapping, focal_px(&self.camera));
         }
-    }
-
-    /// Whether a tracked frame should become a keyframe.
-    pub fn wants_keyframe(&mut self, map: &Map, report: &TrackReport) -> bool {
-        let width = f64::from(self.camera.size_px().0);
-        self.rule.asks_for(&self.config.mapping, map, self.last_keyframe, report, width)
     }
 
     /// Measures the candidates in a frame that does not become a keyframe.
@@ -117,10 +91,8 @@ impl Mapper {
         map: &mut Map,
         frame: &Frame,
         local: &[LandmarkId],
-        clock: Clock,
-        times: &mut StageTimes,
+        timer: &mut StageTimer,
     ) -> MappingReport {
-        let start = clock.secs();
         let depth = scene_depth(map, frame);
         let id = map.add_keyframe(NewKeyframe {
             frame: frame.number,
@@ -133,21 +105,19 @@ impl Mapper {
             map.add_observation(feature.landmark, feature.in_keyframe(id));
         }
         self.link_local(map, id, frame, local);
+        timer.end("link points");
         let mut report = self.add_frame(map, frame);
-        let linked = clock.secs();
-        times.add("update points", linked - start);
+        timer.end("update points");
         report.num_promoted += self.make_candidates(map, id, depth);
-        let made = clock.secs();
-        times.add("new points", made - linked);
+        timer.end("new points");
         if self.config.mapping.adjust_bundles {
             report.adjusted = adjust_local(map, id, &self.config.mapping, focal_px(&self.camera));
         }
+        timer.end("bundle adjustment");
         cull_landmarks(map, id);
         cull_keyframes(map, id, &self.config.mapping);
         self.forget_old_candidates(map, id);
-        times.add("bundle adjustment", clock.secs() - made);
-        self.last_keyframe = id;
-        self.rule.keyframe_made();
+        timer.end("upkeep");
         report.keyframe = Some(id);
         report
     }

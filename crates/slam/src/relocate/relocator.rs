@@ -1,7 +1,6 @@
 //! Relocalization by alignment against similar keyframes. Thesis, section 6.10; the order by similarity is an addition.
 
 use nalgebra::Rotation3;
-use visloc_base::Rng;
 use visloc_geom::{Camera, Rigid3};
 
 use crate::{
@@ -9,8 +8,8 @@ use crate::{
     image::SmallImage,
     map::{KeyframeId, Map},
     track::{
-        AlignFeature, AlignSchedule, Feature, Frame, Incoming, Quality, RotationAligner, TrackReport,
-        Tracker, align_images,
+        AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, Quality, RotationAligner,
+        TrackReport, Tracker, align_images,
     },
 };
 
@@ -48,7 +47,7 @@ impl Relocator {
         map: &Map,
         tracker: &Tracker,
         incoming: &Incoming<'_>,
-        rng: &mut Rng,
+        work: &mut FrameWork<'_>,
     ) -> Option<(TrackReport, KeyframeId)> {
         self.num_attempts += 1;
         let small = SmallImage::new(incoming.pyramid);
@@ -61,7 +60,7 @@ impl Relocator {
             places.filter_map(|place| ranked.get(place).map(|(_, id)| *id)).collect();
         for id in tried {
             let reference = frame_of(map, id)?;
-            let Some(report) = self.try_keyframe(map, tracker, &reference, incoming, rng) else {
+            let Some(report) = self.try_keyframe(map, tracker, &reference, incoming, work) else {
                 continue;
             };
             let is_found =
@@ -79,7 +78,7 @@ impl Relocator {
         tracker: &Tracker,
         reference: &Frame,
         incoming: &Incoming<'_>,
-        rng: &mut Rng,
+        work: &mut FrameWork<'_>,
     ) -> Option<TrackReport> {
         let pyramid = incoming.pyramid;
         let turn = self.rotation_aligner.align(&reference.pyramid, pyramid, &Rotation3::identity());
@@ -101,11 +100,11 @@ impl Relocator {
         }
         let predicted = aligned.current_from_reference * reference.camera_from_world;
         // The alignment is only about right: look around first, then as in tracking.
-        let wide = tracker.track_near(map, incoming, (&predicted, SEARCH_RADIUS), reference, rng);
+        let wide = tracker.track_near(map, incoming, (&predicted, SEARCH_RADIUS), reference, work);
         if wide.num_matched < self.config.relocation.min_matches / 2 {
             return None;
         }
-        Some(tracker.track_near(map, incoming, (&wide.frame.camera_from_world, 0), reference, rng))
+        Some(tracker.track_near(map, incoming, (&wide.frame.camera_from_world, 0), reference, work))
     }
 }
 

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2, Vector3};
-use visloc_base::Timestamp;
+use visloc_base::{Rng, Timestamp};
 
 use super::Found;
 use crate::{
     image::Pyramid,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Observation},
+    timing::StageTimer,
 };
 
 /// An image that has just come in.
@@ -21,6 +22,15 @@ pub struct Incoming<'a> {
     pub at: Timestamp,
     /// Its images.
     pub pyramid: &'a Arc<Pyramid>,
+}
+
+/// What the work on a frame draws from and is measured by.
+#[derive(Debug)]
+pub struct FrameWork<'a> {
+    /// Random choices.
+    pub rng: &'a mut Rng,
+    /// Times of the stages.
+    pub timer: &'a mut StageTimer,
 }
 
 /// A landmark found in a frame.

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use nalgebra::{Point2, Rotation3, Vector2};
 use rand::seq::SliceRandom;
-use visloc_base::{Rng, Timestamp};
+use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    AlignFeature, AlignSchedule, Feature, Frame, Incoming, LocalMap, Matcher, MotionModel, RotationAligner,
-    align_images, collect_local_map, matcher::whitening, only_turned,
+    AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
+    RotationAligner, align_images, collect_local_map, matcher::whitening, only_turned,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -133,11 +133,13 @@ impl Tracker {
 
     /// Finds the pose of the next frame. `None` if there is no last frame to go on from.
     #[must_use]
-    pub fn track(&self, map: &Map, incoming: &Incoming<'_>, rng: &mut Rng) -> Option<TrackReport> {
+    pub fn track(&self, map: &Map, incoming: &Incoming<'_>, work: &mut FrameWork<'_>) -> Option<TrackReport> {
         let last = self.last.as_ref()?;
         let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
-        let mut report = self.track_near(map, incoming, (&predicted, 0), last, rng);
+        work.timer.end("image alignment");
+        let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
         self.hold_place(map, &mut report);
+        work.timer.end("pose");
         Some(report)
     }
 
@@ -191,7 +193,7 @@ impl Tracker {
         incoming: &Incoming<'_>,
         (predicted, radius): (&CameraFromWorld, usize),
         last: &Frame,
-        rng: &mut Rng,
+        work: &mut FrameWork<'_>,
     ) -> TrackReport {
         let Incoming { number, at, pyramid } = *incoming;
         let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
@@ -205,19 +207,21 @@ impl Tracker {
             num_levels: self.search_levels,
             recognition: self.recognition,
         };
-        let search = self.search(map, &matcher, &local_map, radius, rng);
+        work.timer.end("local map");
+        let search = self.search(map, &matcher, &local_map, radius, work);
         let focal = focal_px(&self.camera);
         let observations: Vec<PoseObservation> = search
             .features
             .iter()
             .map(|feature| self.observation(map.landmark(feature.landmark), feature, map, predicted, focal))
             .collect();
-        let robust = robust_pose(predicted, &observations, &self.ransac(), rng);
+        let robust = robust_pose(predicted, &observations, &self.ransac(), work.rng);
         let mut features = search.features;
         let mut keep = robust.is_inlier.iter();
         features.retain(|_| *keep.next().unwrap_or(&false));
         let num_converged = features.iter().filter(|f| map.landmark(f.landmark).is_converged()).count();
         let quality = self.quality(search.num_searched, features.len());
+        work.timer.end("pose");
         TrackReport {
             num_matched: features.len(),
             num_converged,
@@ -293,7 +297,7 @@ impl Tracker {
         matcher: &Matcher<'_>,
         local_map: &LocalMap,
         radius: usize,
-        rng: &mut Rng,
+        work: &mut FrameWork<'_>,
     ) -> Search {
         let mut grid = CornerGrid::new(self.camera.size_px(), self.config.cell_px);
         let mut cells: Vec<Vec<(LandmarkId, Point2<f64>)>> = vec![Vec::new(); grid.num_cells()];
@@ -308,7 +312,8 @@ impl Tracker {
             }
         }
         let mut order: Vec<usize> = (0..cells.len()).filter(|cell| !cells[*cell].is_empty()).collect();
-        order.shuffle(rng);
+        order.shuffle(work.rng);
+        work.timer.end("projection");
         let mut search = Search { radius, ..Search::default() };
         // Looking around is dear, and a few dozen matches are enough to go on from.
         let most =
@@ -348,6 +353,7 @@ impl Tracker {
                 }
             }
         }
+        work.timer.end("matching");
         search
     }
 }

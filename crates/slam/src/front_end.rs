@@ -1,0 +1,317 @@
+//! The tracking side: start, tracking, relocalization, and the trajectory. It reads the map and sends orders to change it.
+
+use std::sync::Arc;
+
+use visloc_base::{GrayImage, Rng, RngTree, Timestamp};
+use visloc_geom::{Camera, Rigid3};
+
+use crate::{
+    config::SlamConfig,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{KeyframeId, Map},
+    mapping::KeyframeRule,
+    outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
+    relocate::Relocator,
+    schedule::{FrameJob, Job, Order, Update},
+    start::{Initializer, StartStep, StartedMap},
+    timing::{Clock, StageTimer},
+    track::{FrameWork, Incoming, Quality, TrackReport, Tracker},
+};
+
+/// What tracking is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// There is no map.
+    Starting,
+    /// The camera is followed.
+    Tracking,
+    /// The camera is lost in its map.
+    Lost,
+}
+
+/// The tracking side of the system.
+#[derive(Debug)]
+pub(crate) struct FrontEnd {
+    camera: Camera,
+    config: SlamConfig,
+    rng: Rng,
+    clock: Clock,
+    /// The map as tracking sees it.
+    map: Map,
+    /// Grows with every map that is started or given up.
+    epoch: usize,
+    initializer: Initializer,
+    tracker: Tracker,
+    relocator: Relocator,
+    rule: KeyframeRule,
+    frames: Vec<FramePose>,
+    phase: Phase,
+    num_bad: usize,
+    started_at: usize,
+    /// The newest keyframe.
+    anchor: KeyframeId,
+    /// Whether the mapper still works on a start or a keyframe.
+    awaits_keyframe: bool,
+}
+
+/// Frames within which a loss means that the start was wrong.
+const PROBATION_FRAMES: usize = 30;
+
+impl FrontEnd {
+    /// For one camera. The parameters have been checked.
+    pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            rng: RngTree::new(seed).stream("slam", 0),
+            clock: Clock::none(),
+            map: Map::new(),
+            epoch: 0,
+            initializer: Initializer::new(camera, config),
+            tracker: Tracker::new(camera, &config.tracking, &config.features),
+            relocator: Relocator::new(camera, config),
+            rule: KeyframeRule::default(),
+            frames: Vec::new(),
+            phase: Phase::Starting,
+            num_bad: 0,
+            started_at: 0,
+            anchor: KeyframeId::default(),
+            awaits_keyframe: false,
+        }
+    }
+
+    pub fn set_clock(&mut self, clock: Clock) {
+        self.clock = clock;
+    }
+
+    pub fn map(&self) -> &Map {
+        &self.map
+    }
+
+    pub fn frames(&self) -> &[FramePose] {
+        &self.frames
+    }
+
+    /// Poses of all frames that have one, with all corrections of the map so far.
+    pub fn trajectory(&self) -> Vec<TrajectoryPose> {
+        let pose = |frame: &FramePose| {
+            let world_from_camera = self.camera_from_world(frame)?.inverse();
+            Some(TrajectoryPose { at: frame.at, world_from_camera })
+        };
+        self.frames.iter().filter_map(pose).collect()
+    }
+
+    fn camera_from_world(&self, frame: &FramePose) -> Option<CameraFromWorld> {
+        let (keyframe, camera_from_keyframe) = frame.place?;
+        Some(camera_from_keyframe * self.map.pose_of(keyframe))
+    }
+
+    /// Takes the next frame; says what became of it and what the mapper should do.
+    pub fn add_frame(
+        &mut self,
+        at: Timestamp,
+        image: GrayImage,
+    ) -> Result<(FrameOutcome, Option<Order>), FrameError> {
+        self.check_frame(at, &image)?;
+        let mut timer = StageTimer::start(self.clock);
+        let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
+        timer.end("pyramid");
+        self.frames.push(FramePose { at, place: None });
+        let incoming = Incoming { number: self.number(), at, pyramid: &pyramid };
+        let mut outcome = FrameOutcome::new();
+        let job = match self.phase {
+            Phase::Starting => self.start(&incoming, &mut outcome, &mut timer),
+            Phase::Tracking => self.track(&incoming, &mut outcome, &mut timer),
+            Phase::Lost => self.relocalize(&incoming, &mut outcome, &mut timer),
+        };
+        outcome.tracking = timer.finish();
+        Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock, job })))
+    }
+
+    fn check_frame(&self, at: Timestamp, image: &GrayImage) -> Result<(), FrameError> {
+        let (width, height) = self.camera.size_px();
+        let (expected, found) = ((width as usize, height as usize), (image.width(), image.height()));
+        if expected != found {
+            return Err(FrameError::Size { expected, found });
+        }
+        match self.frames.last() {
+            Some(last) if last.at >= at => Err(FrameError::Time { last: last.at, found: at }),
+            _ => Ok(()),
+        }
+    }
+
+    fn number(&self) -> usize {
+        self.frames.len() - 1
+    }
+
+    fn start(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let step = self.initializer.add(incoming.number, incoming.at, incoming.pyramid, &mut self.rng);
+        timer.end("start map");
+        match step {
+            StartStep::Waiting(wait) => {
+                outcome.state = TrackingState::Starting(wait);
+                None
+            }
+            StartStep::Started(started) => {
+                self.adopt(&started, outcome);
+                Some(Job::Adopt(started))
+            }
+        }
+    }
+
+    /// Goes on with a started map.
+    fn adopt(&mut self, started: &StartedMap, outcome: &mut FrameOutcome) {
+        let StartedMap { map, first, second, frame, between } = started;
+        self.map = map.clone();
+        self.epoch += 1;
+        self.frames[map.keyframe(*first).frame].place = Some((*first, Rigid3::identity()));
+        let world_from_first = map.keyframe(*first).camera_from_world().inverse();
+        for (number, pose) in between {
+            self.frames[*number].place = Some((*first, *pose * world_from_first));
+        }
+        let number = self.number();
+        self.frames[number].place = Some((*second, Rigid3::identity()));
+        outcome.state = TrackingState::Tracking(Quality::Good);
+        outcome.camera_from_world = Some(frame.camera_from_world);
+        outcome.matches = (frame.features.len(), frame.features.len());
+        self.tracker.restart_from(frame.clone());
+        self.rule = KeyframeRule::default();
+        self.anchor = *second;
+        self.awaits_keyframe = true;
+        self.started_at = number;
+        self.num_bad = 0;
+        self.phase = Phase::Tracking;
+    }
+
+    fn track(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let report = self.tracker.track(&self.map, incoming, &mut FrameWork { rng: &mut self.rng, timer });
+        match report {
+            Some(report) if report.quality != Quality::Bad => {
+                self.num_bad = 0;
+                Some(self.accept(report, outcome, timer))
+            }
+            report => {
+                outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
+                outcome.state = TrackingState::Tracking(Quality::Bad);
+                self.num_bad += 1;
+                if self.num_bad >= self.config.tracking.max_bad_frames {
+                    self.lose();
+                    outcome.state = TrackingState::Lost;
+                }
+                None
+            }
+        }
+    }
+
+    /// Takes over a tracked frame and decides whether it should become a keyframe.
+    fn accept(&mut self, report: TrackReport, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
+        outcome.state = TrackingState::Tracking(report.quality);
+        outcome.camera_from_world = Some(report.frame.camera_from_world);
+        outcome.matches = (report.num_searched, report.num_matched);
+        let is_converged = |id| self.map.landmark(id).is_converged();
+        outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
+        let width = f64::from(self.camera.size_px().0);
+        let wants_keyframe = !self.awaits_keyframe
+            && self.rule.asks_for(&self.config.mapping, &self.map, self.anchor, &report, width);
+        let makes_keyframe = wants_keyframe && report.quality == Quality::Good;
+        let anchor_from_world = self.map.pose_of(self.anchor);
+        let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
+        self.frames[report.frame.number].place = Some((self.anchor, from_anchor));
+        self.tracker.accept(report.frame.clone());
+        self.awaits_keyframe |= makes_keyframe;
+        timer.end("keyframe decision");
+        Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor: self.anchor, anchor_from_world }))
+    }
+
+    /// Gives up the pose. A map that has only just been started is given up with it.
+    fn lose(&mut self) {
+        self.num_bad = 0;
+        if self.number() < self.started_at + PROBATION_FRAMES {
+            self.phase = Phase::Starting;
+            self.map = Map::new();
+            self.epoch += 1;
+            self.frames.iter_mut().for_each(|frame| frame.place = None);
+            self.initializer.reset();
+            self.tracker.forget();
+            return;
+        }
+        self.phase = Phase::Lost;
+    }
+
+    fn relocalize(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let mut aside = StageTimer::start(Clock::none());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let found = self.relocator.attempt(&self.map, &self.tracker, incoming, &mut work);
+        timer.end("relocalize");
+        let (report, keyframe) = found?;
+        self.phase = Phase::Tracking;
+        outcome.is_relocalized = true;
+        self.tracker.forget();
+        self.anchor = keyframe;
+        self.rule.keyframe_made();
+        Some(self.accept(report, outcome, timer))
+    }
+
+    /// Gives the map out of hand, so that the mapper need not copy what it changes.
+    pub fn release_map(&mut self) {
+        self.map = Map::new();
+    }
+
+    /// Takes over what the mapper has finished. What belongs to a map that was given up is left out.
+    pub fn apply(&mut self, update: Update) -> Option<Mapped> {
+        if update.epoch != self.epoch {
+            return None;
+        }
+        let made = update.mapped.report.keyframe;
+        if let Some(keyframe) = made {
+            self.rehang(update.mapped.frame, keyframe, &update.camera_from_world);
+            self.anchor = keyframe;
+            self.rule.keyframe_made();
+        }
+        self.map = update.map;
+        if update.has_moved {
+            self.awaits_keyframe = false;
+            self.correct_last(update.mapped.frame, made);
+        }
+        Some(update.mapped)
+    }
+
+    /// Hangs a frame that has become a keyframe on itself, and the frames tracked since then on it, too.
+    fn rehang(&mut self, number: usize, keyframe: KeyframeId, camera_from_world: &CameraFromWorld) {
+        let world_from_keyframe = camera_from_world.inverse();
+        for later in number + 1..self.frames.len() {
+            if let Some(pose) = self.camera_from_world(&self.frames[later]) {
+                self.frames[later].place = Some((keyframe, pose * world_from_keyframe));
+            }
+        }
+        self.frames[number].place = Some((keyframe, Rigid3::identity()));
+    }
+
+    /// Takes over the pose of the last frame from the changed map. The very frame that a map was started with keeps its pose:
+    /// its landmarks have hardly moved with it.
+    fn correct_last(&mut self, number: usize, made: Option<KeyframeId>) {
+        let Some(last) = self.tracker.last().map(|last| last.number) else { return };
+        let pose = if last > number { self.camera_from_world(&self.frames[last]) } else { None };
+        let pose =
+            pose.or_else(|| made.filter(|_| last == number).map(|keyframe| self.map.pose_of(keyframe)));
+        if let Some(pose) = pose {
+            self.tracker.correct_last(pose);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! What comes of a frame.
+
+use thiserror::Error;
+use visloc_base::Timestamp;
+use visloc_geom::{CameraFrame, Rigid3, World};
+
+use crate::{
+    lie::CameraFromWorld, map::KeyframeId, mapping::MappingReport, start::StartWait, timing::StageTimes,
+    track::Quality,
+};
+
+/// A frame that cannot be used. Nothing else changes: the next frame is welcome.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// The image has another size than the camera.
+    #[error("expected an image of {expected:?} px, found {found:?}")]
+    Size {
+        /// Width and height of the camera.
+        expected: (usize, usize),
+        /// Width and height of the image.
+        found: (usize, usize),
+    },
+    /// The frame is not later than the one before.
+    #[error("expected a time after {last}, found {found}")]
+    Time {
+        /// Time of the frame before.
+        last: Timestamp,
+        /// Time of this frame.
+        found: Timestamp,
+    },
+}
+
+/// What the system knows about where the camera is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum TrackingState {
+    /// There is no map yet, and why.
+    Starting(StartWait),
+    /// The camera is tracked.
+    Tracking(Quality),
+    /// The camera is lost in its map.
+    Lost,
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone)]
+pub struct FrameOutcome {
+    /// What the system knows now.
+    pub state: TrackingState,
+    /// Pose as known at this moment; `None` unless the frame is tracked.
+    pub camera_from_world: Option<CameraFromWorld>,
+    /// Places searched and landmarks found.
+    pub matches: (usize, usize),
+    /// Whether a lost camera was found again in this frame.
+    pub is_relocalized: bool,
+    /// Time of tracking by stage.
+    pub tracking: StageTimes,
+    /// Pixels of the landmarks found, and whether each has converged; for pictures.
+    pub features: Vec<(nalgebra::Point2<f64>, bool)>,
+    /// What the mapper has finished: in sequence this very frame, with threads earlier ones.
+    pub mapped: Vec<Mapped>,
+}
+
+impl FrameOutcome {
+    /// Of a frame that nothing is known of yet.
+    pub(crate) fn new() -> Self {
+        Self {
+            state: TrackingState::Lost,
+            camera_from_world: None,
+            matches: (0, 0),
+            is_relocalized: false,
+            tracking: StageTimes::default(),
+            features: Vec::new(),
+            mapped: Vec::new(),
+        }
+    }
+}
+
+/// What the mapper did with a frame.
+#[derive(Debug, Clone)]
+pub struct Mapped {
+    /// Number of the frame.
+    pub frame: usize,
+    /// What was done.
+    pub report: MappingReport,
+    /// Time by stage.
+    pub times: StageTimes,
+}
+
+/// A frame's place in the trajectory: relative to a keyframe, so that it moves when the map is corrected.
+#[derive(Debug, Clone, Copy)]
+pub struct FramePose {
+    /// When the frame was taken.
+    pub at: Timestamp,
+    /// The keyframe it hangs on and its pose relative to it; `None` for a frame without a pose.
+    pub place: Option<(KeyframeId, Rigid3<CameraFrame, CameraFrame>)>,
+}
+
+/// A pose of the final trajectory.
+#[derive(Debug, Clone, Copy)]
+pub struct TrajectoryPose {
+    /// When.
+    pub at: Timestamp,
+    /// Where the camera was, map units.
+    pub world_from_camera: Rigid3<World, CameraFrame>,
+}

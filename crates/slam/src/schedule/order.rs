@@ -1,0 +1,68 @@
+//! What tracking and mapping send each other.
+
+use crate::{
+    lie::CameraFromWorld,
+    map::{KeyframeId, Map},
+    outcome::Mapped,
+    start::StartedMap,
+    timing::Clock,
+    track::TrackReport,
+};
+
+/// Work for the mapper.
+#[derive(Debug)]
+pub(crate) struct Order {
+    /// Number of the map: it grows when a map is started or given up.
+    pub epoch: usize,
+    /// Measures the work.
+    pub clock: Clock,
+    /// The work.
+    pub job: Job,
+}
+
+impl Order {
+    /// Whether tracking relies on it being done.
+    pub fn must_be_done(&self) -> bool {
+        match &self.job {
+            Job::Adopt(_) => true,
+            Job::Frame(job) => job.makes_keyframe,
+        }
+    }
+}
+
+/// Work for the mapper.
+#[derive(Debug)]
+pub(crate) enum Job {
+    /// Take over a map that has just been started.
+    Adopt(Box<StartedMap>),
+    /// Use a tracked frame.
+    Frame(Box<FrameJob>),
+}
+
+/// A tracked frame.
+#[derive(Debug)]
+pub(crate) struct FrameJob {
+    /// The frame and what was searched.
+    pub report: TrackReport,
+    /// Whether to make a keyframe of it; else candidates are measured in it.
+    pub makes_keyframe: bool,
+    /// The keyframe that the frame hangs on.
+    pub anchor: KeyframeId,
+    /// Pose of that keyframe in the map that the frame was tracked on.
+    pub anchor_from_world: CameraFromWorld,
+}
+
+/// What the mapper has finished.
+#[derive(Debug)]
+pub(crate) struct Update {
+    /// Number of the map.
+    pub epoch: usize,
+    /// The map as it is now.
+    pub map: Map,
+    /// Pose of the frame as tracking had it.
+    pub camera_from_world: CameraFromWorld,
+    /// Whether keyframes may have moved.
+    pub has_moved: bool,
+    /// What was done.
+    pub mapped: Mapped,
+}

@@ -1,0 +1,93 @@
+//! Tracking and mapping in sequence and on two threads: one code path, and nothing that can break it.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use visloc_base::{CameraPose, CameraTrajectory, ImageSource};
+use visloc_data::sequence::{SequenceRange, open_tum, read_camera_trajectory};
+use visloc_eval::camera::{Alignment, absolute_error, associate};
+use visloc_slam::{Schedule, Slam, SlamConfig};
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip")
+}
+
+/// When the mapper is waited for.
+#[derive(Clone, Copy, PartialEq)]
+enum Wait {
+    EveryFrame,
+    AtTheEnd,
+    Never,
+}
+
+fn run(preset: &str, schedule: Schedule, wait: Wait) -> Slam {
+    let mut source = open_tum(&folder(), SequenceRange::default()).unwrap();
+    let config = SlamConfig::preset(preset).unwrap();
+    let mut slam = Slam::with_schedule(source.camera(), &config, 1, schedule).unwrap();
+    let mut num_mapped = 0;
+    while let Some(frame) = source.next_image() {
+        let frame = frame.unwrap();
+        num_mapped += slam.add_frame(frame.at, frame.image).unwrap().mapped.len();
+        if wait == Wait::EveryFrame {
+            num_mapped += slam.finish().len();
+        }
+    }
+    if wait != Wait::Never {
+        num_mapped += slam.finish().len();
+        assert!(num_mapped > 0);
+    }
+    slam.map().check().unwrap();
+    slam
+}
+
+fn trajectory(slam: &Slam) -> CameraTrajectory {
+    let mut trajectory = CameraTrajectory::new();
+    for pose in slam.trajectory() {
+        trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera }).unwrap();
+    }
+    trajectory
+}
+
+fn bits(slam: &Slam) -> Vec<u64> {
+    let translation = |pose: &CameraPose| *pose.world_from_camera.translation();
+    trajectory(slam)
+        .poses()
+        .iter()
+        .flat_map(|pose| translation(pose).iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+        .collect()
+}
+
+#[test]
+fn a_thread_that_is_waited_for_gives_the_bits_of_the_sequence() {
+    for preset in ["sdvl", "config5"] {
+        let in_sequence = bits(&run(preset, Schedule::Sequential, Wait::AtTheEnd));
+        assert!(!in_sequence.is_empty());
+        assert_eq!(in_sequence, bits(&run(preset, Schedule::Sequential, Wait::EveryFrame)));
+        assert_eq!(in_sequence, bits(&run(preset, Schedule::Threaded, Wait::EveryFrame)));
+    }
+}
+
+/// Frames come as fast as tracking takes them, much faster than a camera: the hardest case for the queues.
+fn threaded_runs(num: usize) {
+    let truth = read_camera_trajectory(&folder().join("groundtruth.txt")).unwrap();
+    let mut num_good = 0;
+    for i in 0..num {
+        let slam = run("sdvl", Schedule::Threaded, if i % 4 == 3 { Wait::Never } else { Wait::AtTheEnd });
+        let pairs = associate(&truth, &trajectory(&slam), 0.01);
+        let error = absolute_error(&pairs, Alignment::Similarity);
+        num_good += usize::from(pairs.len() >= 50 && error.is_some_and(|error| error.rmse < 0.02));
+    }
+    assert!(num_good * 3 >= num * 2, "{num_good} of {num} runs");
+}
+
+#[test]
+fn a_few_threaded_runs_end_well() {
+    threaded_runs(6);
+}
+
+#[test]
+#[ignore = "a hundred runs take a minute"]
+fn a_hundred_threaded_runs_end_well() {
+    threaded_runs(100);
+}
