@@ -263,9 +263,8 @@ fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
     let mut rng = RngTree::new(7).stream("alike", 0);
     let mut odometry = PlanarPose::default();
     let mut pose = PlanarPose::new(18.45, 0.0, std::f64::consts::FRAC_PI_2);
-    let mut step = |localizer: &mut Refined, pose: &PlanarPose, odometry: PlanarPose, i: u64| {
-        let percept =
-            Percept { at: Timestamp::from_nanos(33_000_000 * i as i64), ..with_borders(&office, pose) };
+    let mut step = |localizer: &mut Refined, pose: &PlanarPose, odometry: PlanarPose, i: i64| {
+        let percept = Percept { at: Timestamp::from_nanos(33_000_000 * i), ..with_borders(&office, pose) };
         localizer
             .step(&StepInput { percept: &percept, odometry: Some(odometry), is_lifted: false }, &mut rng);
         localizer.estimate().clone()
