@@ -84,9 +84,9 @@ pub(super) fn plan_of(title: &str, strokes: &[Stroke]) -> OfficePlan {
     plan
 }
 
-/// To a tenth of a millimeter: units of drawings are turned into meters with an error in the last digits.
+/// To a tenth of a millimeter: units of drawings are turned into meters with an error in the last digits. No negative zero.
 fn rounded(value_m: f64) -> f64 {
-    (value_m * 1e4).round() / 1e4
+    (value_m * 1e4).round() / 1e4 + 0.0
 }
 
 fn distance_m(a: &[f64; 2], b: &[f64; 2]) -> f64 {
