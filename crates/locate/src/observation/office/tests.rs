@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     Estimate, Localizer, ObservationModel, StepInput,
-    observation::features::{CameraState, FeatureModel},
+    observation::features::{CameraState, FeatureModel, Residual},
     refine::Refined,
     registry::build_layered,
 };
@@ -217,7 +217,8 @@ fn derivatives_of_the_residuals_are_those_of_differences() {
     for _ in 0..40 {
         let pose = free_pose(&office, &mut rng);
         model.condition_on(&with_borders(&office, &pose));
-        let at = Vector6::new(pose.x_m + 0.01, pose.y_m - 0.01, pose.yaw_rad + 0.004, 0.002, -0.003, 0.001);
+        // Where all residuals are 0, the derivatives are exact.
+        let at = Vector6::new(pose.x_m, pose.y_m, pose.yaw_rad, 0.0, 0.0, 0.0);
         for axis in 0..6 {
             const STEP: f64 = 1e-6;
             let mut step = Vector6::zeros();
@@ -227,8 +228,10 @@ fn derivatives_of_the_residuals_are_those_of_differences() {
             for ((here, ahead), behind) in here.iter().zip(&ahead).zip(&behind) {
                 let (Some(here), Some(ahead), Some(behind)) = (here, ahead, behind) else { continue };
                 let difference = (ahead.error_px - behind.error_px) / (2.0 * STEP);
-                // A pixel may change its counterpart.
-                if (ahead.error_px - behind.error_px).abs() < 0.01 {
+                // A pixel at a corner may change its counterpart within the step.
+                let is_same =
+                    |other: &Residual| (other.jacobian - here.jacobian).norm() < 1e-3 * here.jacobian.norm();
+                if is_same(ahead) && is_same(behind) {
                     assert!((difference - here.jacobian[axis]).abs() < 0.05 + 0.01 * difference.abs());
                     count += 1;
                 }
@@ -262,7 +265,7 @@ fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
         Refined::new(refinement_defaults(), search, Box::new(features), Box::new(pixels)).unwrap();
     let mut rng = RngTree::new(7).stream("alike", 0);
     let mut odometry = PlanarPose::default();
-    let mut pose = PlanarPose::new(18.45, 0.0, std::f64::consts::FRAC_PI_2);
+    let mut pose = PlanarPose::new(18.45, -0.5, std::f64::consts::FRAC_PI_2);
     let mut step = |localizer: &mut Refined, pose: &PlanarPose, odometry: PlanarPose, i: i64| {
         let percept = Percept { at: Timestamp::from_nanos(33_000_000 * i), ..with_borders(&office, pose) };
         localizer
@@ -274,7 +277,7 @@ fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
         estimate = step(&mut localizer, &pose, odometry, i);
     }
     for i in 0..6 {
-        let alike = Point2::new(2.45 + SPACING_M * f64::from(i), 0.0);
+        let alike = Point2::new(2.45 + SPACING_M * f64::from(i), -0.5);
         let is_held =
             estimate.hypotheses.iter().any(|h| (h.world_from_robot.position() - alike).norm() < 0.1);
         assert!(is_held, "door {i}: {:?}", estimate.hypotheses);
