@@ -193,7 +193,8 @@ pub struct MappingConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RelocationConfig {
-    /// Keyframes tried in each frame, most similar first. By trial; the thesis tries all.
+    /// Keyframes tried in each frame: every second try is the most similar one, the others go through the next four. By trial;
+    /// the thesis tries all.
     #[schemars(range(min = 1, max = 1000))]
     pub max_tries: usize,
     /// Fewest matches. Thesis: 20.
