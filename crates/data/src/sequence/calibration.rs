@@ -95,6 +95,9 @@ struct Keys<'a> {
     values: BTreeMap<String, (usize, String)>,
 }
 
+/// Focal lengths and principal point, horizontal and vertical, pixels.
+type Intrinsics = ((f64, f64), (f64, f64));
+
 impl<'a> Keys<'a> {
     fn read(text: &str, path: &'a Path) -> Self {
         let mut values: BTreeMap<String, (usize, String)> = BTreeMap::new();
@@ -161,7 +164,8 @@ impl<'a> Keys<'a> {
         })
     }
 
-    fn intrinsics(&self) -> Result<((f64, f64), (f64, f64)), SequenceError> {
+    /// Focal lengths and principal point.
+    fn intrinsics(&self) -> Result<Intrinsics, SequenceError> {
         if let Some((line, values)) = self.list(&["intrinsics"])? {
             let [fx, fy, cx, cy] = values[..] else {
                 let reason = format!("expected fx, fy, cx, cy, found {} numbers", values.len());

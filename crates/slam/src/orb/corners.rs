@@ -88,11 +88,9 @@ impl OrbCorners {
 
     /// All corners: level and pixel of level 0.
     pub fn iter(&self) -> impl Iterator<Item = (usize, Point2<f64>)> {
-        let of_level = |(level, corners): (usize, &'_ LevelCorners)| {
-            let px: Vec<Point2<f64>> = corners.corners.iter().map(|corner| at(corner)).collect();
-            px.into_iter().map(move |place| (level, px_from_level(&place, level)))
-        };
-        self.levels.iter().enumerate().flat_map(of_level)
+        self.levels.iter().enumerate().flat_map(|(level, corners)| {
+            corners.corners.iter().map(move |corner| (level, px_from_level(&at(corner), level)))
+        })
     }
 
     /// The descriptor of a place of the image that the corners are of, on one level. Kept if it is a corner.
