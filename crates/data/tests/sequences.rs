@@ -61,7 +61,8 @@ impl Dataset {
 fn stamps(sequence: &mut Sequence) -> Vec<f64> {
     let mut stamps = Vec::new();
     while let Some(image) = sequence.images.next_image() {
-        stamps.push(image.unwrap().at.secs());
+        // To the microsecond: seconds since 1970 have no more digits.
+        stamps.push((image.unwrap().at.secs() * 1e6).round() / 1e6);
     }
     stamps
 }
@@ -189,7 +190,8 @@ fn five() -> Dataset {
 fn ranges_strides_and_scales() {
     let range = SequenceRange { start: Bound::Secs(0.1), end: Some(Bound::Frame(4)), stride: 2 };
     let options = SequenceOptions { range, scale: 0.5, ..SequenceOptions::default() };
-    let mut sequence = five().open(&options).unwrap();
+    let dataset = five();
+    let mut sequence = dataset.open(&options).unwrap();
     assert_eq!(sequence.images.camera().size_px(), (32, 24));
     assert_eq!(sequence.images.camera().center_px(), (15.5, 11.5));
     let image = sequence.images.next_image().unwrap().unwrap().image;

@@ -58,13 +58,9 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
         return Err(SequenceError::layout(folder, reason));
     }
     let layout = recognize(folder)?;
-    let Contents { mut calibration, mut calibration_file, images, skipped, truth, mut warnings } =
-        (layout.read)(folder)?;
-    if let Some(file) = &options.calibration {
-        calibration = Some(read_calibration(file)?);
-        calibration_file.clone_from(file);
-    }
-    let calibration = calibration.ok_or_else(|| no_calibration(folder, &calibration_file))?;
+    let mut contents = (layout.read)(folder)?;
+    let (calibration, calibration_file) = choose(folder, options, &mut contents)?;
+    let Contents { images, skipped, truth, mut warnings, .. } = contents;
     if images.is_empty() {
         let reason = format!("expected images ({}), found none that can be listed", layout.mark);
         return Err(SequenceError::layout(folder, reason));
@@ -98,6 +94,23 @@ fn recognize(folder: &Path) -> Result<&'static Layout, SequenceError> {
         let marks: Vec<String> = LAYOUTS.iter().map(|l| format!("{} ({})", l.mark, l.name)).collect();
         SequenceError::layout(folder, format!("expected a dataset: {}; found none of them", marks.join(", ")))
     })
+}
+
+/// The user's calibration or the dataset's, and its file.
+fn choose(
+    folder: &Path,
+    options: &SequenceOptions,
+    contents: &mut Contents,
+) -> Result<(Calibration, PathBuf), SequenceError> {
+    if let Some(file) = &options.calibration {
+        return Ok((read_calibration(file)?, file.clone()));
+    }
+    if let Some(error) = contents.calibration_error.take() {
+        return Err(error);
+    }
+    let file = contents.calibration_file.clone();
+    let calibration = contents.calibration.take().ok_or_else(|| no_calibration(folder, &file))?;
+    Ok((calibration, file))
 }
 
 fn no_calibration(folder: &Path, looked_for: &Path) -> SequenceError {

@@ -37,7 +37,7 @@ fn camera_folder(folder: &Path) -> Option<PathBuf> {
 fn read(folder: &Path) -> Result<Contents, SequenceError> {
     let cam0 = camera_folder(folder).unwrap_or_else(|| folder.join("mav0/cam0"));
     let mut contents = Contents::default();
-    contents.set_calibration(cam0.join("sensor.yaml"))?;
+    contents.set_calibration(cam0.join("sensor.yaml"));
     let images = cam0.join("data");
     let list = cam0.join("data.csv");
     if list.is_file() {

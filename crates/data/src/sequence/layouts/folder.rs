@@ -40,7 +40,7 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
     let names = ["camera.yaml", "calibration.yaml", "sensor.yaml", "calib.txt"];
     let calibration = first_file(folder, &names).or_else(|| file_ending(folder, "_par.txt"));
     if let Some(file) = calibration {
-        contents.set_calibration(file)?;
+        contents.set_calibration(file);
     }
     let paths = image_files(&image_folder(folder).unwrap_or_else(|| folder.to_path_buf()))?;
     let rate_hz = contents.calibration.as_ref().and_then(|c| c.rate_hz).unwrap_or(RATE_HZ);

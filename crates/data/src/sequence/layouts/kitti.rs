@@ -41,7 +41,7 @@ fn image_folder(folder: &Path) -> Option<PathBuf> {
 fn read(folder: &Path) -> Result<Contents, SequenceError> {
     let mut contents =
         if folder.join("rgb.txt").is_file() { (tum::LAYOUT.read)(folder)? } else { read_images(folder)? };
-    contents.set_calibration(folder.join("calib.txt"))?;
+    contents.set_calibration(folder.join("calib.txt"));
     if contents.truth.is_none()
         && let Some(file) = truth_file(folder)
     {

@@ -20,6 +20,8 @@ use super::{Calibration, ImageFile, SequenceError};
 pub(super) struct Contents {
     /// The camera, if the dataset says it.
     pub calibration: Option<Calibration>,
+    /// Why the dataset's calibration cannot be used.
+    pub calibration_error: Option<SequenceError>,
     /// Where the calibration is or was looked for.
     pub calibration_file: PathBuf,
     /// Images in order of time; stamps strictly increase.
@@ -41,11 +43,13 @@ impl Contents {
         }
     }
 
-    /// Takes over the calibration of a file.
-    fn set_calibration(&mut self, file: PathBuf) -> Result<(), SequenceError> {
-        self.calibration = Some(super::read_calibration(&file)?);
+    /// Takes over the calibration of a file; one that cannot be read matters only if the user gives no other.
+    fn set_calibration(&mut self, file: PathBuf) {
+        match super::read_calibration(&file) {
+            Ok(calibration) => self.calibration = Some(calibration),
+            Err(error) => self.calibration_error = Some(error),
+        }
         self.calibration_file = file;
-        Ok(())
     }
 }
 

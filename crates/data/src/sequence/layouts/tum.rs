@@ -34,7 +34,7 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
     let mut contents = Contents { calibration_file: folder.join("camera.yaml"), ..Contents::default() };
     let calibration = first_file(folder, &["camera.yaml", "calibration.yaml", "calib.txt"]);
     match calibration.or_else(|| file_ending(folder, "_par.txt")) {
-        Some(file) => contents.set_calibration(file)?,
+        Some(file) => contents.set_calibration(file),
         None => contents.calibration = by_name(folder),
     }
     read_list(&folder.join("rgb.txt"), folder, parse_line, &mut contents)?;

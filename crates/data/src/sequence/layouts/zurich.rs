@@ -42,7 +42,7 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
         ..Contents::default()
     };
     if let Some(file) = first_file(folder, &["camera.yaml", "calibration.yaml"]) {
-        contents.set_calibration(file)?;
+        contents.set_calibration(file);
     }
     for path in image_files(&folder.join("MAV Images"))? {
         if let Some(number) = number_in(&path) {
