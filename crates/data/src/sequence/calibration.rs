@@ -127,8 +127,9 @@ impl<'a> Keys<'a> {
         Self { path, values }
     }
 
+    /// The first of these keys that has a value of its own.
     fn find(&self, names: &[&str]) -> Option<&(usize, String)> {
-        names.iter().find_map(|name| self.values.get(*name))
+        names.iter().filter_map(|name| self.values.get(*name)).find(|(_, value)| !value.is_empty())
     }
 
     fn optional(&self, names: &[&str]) -> Result<Option<f64>, SequenceError> {

@@ -154,9 +154,9 @@ mod tests {
 
     #[test]
     fn motions_by_meters() {
-        let ways = [0.0, 0.4, 1.1, 1.2, 2.2, 2.3];
+        let ways = [0.0, 0.4, 1.05, 1.2, 2.1, 2.2];
         assert_eq!(by_meters(&ways, 1.0, Motions::Consecutive), [(0, 2), (2, 4)]);
-        assert_eq!(by_meters(&ways, 1.0, Motions::All), [(0, 2), (2, 4), (3, 4)]);
+        assert_eq!(by_meters(&ways, 1.0, Motions::All), [(0, 2), (2, 4), (3, 5)]);
         assert_eq!(by_meters(&[0.0, 1.0, 1.0, 1.0], 1.0, Motions::All), [(0, 1)]);
         assert!(by_meters(&[], 1.0, Motions::All).is_empty());
     }
