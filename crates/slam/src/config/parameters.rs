@@ -79,7 +79,7 @@ pub struct StartConfig {
     /// Median shift of the corners before a start is tried, pixels. Thesis: 10 to 20.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_shift_px: f64,
-    /// Least median parallax, degrees. By trial; the thesis has no such gate.
+    /// Least parallax, degrees; a quarter of the corners must have it. By trial; the thesis has no such gate.
     #[schemars(range(min = 0.01, max = 45.0))]
     pub min_parallax_deg: f64,
     /// Least share of corners that must agree on one motion. By trial.
@@ -241,7 +241,7 @@ impl Default for StartConfig {
             min_shift_px: 8.0,
             min_parallax_deg: 0.9,
             min_inlier_ratio: 0.6,
-            min_followed_ratio: 0.4,
+            min_followed_ratio: 0.25,
             inlier_px: 1.0,
             num_samples: 150,
             max_frames: 90,

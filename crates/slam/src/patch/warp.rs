@@ -46,10 +46,20 @@ pub struct PatchWarp {
 
 impl PatchWarp {
     /// The warp of a plane patch that faces the reference camera. `None` if the patch is not visible, is turned away or
-    /// is seen more than about four times larger or smaller.
+    /// is seen more than about six times larger or smaller.
     #[must_use]
     pub fn new(geometry: &WarpGeometry<'_>, num_levels: usize) -> Option<Self> {
-        let current_by_reference = current_by_reference(geometry)?;
+        Self::from_matrix(&current_by_reference(geometry)?, geometry.reference_level, num_levels)
+    }
+
+    /// The warp whose linear part is known: pixels of the current image per pixel of the reference image, both on level 0. `None` if
+    /// the patch is turned away or is seen more than about six times larger or smaller.
+    #[must_use]
+    pub fn from_matrix(
+        current_by_reference: &Matrix2<f64>,
+        reference_level: usize,
+        num_levels: usize,
+    ) -> Option<Self> {
         let determinant = current_by_reference.determinant();
         if !(1.0 / 40.0..40.0).contains(&determinant) {
             return None;
@@ -57,7 +67,7 @@ impl PatchWarp {
         // Sides of a current pixel in reference pixels, as a power of two.
         let octaves = 0.5 * determinant.log2();
         let highest = num_levels as f64 - 1.0;
-        let current_level = (geometry.reference_level as f64 + octaves).round().clamp(0.0, highest);
+        let current_level = (reference_level as f64 + octaves).round().clamp(0.0, highest);
         let reference_level = (current_level - octaves).round().clamp(0.0, highest);
         let scale = (current_level - reference_level).exp2();
         let reference_by_current = current_by_reference.try_inverse()? * scale;

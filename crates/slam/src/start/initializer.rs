@@ -7,7 +7,7 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    Follower, StartWait, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view,
+    Follower, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view,
     verify,
 };
 use crate::{
@@ -54,8 +54,8 @@ pub struct Initializer {
     attempt: Option<Attempt>,
 }
 
-/// Corners by their number, and where they were found; pixels of level 0.
-type Places = Vec<(usize, Point2<f64>)>;
+/// Corners by their number, where they were found, and the covariance of that; pixels of level 0.
+type Places = Vec<(usize, Point2<f64>, Matrix2<f64>)>;
 
 /// Corners of one image on their way.
 #[derive(Debug, Clone)]
@@ -87,6 +87,10 @@ struct PendingStart {
 const CONFIRMING_PARALLAX: f64 = 1.25;
 /// Largest median deviation of depths that count as confirmed, in logarithms.
 const CONFIRMED_DEVIATION: f64 = 0.06;
+/// Least difference in the logarithm of the likelihood between two motions.
+const CLEAR_LOG_ODDS: f64 = 15.0;
+/// Least mean cost of an explained observation that is believed.
+const LEAST_INLIER_COST: f64 = 0.05;
 
 impl Initializer {
     /// For one camera.
@@ -111,7 +115,8 @@ impl Initializer {
             .follower
             .follow(pyramid, |px| camera.project(&(turn * camera.bearing(px)).into()).unwrap_or(*px));
         attempt.last = Arc::clone(pyramid);
-        let places = attempt.follower.tracks().iter().map(|track| (track.number, track.px)).collect();
+        let place = |track: &Track| (track.number, track.px, track.covariance_px);
+        let places = attempt.follower.tracks().iter().map(place).collect();
         attempt.history.push((number, places));
         let num = attempt.follower.tracks().len();
         // Corners of noise are gone after one frame and do not count.
@@ -238,7 +243,7 @@ impl Initializer {
         let mut verified: Vec<(VerifiedStart, f64)> = verified.collect();
         verified.sort_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         match verified.as_slice() {
-            [best, second, ..] if best.0.cost > 0.7 * second.0.cost => Err(StartWait::Ambiguous),
+            [best, second, ..] if !is_clearly_better(&best.0, &second.0) => Err(StartWait::Ambiguous),
             [best, ..] if best.0.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
             [best, ..] => Ok(best.clone()),
             [] => Err(StartWait::NoCommonMotion(0.0)),
@@ -249,15 +254,17 @@ impl Initializer {
     fn views(&self, attempt: &Attempt) -> Vec<ViewRays> {
         const MOST_BETWEEN: usize = 6;
         let tracks = attempt.follower.tracks();
-        let first = tracks.iter().map(|track| Some(self.camera.bearing(&track.first_px))).collect();
+        let sight = |px: &Point2<f64>, covariance_px| Sight { ray: self.camera.bearing(px), covariance_px };
+        let first =
+            tracks.iter().map(|track| Some(sight(&track.first_px, corner_covariance(track.level)))).collect();
         let mut views: Vec<ViewRays> = vec![first];
         let num = attempt.history.len();
         let step = num.div_ceil(MOST_BETWEEN + 1).max(1);
         // Counted from the end, so that the last frame is one of them.
         for (_, places) in attempt.history.iter().rev().step_by(step).collect::<Vec<_>>().into_iter().rev() {
             let mut rays = vec![None; attempt.num_corners];
-            for (track, px) in places {
-                rays[*track] = Some(self.camera.bearing(px));
+            for (track, px, covariance_px) in places {
+                rays[*track] = Some(sight(px, *covariance_px));
             }
             views.push(tracks.iter().map(|track| rays[track.number]).collect());
         }
@@ -336,7 +343,7 @@ impl Initializer {
         let (_, before_last) =
             attempt.history.split_last().map_or((None, &[][..]), |(last, rest)| (Some(last), rest));
         for (number, places) in before_last {
-            let observation = |(track, px): &(usize, Point2<f64>)| {
+            let observation = |(track, px, _): &(usize, Point2<f64>, Matrix2<f64>)| {
                 let landmark = map.landmark(landmark_of[*track]?);
                 let weight = whitening(focal_px(&self.camera), &(Matrix2::identity() * 0.25));
                 let ray = self.camera.bearing(px);
@@ -353,6 +360,13 @@ impl Initializer {
         }
         poses
     }
+}
+
+/// Whether the first of two motions explains the views so much better that it is no accident. The more corners, the smaller
+/// the difference that tells; the errors of a corner in several views are alike, so that each corner counts once.
+fn is_clearly_better(best: &VerifiedStart, second: &VerifiedStart) -> bool {
+    let num = best.points.len() as f64;
+    num * (second.cost - best.cost) / best.inlier_cost.max(LEAST_INLIER_COST) > CLEAR_LOG_ODDS
 }
 
 /// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes

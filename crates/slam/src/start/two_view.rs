@@ -26,7 +26,7 @@ pub struct TwoViewSettings {
     pub min_points: usize,
     /// Least share of pairs that must agree.
     pub min_inlier_ratio: f64,
-    /// Least median angle between the rays to the points, radians.
+    /// Least angle between the rays to a point, radians; a quarter of the points must have it.
     pub min_parallax_rad: f64,
     /// Random samples for each model.
     pub num_samples: usize,
@@ -39,7 +39,7 @@ pub enum StartWait {
     FewCorners(usize),
     /// The corners have moved too little: the median shift, pixels.
     LittleMotion(f64),
-    /// The rays hardly change direction, as under pure rotation: the median angle, radians.
+    /// The rays hardly change direction, as under pure rotation: the angle that a quarter of the corners exceed, radians.
     LittleParallax(f64),
     /// Too few pairs agree on one motion: the share.
     NoCommonMotion(f64),
@@ -75,7 +75,7 @@ pub struct TwoView {
     pub motion: TwoViewMotion,
     /// Points in the first camera, one entry for each pair; `None` for outliers.
     pub points: Vec<Option<Point3<f64>>>,
-    /// Median angle between the rays of a pair, radians.
+    /// Angle between the rays of a pair that a quarter of the pairs exceed, radians.
     pub parallax_rad: f64,
 }
 
@@ -115,7 +115,7 @@ pub fn solve_two_view(
     candidates.sort_by(|a, b| b.num_points.cmp(&a.num_points).then(a.cost.total_cmp(&b.cost)));
     let Some(best) = candidates.first() else { return Err(StartWait::NoCommonMotion(0.0)) };
     let share = best.num_points as f64 / pairs.len() as f64;
-    let parallax_rad = median_parallax(best);
+    let parallax_rad = typical_parallax(best);
     if parallax_rad < settings.min_parallax_rad {
         return Err(StartWait::LittleParallax(parallax_rad));
     }
@@ -125,7 +125,7 @@ pub fn solve_two_view(
     let mut kept: Vec<&Candidate> = Vec::new();
     for candidate in &candidates {
         let is_rival = candidate.num_points as f64 > 0.7 * best.num_points as f64
-            && median_parallax(candidate) >= settings.min_parallax_rad;
+            && typical_parallax(candidate) >= settings.min_parallax_rad;
         if is_rival && kept.iter().all(|other| is_different(&candidate.motion, &other.motion)) {
             kept.push(candidate);
         }
@@ -133,7 +133,7 @@ pub fn solve_two_view(
     let two_view = |candidate: &&Candidate| TwoView {
         motion: candidate.motion,
         points: candidate.points.clone(),
-        parallax_rad: median_parallax(candidate),
+        parallax_rad: typical_parallax(candidate),
     };
     Ok(kept.iter().map(two_view).collect())
 }
@@ -203,13 +203,15 @@ fn judge(motion: &TwoViewMotion, pairs: &[Pair], limit: f64) -> Candidate {
     Candidate { motion: *motion, points, num_points, cost }
 }
 
-fn median_parallax(candidate: &Candidate) -> f64 {
+/// The angle that a quarter of the points exceed. A camera that goes straight ahead sees most points with hardly any parallax, and
+/// the near ones beside its way with enough.
+fn typical_parallax(candidate: &Candidate) -> f64 {
     let second_center = Point3::from(*candidate.motion.inverse().translation());
     let angle =
         |point: &Point3<f64>| cos_parallax(point, &Point3::origin(), &second_center).clamp(-1.0, 1.0).acos();
     let mut angles: Vec<f64> = candidate.points.iter().flatten().map(angle).collect();
     angles.sort_by(f64::total_cmp);
-    angles.get(angles.len() / 2).copied().unwrap_or(0.0)
+    angles.get(angles.len() * 3 / 4).copied().unwrap_or(0.0)
 }
 
 /// More than 10 degrees apart in direction or 2 degrees in rotation.

@@ -7,10 +7,20 @@ use super::TwoView;
 use crate::{
     lie::CameraFromWorld,
     solve::{Bundle, BundleObservation, BundleSettings, PoseObservation, State, refine_pose},
+    track::whitening,
 };
 
-/// Rays (z = 1) of all corners in one frame; `None` where a corner was not found.
-pub type ViewRays = Vec<Option<Vector3<f64>>>;
+/// Where a corner was found in one frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight {
+    /// Its ray, z = 1.
+    pub ray: Vector3<f64>,
+    /// Covariance of its place, squared pixels. Long along an edge.
+    pub covariance_px: Matrix2<f64>,
+}
+
+/// All corners in one frame; `None` where a corner was not found.
+pub type ViewRays = Vec<Option<Sight>>;
 
 /// A motion with its points, adjusted over all views.
 #[derive(Debug, Clone)]
@@ -19,20 +29,26 @@ pub struct VerifiedStart {
     pub last_from_first: Rigid3<CameraFrame, CameraFrame>,
     /// One entry for each corner, in the first camera; `None` for outliers.
     pub points: Vec<Option<Point3<f64>>>,
-    /// Mean cost of an observation: half the squared residual in standard deviations, linear where it is large.
+    /// Mean cost of an observation: half the squared residual in standard deviations, capped where it is large.
     pub cost: f64,
+    /// The same of the observations below the cap.
+    pub inlier_cost: f64,
 }
 
 /// Cost of an observation that is not explained.
 const OUTLIER_COST: f64 = 3.0;
-/// Error of a followed corner, pixels.
-const SIGMA_PX: f64 = 0.5;
+/// Residuals from which on a corner is left out, in standard deviations; first with care, since outliers still bend the motion.
+const MOST_SIGMAS: [f64; 2] = [8.0, 4.0];
+/// Error of a followed corner beside what its patch tells, pixels: the patch is no plane, and its warp is estimated.
+const SIGMA_PX: f64 = 0.35;
 
 /// Adjusts the motion and the points of two views together with the views between them. Two views of a plane have two motions
 /// that explain them nearly as well; more views tell them apart.
 #[must_use]
 pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<VerifiedStart> {
-    let whitening = Matrix2::identity() * (focal_px / SIGMA_PX);
+    let whiten = |sight: &Sight| {
+        whitening(focal_px, &(sight.covariance_px + Matrix2::identity() * (SIGMA_PX * SIGMA_PX)))
+    };
     let mut bundle = Bundle::default();
     let mut pose = CameraFromWorld::identity();
     let last = CameraFromWorld::new(
@@ -44,7 +60,10 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
             .points
             .iter()
             .zip(view)
-            .filter_map(|(point, ray)| Some(PoseObservation::of_point((*point)?, (*ray)?, whitening)))
+            .filter_map(|(point, sight)| {
+                let sight = sight.as_ref()?;
+                Some(PoseObservation::of_point((*point)?, sight.ray, whiten(sight)))
+            })
             .collect();
         pose = match i {
             0 => CameraFromWorld::identity(),
@@ -58,27 +77,61 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
     for (i, point) in candidate.points.iter().enumerate() {
         let Some(point) = point else { continue };
         for (camera, view) in views.iter().enumerate() {
-            let Some(ray) = view[i] else { continue };
+            let Some(sight) = &view[i] else { continue };
             bundle.observations.push(BundleObservation {
                 point: index.len(),
                 camera,
-                ray: ray.xy(),
-                whitening,
+                ray: sight.ray.xy(),
+                whitening: whiten(sight),
             });
         }
         bundle.points.push(*point);
         index.push(i);
     }
-    let report = bundle.solve(&BundleSettings { max_iterations: 15, huber: 2.45 });
+    let outliers = solve_without_outliers(&mut bundle);
     let mut points = vec![None; candidate.points.len()];
-    for (i, point) in index.iter().zip(&bundle.points) {
-        points[*i] = (point.z > 0.0).then_some(*point);
+    for ((i, point), is_outlier) in index.iter().zip(&bundle.points).zip(&outliers) {
+        points[*i] = (point.z > 0.0 && !is_outlier).then_some(*point);
     }
     let pose = bundle.cameras.last()?;
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*pose.rotation());
-    // A motion that explains fewer corners must not win by that: each that it leaves out costs as much as an outlier.
-    let num_left_out = points.iter().filter(|point| point.is_none()).count() * views.len();
-    let num = bundle.observations.len() + num_left_out;
-    let cost = (report.last_cost + OUTLIER_COST * num_left_out as f64) / num.max(1) as f64;
-    Some(VerifiedStart { last_from_first: Rigid3::new(rotation, *pose.translation()), points, cost })
+    let last_from_first = Rigid3::new(rotation, *pose.translation());
+    let (cost, inlier_cost) = costs(&bundle, candidate.points.len() - index.len());
+    Some(VerifiedStart { last_from_first, points, cost, inlier_cost })
+}
+
+/// Solves, leaves out the corners that some view contradicts, and solves again. Says which those are.
+fn solve_without_outliers(bundle: &mut Bundle) -> Vec<bool> {
+    let all = bundle.observations.clone();
+    let mut is_outlier = vec![false; bundle.points.len()];
+    for most_sigmas in MOST_SIGMAS {
+        bundle.solve(&BundleSettings { max_iterations: 12, huber: 2.45 });
+        is_outlier.fill(false);
+        for observation in &all {
+            let is_explained = bundle.residual(observation).is_some_and(|error| error.norm() < most_sigmas);
+            is_outlier[observation.point] |= !is_explained;
+        }
+        bundle.observations = all.iter().filter(|o| !is_outlier[o.point]).copied().collect();
+    }
+    bundle.solve(&BundleSettings { max_iterations: 12, huber: 2.45 });
+    bundle.observations = all;
+    is_outlier
+}
+
+/// Mean cost of an observation, of all corners and of those that are explained. A motion that explains fewer corners must not win
+/// by that: each that was left out before counts as unexplained.
+fn costs(bundle: &Bundle, num_left_out: usize) -> (f64, f64) {
+    let num_views = bundle.cameras.len();
+    let (mut sum, mut inlier_sum, mut num_inliers) = (0.0, 0.0, 0);
+    for observation in &bundle.observations {
+        let cost = bundle.residual(observation).map_or(OUTLIER_COST, |error| 0.5 * error.norm_squared());
+        sum += cost.min(OUTLIER_COST);
+        if cost < OUTLIER_COST {
+            inlier_sum += cost;
+            num_inliers += 1;
+        }
+    }
+    let num = bundle.observations.len() + num_left_out * num_views;
+    let sum = sum + OUTLIER_COST * (num_left_out * num_views) as f64;
+    (sum / num.max(1) as f64, inlier_sum / f64::from(num_inliers.max(1)))
 }
