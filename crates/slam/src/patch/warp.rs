@@ -117,11 +117,11 @@ impl PatchWarp {
         let mut values = [0.0; BORDERED_PX * BORDERED_PX];
         for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
             let v = row as f32 - reach;
-            for (column, value) in line.iter_mut().enumerate() {
-                let u = column as f32 - reach;
-                let x = cx + m[(0, 0)] * u + m[(0, 1)] * v;
-                let y = cy + m[(1, 0)] * u + m[(1, 1)] * v;
+            let (mut x, mut y) = (cx + m[(0, 1)] * v - m[(0, 0)] * reach, cy + m[(1, 1)] * v - m[(1, 0)] * reach);
+            for value in line {
                 *value = bilinear(image, x, y);
+                x += m[(0, 0)];
+                y += m[(1, 0)];
             }
         }
         Some(Template { values, gradient_noise: noise.get(level).copied().unwrap_or(0.0) })
@@ -148,13 +148,13 @@ fn current_by_reference(geometry: &WarpGeometry<'_>) -> Option<Matrix2<f64>> {
 /// Value between pixels; the caller keeps the position inside.
 #[inline]
 fn bilinear(image: &GrayImage, x: f32, y: f32) -> f32 {
-    let (left, top) = (x as usize, y as usize);
+    let (left, top) = (x as i32, y as i32);
     let (fx, fy) = (x - left as f32, y - top as f32);
-    let start = top * image.width() + left;
-    let upper = &image.data()[start..start + 2];
-    let lower = &image.data()[start + image.width()..start + image.width() + 2];
+    let start = top as usize * image.width() + left as usize;
+    // One check for all four.
+    let pixels = &image.data()[start..start + image.width() + 2];
     let mix = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
-    let (a, b) = (mix(upper[0], upper[1]), mix(lower[0], lower[1]));
+    let (a, b) = (mix(pixels[0], pixels[1]), mix(pixels[image.width()], pixels[image.width() + 1]));
     a + fy * (b - a)
 }
 

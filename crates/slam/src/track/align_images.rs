@@ -1,6 +1,6 @@
 //! Sparse image alignment: the motion between two images from the pixels around known points.
 
-use nalgebra::{Matrix2, Matrix2x6, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{SMatrix, SVector, Vector3, Vector6};
 use visloc_base::GrayImage;
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
@@ -47,7 +47,9 @@ struct Patch {
     values: [f32; NUM],
     dx: [f32; NUM],
     dy: [f32; NUM],
-    by_twist: Matrix2x6<f64>,
+    /// Derivatives of the pixel's coordinates by the twist.
+    by_twist_x: [f64; 6],
+    by_twist_y: [f64; 6],
     point: Vector3<f64>,
 }
 
@@ -135,7 +137,8 @@ impl Level<'_> {
             if !(0.2..5.0).contains(&gain) {
                 break;
             }
-            if twist.amax() < 1e-5 {
+            // A few hundredths of a pixel of the level.
+            if twist.amax() < 2e-5 * f64::from(1_u32 << self.level) {
                 accepted = (motion, gain, offset);
                 break;
             }
@@ -162,8 +165,7 @@ impl Level<'_> {
                 signed.extend(sampled.iter().zip(&patch.values).map(|(s, t)| s - t));
             }
         }
-        signed.sort_by(f32::total_cmp);
-        *offset = signed.get(signed.len() / 2).copied().unwrap_or(0.0);
+        *offset = if signed.is_empty() { 0.0 } else { median(&mut signed) };
         residuals.clear();
         residuals.extend(signed.iter().map(|r| (r - *offset).abs()));
         (1.4826 * median(residuals)).clamp(3.0, 40.0)
@@ -221,6 +223,7 @@ impl Level<'_> {
         }
         // Per pixel, so that features that leave the image do not lower the cost.
         normal.cost = cost / f64::from(num_pixels.max(1));
+        normal.hessian.fill_lower_triangle_with_upper_triangle();
         normal
     }
 }
@@ -274,31 +277,31 @@ impl Sums {
         s
     }
 
+    /// Adds to the upper triangle of the Hessian and to the gradient.
     #[inline]
     fn add_to(&self, patch: &Patch, normal: &mut Normal) {
         let d = f64::from;
-        let j = &patch.by_twist;
-        let tensor = Matrix2::new(d(self.xx), d(self.xy), d(self.xy), d(self.yy));
-        let twist_hessian = j.transpose() * tensor * j;
-        let with_gain = j.transpose() * Vector2::new(d(self.xt), d(self.yt));
-        let with_offset = j.transpose() * Vector2::new(d(self.x1), d(self.y1));
-        let twist_gradient = j.transpose() * Vector2::new(d(self.xr), d(self.yr));
-        for row in 0..6 {
-            for column in 0..6 {
-                normal.hessian[(row, column)] += twist_hessian[(row, column)];
+        let (by_x, by_y) = (&patch.by_twist_x, &patch.by_twist_y);
+        let (xx, xy, yy) = (d(self.xx), d(self.xy), d(self.yy));
+        let Normal { hessian, gradient, .. } = normal;
+        for column in 0..6 {
+            let (x, y) = (xx * by_x[column] + xy * by_y[column], xy * by_x[column] + yy * by_y[column]);
+            for row in 0..=column {
+                hessian[(row, column)] += by_x[row] * x + by_y[row] * y;
             }
-            normal.hessian[(row, 6)] += with_gain[row];
-            normal.hessian[(6, row)] += with_gain[row];
-            normal.hessian[(row, 7)] += with_offset[row];
-            normal.hessian[(7, row)] += with_offset[row];
-            normal.gradient[row] += twist_gradient[row];
         }
-        normal.hessian[(6, 6)] += d(self.tt);
-        normal.hessian[(6, 7)] += d(self.t1);
-        normal.hessian[(7, 6)] += d(self.t1);
-        normal.hessian[(7, 7)] += d(self.n);
-        normal.gradient[6] += d(self.tr);
-        normal.gradient[7] += d(self.r);
+        let (xt, yt, x1, y1) = (d(self.xt), d(self.yt), d(self.x1), d(self.y1));
+        let (xr, yr) = (d(self.xr), d(self.yr));
+        for row in 0..6 {
+            hessian[(row, 6)] += by_x[row] * xt + by_y[row] * yt;
+            hessian[(row, 7)] += by_x[row] * x1 + by_y[row] * y1;
+            gradient[row] += by_x[row] * xr + by_y[row] * yr;
+        }
+        hessian[(6, 6)] += d(self.tt);
+        hessian[(6, 7)] += d(self.t1);
+        hessian[(7, 7)] += d(self.n);
+        gradient[6] += d(self.tr);
+        gradient[7] += d(self.r);
     }
 }
 
@@ -321,7 +324,8 @@ impl Patch {
         }
         let (_, by_point) = camera.project_with_jacobian(&feature.point.into()).ok()?;
         let by_twist = image_by_twist(&by_point, &feature.point) / f64::from(1_u32 << level);
-        Some(Self { values, dx, dy, by_twist, point: feature.point })
+        let row = |row| std::array::from_fn(|column| by_twist[(row, column)]);
+        Some(Self { values, dx, dy, by_twist_x: row(0), by_twist_y: row(1), point: feature.point })
     }
 }
 
