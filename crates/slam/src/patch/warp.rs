@@ -117,7 +117,8 @@ impl PatchWarp {
         let mut values = [0.0; BORDERED_PX * BORDERED_PX];
         for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
             let v = row as f32 - reach;
-            let (mut x, mut y) = (cx + m[(0, 1)] * v - m[(0, 0)] * reach, cy + m[(1, 1)] * v - m[(1, 0)] * reach);
+            let (mut x, mut y) =
+                (cx + m[(0, 1)] * v - m[(0, 0)] * reach, cy + m[(1, 1)] * v - m[(1, 0)] * reach);
             for value in line {
                 *value = bilinear(image, x, y);
                 x += m[(0, 0)];

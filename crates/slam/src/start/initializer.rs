@@ -7,8 +7,8 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    Follower, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, solve_two_view,
-    verify,
+    Follower, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart,
+    ViewRays, confirm, is_clearly_better, solve_two_view, verify,
 };
 use crate::{
     config::SlamConfig,
@@ -74,23 +74,6 @@ struct Attempt {
     /// An earlier start that waits for more parallax to prove it.
     pending: Option<PendingStart>,
 }
-
-/// A start that is not believed yet.
-#[derive(Debug, Clone)]
-struct PendingStart {
-    parallax_rad: f64,
-    /// Depth of each corner, by its number.
-    depths: Vec<Option<f64>>,
-}
-
-/// More parallax by this factor must confirm the depths of a start.
-const CONFIRMING_PARALLAX: f64 = 1.25;
-/// Largest median deviation of depths that count as confirmed, in logarithms.
-const CONFIRMED_DEVIATION: f64 = 0.06;
-/// Least difference in the logarithm of the likelihood between two motions.
-const CLEAR_LOG_ODDS: f64 = 15.0;
-/// Least mean cost of an explained observation that is believed.
-const LEAST_INLIER_COST: f64 = 0.05;
 
 impl Initializer {
     /// For one camera.
@@ -209,7 +192,8 @@ impl Initializer {
         let candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
         attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
         let (start, parallax_rad) = self.choose(attempt, &candidates)?;
-        confirm(attempt, &start, parallax_rad)?;
+        let depths = depths_of(attempt, &start);
+        confirm(&mut attempt.pending, depths, parallax_rad)?;
         let (mut map, landmarks) = self.build(attempt, &start, at, number, pyramid);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
@@ -362,44 +346,6 @@ impl Initializer {
     }
 }
 
-/// Whether the first of two motions explains the views so much better that it is no accident. The more corners, the smaller
-/// the difference that tells; the errors of a corner in several views are alike, so that each corner counts once.
-fn is_clearly_better(best: &VerifiedStart, second: &VerifiedStart) -> bool {
-    let num = best.points.len() as f64;
-    num * (second.cost - best.cost) / best.inlier_cost.max(LEAST_INLIER_COST) > CLEAR_LOG_ODDS
-}
-
-/// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes
-/// on; a wrong one does not.
-fn confirm(attempt: &mut Attempt, start: &VerifiedStart, parallax_rad: f64) -> Result<(), StartWait> {
-    let mut depths = vec![None; attempt.num_corners];
-    for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
-        depths[track.number] = point.map(|point| point.z);
-    }
-    let pending = attempt.pending.take();
-    if let Some(pending) = pending {
-        if parallax_rad < CONFIRMING_PARALLAX * pending.parallax_rad {
-            attempt.pending = Some(pending);
-            return Err(StartWait::LittleParallax(parallax_rad));
-        }
-        let both = pending.depths.iter().zip(&depths);
-        let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
-        if let Some(middle) = median(&mut ratios) {
-            let mut deviations: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
-            if median(&mut deviations).is_some_and(|deviation| deviation < CONFIRMED_DEVIATION) {
-                return Ok(());
-            }
-        }
-    }
-    attempt.pending = Some(PendingStart { parallax_rad, depths });
-    Err(StartWait::Ambiguous)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}
-
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
 fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
     let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
@@ -413,4 +359,13 @@ fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
     for id in ids {
         map.landmark_mut(id).point_in_world.coords *= scale;
     }
+}
+
+/// Depth of each corner in the first camera, by its number.
+fn depths_of(attempt: &Attempt, start: &VerifiedStart) -> Vec<Option<f64>> {
+    let mut depths = vec![None; attempt.num_corners];
+    for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
+        depths[track.number] = point.map(|point| point.z);
+    }
+    depths
 }

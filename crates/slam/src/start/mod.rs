@@ -1,5 +1,6 @@
 //! The first two keyframes: corners are followed until two views of them explain where the camera went.
 
+mod confirm;
 mod essential;
 mod follow;
 mod homography;
@@ -9,6 +10,7 @@ mod motion;
 mod two_view;
 mod verify;
 
+pub use confirm::{PendingStart, confirm, is_clearly_better};
 pub use essential::{decompose_essential, fit_essential};
 pub use follow::{Follower, Track};
 pub use homography::{decompose_homography, fit_homography};
