@@ -35,8 +35,12 @@ const MIN_LOG_ODDS: f64 = 5.0;
 pub(super) struct Track {
     pub id: u64,
     pub filter: PoseFilter,
-    /// Agreement of the last image.
+    /// Agreement of the last image that it was fitted to.
     pub last_agreement: f64,
+    /// By how much the best track that was fitted to that image explained it better.
+    deficit: f64,
+    /// The image that it was last fitted to.
+    fitted_in: u64,
     /// Agreement of late.
     pub agreement: f64,
     /// How far landmarks, or new views on a map without any, have confirmed it, 0 to 1.
@@ -173,18 +177,24 @@ impl Tracks {
             let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
             let agreement = track.filter.update(model, gates, config);
             track.confirm(&agreement, view);
+            track.fitted_in = self.turn;
             track.last_agreement = agreement.value();
             track.agreement += follow * (track.last_agreement - track.agreement);
             track.ask(known, model);
         }
     }
 
-    /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is
-    /// taken to explain it as well as its last image.
+    /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
+    /// fall as far behind the best one as in its last image. Agreements of different images are not compared: a hard image
+    /// would speak against all that were fitted to it.
     fn compete(&mut self, weight: f64, config: &RefinementConfig) {
-        let best = self.tracks.iter().map(|track| track.last_agreement).fold(0.0, f64::max);
+        let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
+        let best = fitted.map(|track| track.last_agreement).fold(0.0, f64::max);
         for track in &mut self.tracks {
-            let worse = (best - track.last_agreement).min(config.max_evidence_difference);
+            if track.fitted_in == self.turn {
+                track.deficit = best - track.last_agreement;
+            }
+            let worse = track.deficit.min(config.max_evidence_difference);
             let lost = (worse - config.evidence_deadband).max(0.0);
             track.log_odds = config.evidence_kept * track.log_odds - weight * lost;
         }
@@ -239,6 +249,7 @@ impl Tracks {
             None => PoseFilter::new(place, config),
         };
         let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
+        let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2)
             || knows(&self.tracks, model, &filter.pose(), 1.0, config)
@@ -251,6 +262,8 @@ impl Tracks {
             own_share: 1.0,
             filter,
             last_agreement: agreement,
+            deficit: (best_fitted - agreement).max(0.0),
+            fitted_in: self.turn,
             agreement,
             confirmed: 0.0,
             log_odds: -handicap,
