@@ -4,16 +4,14 @@ use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_slam::Schedule;
+use visloc_sources::OpenImages;
 
 use super::settings::slam_config;
 use crate::{
     args::{ScheduleArg, SlamArgs},
     report::save_json,
     say,
-    slam::{
-        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log,
-        write_ply,
-    },
+    slam::{FramePictures, RunOptions, SlamReport, SlamRun, draw, open_input, run, write_log, write_ply},
 };
 
 /// Frames between pictures of single frames.
@@ -25,7 +23,7 @@ const PICTURE_EVERY: usize = 50;
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
-    let SlamInput { mut source, truth, warnings } = open_input(args)?;
+    let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
     for warning in &warnings {
         say::line!("note: {warning}");
     }
@@ -35,7 +33,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     print(args, &run, &report);
     write_files(args, &run)?;
     if let Some(folder) = &args.plots {
-        draw(folder, &args.sequence.display().to_string(), &run, truth.as_ref(), error.as_ref())?;
+        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
     }
     if let Some(path) = &args.json.json {
         save_json(path, &report)?;
@@ -80,7 +78,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
 }
 
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
-    say::line!("{}: {} frames", args.sequence.display(), report.frames);
+    say::line!("{}: {} frames", args.source, report.frames);
     say::line!(
         "  tracked {:.1} %, lost {} times, found again {} times; {} keyframes, {} landmarks",
         report.coverage * 100.0,

@@ -28,7 +28,7 @@ pub struct SlamRun {
     pub trajectory: CameraTrajectory,
     /// Images of the sequence, unusable ones included.
     pub num_images: usize,
-    /// Images that came while tracking was busy; 0 unless in real time.
+    /// Images that came while tracking was busy; 0 unless live or in real time.
     pub num_dropped: usize,
     /// What was left out.
     pub skipped: Vec<SkippedInput>,
@@ -88,6 +88,7 @@ pub fn run(
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
+    num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(records.len() + skipped.len() + num_dropped);
     Ok(SlamRun { slam, records, trajectory, num_images, num_dropped, skipped, error })
 }

@@ -9,7 +9,7 @@ mod record;
 mod report;
 
 pub use drive::{RunOptions, SlamRun, run};
-pub use input::{SlamInput, open_input};
+pub use input::open_input;
 pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
