@@ -15,6 +15,8 @@ const MAX_IMAGES: usize = 16;
 const MAX_MESSAGES: usize = 10_000;
 
 /// Something that was received.
+// Nearly all are messages.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Received {
     /// A message, and when it came.

@@ -9,6 +9,8 @@
 mod error;
 mod frames;
 mod inbox;
+#[cfg(test)]
+mod loopback;
 mod node;
 mod pictures;
 mod publish;

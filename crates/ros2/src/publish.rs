@@ -84,6 +84,11 @@ impl ResultPublisher {
         self.num_failed += usize::from(!is_sent);
     }
 
+    /// Sends a status.
+    pub fn publish_diagnostics(&mut self, status: DiagnosticArray) {
+        self.num_failed += usize::from(self.diagnostics.publish(status).is_err());
+    }
+
     /// Sends the pose of a camera that SLAM follows.
     pub fn publish_camera(&mut self, pose: PoseStamped) {
         self.num_failed += usize::from(self.camera_pose.publish(pose).is_err());

@@ -95,7 +95,7 @@ fn image_type(node: &Node, topic: &str) -> &'static str {
     while waited < TYPE_SEARCH {
         let published = node.topics().into_iter().filter(|live| live.topic == topic);
         let known = published.filter_map(|live| types.iter().copied().find(|name| *name == live.type_name));
-        if let Some(type_name) = known.last() {
+        if let Some(type_name) = known.max() {
             return type_name;
         }
         thread::sleep(TYPE_SEARCH_STEP);

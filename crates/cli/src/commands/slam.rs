@@ -6,12 +6,16 @@ use visloc_data::sequence::write_camera_trajectory;
 use visloc_slam::Schedule;
 use visloc_sources::OpenImages;
 
-use super::settings::slam_config;
+use super::settings::{bag_topics, slam_config};
 use crate::{
     args::{ScheduleArg, SlamArgs},
     report::save_json,
+    run::source_options,
     say,
-    slam::{FramePictures, RunOptions, SlamReport, SlamRun, draw, open_input, run, write_log, write_ply},
+    slam::{
+        FramePictures, RunOptions, SlamLive, SlamReport, SlamRun, SlamWatcher, draw, open_input, run,
+        write_log, write_ply,
+    },
 };
 
 /// Frames between pictures of single frames.
@@ -28,7 +32,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         say::line!("note: {warning}");
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut())?;
+    let mut live = live_output(args)?;
+    let watcher = live.as_mut().map(|live| live as &mut dyn SlamWatcher);
+    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut(), watcher)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -42,6 +48,16 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
         None => Ok(()),
     }
+}
+
+/// Live topics, if they are asked for or the source is one itself.
+fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
+    let is_live = args.source.starts_with("ros2:");
+    if !(args.publish || (is_live && !args.no_publish)) {
+        return Ok(None);
+    }
+    let options = source_options(&args.options, bag_topics(&args.topics)?)?;
+    Ok(Some(SlamLive::open(options.domain_id, args.map.clone())?))
 }
 
 fn run_options(args: &SlamArgs) -> RunOptions {

@@ -59,7 +59,7 @@ impl LiveOutput {
 }
 
 /// The node that speaks.
-fn node_settings(domain_id: u16) -> NodeSettings {
+pub fn node_settings(domain_id: u16) -> NodeSettings {
     NodeSettings { domain_id, name: format!("visloc_{}", std::process::id()) }
 }
 

@@ -16,6 +16,8 @@ mod source;
 
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use live::LiveOutput;
+#[cfg(feature = "ros2")]
+pub use live::node_settings;
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
 pub use results::BagOutput;

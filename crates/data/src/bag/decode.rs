@@ -95,6 +95,8 @@ impl Reject {
 }
 
 /// A message of ROS 2 with what it is for.
+// A message is moved a few times between two calls; boxes would cost an allocation each.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum RosMessage {
     /// A picture as JPEG or PNG.

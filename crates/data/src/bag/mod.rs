@@ -31,7 +31,7 @@ pub use error::BagError;
 pub use index::TopicInfo;
 pub use pictures::BagPictures;
 pub use reader::BagReader;
-pub use results::{ResultFrames, ResultMessage, ResultMessages, ResultSample};
+pub use results::{ResultFrames, ResultMessage, ResultMessages, ResultSample, diagnostics_message};
 pub use schemas::definition;
 pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};
 pub use topics::{BagTopics, TopicRole};

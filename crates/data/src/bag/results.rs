@@ -59,6 +59,8 @@ impl Default for ResultFrames {
 }
 
 /// One message of a result.
+// A message is moved once and written; boxes would cost an allocation each.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResultMessage {
     /// The pose, while the robot is localized.
@@ -216,23 +218,35 @@ impl ResultMessages {
     }
 }
 
-/// Reliability as a status: all is well, or a warning while the robot does not know where it is.
-fn diagnostics(sample: &ResultSample) -> DiagnosticArray {
-    let value = |key: &str, value: String| KeyValue { key: key.into(), value };
-    let message = if sample.is_localized { "localized" } else { "not localized" };
+/// A status of visloc: all is well, or a warning.
+#[must_use]
+pub fn diagnostics_message(
+    at: Timestamp,
+    part: &str,
+    (is_well, message): (bool, &str),
+    values: &[(&str, String)],
+) -> DiagnosticArray {
+    let values = values.iter().map(|(key, value)| KeyValue { key: (*key).into(), value: value.clone() });
     let status = DiagnosticStatus {
-        level: u8::from(!sample.is_localized),
-        name: "visloc: localization".into(),
+        level: u8::from(!is_well),
+        name: format!("visloc: {part}"),
         message: message.into(),
         hardware_id: String::new(),
-        values: vec![
-            value("reliability", format!("{:.3}", sample.reliability)),
-            value("likelihood", format!("{:.3}", sample.likelihood)),
-            value("hypotheses", sample.hypotheses.len().to_string()),
-            value("dropped images", sample.num_dropped.to_string()),
-        ],
+        values: values.collect(),
     };
-    DiagnosticArray { header: Header::new(sample.at, ""), status: vec![status] }
+    DiagnosticArray { header: Header::new(at, ""), status: vec![status] }
+}
+
+/// Reliability as a status: all is well, or a warning while the robot does not know where it is.
+fn diagnostics(sample: &ResultSample) -> DiagnosticArray {
+    let message = if sample.is_localized { "localized" } else { "not localized" };
+    let values = [
+        ("reliability", format!("{:.3}", sample.reliability)),
+        ("likelihood", format!("{:.3}", sample.likelihood)),
+        ("hypotheses", sample.hypotheses.len().to_string()),
+        ("dropped images", sample.num_dropped.to_string()),
+    ];
+    diagnostics_message(sample.at, "localization", (sample.is_localized, message), &values)
 }
 
 fn planar_message(pose: &PlanarPose) -> Pose {
