@@ -159,7 +159,7 @@ def main():
     participant = DomainParticipant(args.domain)
     if args.wrong_type:
         writer = writer_for(participant, "/camera/image/compressed", ros.Bool)
-        for _ in range(60):
+        for _ in range(120):
             writer.write(ros.Bool(True))
             time.sleep(0.1)
         return

@@ -181,7 +181,7 @@ impl LiveFrames {
         let reason = match first {
             Some(first) => format!("no image could be used; the first: {}", first.reason),
             None if self.vigil.has_images() => "images came, but never with calibration and tf".into(),
-            None => self.vigil.why_silent(0.0, &self.receiver.node.topics()),
+            None => self.vigil.why_silent(self.vigil.patience_secs(), &self.receiver.node.topics()),
         };
         Some(Err(SourceError::Broken { origin, reason }))
     }

@@ -69,7 +69,8 @@ impl LivePictures {
                 }
             }
             if is_silent && self.vigil.is_over(&self.host, || self.receiver.node.topics()) {
-                return Err(Ros2Error::Silence(self.vigil.why_silent(0.0, &self.receiver.node.topics())));
+                let why = self.vigil.why_silent(self.vigil.patience_secs(), &self.receiver.node.topics());
+                return Err(Ros2Error::Silence(format!("{}: {why}", self.topics.image)));
             }
         }
         Ok(self.camera)

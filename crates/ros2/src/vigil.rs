@@ -52,9 +52,14 @@ impl Vigil {
         }
         if secs > SILENCE_SECS && !self.has_spoken {
             self.has_spoken = true;
-            host.notice(&self.why_silent(secs, &topics()));
+            host.notice(&format!("{}: {}", self.topic, self.why_silent(secs, &topics())));
         }
         false
+    }
+
+    /// How long silence is borne, seconds; 0 if for ever.
+    pub(crate) fn patience_secs(&self) -> f64 {
+        self.patience_secs.unwrap_or(0.0)
     }
 
     /// Whether any image has come.
@@ -66,11 +71,11 @@ impl Vigil {
     pub(crate) fn why_silent(&self, secs: f64, topics: &[LiveTopic]) -> String {
         let Self { topic, type_name, .. } = self;
         if self.has_images {
-            return format!("{topic}: no image for {secs:.1} s; is its publisher still there? Waiting");
+            return format!("no image for {secs:.1} s; is its publisher still there?");
         }
         let others: Vec<&LiveTopic> = topics.iter().filter(|live| live.topic == *topic).collect();
         if let Some(other) = others.iter().find(|live| live.type_name != *type_name) {
-            return format!("{topic}: expected {type_name}, but {} is published there", other.type_name);
+            return format!("expected {type_name}, but {} is published there", other.type_name);
         }
         let is_image = |live: &&LiveTopic| {
             live.type_name.starts_with("sensor_msgs/msg/") && live.type_name.ends_with("Image")
@@ -86,7 +91,7 @@ impl Vigil {
             (true, false) => format!("no images on any of the {} topics seen", topics.len()),
             (true, true) => "no topics seen at all (other ROS_DOMAIN_ID or network?)".into(),
         };
-        format!("{topic} ({type_name}): no image for {secs:.1} s; {seen}. Waiting")
+        format!("no {type_name} for {secs:.1} s; {seen}")
     }
 }
 

@@ -113,7 +113,7 @@ fn nearest_name(text: &str) -> Option<String> {
 }
 
 /// The name that is most like another one, if it is like it.
-fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+pub(crate) fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     let typos = names.map(|known| (strsim::damerau_levenshtein(name, known), known));
     typos.filter(|(typos, _)| *typos <= MAX_TYPOS && *typos < name.len()).min().map(|(_, known)| known)
 }

@@ -1,21 +1,18 @@
-//! Images and pictures of a source that delivers more.
+//! Pictures of a source that delivers more.
 
-use visloc_base::{
-    FrameSource, GrayFrame, GrayImage, ImageSource, Picture, PictureSource, SkippedInput, SourceError,
-    SourceFrame,
-};
+use visloc_base::{FrameSource, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame};
 use visloc_geom::Camera;
 
 use crate::video::in_color;
 
-/// The images of a robot's camera, in gray. The camera is that of the first frame.
-pub(crate) struct FrameImages {
+/// The pictures of a robot's camera. The camera is that of the first frame.
+pub(crate) struct FramePictures {
     frames: Box<dyn FrameSource>,
     first: Option<SourceFrame>,
     camera: Camera,
 }
 
-impl FrameImages {
+impl FramePictures {
     /// Reads the first frame; `None` if there is none.
     pub(crate) fn new(mut frames: Box<dyn FrameSource>) -> Option<Result<Self, SourceError>> {
         let first = match frames.next_frame()? {
@@ -24,22 +21,19 @@ impl FrameImages {
         };
         Some(Ok(Self { frames, camera: first.frame.camera, first: Some(first) }))
     }
-}
 
-impl ImageSource for FrameImages {
-    fn camera(&self) -> &Camera {
+    pub(crate) fn camera(&self) -> &Camera {
         &self.camera
     }
+}
 
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>> {
+impl PictureSource for FramePictures {
+    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
         let next = self.first.take().map(Ok).or_else(|| self.frames.next_frame())?;
-        Some(next.map(|SourceFrame { frame, .. }| GrayFrame {
-            at: frame.at,
-            image: GrayImage::from_rgb(&frame.image),
-        }))
+        Some(next.map(|SourceFrame { frame, .. }| Picture { at: frame.at, image: frame.image }))
     }
 
-    fn num_images(&self) -> Option<usize> {
+    fn num_pictures(&self) -> Option<usize> {
         self.frames.num_frames()
     }
 
@@ -49,28 +43,6 @@ impl ImageSource for FrameImages {
 
     fn num_dropped(&self) -> usize {
         self.frames.num_dropped()
-    }
-}
-
-/// The pictures of a robot's camera.
-pub(crate) struct FramePictures(pub Box<dyn FrameSource>);
-
-impl PictureSource for FramePictures {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-        let next = self.0.next_frame()?;
-        Some(next.map(|SourceFrame { frame, .. }| Picture { at: frame.at, image: frame.image }))
-    }
-
-    fn num_pictures(&self) -> Option<usize> {
-        self.0.num_frames()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.0.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.0.num_dropped()
     }
 }
 

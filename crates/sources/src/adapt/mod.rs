@@ -9,7 +9,7 @@ mod skipped;
 
 pub use calibrated::{CalibratedFrames, CalibratedImages};
 pub(crate) use calibrated::{frames_of_pictures, images_of_gray, images_of_pictures};
-pub(crate) use from_frames::{FrameImages, FramePictures, PicturesOfImages};
+pub(crate) use from_frames::{FramePictures, PicturesOfImages};
 pub(crate) use gray::{GrayOf, GrayStream};
 pub use mount::Mount;
 pub(crate) use ranged::Ranged;

@@ -1,13 +1,14 @@
 //! The simulator: robots on known maps, and cameras that are carried through rooms.
 
-use visloc_base::{FrameSource, ImageSource};
-use visloc_data::sequence::Bound;
+use visloc_base::{ImageSource, PictureSource};
+use visloc_data::sequence::{Bound, Calibration};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, Scenario, Simulation, TOURS};
 
 use super::{SourceKind, always_usable, claims_nothing};
 use crate::{
     OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{FrameImages, FramePictures, PicturesOfImages},
+    adapt::{FramePictures, PicturesOfImages, images_of_pictures},
+    address::nearest,
     open::Request,
 };
 
@@ -36,13 +37,24 @@ pub(crate) fn simulated_names() -> Vec<String> {
     aliases.chain(scenarios).chain(TOURS.iter().map(|tour| tour.0)).map(str::to_owned).collect()
 }
 
+/// Refuses a name that is neither known nor a file.
+fn check_name(request: &Request<'_>) -> Result<(), SourcesError> {
+    let (name, known) = (request.address.rest(), simulated_names());
+    if known.iter().any(|known| known == name) || std::path::Path::new(name).is_file() {
+        return Ok(());
+    }
+    let nearest = nearest(name, known.iter().map(String::as_str));
+    let hint = nearest.map(|nearest| format!("; did you mean '{nearest}'?")).unwrap_or_default();
+    request.cannot(format!("expected the file of a scenario or one of: {}{hint}", known.join(", ")))
+}
+
 fn is_tour(name: &str) -> bool {
     TOURS.iter().any(|tour| tour.0 == name)
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    let name = request.address.rest();
-    if is_tour(name) {
+    check_name(request)?;
+    if is_tour(request.address.rest()) {
         return request.cannot(
             "this is a camera in a room without a map; expected a robot on a map, such as sim:robocup or sim:office \
              (for the room: visloc slam)",
@@ -69,13 +81,11 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     if request.options.camera.is_some() {
         return request.cannot("its camera is known; expected no --camera");
     }
+    check_name(request)?;
     if is_tour(request.address.rest()) {
         return tour(request);
     }
-    let frames: Box<dyn FrameSource> = Box::new(simulation(request)?);
-    let images =
-        FrameImages::new(frames).ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
-    Ok(OpenImages { images: Box::new(images), truth: None, warnings: Vec::new() })
+    images_of_pictures(request, pictures(request)?)
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -101,10 +111,17 @@ fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
-    let pictures: Box<dyn visloc_base::PictureSource> = if is_tour(request.address.rest()) {
-        Box::new(PicturesOfImages(tour(request)?.images))
+    check_name(request)?;
+    let (pictures, camera): (Box<dyn PictureSource>, _) = if is_tour(request.address.rest()) {
+        let images = tour(request)?.images;
+        let camera = *images.camera();
+        (Box::new(PicturesOfImages(images)), camera)
     } else {
-        Box::new(FramePictures(Box::new(simulation(request)?)))
+        let frames = FramePictures::new(Box::new(simulation(request)?));
+        let frames = frames.ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+        let camera = *frames.camera();
+        (Box::new(frames), camera)
     };
-    Ok(OpenPictures { pictures, calibration: None, warnings: Vec::new() })
+    let calibration = Some((Calibration::of(&camera), request.argument().into()));
+    Ok(OpenPictures { pictures, calibration, warnings: Vec::new() })
 }
