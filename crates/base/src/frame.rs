@@ -88,4 +88,15 @@ pub trait FrameSource {
     fn skipped(&self) -> &[SkippedInput] {
         &[]
     }
+
+    /// How many frames of a live source came while nobody was ready for them.
+    fn num_dropped(&self) -> usize {
+        0
+    }
+
+    /// When the last frame of a live source was complete, by the clock of its host: a message may have come later than its
+    /// stamp says.
+    fn received_at(&self) -> Option<Timestamp> {
+        None
+    }
 }

@@ -30,4 +30,9 @@ pub trait ImageSource {
     fn skipped(&self) -> &[SkippedInput] {
         &[]
     }
+
+    /// How many images of a live source came while nobody was ready for them.
+    fn num_dropped(&self) -> usize {
+        0
+    }
 }

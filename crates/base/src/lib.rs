@@ -3,16 +3,20 @@
 
 mod frame;
 mod gray;
+mod host;
 mod image;
 mod image_source;
+mod picture_source;
 mod rng;
 mod time;
 mod trajectory;
 
 pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
 pub use gray::GrayImage;
+pub use host::Host;
 pub use image::{ImageSizeError, RgbImage};
 pub use image_source::{GrayFrame, ImageSource};
+pub use picture_source::{Picture, PictureSource};
 pub use rng::{Rng, RngTree, gaussian};
 pub use time::Timestamp;
 pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

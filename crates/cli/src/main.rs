@@ -2,6 +2,7 @@
 
 mod args;
 mod commands;
+mod host;
 mod live_view;
 mod report;
 mod run;

@@ -161,7 +161,8 @@ pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
 }
 
 /// A gray image in another size, width and height in pixels; averages where it gets smaller. The borders stay where they are.
-pub(crate) fn resize_gray(image: GrayImage, (width, height): (u32, u32)) -> GrayImage {
+#[must_use]
+pub fn resize_gray(image: GrayImage, (width, height): (u32, u32)) -> GrayImage {
     if (image.width(), image.height()) == (width as usize, height as usize) {
         return image;
     }

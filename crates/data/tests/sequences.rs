@@ -77,7 +77,7 @@ fn tum_with_its_own_calibration_and_by_name() {
     let list = "# stamps\n10.5 rgb/a.png\n10.6 rgb/b.jpg\n";
     let dataset = Dataset::named("desk");
     dataset.image("rgb/a.png", (64, 48)).image("rgb/b.jpg", (64, 48)).text("rgb.txt", list);
-    assert!(dataset.open(&SequenceOptions::default()).unwrap_err().contains("--calibration"));
+    assert!(dataset.open(&SequenceOptions::default()).unwrap_err().contains("--camera"));
     dataset.text("camera.yaml", YAML).text("groundtruth.txt", "10.5 1 2 3 0 0 0 1\n");
     let mut sequence = dataset.opened();
     assert_eq!((sequence.layout, sequence.warnings.len()), ("TUM RGB-D", 0));

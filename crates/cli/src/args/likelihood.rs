@@ -4,7 +4,7 @@ use std::{path::PathBuf, str::FromStr};
 
 use clap::Args;
 
-use super::{JsonArg, SeedArg, TopicArgs};
+use super::{JsonArg, SeedArg, SourceArgs, TopicArgs};
 
 /// Arguments of `visloc likelihood`.
 #[derive(Debug, Args)]
@@ -20,8 +20,8 @@ use super::{JsonArg, SeedArg, TopicArgs};
                        visloc likelihood sim:crowd --at 8 --step 0.1 --out out/crowd"
 )]
 pub struct LikelihoodArgs {
-    /// ROS 2 bag (.mcap or folder), or sim:SCENARIO
-    #[arg(value_name = "BAG", required_unless_present = "view")]
+    /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ... (see: visloc sources)
+    #[arg(value_name = "SOURCE", required_unless_present = "view")]
     pub bag: Option<String>,
     /// Which frame of the recording: the first that is so many seconds after the start
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
@@ -56,6 +56,8 @@ pub struct LikelihoodArgs {
     /// Folder for pictures and tables
     #[arg(long, value_name = "DIR", default_value = "out/likelihood")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub options: SourceArgs,
     #[command(flatten)]
     pub topics: TopicArgs,
     #[command(flatten)]

@@ -4,29 +4,33 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{JsonArg, SeedArg, StartArg, ThreadsArg};
+use super::{JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Finds the robot in a recording: a ROS 2 bag, as an .mcap file or a folder. Needed are images, their \
-                  calibration and the pose of the camera on the robot (/tf). Odometry and foot sensors are used if they \
-                  are there. If the bag has the truth, the result is compared with it; the algorithms never see it.\n\n\
-                  What is damaged in the bag is left out and counted. If the bag is cut off, everything until there \
-                  is written and the exit code is 1.\n\n\
-                  In place of a bag, sim:SCENARIO simulates one.",
+    long_about = "Finds the robot on a map: in a recording (a ROS 2 bag, as an .mcap file or a folder), on live ROS 2 topics, in a \
+                  video, at a webcam, in a simulation; `visloc sources` lists all. Needed are images, their \
+                  calibration and the pose of the camera on the robot (/tf, or --camera-height and --camera-tilt). Odometry \
+                  and foot sensors are used if they are there. If the source has the truth, the result is compared with it; \
+                  the algorithms never see it.\n\n\
+                  What is damaged is left out and counted. If a bag or video is cut off, everything until there \
+                  is written and the exit code is 1. Live sources go on until Ctrl-C; of images that come while others are \
+                  worked on, the newest is used.",
     after_long_help = "Examples:\n  \
                        visloc localize recording.mcap --map robocup-spl-2010\n  \
                        visloc localize recording.mcap --map my-field.toml --algorithm mce --trajectory robot.tum\n  \
                        visloc localize recording.mcap --map my-field.toml --image-topic /eye/image_raw --base-frame base_link\n  \
                        visloc localize sim:kidnaps --plots out/kidnaps\n  \
+                       visloc localize ros2:/camera/image_raw --map my-field.toml\n  \
+                       visloc localize clip.mp4 --map my-field.toml --camera camera.toml --camera-height 0.5 --camera-tilt 15\n  \
                        visloc localize sim:tour-2024 --start half:negative\n\n\
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
 pub struct LocalizeArgs {
-    /// ROS 2 bag (.mcap or folder), or sim:SCENARIO
-    #[arg(value_name = "BAG")]
-    pub bag: String,
+    /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ros2:TOPIC, video, v4l2:DEVICE, ... (see: visloc sources)
+    #[arg(value_name = "SOURCE")]
+    pub source: String,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO
     #[arg(long, value_name = "NAME|FILE")]
     pub map: Option<String>,
@@ -49,6 +53,17 @@ pub struct LocalizeArgs {
     pub start: Vec<StartArg>,
     #[command(flatten)]
     pub topics: TopicArgs,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    /// Publish pose, path, tf, hypotheses and reliability as ROS 2 topics [default for ros2: sources]
+    #[arg(long)]
+    pub publish: bool,
+    /// Publish nothing
+    #[arg(long, conflicts_with = "publish")]
+    pub no_publish: bool,
+    /// Write the frames with pose, path, tf and reliability beside them as a ROS 2 bag
+    #[arg(long, value_name = "BAG")]
+    pub bag_out: Option<PathBuf>,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
@@ -81,8 +96,8 @@ pub enum FeaturesArg {
     Rich,
 }
 
-/// Names of topics and frames in the bag.
-#[derive(Debug, Args)]
+/// Names of topics and frames, in a bag or live.
+#[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Topics")]
 pub struct TopicArgs {
     /// Names of all topics and frames, TOML (see: visloc config show topics); those of tf and of the feet can be set only

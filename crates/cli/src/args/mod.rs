@@ -8,6 +8,7 @@ mod likelihood;
 mod localize;
 mod shared;
 mod slam;
+mod source;
 mod start;
 mod study;
 
@@ -23,6 +24,7 @@ pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
+pub use source::{ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
 pub use start::StartArg;
 pub use study::StudyArgs;
 
@@ -55,6 +57,10 @@ pub enum Command {
     Localize(Box<LocalizeArgs>),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
+    /// Write what a source delivers as a ROS 2 bag
+    Record(Box<RecordArgs>),
+    /// List what frames can come from, and what works here
+    Sources(SourcesArgs),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
     /// Repeat the published experiments, and harder ones

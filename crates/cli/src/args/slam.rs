@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use visloc_data::sequence::Bound;
 
-use super::{JsonArg, SeedArg};
+use super::{JsonArg, SeedArg, SourceArgs, TopicArgs};
 
 /// Parameters of SLAM.
 #[derive(Debug, Clone, Args)]
@@ -35,22 +35,24 @@ pub enum ScheduleArg {
 #[command(
     long_about = "Follows one calibrated camera through a sequence of images without a map, and makes a sparse map of what \
                   it sees. If the sequence has the truth, the result is compared with it.\n\n\
-                  SEQUENCE is the folder of a dataset: TUM RGB-D, ICL-NUIM, EuRoC, Zurich urban MAV, KITTI odometry, or \
+                  SOURCE is the folder of a dataset: TUM RGB-D, ICL-NUIM, EuRoC, Zurich urban MAV, KITTI odometry, or \
                   images with a calibration; the layout is recognized, camera and truth are read from the dataset's own \
                   files (docs/datasets.md). Or a sequence of the simulator: sim:room, sim:hall, sim:walking, \
-                  sim:kidnap.\n\n\
+                  sim:kidnap; a ROS 2 bag; a video or a webcam with --camera; live topics (`visloc sources`).\n\n\
                   One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
     after_long_help = "Examples:\n  \
                        visloc slam desk --trajectory desk.tum --map desk.ply\n  \
                        visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
                        visloc slam desk --plots out/desk --json out/desk.json\n  \
                        visloc slam MH_01_easy --start 40s --stride 2 --scale 0.5\n  \
-                       visloc slam sim:room --plots out/room"
+                       visloc slam sim:room --plots out/room\n  \
+                       visloc slam clip.mp4 --camera camera.toml --map clip.ply\n  \
+                       visloc slam v4l2:/dev/video0 --camera camera.toml --map desk.ply"
 )]
 pub struct SlamArgs {
-    /// Folder of the sequence, or sim:NAME
-    #[arg(value_name = "SEQUENCE")]
-    pub sequence: PathBuf,
+    /// Folder of the sequence, sim:NAME, bag, video, v4l2:DEVICE, ros2:TOPIC, ... (see: visloc sources)
+    #[arg(value_name = "SOURCE")]
+    pub source: String,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
     /// When tracking and mapping run
@@ -71,9 +73,16 @@ pub struct SlamArgs {
     /// Size of the images as a factor; the camera is adapted
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     pub scale: f64,
-    /// Calibration to use instead of the dataset's own (docs/datasets.md has the formats)
-    #[arg(long, value_name = "FILE")]
-    pub calibration: Option<PathBuf>,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: TopicArgs,
+    /// Publish camera pose, map points and state as ROS 2 topics [default for ros2: sources]
+    #[arg(long)]
+    pub publish: bool,
+    /// Publish nothing
+    #[arg(long, conflicts_with = "publish")]
+    pub no_publish: bool,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,

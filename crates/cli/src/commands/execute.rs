@@ -2,7 +2,10 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, study};
+use super::{
+    colors, config, demo, evaluate, experiment, likelihood, localize, map, record, simulate, slam, sources,
+    study,
+};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.
@@ -15,6 +18,8 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Simulate(args) => simulate::execute(&args),
         Command::Localize(args) => localize::execute(&args),
         Command::Slam(args) => slam::execute(&args),
+        Command::Record(args) => record::execute(&args),
+        Command::Sources(args) => sources::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
         Command::Likelihood(args) => likelihood::execute(&args),

@@ -8,13 +8,14 @@ use visloc_experiments::likelihood::{
     peaks, profile_csv,
 };
 use visloc_geom::PlanarPose;
+use visloc_sources::SourceOptions;
 use visloc_world::Map;
 
 use super::settings::{bag_topics, pipeline_config};
 use crate::{
     args::{HeadingText, LikelihoodArgs},
     report::save_json,
-    run::{SourceSettings, open_source, write_text},
+    run::{open_source, source_options, write_text},
     say,
 };
 
@@ -63,14 +64,9 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
 
 fn open(args: &LikelihoodArgs) -> Result<(Box<dyn FrameSource>, Map)> {
     let bag = args.bag.as_deref().context("expected a bag or --view")?;
-    let source = open_source(SourceSettings {
-        name: bag,
-        map: args.map.as_deref(),
-        topics: bag_topics(&args.topics)?,
-        seed: args.seed.seed,
-        num_threads: 1,
-        max_frames: None,
-    })?;
+    let options =
+        SourceOptions { seed: args.seed.seed, ..source_options(&args.options, bag_topics(&args.topics)?)? };
+    let source = open_source(bag, args.map.as_deref(), &options)?;
     Ok((source.frames, source.map))
 }
 

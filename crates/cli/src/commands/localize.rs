@@ -4,18 +4,19 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use visloc_locate::FeatureChoice;
+use visloc_sources::SourceOptions;
 use visloc_world::Map;
 
 use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
 use crate::{
     args::{FeaturesArg, LocalizeArgs},
     report::{
-        AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
-        comparison_table, measure, percent, save_json,
+        AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
+        SnapshotTaker, comparison_table, measure, percent, save_json,
     },
     run::{
-        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, SourceSettings, Spectator,
-        drive, open_source,
+        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings,
+        Spectator, drive, open_source, source_options,
     },
     say,
 };
@@ -34,14 +35,14 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         };
     }
     let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
-    let mut source = open_source(SourceSettings {
-        name: &args.bag,
-        map: args.map.as_deref(),
-        topics: bag_topics(&args.topics)?,
+    let options = SourceOptions {
         seed: args.seed.seed,
         num_threads: args.threads.count(),
-        max_frames: args.frames,
-    })?;
+        max_frames: args.frames.map(|frames| frames as usize),
+        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    };
+    let mut source = open_source(&args.source, args.map.as_deref(), &options)?;
+    source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
     let settings = RunnerSettings {
         algorithm: &args.algorithm,
         algorithm_toml: algorithm_toml.as_deref(),
@@ -55,16 +56,28 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
     let mut runners = [Runner::new(&source.map, &settings, files)?];
 
+    let mut bag_out =
+        args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics)).transpose()?;
+    let mut live = live_output(args, &options)?;
+
     let mut progress = Progress::new(source.frames.num_frames());
     let mut snapshots = SnapshotTaker::new(args.picture_at);
-    let mut spectators: Vec<&mut dyn Spectator> = vec![&mut progress];
+    let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
+    // First, so that a pose waits for nothing.
+    spectators.extend(live.as_mut().map(|live| live as &mut dyn Spectator));
+    spectators.push(&mut progress);
+    spectators.extend(bag_out.as_mut().map(|bag| bag as &mut dyn Spectator));
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
     let outcome = drive(source.frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
     progress.clear();
     let [runner] = runners;
-    let report = summarize(args, &source.map, &runner, &outcome);
+    if let Some(bag) = bag_out {
+        bag.finish()?;
+    }
+    let live = live.as_ref().map(LiveOutput::report);
+    let report = summarize(args, &source.map, &runner, &outcome, live);
     print(&report, &runner);
     if let Some(folder) = &args.plots {
         draw(folder, &source.map, &report, &runner, &outcome)?;
@@ -78,7 +91,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     }
     match outcome.error {
         Some(error) => Err(anyhow!("{error} (the {} frames before are done)", outcome.num_frames)),
-        None if outcome.num_frames == 0 => Err(anyhow!("{}: no frame that can be used", args.bag)),
+        None if outcome.num_frames == 0 => Err(anyhow!("{}: no frame that can be used", args.source)),
         None => Ok(()),
     }
 }
@@ -90,16 +103,31 @@ fn config_place(args: &LocalizeArgs) -> String {
     if names.is_empty() { "cannot start".to_owned() } else { names.join(", ") }
 }
 
-fn summarize(args: &LocalizeArgs, map: &Map, runner: &Runner, outcome: &RunOutcome) -> LocalizeReport {
+/// Live topics, if they are asked for or the source is one itself.
+fn live_output(args: &LocalizeArgs, options: &SourceOptions) -> Result<Option<LiveOutput>> {
+    let is_live = args.source.starts_with("ros2:");
+    let is_wanted = args.publish || (is_live && !args.no_publish);
+    is_wanted.then(|| LiveOutput::open(options.domain_id, &options.topics.base_frame)).transpose()
+}
+
+fn summarize(
+    args: &LocalizeArgs,
+    map: &Map,
+    runner: &Runner,
+    outcome: &RunOutcome,
+    live: Option<LiveReport>,
+) -> LocalizeReport {
     #[allow(clippy::cast_precision_loss)]
     let frames_per_s = outcome.num_frames as f64 / outcome.wall_secs.max(1e-9);
     LocalizeReport {
-        source: args.bag.clone(),
+        source: args.source.clone(),
         map: map.name().to_owned(),
         seed: args.seed.seed,
         algorithm: AlgorithmReport::new(runner, outcome),
         duration_s: outcome.duration_secs,
         frames_per_s,
+        dropped: outcome.num_dropped,
+        live,
         skipped: SkippedReport::new(outcome.skipped.iter().chain(runner.rejected())),
         error: outcome.error.as_ref().map(ToString::to_string),
     }
@@ -120,8 +148,24 @@ fn print(report: &LocalizeReport, runner: &Runner) {
         print_without_truth(runner.records());
     }
     say::line!();
+    print_live(report);
     for line in report.skipped.lines() {
         say::line!("{line}");
+    }
+}
+
+fn print_live(report: &LocalizeReport) {
+    if report.dropped > 0 {
+        say::line!("{} images were dropped while others were worked on", report.dropped);
+    }
+    let Some(live) = &report.live else { return };
+    if let (Some(delay), Some(overhead)) = (live.delay_ms.median, live.overhead_ms.median) {
+        say::line!(
+            "from an image to its pose {delay:.2} ms, {overhead:.2} of it beside the algorithm (median of published ones)"
+        );
+    }
+    if live.unsent > 0 {
+        say::line!("{} messages could not be sent: a subscriber is too slow", live.unsent);
     }
 }
 
@@ -132,7 +176,7 @@ fn print_without_truth(records: &[FrameRecord]) {
     let share = (!records.is_empty()).then(|| localized.len() as f64 / records.len() as f64);
     say::line!();
     say::line!(
-        "The bag has no truth to compare with. The algorithm says that it knew the place in {} of the frames",
+        "The source has no truth to compare with. The algorithm says that it knew the place in {} of the frames",
         percent(share)
     );
     if let (Some(start), Some(first), Some(last)) = (records.first(), localized.first(), localized.last()) {

@@ -11,9 +11,12 @@ mod experiment;
 mod likelihood;
 mod localize;
 mod map;
+mod record;
 mod settings;
 mod simulate;
 mod slam;
+mod sources;
 mod study;
 
 pub use execute::execute;
+pub use settings::bag_topics;

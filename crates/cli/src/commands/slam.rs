@@ -4,15 +4,17 @@ use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_slam::Schedule;
+use visloc_sources::OpenImages;
 
-use super::settings::slam_config;
+use super::settings::{bag_topics, slam_config};
 use crate::{
     args::{ScheduleArg, SlamArgs},
     report::save_json,
+    run::source_options,
     say,
     slam::{
-        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log,
-        write_ply,
+        FramePictures, RunOptions, SlamLive, SlamReport, SlamRun, SlamWatcher, draw, open_input, run,
+        write_log, write_ply,
     },
 };
 
@@ -25,17 +27,19 @@ const PICTURE_EVERY: usize = 50;
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
-    let SlamInput { mut source, truth, warnings } = open_input(args)?;
+    let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
     for warning in &warnings {
         say::line!("note: {warning}");
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut())?;
+    let mut live = live_output(args)?;
+    let watcher = live.as_mut().map(|live| live as &mut dyn SlamWatcher);
+    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut(), watcher)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
     if let Some(folder) = &args.plots {
-        draw(folder, &args.sequence.display().to_string(), &run, truth.as_ref(), error.as_ref())?;
+        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
     }
     if let Some(path) = &args.json.json {
         save_json(path, &report)?;
@@ -44,6 +48,16 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
         None => Ok(()),
     }
+}
+
+/// Live topics, if they are asked for or the source is one itself.
+fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
+    let is_live = args.source.starts_with("ros2:");
+    if !(args.publish || (is_live && !args.no_publish)) {
+        return Ok(None);
+    }
+    let options = source_options(&args.options, bag_topics(&args.topics)?)?;
+    Ok(Some(SlamLive::open(options.domain_id, args.map.clone())?))
 }
 
 fn run_options(args: &SlamArgs) -> RunOptions {
@@ -80,7 +94,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
 }
 
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
-    say::line!("{}: {} frames", args.sequence.display(), report.frames);
+    say::line!("{}: {} frames", args.source, report.frames);
     say::line!(
         "  tracked {:.1} %, lost {} times, found again {} times; {} keyframes, {} landmarks",
         report.coverage * 100.0,

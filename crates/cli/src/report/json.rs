@@ -152,10 +152,27 @@ pub struct LocalizeReport {
     pub duration_s: f64,
     /// Frames a second, with reading and decoding.
     pub frames_per_s: f64,
+    /// Images of a live source that came while others were worked on.
+    pub dropped: usize,
+    /// Live results, if they were published.
+    pub live: Option<LiveReport>,
     /// What was left out.
     pub skipped: SkippedReport,
     /// Why the run ended early.
     pub error: Option<String>,
+}
+
+/// Results on live topics.
+#[derive(Debug, Clone, Serialize)]
+pub struct LiveReport {
+    /// Images that came while others were worked on.
+    pub dropped: usize,
+    /// Messages that a subscriber was too slow for.
+    pub unsent: usize,
+    /// From receiving an image to publishing its pose, milliseconds.
+    pub delay_ms: TimingSummary,
+    /// The same without the algorithm's own time.
+    pub overhead_ms: TimingSummary,
 }
 
 /// What `visloc demo` writes.

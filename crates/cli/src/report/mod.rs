@@ -9,7 +9,9 @@ mod table;
 
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
-pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
+pub use json::{
+    AlgorithmReport, DemoReport, EvaluationReport, LiveReport, LocalizeReport, SimulateReport, save_json,
+};
 pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;
 pub use table::{Column, comparison_table, measure, percent};

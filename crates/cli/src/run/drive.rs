@@ -1,7 +1,9 @@
 //! The loop over all frames.
 
 use anyhow::Result;
-use visloc_base::{Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Truth};
+use visloc_base::{
+    Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Timestamp, Truth,
+};
 
 use super::Runner;
 use crate::stopwatch::Stopwatch;
@@ -16,10 +18,17 @@ pub struct FrameView<'a> {
     pub runners: &'a [Runner],
     /// Seconds since the first frame.
     pub secs: f64,
+    /// Images of a live source that were left out so far.
+    pub num_dropped: usize,
+    /// When the image came, by the wall clock; live sources know.
+    pub received_at: Option<Timestamp>,
 }
 
 /// Somebody who watches.
 pub trait Spectator {
+    /// Called when there is a frame, before anything is done with it.
+    fn before_frame(&mut self, _: &mut [Runner]) {}
+
     /// Called after every frame.
     fn after_frame(&mut self, view: &FrameView<'_>);
 }
@@ -32,6 +41,8 @@ pub struct RunOutcome {
     pub num_frames: usize,
     /// From the first to the last frame, seconds.
     pub duration_secs: f64,
+    /// Images of a live source that came while others were worked on.
+    pub num_dropped: usize,
     /// What the source left out.
     pub skipped: Vec<SkippedInput>,
     /// Why the source ended early.
@@ -57,6 +68,7 @@ pub fn drive(
         truth: PlanarTrajectory::new(),
         num_frames: 0,
         duration_secs: 0.0,
+        num_dropped: 0,
         skipped: Vec::new(),
         error: None,
         wall_secs: 0.0,
@@ -77,10 +89,20 @@ pub fn drive(
             // A second truth of the same time tells nothing new.
             let _ = outcome.truth.push(StampedPose { at: frame.at, world_from_robot, height_m });
         }
+        for spectator in spectators.iter_mut() {
+            spectator.before_frame(runners);
+        }
         for runner in runners.iter_mut() {
             runner.step(&frame)?;
         }
-        let view = FrameView { frame: &frame, truth, runners, secs: outcome.duration_secs };
+        let view = FrameView {
+            frame: &frame,
+            truth,
+            runners,
+            secs: outcome.duration_secs,
+            num_dropped: source.num_dropped(),
+            received_at: source.received_at(),
+        };
         for spectator in spectators.iter_mut() {
             spectator.after_frame(&view);
         }
@@ -88,6 +110,7 @@ pub fn drive(
     for runner in runners.iter_mut() {
         runner.finish()?;
     }
+    outcome.num_dropped = source.num_dropped();
     outcome.skipped = source.skipped().to_vec();
     outcome.wall_secs = watch.secs();
     Ok(outcome)

@@ -3,13 +3,23 @@
 //! `source` opens what the user names, `runner` is one algorithm with its output files, `drive` is the loop.
 
 mod drive;
+#[cfg(feature = "ros2")]
+mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "silent.rs"]
+mod live;
 mod output;
 mod progress;
+mod results;
 mod runner;
 mod source;
 
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
+pub use live::LiveOutput;
+#[cfg(feature = "ros2")]
+pub use live::node_settings;
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
+pub use results::BagOutput;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
-pub use source::{SourceSettings, open_source, simulation};
+pub use source::{open_source, prepare, simulation, source_options};

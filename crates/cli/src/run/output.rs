@@ -106,7 +106,11 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
     fs::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
 }
 
-fn make_parent(path: &Path) -> Result<()> {
+/// Makes the folder of a file.
+///
+/// # Errors
+/// If that is not possible.
+pub fn make_parent(path: &Path) -> Result<()> {
     let Some(parent) = path.parent() else { return Ok(()) };
     fs::create_dir_all(parent).with_context(|| format!("{}: cannot make the folder", parent.display()))
 }

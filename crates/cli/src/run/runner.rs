@@ -156,6 +156,11 @@ impl Runner {
         self.files.append(&record)
     }
 
+    /// Begins again with what is known about the pose.
+    pub fn reset_to(&mut self, prior: &StartPrior) {
+        self.pipeline.reset_to(prior);
+    }
+
     /// Completes the output files.
     ///
     /// # Errors

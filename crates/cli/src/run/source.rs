@@ -2,25 +2,15 @@
 
 use anyhow::{Context, Result, anyhow};
 use visloc_base::FrameSource;
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_data::bag::BagTopics;
 use visloc_sim::{Scenario, Simulation};
+use visloc_sources::{Mount, SourceAddress, SourceOptions, open_frames};
 use visloc_world::Map;
 
-/// Which frames.
-pub struct SourceSettings<'a> {
-    /// Bag, or `sim:` and a scenario.
-    pub name: &'a str,
-    /// Map; may be absent for a simulation, which has one.
-    pub map: Option<&'a str>,
-    /// Topics of a bag.
-    pub topics: BagTopics,
-    /// Seed of a simulation.
-    pub seed: u64,
-    /// Threads of a simulation.
-    pub num_threads: usize,
-    /// Most frames of a simulation.
-    pub max_frames: Option<u32>,
-}
+use crate::{
+    args::SourceArgs,
+    host::{host, stop_at_interrupt},
+};
 
 /// Frames and the map that they belong to.
 pub struct OpenSource {
@@ -28,23 +18,72 @@ pub struct OpenSource {
     pub frames: Box<dyn FrameSource>,
     /// The map.
     pub map: Map,
+    /// What the user should know.
+    pub warnings: Vec<String>,
 }
 
-/// Opens a bag or starts a simulation, and loads the map.
+/// Options of a source from those of the command line.
 ///
 /// # Errors
-/// If the bag, the scenario or the map cannot be used.
-pub fn open_source(settings: SourceSettings<'_>) -> Result<OpenSource> {
-    let given_map = settings.map.map(Map::load).transpose()?;
-    if let Some(scenario) = settings.name.strip_prefix("sim:") {
-        let simulation = simulation(scenario, settings.seed, settings.num_threads, settings.max_frames)?;
-        let map = given_map.unwrap_or_else(|| simulation.map().clone());
-        return Ok(OpenSource { frames: Box::new(simulation), map });
+/// If `ROS_DOMAIN_ID` is no number.
+pub fn source_options(args: &SourceArgs, topics: BagTopics) -> Result<SourceOptions> {
+    let mount = args.camera_height.map(|height_m| Mount {
+        height_m,
+        forward_m: args.camera_forward,
+        tilt_rad: args.camera_tilt.to_radians(),
+        pan_rad: args.camera_pan.to_radians(),
+        roll_rad: args.camera_roll.to_radians(),
+    });
+    Ok(SourceOptions {
+        topics,
+        camera: args.camera.clone(),
+        mount,
+        rate_hz: args.fps,
+        patience_secs: args.patience,
+        ffmpeg: args.ffmpeg.clone(),
+        domain_id: domain_id(args.ros_domain)?,
+        ..SourceOptions::default()
+    })
+}
+
+/// The domain asked for, or the one that programs of ROS take from the environment.
+fn domain_id(given: Option<u16>) -> Result<u16> {
+    let from_environment = || match std::env::var("ROS_DOMAIN_ID") {
+        Ok(text) if !text.trim().is_empty() => {
+            let id = text.trim().parse().ok().filter(|id| *id <= 232);
+            id.ok_or_else(|| anyhow!("ROS_DOMAIN_ID: expected a number from 0 to 232, found '{text}'"))
+        }
+        _ => Ok(0),
+    };
+    given.map_or_else(from_environment, Ok)
+}
+
+/// Opens a source for localization, and loads the map.
+///
+/// # Errors
+/// If the source or the map cannot be used.
+pub fn open_source(name: &str, map: Option<&str>, options: &SourceOptions) -> Result<OpenSource> {
+    let given_map = map.map(Map::load).transpose()?;
+    let is_simulated = name.starts_with("sim:");
+    if given_map.is_none() && !is_simulated {
+        SourceAddress::parse(name)?;
+        return Err(anyhow!("{name} needs a map: --map robocup-spl-2010, or your own TOML file"));
     }
-    let map = given_map
-        .ok_or_else(|| anyhow!("a bag needs a map: --map robocup-spl-2010, or your own TOML file"))?;
-    let bag = BagReader::open(settings.name, settings.topics)?;
-    Ok(OpenSource { frames: Box::new(bag), map })
+    prepare(name)?;
+    let open = open_frames(name, options, host())?;
+    let map = given_map.or(open.map).ok_or_else(|| anyhow!("{name}: expected --map NAME|FILE"))?;
+    Ok(OpenSource { frames: open.frames, map, warnings: open.warnings })
+}
+
+/// Live sources end with Ctrl-C, and the results are kept.
+///
+/// # Errors
+/// If there is no such source.
+pub fn prepare(name: &str) -> Result<()> {
+    if SourceAddress::parse(name)?.kind().is_live {
+        stop_at_interrupt();
+    }
+    Ok(())
 }
 
 /// Starts the simulation of a scenario.

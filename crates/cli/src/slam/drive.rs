@@ -1,8 +1,9 @@
 //! The loop over the images.
 
 use anyhow::Result;
-use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput};
-use visloc_slam::{Clock, Schedule, Slam, SlamConfig};
+use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
+use visloc_geom::Camera;
+use visloc_slam::{Clock, FrameOutcome, Schedule, Slam, SlamConfig};
 
 use super::{FramePictures, Pace, SlamRecord};
 use crate::{run::Progress, stopwatch::thread_cpu_secs};
@@ -28,12 +29,21 @@ pub struct SlamRun {
     pub trajectory: CameraTrajectory,
     /// Images of the sequence, unusable ones included.
     pub num_images: usize,
-    /// Images that came while tracking was busy; 0 unless in real time.
+    /// Images that came while tracking was busy; 0 unless live or in real time.
     pub num_dropped: usize,
     /// What was left out.
     pub skipped: Vec<SkippedInput>,
     /// Why the source stopped early.
     pub error: Option<String>,
+}
+
+/// Somebody who looks on while SLAM runs.
+pub trait SlamWatcher {
+    /// Called after every image that could be used.
+    fn after_frame(&mut self, at: Timestamp, outcome: &FrameOutcome, slam: &Slam);
+
+    /// Whether the map is to be forgotten before the next image. Asking settles it.
+    fn takes_reset(&mut self) -> bool;
 }
 
 /// Runs over all images of a source.
@@ -45,9 +55,16 @@ pub fn run(
     config: &SlamConfig,
     options: RunOptions,
     mut pictures: Option<&mut FramePictures>,
+    mut watcher: Option<&mut dyn SlamWatcher>,
 ) -> Result<SlamRun> {
-    let mut slam = Slam::with_schedule(source.camera(), config, options.seed, options.schedule)?;
-    slam.set_clock(Clock::new(thread_cpu_secs));
+    let start = |camera: &Camera| -> Result<Slam> {
+        let mut slam = Slam::with_schedule(camera, config, options.seed, options.schedule)?;
+        slam.set_clock(Clock::new(thread_cpu_secs));
+        Ok(slam)
+    };
+    let mut slam = start(source.camera())?;
+    // Frames of maps that were forgotten on demand.
+    let mut num_before = 0;
     let progress = Progress::new(source.num_images());
     let (mut records, mut refused, mut error) = (Vec::new(), Vec::new(), None);
     let mut pace = options.is_realtime.then(Pace::start);
@@ -64,14 +81,22 @@ pub fn run(
             num_dropped += 1;
             continue;
         }
+        if watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset) {
+            SlamRecord::add_mapped(&mut records[num_before..], slam.finish());
+            slam = start(source.camera())?;
+            num_before = records.len();
+        }
         let kept = pictures.as_ref().map(|_| frame.image.clone());
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
                 if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), kept) {
                     pictures.look(records.len(), &image, &outcome)?;
                 }
+                if let Some(watcher) = watcher.as_deref_mut() {
+                    watcher.after_frame(frame.at, &outcome, &slam);
+                }
                 records.push(SlamRecord::new(frame.at, &outcome));
-                SlamRecord::add_mapped(&mut records, outcome.mapped);
+                SlamRecord::add_mapped(&mut records[num_before..], outcome.mapped);
             }
             Err(reason) => refused.push(SkippedInput {
                 at: Some(frame.at),
@@ -82,12 +107,13 @@ pub fn run(
         progress.advance();
     }
     progress.clear();
-    SlamRecord::add_mapped(&mut records, slam.finish());
+    SlamRecord::add_mapped(&mut records[num_before..], slam.finish());
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
+    num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(records.len() + skipped.len() + num_dropped);
     Ok(SlamRun { slam, records, trajectory, num_images, num_dropped, skipped, error })
 }

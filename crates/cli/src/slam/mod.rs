@@ -2,14 +2,20 @@
 
 mod drive;
 mod input;
+#[cfg(feature = "ros2")]
+mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "silent.rs"]
+mod live;
 mod pace;
 mod pictures;
 mod ply;
 mod record;
 mod report;
 
-pub use drive::{RunOptions, SlamRun, run};
-pub use input::{SlamInput, open_input};
+pub use drive::{RunOptions, SlamRun, SlamWatcher, run};
+pub use input::open_input;
+pub use live::SlamLive;
 pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;

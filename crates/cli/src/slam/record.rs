@@ -53,6 +53,15 @@ impl SlamRecord {
         }
     }
 
+    /// The state in a word: starting, the quality of tracking, or lost.
+    pub fn state_name(&self) -> String {
+        match self.state {
+            TrackingState::Starting(_) => "starting".to_owned(),
+            TrackingState::Tracking(quality) => format!("{quality:?}").to_lowercase(),
+            TrackingState::Lost => "lost".to_owned(),
+        }
+    }
+
     /// Whether the frame has a pose at the time it is taken.
     pub fn is_tracked(&self) -> bool {
         matches!(self.state, TrackingState::Tracking(quality) if quality != visloc_slam::track::Quality::Bad)
@@ -68,10 +77,10 @@ pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
         let mut out = BufWriter::new(File::create(path)?);
         writeln!(out, "t,state,searched,found,keyframe,relocalized,tracking_ms,mapping_ms,reason")?;
         for record in records {
-            let (state, reason) = match record.state {
-                TrackingState::Starting(wait) => ("starting".to_owned(), wait.to_string()),
-                TrackingState::Tracking(quality) => (format!("{quality:?}").to_lowercase(), String::new()),
-                TrackingState::Lost => ("lost".to_owned(), String::new()),
+            let state = record.state_name();
+            let reason = match record.state {
+                TrackingState::Starting(wait) => wait.to_string(),
+                _ => String::new(),
             };
             writeln!(
                 out,

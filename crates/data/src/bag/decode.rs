@@ -79,8 +79,10 @@ pub enum SensorMessage {
 
 /// A message, or a part of it, that cannot be used.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Reject {
+pub struct Reject {
+    /// Its stamp, if it could be read.
     pub at: Option<Timestamp>,
+    /// What was expected and what was found.
     pub reason: String,
     /// Whether every further message will have the same fault, so that going on makes no sense.
     pub is_fatal: bool,
@@ -89,6 +91,55 @@ pub(super) struct Reject {
 impl Reject {
     fn new(at: Option<Timestamp>, reason: String) -> Self {
         Self { at, reason, is_fatal: false }
+    }
+}
+
+/// A message of ROS 2 with what it is for.
+// A message is moved a few times between two calls; boxes would cost an allocation each.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+pub enum RosMessage {
+    /// A picture as JPEG or PNG.
+    CompressedImage(messages::CompressedImage),
+    /// A picture as rows of pixels.
+    Image(messages::Image),
+    /// Calibration.
+    CameraInfo(messages::CameraInfo),
+    /// Odometry.
+    Odometry(messages::Odometry),
+    /// Poses of frames that move.
+    Tf(messages::TfMessage),
+    /// Poses of frames that do not move.
+    TfStatic(messages::TfMessage),
+    /// Whether the feet touch the ground.
+    FootContact(messages::Bool),
+    /// Forces under the feet.
+    FootPressure(messages::Float64MultiArray),
+    /// Where the robot really is.
+    GroundTruth(messages::PoseStamped),
+}
+
+impl RosMessage {
+    /// What the robot sensed, for messages of `sent_at` or received then. What cannot be used is appended to `rejects`.
+    pub fn sensed(self, sent_at: Timestamp, rejects: &mut Vec<Reject>) -> Option<SensorMessage> {
+        let sensed = match self {
+            Self::CompressedImage(message) => {
+                Ok(encoded_image(message.header, ImagePayload::Compressed(message.data)))
+            }
+            Self::Image(messages::Image { header, height, width, encoding, step, data, .. }) => {
+                Ok(encoded_image(header, ImagePayload::Raw { width, height, encoding, step, data }))
+            }
+            Self::CameraInfo(info) => {
+                camera_of(&info).map(|(at, camera)| SensorMessage::CameraInfo(at, camera))
+            }
+            Self::Odometry(message) => odometry(&message),
+            Self::Tf(message) => Ok(SensorMessage::Transforms(transforms(message, rejects))),
+            Self::TfStatic(message) => Ok(SensorMessage::StaticTransforms(transforms(message, rejects))),
+            Self::FootContact(message) => Ok(SensorMessage::FootContact(sent_at, message.data)),
+            Self::FootPressure(message) => pressure(sent_at, &message),
+            Self::GroundTruth(message) => truth(&message),
+        };
+        sensed.map_err(|reject| rejects.push(reject)).ok()
     }
 }
 
@@ -104,42 +155,36 @@ pub(super) struct RawMessage {
 
 /// Decodes a message. What cannot be used is appended to `rejects`.
 pub(super) fn decode(raw: &RawMessage, rejects: &mut Vec<Reject>) -> Option<SensorMessage> {
-    let decoded = match raw.role {
-        TopicRole::Image => decode_image(raw),
-        TopicRole::CameraInfo => decode_camera_info(&raw.data),
-        TopicRole::Odometry => decode_odometry(&raw.data),
-        TopicRole::Tf => decode_transforms(&raw.data, rejects).map(SensorMessage::Transforms),
-        TopicRole::TfStatic => decode_transforms(&raw.data, rejects).map(SensorMessage::StaticTransforms),
-        TopicRole::FootContact => decode_plain::<messages::Bool>(raw)
-            .map(|message| SensorMessage::FootContact(raw.sent_at, message.data)),
-        TopicRole::FootPressure => decode_pressure(raw),
-        TopicRole::GroundTruth => decode_truth(&raw.data),
+    let message = match raw.role {
+        TopicRole::Image if raw.is_compressed_image => from_cdr(&raw.data).map(RosMessage::CompressedImage),
+        TopicRole::Image => from_cdr(&raw.data).map(RosMessage::Image),
+        TopicRole::CameraInfo => from_cdr(&raw.data).map(RosMessage::CameraInfo),
+        TopicRole::Odometry => from_cdr(&raw.data).map(RosMessage::Odometry),
+        TopicRole::Tf => from_cdr(&raw.data).map(RosMessage::Tf),
+        TopicRole::TfStatic => from_cdr(&raw.data).map(RosMessage::TfStatic),
+        TopicRole::FootContact => from_cdr(&raw.data).map(RosMessage::FootContact),
+        TopicRole::FootPressure => from_cdr(&raw.data).map(RosMessage::FootPressure),
+        TopicRole::GroundTruth => from_cdr(&raw.data).map(RosMessage::GroundTruth),
     };
-    decoded.map_err(|reject| rejects.push(reject)).ok()
+    match message {
+        Ok(message) => message.sensed(raw.sent_at, rejects),
+        Err(reason) => {
+            let has_no_stamp = matches!(raw.role, TopicRole::FootContact | TopicRole::FootPressure);
+            rejects.push(Reject::new(has_no_stamp.then_some(raw.sent_at), reason));
+            None
+        }
+    }
 }
 
-fn parse<T: serde::de::DeserializeOwned>(data: &[u8]) -> Result<T, Reject> {
-    from_cdr(data).map_err(|reason| Reject::new(None, reason))
+fn encoded_image(header: messages::Header, payload: ImagePayload) -> SensorMessage {
+    SensorMessage::Image(EncodedImage { at: header.at(), frame_id: header.frame_id, payload })
 }
 
-fn decode_plain<T: serde::de::DeserializeOwned>(raw: &RawMessage) -> Result<T, Reject> {
-    from_cdr(&raw.data).map_err(|reason| Reject::new(Some(raw.sent_at), reason))
-}
-
-fn decode_image(raw: &RawMessage) -> Result<SensorMessage, Reject> {
-    let (header, payload) = if raw.is_compressed_image {
-        let message: messages::CompressedImage = parse(&raw.data)?;
-        (message.header, ImagePayload::Compressed(message.data))
-    } else {
-        let message: messages::Image = parse(&raw.data)?;
-        let messages::Image { header, height, width, encoding, step, data, .. } = message;
-        (header, ImagePayload::Raw { width, height, encoding, step, data })
-    };
-    Ok(SensorMessage::Image(EncodedImage { at: header.at(), frame_id: header.frame_id, payload }))
-}
-
-fn decode_camera_info(data: &[u8]) -> Result<SensorMessage, Reject> {
-    let info: messages::CameraInfo = parse(data)?;
+/// The camera that a calibration describes, and when it was sent.
+///
+/// # Errors
+/// If the lens model is not known, or no camera has these values.
+pub fn camera_of(info: &messages::CameraInfo) -> Result<(Timestamp, Camera), Reject> {
     let at = info.header.at();
     let distortion = distortion(&info.distortion_model, &info.d).map_err(|reason| Reject {
         at: Some(at),
@@ -149,7 +194,7 @@ fn decode_camera_info(data: &[u8]) -> Result<SensorMessage, Reject> {
     let k = &info.k;
     let camera = Camera::new((info.width, info.height), (k[0], k[4]), (k[2], k[5]), distortion)
         .map_err(|error| Reject::new(Some(at), error.to_string()))?;
-    Ok(SensorMessage::CameraInfo(at, camera))
+    Ok((at, camera))
 }
 
 fn distortion(model: &str, d: &[f64]) -> Result<Distortion, String> {
@@ -171,16 +216,14 @@ fn distortion(model: &str, d: &[f64]) -> Result<Distortion, String> {
     Ok(Distortion::RadialTangential(coefficients))
 }
 
-fn decode_odometry(data: &[u8]) -> Result<SensorMessage, Reject> {
-    let message: messages::Odometry = parse(data)?;
+fn odometry(message: &messages::Odometry) -> Result<SensorMessage, Reject> {
     let at = message.header.at();
     let pose = rigid(&message.pose.pose)
         .ok_or_else(|| Reject::new(Some(at), not_a_pose("odometry", &message.pose.pose)))?;
     Ok(SensorMessage::Odometry(at, pose.to_planar()))
 }
 
-fn decode_truth(data: &[u8]) -> Result<SensorMessage, Reject> {
-    let message: messages::PoseStamped = parse(data)?;
+fn truth(message: &messages::PoseStamped) -> Result<SensorMessage, Reject> {
     let at = message.header.at();
     let pose = rigid(&message.pose)
         .ok_or_else(|| Reject::new(Some(at), not_a_pose("ground truth", &message.pose)))?;
@@ -188,23 +231,21 @@ fn decode_truth(data: &[u8]) -> Result<SensorMessage, Reject> {
     Ok(SensorMessage::GroundTruth(at, truth))
 }
 
-fn decode_pressure(raw: &RawMessage) -> Result<SensorMessage, Reject> {
-    let message: messages::Float64MultiArray = decode_plain(raw)?;
-    let found = message.data;
-    match <[f64; 8]>::try_from(found.as_slice()) {
+fn pressure(sent_at: Timestamp, message: &messages::Float64MultiArray) -> Result<SensorMessage, Reject> {
+    let found = message.data.as_slice();
+    match <[f64; 8]>::try_from(found) {
         Ok(forces) if forces.iter().all(|force| force.is_finite()) => {
-            Ok(SensorMessage::FootPressure(raw.sent_at, forces))
+            Ok(SensorMessage::FootPressure(sent_at, forces))
         }
         _ => {
             let shown = &found[..found.len().min(10)];
             let reason = format!("expected 8 finite forces, found {} values: {shown:?}", found.len());
-            Err(Reject::new(Some(raw.sent_at), reason))
+            Err(Reject::new(Some(sent_at), reason))
         }
     }
 }
 
-fn decode_transforms(data: &[u8], rejects: &mut Vec<Reject>) -> Result<Vec<StampedTransform>, Reject> {
-    let message: messages::TfMessage = parse(data)?;
+fn transforms(message: messages::TfMessage, rejects: &mut Vec<Reject>) -> Vec<StampedTransform> {
     let mut transforms = Vec::with_capacity(message.transforms.len());
     for transform in message.transforms {
         let at = transform.header.at();
@@ -221,7 +262,7 @@ fn decode_transforms(data: &[u8], rejects: &mut Vec<Reject>) -> Result<Vec<Stamp
             }
         }
     }
-    Ok(transforms)
+    transforms
 }
 
 /// Name of a frame without the slash that old recordings have in front.

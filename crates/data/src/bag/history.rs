@@ -74,6 +74,10 @@ impl<T: Copy> History<T> {
         self.samples.back().map(|(at, _)| *at)
     }
 
+    pub(super) fn newest(&self) -> Option<(Timestamp, T)> {
+        self.samples.back().copied()
+    }
+
     /// Value at a time, from samples at most [`MAX_AGE_SECS`] apart.
     pub(super) fn lookup(&self, at: Timestamp) -> Option<Lookup<T>> {
         let num_until = self.samples.partition_point(|(sample_at, _)| *sample_at <= at);

@@ -147,27 +147,33 @@ pub(super) fn check_topics(path: &Path, available: &[TopicInfo], topics: &BagTop
             _ => is_renamed,
         };
         match find(role) {
-            Some(info) => {
-                let is_readable =
-                    role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr";
-                if !is_readable {
-                    return Err(BagError::WrongType {
-                        path: path.to_path_buf(),
-                        found: Box::new(info.clone()),
-                        expected: role.type_names().join(" or "),
-                    });
-                }
+            None if !is_needed => {}
+            _ => {
+                check_topic(path, available, topics, role)?;
             }
-            None if is_needed => {
-                return Err(BagError::MissingTopic {
-                    path: path.to_path_buf(),
-                    topic: name.to_string(),
-                    expected_type: role.type_names().join(" or "),
-                    available: available.to_vec(),
-                });
-            }
-            None => {}
         }
     }
     Ok(())
+}
+
+/// Checks that the topic of a role is there, with a type that can be read.
+pub(super) fn check_topic<'a>(
+    path: &Path,
+    available: &'a [TopicInfo],
+    topics: &BagTopics,
+    role: TopicRole,
+) -> Result<&'a TopicInfo, BagError> {
+    let name = topics.name(role);
+    let expected = || role.type_names().join(" or ");
+    let found = available.iter().find(|info| !info.topic.is_empty() && info.topic == name);
+    let info = found.ok_or_else(|| BagError::MissingTopic {
+        path: path.to_path_buf(),
+        topic: name.to_string(),
+        expected_type: expected(),
+        available: available.to_vec(),
+    })?;
+    if role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr" {
+        return Ok(info);
+    }
+    Err(BagError::WrongType { path: path.to_path_buf(), found: Box::new(info.clone()), expected: expected() })
 }

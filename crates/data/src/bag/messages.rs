@@ -1,23 +1,26 @@
-//! The ROS 2 messages that are read and written, in the order of their fields on the wire (CDR).
+//! The ROS 2 messages that are read and written, in the order of their fields on the wire (CDR). Names and fields are those of
+//! the message definitions of ROS 2 ([`definition`](super::definition) has the text), which say what they mean.
+#![allow(missing_docs)]
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use visloc_base::Timestamp;
+use visloc_geom::{PlanarPose, Rigid3};
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Time {
+pub struct Time {
     pub sec: i32,
     pub nanosec: u32,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Header {
+pub struct Header {
     pub stamp: Time,
     pub frame_id: String,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct CompressedImage {
+pub struct CompressedImage {
     pub header: Header,
     pub format: String,
     #[serde(with = "serde_bytes")]
@@ -25,7 +28,7 @@ pub(super) struct CompressedImage {
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Image {
+pub struct Image {
     pub header: Header,
     pub height: u32,
     pub width: u32,
@@ -37,7 +40,7 @@ pub(super) struct Image {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct RegionOfInterest {
+pub struct RegionOfInterest {
     pub x_offset: u32,
     pub y_offset: u32,
     pub height: u32,
@@ -46,7 +49,7 @@ pub(super) struct RegionOfInterest {
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct CameraInfo {
+pub struct CameraInfo {
     pub header: Header,
     pub height: u32,
     pub width: u32,
@@ -61,14 +64,14 @@ pub(super) struct CameraInfo {
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Vector3 {
+pub struct Vector3 {
     pub x: f64,
     pub y: f64,
     pub z: f64,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Quaternion {
+pub struct Quaternion {
     pub x: f64,
     pub y: f64,
     pub z: f64,
@@ -77,29 +80,29 @@ pub(super) struct Quaternion {
 
 /// `geometry_msgs/Pose` and `geometry_msgs/Transform`, which look the same on the wire.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Pose {
+pub struct Pose {
     pub position: Vector3,
     pub orientation: Quaternion,
 }
 
 /// Row-major 6x6 covariance; nested because serde knows arrays up to 32.
-pub(super) type Covariance = [[f64; 6]; 6];
+pub type Covariance = [[f64; 6]; 6];
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct PoseWithCovariance {
+pub struct PoseWithCovariance {
     pub pose: Pose,
     pub covariance: Covariance,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct TwistWithCovariance {
+pub struct TwistWithCovariance {
     pub linear: Vector3,
     pub angular: Vector3,
     pub covariance: Covariance,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Odometry {
+pub struct Odometry {
     pub header: Header,
     pub child_frame_id: String,
     pub pose: PoseWithCovariance,
@@ -107,49 +110,144 @@ pub(super) struct Odometry {
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct TransformStamped {
+pub struct TransformStamped {
     pub header: Header,
     pub child_frame_id: String,
     pub transform: Pose,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct TfMessage {
+pub struct TfMessage {
     pub transforms: Vec<TransformStamped>,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Bool {
+pub struct Bool {
     pub data: bool,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct MultiArrayDimension {
+pub struct MultiArrayDimension {
     pub label: String,
     pub size: u32,
     pub stride: u32,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct MultiArrayLayout {
+pub struct MultiArrayLayout {
     pub dim: Vec<MultiArrayDimension>,
     pub data_offset: u32,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Float64MultiArray {
+pub struct Float64MultiArray {
     pub layout: MultiArrayLayout,
     pub data: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct PoseStamped {
+pub struct PoseStamped {
     pub header: Header,
     pub pose: Pose,
 }
 
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseWithCovarianceStamped {
+    pub header: Header,
+    pub pose: PoseWithCovariance,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Path {
+    pub header: Header,
+    pub poses: Vec<PoseStamped>,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseArray {
+    pub header: Header,
+    pub poses: Vec<Pose>,
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Float64 {
+    pub data: f64,
+}
+
+/// ROS gives a message without fields this one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Empty {
+    pub structure_needs_at_least_one_member: u8,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct KeyValue {
+    pub key: String,
+    pub value: String,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct DiagnosticStatus {
+    /// 0 all is well, 1 a warning, 2 an error, 3 stale.
+    pub level: u8,
+    pub name: String,
+    pub message: String,
+    pub hardware_id: String,
+    pub values: Vec<KeyValue>,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct DiagnosticArray {
+    pub header: Header,
+    pub status: Vec<DiagnosticStatus>,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointField {
+    pub name: String,
+    pub offset: u32,
+    /// 7 is a float of 32 bits.
+    pub datatype: u8,
+    pub count: u32,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointCloud2 {
+    pub header: Header,
+    pub height: u32,
+    pub width: u32,
+    pub fields: Vec<PointField>,
+    pub is_bigendian: bool,
+    pub point_step: u32,
+    pub row_step: u32,
+    #[serde(with = "serde_bytes")]
+    pub data: Vec<u8>,
+    pub is_dense: bool,
+}
+
+impl Pose {
+    /// A pose on the ground, or so high above it, in meters.
+    #[must_use]
+    pub fn planar(pose: &PlanarPose, height_m: f64) -> Self {
+        let (z, w) = (0.5 * pose.yaw_rad).sin_cos();
+        Self {
+            position: Vector3 { x: pose.x_m, y: pose.y_m, z: height_m },
+            orientation: Quaternion { x: 0.0, y: 0.0, z, w },
+        }
+    }
+
+    /// Any pose.
+    #[must_use]
+    pub fn rigid<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Self {
+        let (t, [x, y, z, w]) = (pose.translation(), pose.quaternion_xyzw());
+        Self { position: Vector3 { x: t.x, y: t.y, z: t.z }, orientation: Quaternion { x, y, z, w } }
+    }
+}
+
 impl Header {
-    pub(super) fn new(at: Timestamp, frame_id: &str) -> Self {
+    /// A header with the stamp nearest to a time that ROS can say.
+    #[must_use]
+    pub fn new(at: Timestamp, frame_id: &str) -> Self {
         let secs = at.nanos().div_euclid(1_000_000_000);
         let nanos = at.nanos().rem_euclid(1_000_000_000);
         // A stamp outside the range of ROS (1902 to 2038) is moved to its border.
@@ -158,7 +256,9 @@ impl Header {
         Self { stamp: Time { sec, nanosec }, frame_id: frame_id.to_string() }
     }
 
-    pub(super) fn at(&self) -> Timestamp {
+    /// The stamp.
+    #[must_use]
+    pub fn at(&self) -> Timestamp {
         Timestamp::from_ros(self.stamp.sec, self.stamp.nanosec)
     }
 }
@@ -166,8 +266,11 @@ impl Header {
 /// Four bytes before every message: plain CDR, little endian.
 const LITTLE_ENDIAN_CDR: [u8; 4] = [0, 1, 0, 0];
 
-/// Message from its bytes, or what is wrong with them.
-pub(super) fn from_cdr<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+/// Message from its bytes.
+///
+/// # Errors
+/// What is wrong with them.
+pub fn from_cdr<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
     let Some((encapsulation, body)) = bytes.split_at_checked(4) else {
         return Err(format!("expected a CDR message, found {} bytes", bytes.len()));
     };
@@ -183,7 +286,10 @@ pub(super) fn from_cdr<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
 }
 
 /// Bytes of a message.
-pub(super) fn to_cdr<T: Serialize>(message: &T) -> Result<Vec<u8>, String> {
+///
+/// # Errors
+/// If something in it has no place in CDR.
+pub fn to_cdr<T: Serialize>(message: &T) -> Result<Vec<u8>, String> {
     let body = cdr_encoding::to_vec::<T, LittleEndian>(message).map_err(|error| error.to_string())?;
     Ok([&LITTLE_ENDIAN_CDR[..], &body].concat())
 }

@@ -1,19 +1,15 @@
 //! Reads a recording as a stream of frames.
 
-use std::{
-    collections::{BTreeMap, VecDeque},
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use mcap::records::Record;
-use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame, Timestamp};
+use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
 
 use crate::bag::{
     BagError, BagTopics, ExpectedInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo, TopicRole,
     decode::{RawMessage, Reject, decode},
     files::bag_files,
     index::{check_topics, topics_of_files},
-    records::{RecordError, RecordStream},
+    stream::MessageStream,
 };
 
 /// Frames from a ROS 2 bag: an `.mcap` file or a folder of rosbag2. Memory does not grow with its length.
@@ -21,9 +17,7 @@ pub struct BagReader {
     path: PathBuf,
     topics: BagTopics,
     available: Vec<TopicInfo>,
-    files: VecDeque<PathBuf>,
-    stream: Option<RecordStream>,
-    channels: Channels,
+    messages: MessageStream,
     synchronizer: Synchronizer,
     has_truth: bool,
     end: End,
@@ -40,13 +34,6 @@ enum End {
     Delivered,
 }
 
-/// What the channels of the file at hand are for.
-#[derive(Default)]
-struct Channels {
-    types: BTreeMap<u16, String>,
-    roles: BTreeMap<u16, (TopicRole, bool)>,
-}
-
 impl BagReader {
     /// Opens a recording and checks that the topics are there with types that can be read.
     ///
@@ -61,11 +48,9 @@ impl BagReader {
         Ok(Self {
             path: path.to_path_buf(),
             synchronizer: Synchronizer::new(&topics, expected),
+            messages: MessageStream::new(files, topics.clone()),
             topics,
             available,
-            files: files.into(),
-            stream: None,
-            channels: Channels::default(),
             has_truth: true,
             end: End::NotReached,
             num_frames: 0,
@@ -95,36 +80,9 @@ impl BagReader {
         self.num_held
     }
 
-    /// The next message of a topic with a role; `None` at the end.
-    fn next_message(&mut self) -> Option<Result<RawMessage, RecordError>> {
-        loop {
-            if self.stream.is_none() {
-                let file = self.files.pop_front()?;
-                self.channels = Channels::default();
-                match RecordStream::open(&file) {
-                    Ok(stream) => self.stream = Some(stream),
-                    Err(error) => {
-                        let reason = format!("cannot open it: {error}");
-                        return Some(Err(RecordError {
-                            path: file,
-                            offset: 0,
-                            reason,
-                            is_recoverable: false,
-                        }));
-                    }
-                }
-            }
-            let (channels, topics) = (&mut self.channels, &self.topics);
-            match self.stream.as_mut()?.next_with(|record| channels.take(record, topics)) {
-                Some(next) => return Some(next),
-                None => self.stream = None,
-            }
-        }
-    }
-
     /// Reads one message and gives it to the synchronizer, or notes the end.
     fn read_on(&mut self) {
-        match self.next_message() {
+        match self.messages.next_message() {
             Some(Ok(raw)) => self.accept(&raw),
             Some(Err(error)) => {
                 let origin = format!("{}: byte {}", error.path.display(), error.offset);
@@ -227,32 +185,5 @@ fn expected_inputs(available: &[TopicInfo], topics: &BagTopics) -> ExpectedInput
         has_foot_contact: has(TopicRole::FootContact),
         has_foot_pressure: has(TopicRole::FootPressure),
         has_truth: has(TopicRole::GroundTruth),
-    }
-}
-
-impl Channels {
-    /// Learns the channels of the file and picks the messages of those with a role.
-    fn take(&mut self, record: Record<'_>, topics: &BagTopics) -> Option<RawMessage> {
-        match record {
-            Record::Schema { header, .. } => {
-                self.types.insert(header.id, header.name);
-                None
-            }
-            Record::Channel(channel) => {
-                if let Some(role) = topics.role(&channel.topic) {
-                    let type_name = self.types.get(&channel.schema_id).map(String::as_str);
-                    let is_compressed = type_name == Some("sensor_msgs/msg/CompressedImage");
-                    self.roles.insert(channel.id, (role, is_compressed));
-                }
-                None
-            }
-            Record::Message { header, data } => {
-                let (role, is_compressed_image) = *self.roles.get(&header.channel_id)?;
-                let sent_nanos = if header.publish_time == 0 { header.log_time } else { header.publish_time };
-                let sent_at = Timestamp::from_nanos(i64::try_from(sent_nanos).unwrap_or(i64::MAX / 4));
-                Some(RawMessage { role, is_compressed_image, sent_at, data: data.into_owned() })
-            }
-            _ => None,
-        }
     }
 }

@@ -70,7 +70,25 @@ const LAYOUT: Definition = Definition {
     parts: &[&DIMENSION],
 };
 
-const MESSAGES: [(&str, Definition); 8] = [
+const POSE_STAMPED: Definition = Definition {
+    name: "geometry_msgs/PoseStamped",
+    fields: "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
+    parts: &[&HEADER, &POSE],
+};
+const KEY_VALUE: Definition =
+    Definition { name: "diagnostic_msgs/KeyValue", fields: "string key\nstring value\n", parts: &[] };
+const DIAGNOSTIC_STATUS: Definition = Definition {
+    name: "diagnostic_msgs/DiagnosticStatus",
+    fields: "byte level\nstring name\nstring message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values\n",
+    parts: &[&KEY_VALUE],
+};
+const POINT_FIELD: Definition = Definition {
+    name: "sensor_msgs/PointField",
+    fields: "string name\nuint32 offset\nuint8 datatype\nuint32 count\n",
+    parts: &[],
+};
+
+const MESSAGES: [(&str, Definition); 14] = [
     (
         "sensor_msgs/msg/CompressedImage",
         Definition {
@@ -132,10 +150,53 @@ const MESSAGES: [(&str, Definition); 8] = [
             parts: &[&HEADER, &POSE],
         },
     ),
+    (
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
+            parts: &[&HEADER, &POSE_WITH_COVARIANCE],
+        },
+    ),
+    (
+        "geometry_msgs/msg/PoseArray",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
+            parts: &[&HEADER, &POSE],
+        },
+    ),
+    (
+        "nav_msgs/msg/Path",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n",
+            parts: &[&HEADER, &POSE_STAMPED],
+        },
+    ),
+    ("std_msgs/msg/Float64", Definition { name: "", fields: "float64 data\n", parts: &[] }),
+    (
+        "diagnostic_msgs/msg/DiagnosticArray",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
+            parts: &[&HEADER, &DIAGNOSTIC_STATUS],
+        },
+    ),
+    (
+        "sensor_msgs/msg/PointCloud2",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool \
+                     is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
+            parts: &[&HEADER, &POINT_FIELD],
+        },
+    ),
 ];
 
 /// Definition of a message type with all it contains; `None` for a type that is never written.
-pub(super) fn definition(type_name: &str) -> Option<String> {
+#[must_use]
+pub fn definition(type_name: &str) -> Option<String> {
     let (_, message) = MESSAGES.iter().find(|(name, _)| *name == type_name)?;
     let mut parts = Vec::new();
     collect(message, &mut parts);
@@ -164,7 +225,8 @@ mod tests {
 
     #[test]
     fn every_readable_type_has_a_complete_definition() {
-        for type_name in TopicRole::ALL.iter().flat_map(|role| role.type_names()) {
+        let readable = TopicRole::ALL.iter().flat_map(|role| role.type_names()).copied();
+        for type_name in readable.chain(MESSAGES.iter().map(|(name, _)| *name)) {
             let text = definition(type_name).unwrap();
             for line in text.lines().filter(|line| line.contains('/') && !line.starts_with("MSG: ")) {
                 let part = line.split([' ', '[']).next().unwrap();

@@ -109,6 +109,32 @@ impl Synchronizer {
         }
     }
 
+    /// Changes which topics a picture waits for, as those of a live source come and go.
+    pub fn expect(&mut self, expected: ExpectedInputs) {
+        self.expected = expected;
+    }
+
+    /// Begins again after the sender's clock was set back: what moves is forgotten, what never moves and the calibration stay.
+    pub fn restart(&mut self) {
+        let mut anew = Self::new(&self.topics, self.expected);
+        anew.tree = self.tree.fixed();
+        if let Some((_, camera)) = self.cameras.newest() {
+            anew.cameras.push(Timestamp::from_nanos(i64::MIN / 4), camera);
+        }
+        anew.skipped = std::mem::take(&mut self.skipped);
+        *self = anew;
+    }
+
+    /// Drops all pictures that are complete but for the newest of them, for whoever has no time for all. How many.
+    pub fn drop_stale(&mut self) -> usize {
+        let num_ready = self.images.iter().take_while(|image| self.is_ready(image)).count();
+        let num_stale = num_ready.saturating_sub(1);
+        for image in self.images.drain(..num_stale).collect::<Vec<_>>() {
+            self.advance(image.at);
+        }
+        num_stale
+    }
+
     /// Takes the next message. Afterwards call [`Synchronizer::pop`] until there is nothing more.
     pub fn push(&mut self, message: SensorMessage) {
         match message {

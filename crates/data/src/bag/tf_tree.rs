@@ -59,6 +59,13 @@ impl TfTree {
         self.edges.insert(transform.child.clone(), Edge { parent: transform.parent.clone(), motion });
     }
 
+    /// The same tree without the parts that move.
+    pub(super) fn fixed(&self) -> Self {
+        let is_fixed = |edge: &Edge| matches!(edge.motion, Motion::Fixed(_));
+        let edges = self.edges.iter().filter(|(_, edge)| is_fixed(edge));
+        Self { edges: edges.map(|(child, edge)| (child.clone(), edge.clone())).collect() }
+    }
+
     /// Whether every moving part between two frames is known at or after a time.
     pub(super) fn covers(&self, dst: &str, src: &str, at: Timestamp) -> bool {
         let Some((up_from_dst, up_from_src)) = self.branches(dst, src) else { return false };

@@ -1,22 +1,21 @@
 //! Writes frames as a recording.
 
 use std::{
-    fs::{self, File},
-    io::BufWriter,
+    fs,
     path::{Path, PathBuf},
 };
 
-use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
+use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_base::{Frame, GroundContact, SourceFrame, Timestamp, Truth};
-use visloc_geom::{Distortion, PlanarPose, Rigid3};
+use visloc_base::{Frame, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
+use visloc_geom::{Camera, Distortion, PlanarPose};
 
 use crate::{
     bag::{
-        BagError, BagTopics, TopicInfo, TopicRole,
-        messages::{self, Header, Pose, Quaternion, Vector3, to_cdr},
+        BagError, BagTopics, ResultMessage, TopicRole,
+        channels::ChannelWriter,
+        messages::{self, Header, Pose},
         metadata::metadata_yaml,
-        schemas,
     },
     image_codec,
 };
@@ -69,15 +68,10 @@ const CAMERA_FRAME: &str = "camera_optical";
 
 /// Writes a ROS 2 bag that any MCAP tool can decode.
 pub struct BagWriter {
-    path: PathBuf,
     folder: Option<PathBuf>,
     topics: BagTopics,
     options: BagWriterOptions,
-    writer: Writer<BufWriter<File>>,
-    channels: Vec<(TopicRole, u16, TopicInfo)>,
-    first_at: Option<Timestamp>,
-    last_at: Timestamp,
-    sequence: u32,
+    channels: ChannelWriter,
 }
 
 impl BagWriter {
@@ -112,30 +106,13 @@ impl BagWriter {
             let name = path.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
             (path.join(format!("{name}_0.mcap")), Some(path.to_path_buf()))
         };
-        let file = File::create(&path).map_err(|source| BagError::Io {
-            path: path.clone(),
-            action: "create it",
-            source,
-        })?;
         let compression = match options.chunk_compression {
             ChunkCompression::None => None,
             ChunkCompression::Zstd => Some(Compression::Zstd),
             ChunkCompression::Lz4 => Some(Compression::Lz4),
         };
         let write_options = WriteOptions::new().profile("ros2").library("visloc").compression(compression);
-        let writer =
-            write_options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
-        Ok(Self {
-            path,
-            folder,
-            topics,
-            options,
-            writer,
-            channels: Vec::new(),
-            first_at: None,
-            last_at: Timestamp::default(),
-            sequence: 0,
-        })
+        Ok(Self { folder, topics, options, channels: ChannelWriter::create(path, write_options)? })
     }
 
     /// Appends a frame: one message on each topic for which it has a value and which has a name.
@@ -143,11 +120,16 @@ impl BagWriter {
     /// # Errors
     /// If the image cannot be encoded or the file not be written.
     pub fn write(&mut self, source_frame: &SourceFrame) -> Result<(), BagError> {
-        let frame = &source_frame.frame;
+        self.write_frame(&source_frame.frame, source_frame.truth.as_ref())
+    }
+
+    /// As [`BagWriter::write`], in parts.
+    ///
+    /// # Errors
+    /// If the image cannot be encoded or the file not be written.
+    pub fn write_frame(&mut self, frame: &Frame, truth: Option<&Truth>) -> Result<(), BagError> {
         let at = frame.at;
-        self.first_at.get_or_insert(at);
-        self.last_at = at;
-        if let Some(truth) = &source_frame.truth {
+        if let Some(truth) = truth {
             self.send(TopicRole::GroundTruth, at, &truth_message(at, truth))?;
         }
         if let Some(odometry) = &frame.odometry {
@@ -164,10 +146,37 @@ impl BagWriter {
             }
             None => {}
         }
-        self.send(TopicRole::CameraInfo, at, &camera_info_message(frame, &camera_frame))?;
-        self.send_image(frame, &camera_frame)?;
-        self.sequence = self.sequence.wrapping_add(1);
-        Ok(())
+        self.send(TopicRole::CameraInfo, at, &camera_info_message(at, &frame.camera, &camera_frame))?;
+        self.send_image(at, &frame.image, &camera_frame)
+    }
+
+    /// Appends a picture without a robot, with its calibration if that is known.
+    ///
+    /// # Errors
+    /// If the image cannot be encoded or the file not be written.
+    pub fn write_picture(&mut self, picture: &Picture, camera: Option<&Camera>) -> Result<(), BagError> {
+        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        if let Some(camera) = camera {
+            let message = camera_info_message(picture.at, camera, &camera_frame);
+            self.send(TopicRole::CameraInfo, picture.at, &message)?;
+        }
+        self.send_image(picture.at, &picture.image, &camera_frame)
+    }
+
+    /// Appends a message of a result, stamped with the time of its image.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_result(&mut self, at: Timestamp, result: &ResultMessage) -> Result<(), BagError> {
+        let channel = (result.topic(), result.type_name());
+        match result {
+            ResultMessage::Pose(message) => self.channels.send(channel, at, message),
+            ResultMessage::Path(message) => self.channels.send(channel, at, message),
+            ResultMessage::Transform(message) => self.channels.send(channel, at, message),
+            ResultMessage::Hypotheses(message) => self.channels.send(channel, at, message),
+            ResultMessage::Reliability(message) => self.channels.send(channel, at, message),
+            ResultMessage::Diagnostics(message) => self.channels.send(channel, at, message),
+        }
     }
 
     /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read.
@@ -175,20 +184,18 @@ impl BagWriter {
     /// # Errors
     /// If the rest cannot be written.
     pub fn finish(mut self) -> Result<(), BagError> {
-        self.writer.finish().map_err(|error| write_error(&self.path, &error))?;
+        self.channels.finish()?;
         let Some(folder) = &self.folder else { return Ok(()) };
-        let start_nanos = self.first_at.unwrap_or_default().nanos();
-        let duration_nanos = self.last_at.nanos() - start_nanos;
-        let topics: Vec<_> = self.channels.iter().map(|(_, _, info)| info.clone()).collect();
-        let file_name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let (start_nanos, duration_nanos) = self.channels.span_nanos();
+        let topics = self.channels.topics();
+        let file_name = self.channels.path().file_name().unwrap_or_default().to_string_lossy();
         let text = metadata_yaml(&file_name, start_nanos, duration_nanos, &topics);
         let path = folder.join("metadata.yaml");
         fs::write(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
     }
 
-    fn send_image(&mut self, frame: &Frame, camera_frame: &str) -> Result<(), BagError> {
-        let header = Header::new(frame.at, camera_frame);
-        let image = &frame.image;
+    fn send_image(&mut self, at: Timestamp, image: &RgbImage, camera_frame: &str) -> Result<(), BagError> {
+        let header = Header::new(at, camera_frame);
         let (encoded, format) = match self.options.image_encoding {
             ImageEncoding::Jpeg { quality } => {
                 (image_codec::encode_jpeg(image, quality), "rgb8; jpeg compressed")
@@ -204,77 +211,25 @@ impl BagWriter {
                     step: image.width() * 3,
                     data: image.data().to_vec(),
                 };
-                return self.send(TopicRole::Image, frame.at, &message);
+                return self.send(TopicRole::Image, at, &message);
             }
         };
-        let data = encoded.map_err(|error| self.encode_error(frame.at, error.to_string()))?;
+        let data = encoded.map_err(|error| self.channels.encode_error(at, error.to_string()))?;
         let message = messages::CompressedImage { header, format: format.into(), data };
-        self.send(TopicRole::Image, frame.at, &message)
+        self.send(TopicRole::Image, at, &message)
     }
 
     fn send<T: Serialize>(&mut self, role: TopicRole, at: Timestamp, message: &T) -> Result<(), BagError> {
-        if self.topics.name(role).is_empty() {
-            return Ok(());
-        }
-        let data = to_cdr(message).map_err(|reason| self.encode_error(at, reason))?;
-        let channel_id = self.channel(role)?;
-        // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
-        let nanos = u64::try_from(at.nanos()).unwrap_or(0);
-        let header =
-            MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
-        self.writer.write_to_known_channel(&header, &data).map_err(|error| write_error(&self.path, &error))
-    }
-
-    /// Channel of a role, made when it is first used; counts the message.
-    fn channel(&mut self, role: TopicRole) -> Result<u16, BagError> {
-        if let Some((_, id, info)) = self.channels.iter_mut().find(|(known, ..)| *known == role) {
-            info.num_messages += 1;
-            return Ok(*id);
-        }
         let type_name = match (role, self.options.image_encoding) {
             (TopicRole::Image, ImageEncoding::Raw) => "sensor_msgs/msg/Image",
             _ => role.type_names()[0],
         };
-        let definition = schemas::definition(type_name).unwrap_or_default();
-        let topic = self.topics.name(role).to_string();
-        let id = self
-            .writer
-            .add_schema(type_name, "ros2msg", definition.as_bytes())
-            .and_then(|schema| {
-                let metadata = [("offered_qos_profiles".to_string(), String::new())].into();
-                self.writer.add_channel(schema, &topic, "cdr", &metadata)
-            })
-            .map_err(|error| write_error(&self.path, &error))?;
-        let info =
-            TopicInfo { topic, type_name: type_name.into(), message_encoding: "cdr".into(), num_messages: 1 };
-        self.channels.push((role, id, info));
-        Ok(id)
+        self.channels.send((self.topics.name(role), type_name), at, message)
     }
-
-    fn encode_error(&self, at: Timestamp, reason: String) -> BagError {
-        BagError::Encode { path: self.path.clone(), at, reason }
-    }
-}
-
-fn write_error(path: &Path, error: &mcap::McapError) -> BagError {
-    BagError::Write { path: path.to_path_buf(), reason: error.to_string() }
-}
-
-fn planar_message(pose: &PlanarPose, height_m: f64) -> Pose {
-    let (z, w) = (0.5 * pose.yaw_rad).sin_cos();
-    Pose {
-        position: Vector3 { x: pose.x_m, y: pose.y_m, z: height_m },
-        orientation: Quaternion { x: 0.0, y: 0.0, z, w },
-    }
-}
-
-fn rigid_message<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Pose {
-    let (t, [x, y, z, w]) = (pose.translation(), pose.quaternion_xyzw());
-    Pose { position: Vector3 { x: t.x, y: t.y, z: t.z }, orientation: Quaternion { x, y, z, w } }
 }
 
 fn truth_message(at: Timestamp, truth: &Truth) -> messages::PoseStamped {
-    let pose = planar_message(&truth.world_from_robot, truth.height_m);
+    let pose = Pose::planar(&truth.world_from_robot, truth.height_m);
     messages::PoseStamped { header: Header::new(at, "map"), pose }
 }
 
@@ -282,7 +237,7 @@ fn odometry_message(at: Timestamp, odometry: &PlanarPose, base_frame: &str) -> m
     messages::Odometry {
         header: Header::new(at, "odom"),
         child_frame_id: base_frame.into(),
-        pose: messages::PoseWithCovariance { pose: planar_message(odometry, 0.0), ..Default::default() },
+        pose: messages::PoseWithCovariance { pose: Pose::planar(odometry, 0.0), ..Default::default() },
         twist: messages::TwistWithCovariance::default(),
     }
 }
@@ -291,7 +246,7 @@ fn tf_message(frame: &Frame, base_frame: &str, camera_frame: &str) -> messages::
     let transform = messages::TransformStamped {
         header: Header::new(frame.at, base_frame),
         child_frame_id: camera_frame.into(),
-        transform: rigid_message(&frame.robot_from_camera),
+        transform: Pose::rigid(&frame.robot_from_camera),
     };
     messages::TfMessage { transforms: vec![transform] }
 }
@@ -300,15 +255,16 @@ fn pressure_message(forces: &[f64; 8]) -> messages::Float64MultiArray {
     messages::Float64MultiArray { data: forces.to_vec(), ..Default::default() }
 }
 
-fn camera_info_message(frame: &Frame, camera_frame: &str) -> messages::CameraInfo {
-    let ((width, height), (fx, fy), (cx, cy)) =
-        (frame.camera.size_px(), frame.camera.focal_px(), frame.camera.center_px());
-    let d = match frame.camera.distortion() {
+/// The calibration of a camera as a message.
+#[must_use]
+pub fn camera_info_message(at: Timestamp, camera: &Camera, camera_frame: &str) -> messages::CameraInfo {
+    let ((width, height), (fx, fy), (cx, cy)) = (camera.size_px(), camera.focal_px(), camera.center_px());
+    let d = match camera.distortion() {
         Distortion::RadialTangential(coefficients) => coefficients,
         _ => [0.0; 5],
     };
     messages::CameraInfo {
-        header: Header::new(frame.at, camera_frame),
+        header: Header::new(at, camera_frame),
         height,
         width,
         distortion_model: "plumb_bob".into(),

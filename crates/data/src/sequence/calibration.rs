@@ -3,6 +3,8 @@
 //! * `key: value` (YAML): `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion: [k1, k2, p1, p2, k3]`, `fps`; the same with the
 //!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`), of ROS and OpenCV (`image_width`,
 //!   `camera_matrix`, `distortion_coefficients`) and of ORB-SLAM (`Camera.fx`, `Camera.k1`, ...);
+//! * the same keys as TOML (`fx = 500.0`), also below `[camera]`, and `size_px`, `focal_px`, `center_px` as pairs;
+//! * Kalibr: the keys of EuRoC below `cam0:`;
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
 //!
@@ -48,6 +50,14 @@ impl Calibration {
         }
     }
 
+    /// What is known of a camera.
+    #[must_use]
+    pub fn of(camera: &Camera) -> Self {
+        let size_px = Some(camera.size_px());
+        let distortion = camera.distortion();
+        Self { size_px, distortion, ..Self::pinhole(camera.focal_px(), camera.center_px()) }
+    }
+
     /// The camera for images of a size.
     ///
     /// # Errors
@@ -74,7 +84,30 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
         let (number, line) = data_lines(&text).nth(1).unwrap_or_default();
         return middlebury(line).map_err(SequenceError::line(path, number));
     }
+    let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let text = if is_toml { lines_of_toml(&text) } else { text };
     Keys::read(&text, path).calibration()
+}
+
+/// The same lines as `key: value`, below the names of their tables.
+fn lines_of_toml(text: &str) -> String {
+    let mut lines = String::new();
+    let mut indent = "";
+    for line in text.lines() {
+        let content = line.split('#').next().unwrap_or_default().trim();
+        let table = content.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+        let line = match (table, content.split_once('=')) {
+            (Some(table), None) if table.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
+                indent = "  ";
+                format!("{table}:")
+            }
+            (_, Some((key, value))) => format!("{indent}{}: {}", key.trim(), value.trim()),
+            _ => content.to_owned(),
+        };
+        lines += &line;
+        lines.push('\n');
+    }
+    lines
 }
 
 /// A projection matrix: fx 0 cx . 0 fy cy . 0 0 1 .
@@ -124,6 +157,13 @@ impl<'a> Keys<'a> {
             open = (value.contains('[') && !value.contains(']')).then(|| name.clone());
             values.insert(name, (i + 1, value));
         }
+        // The first camera of Kalibr, and the table of our own.
+        let inner = |(name, value): (&String, &(usize, String))| {
+            let key = name.strip_prefix("cam0.").or_else(|| name.strip_prefix("camera."))?;
+            Some((key.to_owned(), value.clone()))
+        };
+        let inside: Vec<_> = values.iter().filter_map(inner).collect();
+        values.extend(inside);
         Self { path, values }
     }
 
@@ -174,6 +214,13 @@ impl<'a> Keys<'a> {
             };
             return Ok(((fx, fy), (cx, cy)));
         }
+        if let (Some((_, f)), Some((line, c))) = (self.list(&["focal_px"])?, self.list(&["center_px"])?) {
+            let ([fx, fy], [cx, cy]) = (&f[..], &c[..]) else {
+                let reason = format!("expected pairs focal_px and center_px, found {f:?} and {c:?}");
+                return Err(SequenceError::line(self.path, line)(reason));
+            };
+            return Ok(((*fx, *fy), (*cx, *cy)));
+        }
         if let Some((line, k)) = self.list(&["camera_matrix.data", "K", "k"])? {
             if k.len() != 9 {
                 let reason = format!("expected the 9 numbers of a camera matrix, found {}", k.len());
@@ -191,7 +238,7 @@ impl<'a> Keys<'a> {
     }
 
     fn size(&self) -> Result<Option<(u32, u32)>, SequenceError> {
-        let (line, values) = match self.list(&["resolution", "image_size"])? {
+        let (line, values) = match self.list(&["resolution", "image_size", "size_px"])? {
             Some((line, values)) => (line, values),
             None => {
                 let width = self.optional(&["width", "image_width", "Camera.width"])?;
@@ -221,7 +268,14 @@ impl<'a> Keys<'a> {
                 return Err(SequenceError::line(self.path, *line)(reason));
             }
         }
-        let names = ["distortion", "distortion_coefficients", "distortion_coefficients.data", "D", "d"];
+        let names = [
+            "distortion",
+            "distortion_coefficients",
+            "distortion_coefficients.data",
+            "distortion_coeffs",
+            "D",
+            "d",
+        ];
         let Some((line, values)) = self.list(&names)? else { return self.separate_distortion() };
         let mut k = [0.0; 5];
         if values.len() > k.len() {
@@ -286,7 +340,9 @@ mod tests {
         assert_eq!(ours.size_px, Some((640, 480)));
         assert_eq!(ours.distortion, Distortion::RadialTangential([0.1, -0.2, 0.001, 0.002, 0.0]));
         assert_eq!(ours.rate_hz, Some(20.0));
-        for text in [euroc, opencv, orb] {
+        let kalibr = "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0.1, -0.2, 0.001, 0.002]\n  distortion_model: \
+                      radtan\n  intrinsics: [500, 501, 319.5, 239.5]\n  resolution: [640, 480]\nfps: 20\n";
+        for text in [euroc, opencv, orb, kalibr] {
             let other = read(text).unwrap();
             assert_eq!(Calibration { body_from_camera: None, ..other.clone() }, ours, "{text}");
         }
@@ -302,6 +358,22 @@ mod tests {
         }
         let text = "2\na.png 1520 0 302 0 1525 246 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n";
         assert_eq!(read(text).unwrap(), Calibration::pinhole((1520.0, 1525.0), (302.0, 246.0)));
+    }
+
+    #[test]
+    fn tables_of_toml() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let flat = OURS.replace(": ", " = ");
+        let table = "# made by hand\n[camera]\nsize_px = [640, 480] # both\nfocal_px = [500.0, 501.0]\n\
+                     center_px = [319.5, 239.5]\ndistortion = [0.1, -0.2,\n  0.001, 0.002]\nfps = 20\n";
+        for text in [flat.as_str(), table] {
+            fs::write(&path, text).unwrap();
+            assert_eq!(read_calibration(&path).unwrap(), read(OURS).unwrap(), "{text}");
+        }
+        fs::write(&path, "[camera]\nfocal_px = [500.0]\ncenter_px = [1, 2]\n").unwrap();
+        let error = read_calibration(&path).unwrap_err().to_string();
+        assert!(error.contains("line 3: expected pairs focal_px and center_px"), "{error}");
     }
 
     #[test]

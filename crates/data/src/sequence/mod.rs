@@ -9,12 +9,17 @@ mod error;
 mod files;
 mod layouts;
 mod open;
+mod pictures;
 mod range;
 
 pub use calibration::{Calibration, read_calibration};
 pub use error::SequenceError;
 pub use files::{FileSequence, ImageFile};
-pub use open::{Sequence, SequenceOptions, open_sequence, open_tum};
+pub use open::{
+    Listing, Sequence, SequenceOptions, fit_calibration, list_sequence, open_sequence, open_tum,
+    sequence_layouts,
+};
+pub use pictures::FilePictures;
 pub use range::{Bound, SequenceRange};
 
 pub use crate::camera_trajectory::{read_camera_trajectory, write_camera_trajectory};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::CameraTrajectory;
+use visloc_base::{CameraTrajectory, SkippedInput};
 use visloc_geom::Camera;
 
 use super::{
@@ -21,12 +21,16 @@ pub struct SequenceOptions {
     pub scale: f64,
     /// Calibration to use instead of the dataset's.
     pub calibration: Option<PathBuf>,
+    /// Images a second of a plain folder, over what its calibration or the names of its images say.
+    pub rate_hz: Option<f64>,
+    /// Key of the layout (see [`sequence_layouts`]); recognized if absent.
+    pub layout: Option<&'static str>,
 }
 
 impl Default for SequenceOptions {
     /// Everything as it is.
     fn default() -> Self {
-        Self { range: SequenceRange::default(), scale: 1.0, calibration: None }
+        Self { range: SequenceRange::default(), scale: 1.0, calibration: None, rate_hz: None, layout: None }
     }
 }
 
@@ -48,6 +52,50 @@ pub struct Sequence {
     pub warnings: Vec<String>,
 }
 
+/// The images of a dataset and what it says about them; nothing of the images has been read.
+#[derive(Debug)]
+pub struct Listing {
+    /// Images in the range, in order of time.
+    pub images: Vec<ImageFile>,
+    /// The user's calibration or the dataset's, and its file; or why there is none.
+    pub calibration: Result<(Calibration, PathBuf), SequenceError>,
+    /// True poses of the camera, if they are known.
+    pub truth: Option<CameraTrajectory>,
+    /// Name of the layout that was recognized.
+    pub layout: &'static str,
+    /// What was left out.
+    pub skipped: Vec<SkippedInput>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Lists the dataset in a folder; its layout is recognized. A missing calibration is no error here.
+///
+/// # Errors
+/// If there is no known layout or no image in the range.
+pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing, SequenceError> {
+    let layout = recognize(folder, options.layout)?;
+    let mut contents = (layout.read)(folder)?;
+    let calibration = choose(folder, options, &mut contents);
+    let Contents { images, skipped, truth, warnings, .. } = contents;
+    if images.is_empty() {
+        let reason = format!("expected images ({}), found none that can be listed", layout.mark);
+        return Err(SequenceError::layout(folder, reason));
+    }
+    let num_all = images.len();
+    let rate_hz = options.rate_hz.filter(|rate| *rate > 0.0 && layout.key == "images");
+    let images = match rate_hz {
+        Some(rate_hz) => at_a_rate(images, rate_hz),
+        None => images,
+    };
+    let images = options.range.select(images);
+    if images.is_empty() {
+        let reason = format!("expected a range within the sequence of {num_all} images, found none of them");
+        return Err(SequenceError::layout(folder, reason));
+    }
+    Ok(Listing { images, calibration, truth, layout: layout.name, skipped, warnings })
+}
+
 /// Opens the dataset in a folder; its layout is recognized.
 ///
 /// # Errors
@@ -57,27 +105,15 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
         let reason = format!("expected a scale from {} to {}, found {}", SCALES.0, SCALES.1, options.scale);
         return Err(SequenceError::layout(folder, reason));
     }
-    let layout = recognize(folder)?;
-    let mut contents = (layout.read)(folder)?;
-    let (calibration, calibration_file) = choose(folder, options, &mut contents)?;
-    let Contents { images, skipped, truth, mut warnings, .. } = contents;
-    if images.is_empty() {
-        let reason = format!("expected images ({}), found none that can be listed", layout.mark);
-        return Err(SequenceError::layout(folder, reason));
-    }
-    let num_all = images.len();
-    let selected = options.range.select(images);
-    if selected.is_empty() {
-        let reason = format!("expected a range within the sequence of {num_all} images, found none of them");
-        return Err(SequenceError::layout(folder, reason));
-    }
-    let size_px = size_of_images(folder, &selected)?;
-    let camera = fit(&calibration, size_px, &calibration_file, &mut warnings)?;
-    warnings.extend(unlikely(&camera));
-    warnings.extend(gaps(&selected));
-    let images = FileSequence::new(camera, selected, SequenceRange::default(), skipped);
+    let Listing { images, calibration, truth, layout, skipped, mut warnings } =
+        list_sequence(folder, options)?;
+    let (calibration, calibration_file) = calibration?;
+    let size_px = size_of_images(folder, &images)?;
+    let camera = fit_calibration(&calibration, size_px, &calibration_file, &mut warnings)?;
+    warnings.extend(gaps(&images));
+    let images = FileSequence::new(camera, images, SequenceRange::default(), skipped);
     let images = if options.scale == 1.0 { images } else { images.scaled(options.scale) };
-    Ok(Sequence { images, truth, layout: layout.name, warnings })
+    Ok(Sequence { images, truth, layout, warnings })
 }
 
 /// Opens a folder of the TUM layout, or any other that is known, without its truth.
@@ -88,12 +124,31 @@ pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, Seq
     Ok(open_sequence(folder, &SequenceOptions { range, ..SequenceOptions::default() })?.images)
 }
 
-fn recognize(folder: &Path) -> Result<&'static Layout, SequenceError> {
+/// Images that follow each other so many times a second.
+fn at_a_rate(images: Vec<ImageFile>, rate_hz: f64) -> Vec<ImageFile> {
+    let stamped = |(i, image): (u32, ImageFile)| ImageFile {
+        at: visloc_base::Timestamp::from_secs(f64::from(i) / rate_hz),
+        ..image
+    };
+    (0..).zip(images).map(stamped).collect()
+}
+
+/// The layout of a folder: the one that is asked for, or the first that fits.
+fn recognize(folder: &Path, wanted: Option<&str>) -> Result<&'static Layout, SequenceError> {
     std::fs::metadata(folder).map_err(SequenceError::io(folder))?;
-    LAYOUTS.iter().find(|layout| (layout.is_here)(folder)).ok_or_else(|| {
-        let marks: Vec<String> = LAYOUTS.iter().map(|l| format!("{} ({})", l.mark, l.name)).collect();
-        SequenceError::layout(folder, format!("expected a dataset: {}; found none of them", marks.join(", ")))
+    let is_wanted = |layout: &&Layout| wanted.is_none_or(|key| key == layout.key);
+    let mut layouts = LAYOUTS.iter().filter(is_wanted);
+    layouts.find(|layout| (layout.is_here)(folder)).ok_or_else(|| {
+        let layouts = LAYOUTS.iter().filter(is_wanted);
+        let marks: Vec<String> = layouts.map(|l| format!("{} ({})", l.mark, l.name)).collect();
+        let found = if marks.len() == 1 { "it is not there" } else { "found none of them" };
+        SequenceError::layout(folder, format!("expected a dataset: {}; {found}", marks.join(", ")))
     })
+}
+
+/// Keys and names of the layouts that are known.
+pub fn sequence_layouts() -> impl Iterator<Item = (&'static str, &'static str)> {
+    LAYOUTS.iter().map(|layout| (layout.key, layout.name))
 }
 
 /// The user's calibration or the dataset's, and its file.
@@ -117,7 +172,7 @@ fn no_calibration(folder: &Path, looked_for: &Path) -> SequenceError {
     let name = looked_for.file_name().map_or_else(|| "camera.yaml".into(), |name| name.to_string_lossy());
     SequenceError::layout(
         folder,
-        format!("expected a calibration ({name}), found none; give one with --calibration FILE"),
+        format!("expected a calibration ({name}), found none; give one with --camera FILE"),
     )
 }
 
@@ -141,28 +196,38 @@ fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), Seq
 
 /// The camera for images of a size. A calibration for the same picture in another resolution is converted; one for another
 /// picture is used as it is. Both are worth a warning.
-fn fit(
+///
+/// # Errors
+/// If no camera has these values.
+pub fn fit_calibration(
     calibration: &Calibration,
     size_px: (u32, u32),
     path: &Path,
     warnings: &mut Vec<String>,
 ) -> Result<Camera, SequenceError> {
-    let Some(expected) = calibration.size_px.filter(|expected| *expected != size_px) else {
-        return calibration.camera(size_px, path);
+    let other_px = calibration.size_px.filter(|expected| *expected != size_px);
+    let camera = match other_px {
+        None => calibration.camera(size_px, path)?,
+        Some(expected) => {
+            let ratio = f64::from(size_px.0) / f64::from(expected.0);
+            let is_same_picture = (f64::from(expected.1) * ratio - f64::from(size_px.1)).abs() <= 1.0;
+            let difference = format!(
+                "the calibration is for images of {} x {} px, these have {} x {}",
+                expected.0, expected.1, size_px.0, size_px.1
+            );
+            if is_same_picture {
+                warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));
+                calibration.camera(expected, path)?.scaled_to(size_px)
+            } else {
+                warnings.push(format!(
+                    "{difference}, another shape; focal length and principal point are used as they are"
+                ));
+                calibration.camera(size_px, path)?
+            }
+        }
     };
-    let ratio = f64::from(size_px.0) / f64::from(expected.0);
-    let is_same_picture = (f64::from(expected.1) * ratio - f64::from(size_px.1)).abs() <= 1.0;
-    let difference = format!(
-        "the calibration is for images of {} x {} px, these have {} x {}",
-        expected.0, expected.1, size_px.0, size_px.1
-    );
-    if is_same_picture {
-        warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));
-        return Ok(calibration.camera(expected, path)?.scaled_to(size_px));
-    }
-    warnings
-        .push(format!("{difference}, another shape; focal length and principal point are used as they are"));
-    calibration.camera(size_px, path)
+    warnings.extend(unlikely(&camera));
+    Ok(camera)
 }
 
 /// What can hardly be right about a camera.

@@ -23,6 +23,7 @@ use crate::{
 };
 
 pub(super) const LAYOUT: Layout = Layout {
+    key: "euroc",
     name: "EuRoC (ASL)",
     mark: "mav0/cam0/sensor.yaml",
     is_here: |folder| camera_folder(folder).is_some(),

@@ -19,6 +19,7 @@ use crate::{
 };
 
 pub(super) const LAYOUT: Layout = Layout {
+    key: "images",
     name: "folder of images",
     mark: "PNG or JPEG files",
     is_here: |folder| image_folder(folder).is_some(),

@@ -22,6 +22,7 @@ use crate::{
 };
 
 pub(super) const LAYOUT: Layout = Layout {
+    key: "icl",
     name: "ICL-NUIM",
     mark: "rgb/0.png and *.gt.freiburg or associations.txt",
     is_here: |folder| {

@@ -22,6 +22,7 @@ use crate::{
 };
 
 pub(super) const LAYOUT: Layout = Layout {
+    key: "kitti",
     name: "KITTI odometry",
     mark: "calib.txt and image_0/",
     is_here: |folder| {

@@ -55,6 +55,8 @@ impl Contents {
 
 /// One layout.
 pub(super) struct Layout {
+    /// For commands, a word.
+    pub key: &'static str,
     /// For people.
     pub name: &'static str,
     /// What marks it, for people.

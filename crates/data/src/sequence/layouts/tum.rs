@@ -20,8 +20,13 @@ use crate::{
     text::parse_secs,
 };
 
-pub(super) const LAYOUT: Layout =
-    Layout { name: "TUM RGB-D", mark: "rgb.txt", is_here: |folder| folder.join("rgb.txt").is_file(), read };
+pub(super) const LAYOUT: Layout = Layout {
+    key: "tum",
+    name: "TUM RGB-D",
+    mark: "rgb.txt",
+    is_here: |folder| folder.join("rgb.txt").is_file(),
+    read,
+};
 
 /// Marks in the names of the recordings, and the color cameras: fx, fy, cx, cy and distortion.
 const CAMERAS: [([&str; 2], [f64; 4], [f64; 5]); 3] = [

@@ -23,6 +23,7 @@ use crate::{
 };
 
 pub(super) const LAYOUT: Layout = Layout {
+    key: "zurich",
     name: "Zurich urban MAV",
     mark: "'MAV Images'",
     is_here: |folder| folder.join("MAV Images").is_dir(),

@@ -1,0 +1,66 @@
+//! What a live source borrows from the program that opens it.
+
+use std::{
+    fmt,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use crate::Timestamp;
+
+/// Clock, voice and stop sign of the program. Cheap to clone; the clones share the stop sign.
+#[derive(Clone)]
+pub struct Host {
+    clock: fn() -> Timestamp,
+    notice: Arc<dyn Fn(&str) + Send + Sync>,
+    is_stopped: Arc<AtomicBool>,
+}
+
+impl Host {
+    /// With a clock for the stamps of live images, and a voice for what the user should know at once.
+    pub fn new(clock: fn() -> Timestamp, notice: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { clock, notice: Arc::new(notice), is_stopped: Arc::default() }
+    }
+
+    /// A host without a voice whose time stands still. Recorded sources need no more.
+    #[must_use]
+    pub fn silent() -> Self {
+        Self::new(Timestamp::default, |_| {})
+    }
+
+    /// The time now.
+    #[must_use]
+    pub fn now(&self) -> Timestamp {
+        (self.clock)()
+    }
+
+    /// Says something to the user.
+    pub fn notice(&self, text: &str) {
+        (self.notice)(text);
+    }
+
+    /// Asks all sources to end.
+    pub fn stop(&self) {
+        self.is_stopped.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether sources were asked to end.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// The stop sign itself, for whoever waits without a host.
+    #[must_use]
+    pub fn stop_sign(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.is_stopped)
+    }
+}
+
+impl fmt::Debug for Host {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Host").field("is_stopped", &self.is_stopped()).finish_non_exhaustive()
+    }
+}

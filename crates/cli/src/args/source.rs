@@ -1,0 +1,131 @@
+//! Options of everything that frames come from.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+/// How a source is opened.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Source")]
+pub struct SourceArgs {
+    /// Calibration of the camera, over what the source itself says: TOML, CameraInfo, OpenCV, Kalibr (docs/own-camera.md)
+    #[arg(long, value_name = "FILE", visible_alias = "calibration")]
+    pub camera: Option<PathBuf>,
+    /// Where the camera is on the robot, for sources without tf: height above the ground, meters
+    #[arg(long, value_name = "M", value_parser = height)]
+    pub camera_height: Option<f64>,
+    /// How far the camera looks down, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "camera_height")]
+    pub camera_tilt: f64,
+    /// How far it is turned to the left, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "camera_height")]
+    pub camera_pan: f64,
+    /// How far it is rolled about its axis, clockwise as seen from behind, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "camera_height")]
+    pub camera_roll: f64,
+    /// How far ahead of the robot's middle it is, meters
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        requires = "camera_height"
+    )]
+    pub camera_forward: f64,
+    /// Images a second: of a folder without times, and what a camera is asked for
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    pub fps: Option<f64>,
+    /// End a live source when nothing came for this long, seconds [default: wait until Ctrl-C]
+    #[arg(long, value_name = "SECONDS", value_parser = rate)]
+    pub patience: Option<f64>,
+    /// The program that decodes videos and cameras
+    #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
+    pub ffmpeg: PathBuf,
+    /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
+    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
+    pub ros_domain: Option<u16>,
+}
+
+/// Arguments of `visloc sources`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Lists what frames can come from: for localize, slam, record and the other commands. Says which kinds work \
+                  here, and why others do not.",
+    after_long_help = "Examples:\n  visloc sources\n  visloc sources --json"
+)]
+pub struct SourcesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// The program that decodes videos and cameras
+    #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
+    pub ffmpeg: PathBuf,
+}
+
+/// Arguments of `visloc record`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Writes what a source delivers as a ROS 2 bag: images and calibration, and of a robot also kinematics, odometry, \
+                  feet and truth. A live source is recorded until Ctrl-C, --frames or --patience.\n\n\
+                  A path that ends in .mcap becomes one file, any other a folder with metadata.yaml.",
+    after_long_help = "Examples:\n  \
+                       visloc record ros2:/camera/image_raw --out out/run.mcap\n  \
+                       visloc record v4l2:/dev/video0 --camera camera.toml --out out/webcam.mcap --frames 300\n  \
+                       visloc record clip.mp4 --out out/clip.mcap\n  \
+                       visloc record sim:office --out out/office.mcap --frames 100"
+)]
+pub struct RecordArgs {
+    /// What to record (see: visloc sources)
+    #[arg(value_name = "SOURCE")]
+    pub source: String,
+    /// The bag: FILE.mcap or a folder
+    #[arg(long, value_name = "BAG")]
+    pub out: PathBuf,
+    /// How images are stored
+    #[arg(long, value_enum, default_value_t = ImageFormat::Jpeg)]
+    pub images: ImageFormat,
+    /// Images and calibration only, of sources that have more
+    #[arg(long)]
+    pub images_only: bool,
+    /// Stop after this many images
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: super::TopicArgs,
+    #[command(flatten)]
+    pub seed: super::SeedArg,
+    #[command(flatten)]
+    pub threads: super::ThreadsArg,
+}
+
+/// How images are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ImageFormat {
+    /// JPEG of quality 90
+    Jpeg,
+    /// PNG: every pixel exact
+    Png,
+    /// Rows of pixels, `sensor_msgs/msg/Image`
+    Raw,
+}
+
+fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|number| (least..=most).contains(number))
+        .ok_or_else(|| format!("expected a number from {least} to {most}"))
+}
+
+fn height(text: &str) -> Result<f64, String> {
+    number_in(text, 0.01, 100.0)
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    number_in(text, -180.0, 180.0)
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    number_in(text, 0.01, 10_000.0)
+}

@@ -1,0 +1,149 @@
+//! `visloc record`: any source as a ROS 2 bag.
+
+use anyhow::{Context, Result, anyhow, bail};
+use visloc_base::{FrameSource, PictureSource, SourceError};
+use visloc_data::{
+    bag::{BagWriter, BagWriterOptions, ImageEncoding},
+    sequence::{fit_calibration, read_calibration},
+};
+use visloc_geom::Camera;
+use visloc_sources::{OpenPictures, SourceAddress, SourceOptions, open_frames, open_pictures};
+
+use super::settings::bag_topics;
+use crate::{
+    args::{ImageFormat, RecordArgs},
+    host::host,
+    report::SkippedReport,
+    run::{Progress, prepare, source_options},
+    say,
+};
+
+/// What was recorded.
+struct Recorded {
+    num_images: usize,
+    num_dropped: usize,
+    skipped: SkippedReport,
+    error: Option<SourceError>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the source cannot be opened or the bag not be written. A source that ends with an error leaves a complete bag until
+/// there.
+pub fn execute(args: &RecordArgs) -> Result<()> {
+    let topics = bag_topics(&args.topics)?;
+    let options = SourceOptions {
+        seed: args.seed.seed,
+        num_threads: args.threads.count(),
+        max_frames: args.frames.map(|frames| frames as usize),
+        ..source_options(&args.options, topics.clone())?
+    };
+    prepare(&args.source)?;
+    let has_robot = SourceAddress::parse(&args.source)?.has_robot() || options.mount.is_some();
+    let encoding = match args.images {
+        ImageFormat::Jpeg => ImageEncoding::Jpeg { quality: 90 },
+        ImageFormat::Png => ImageEncoding::Png,
+        ImageFormat::Raw => ImageEncoding::Raw,
+    };
+    let create = || -> Result<BagWriter> {
+        if let Some(folder) = args.out.parent() {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("{}: cannot make it", folder.display()))?;
+        }
+        let options = BagWriterOptions { image_encoding: encoding, ..BagWriterOptions::default() };
+        Ok(BagWriter::create_with(&args.out, topics.clone(), options)?)
+    };
+    let recorded = if has_robot && !args.images_only {
+        let open = open_frames(&args.source, &options, host())?;
+        warn(&open.warnings);
+        record_frames(open.frames, create()?, args.frames)?
+    } else {
+        let open = open_pictures(&args.source, &options, host())?;
+        warn(&open.warnings);
+        record_pictures(open, &options, create()?, args.frames)?
+    };
+    finish(args, recorded)
+}
+
+fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+}
+
+fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
+    let dropped = match recorded.num_dropped {
+        0 => String::new(),
+        number => format!(", {number} dropped while others were written"),
+    };
+    say::line!("{}: {} images{dropped}", args.out.display(), recorded.num_images);
+    recorded.skipped.lines().iter().for_each(|line| say::line!("{line}"));
+    match recorded.error {
+        Some(error) => Err(anyhow!("{error} (the {} images before are written)", recorded.num_images)),
+        None if recorded.num_images == 0 => bail!("{}: no image came", args.source),
+        None => Ok(()),
+    }
+}
+
+fn record_frames(
+    mut frames: Box<dyn FrameSource>,
+    mut writer: BagWriter,
+    max_frames: Option<u32>,
+) -> Result<Recorded> {
+    let progress = Progress::new(frames.num_frames());
+    let (mut num_images, mut error) = (0, None);
+    while max_frames.is_none_or(|most| num_images < most as usize) {
+        match frames.next_frame() {
+            Some(Ok(frame)) => writer.write(&frame)?,
+            Some(Err(broken)) => {
+                error = Some(broken);
+                break;
+            }
+            None => break,
+        }
+        num_images += 1;
+        progress.advance();
+    }
+    writer.finish()?;
+    progress.clear();
+    let skipped = SkippedReport::new(frames.skipped());
+    Ok(Recorded { num_images, num_dropped: frames.num_dropped(), skipped, error })
+}
+
+fn record_pictures(
+    open: OpenPictures,
+    options: &SourceOptions,
+    mut writer: BagWriter,
+    max_frames: Option<u32>,
+) -> Result<Recorded> {
+    let OpenPictures { mut pictures, calibration, .. } = open;
+    let calibration = match &options.camera {
+        Some(path) => Some((read_calibration(path)?, path.clone())),
+        None => calibration,
+    };
+    let progress = Progress::new(pictures.num_pictures());
+    let mut camera: Option<Camera> = None;
+    let (mut num_images, mut error) = (0, None);
+    while max_frames.is_none_or(|most| num_images < most as usize) {
+        let picture = match pictures.next_picture() {
+            Some(Ok(picture)) => picture,
+            Some(Err(broken)) => {
+                error = Some(broken);
+                break;
+            }
+            None => break,
+        };
+        if let (None, Some((calibration, path))) = (camera, &calibration) {
+            let size_px = (picture.image.width(), picture.image.height());
+            let mut warnings = Vec::new();
+            camera = Some(fit_calibration(calibration, size_px, path, &mut warnings)?);
+            warn(&warnings);
+        }
+        writer.write_picture(&picture, camera.as_ref())?;
+        num_images += 1;
+        progress.advance();
+    }
+    writer.finish()?;
+    progress.clear();
+    let skipped = SkippedReport::new(pictures.skipped());
+    Ok(Recorded { num_images, num_dropped: pictures.num_dropped(), skipped, error })
+}

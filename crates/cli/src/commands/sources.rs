@@ -1,0 +1,49 @@
+//! `visloc sources`: what frames can come from.
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use visloc_sources::{KINDS, SourceKind, SourceOptions};
+
+use crate::{args::SourcesArgs, say};
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct KindReport {
+    name: &'static str,
+    schemes: &'static [&'static str],
+    form: &'static str,
+    example: &'static str,
+    summary: &'static str,
+    live: bool,
+    usable: bool,
+    problem: Option<String>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// None that can happen.
+pub fn execute(args: &SourcesArgs) -> Result<()> {
+    let options = SourceOptions { ffmpeg: args.ffmpeg.clone(), ..SourceOptions::default() };
+    let kinds: Vec<KindReport> = KINDS.iter().map(|kind| report(kind, &options)).collect();
+    if args.json {
+        say::line!("{}", serde_json::to_string_pretty(&kinds).context("cannot write JSON")?);
+        return Ok(());
+    }
+    for kind in &kinds {
+        let live = if kind.live { ", live" } else { "" };
+        say::line!("{:<14} {}{live}", kind.form, kind.name);
+        say::line!("{:<14} {}", "", kind.summary);
+        say::line!("{:<14} for instance: {}", "", kind.example);
+        if let Some(problem) = &kind.problem {
+            say::line!("{:<14} not usable here: {problem}", "");
+        }
+    }
+    Ok(())
+}
+
+fn report(kind: &SourceKind, options: &SourceOptions) -> KindReport {
+    let SourceKind { name, schemes, form, example, summary, is_live, problem, .. } = *kind;
+    let problem = problem(options);
+    KindReport { name, schemes, form, example, summary, live: is_live, usable: problem.is_none(), problem }
+}

@@ -1,0 +1,76 @@
+//! Results for other programs: beside the input in a bag, and as live topics.
+
+use std::path::Path;
+
+use anyhow::Result;
+use visloc_data::bag::{BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample};
+use visloc_locate::LOCALIZED_RELIABILITY;
+
+use super::{FrameView, Spectator};
+
+/// What the first runner says after a frame.
+pub fn result_sample(view: &FrameView<'_>) -> Option<ResultSample> {
+    let estimate = view.runners.first()?.pipeline().localizer().estimate();
+    Some(ResultSample {
+        at: view.frame.at,
+        world_from_robot: estimate.world_from_robot,
+        covariance: estimate.covariance,
+        reliability: estimate.reliability,
+        is_localized: estimate.reliability > LOCALIZED_RELIABILITY,
+        likelihood: estimate.likelihood,
+        hypotheses: estimate.hypotheses.iter().map(|hypothesis| hypothesis.world_from_robot).collect(),
+        odometry: view.frame.odometry,
+        num_dropped: view.num_dropped,
+    })
+}
+
+/// Writes every frame and what became of it into a bag.
+pub struct BagOutput {
+    writer: BagWriter,
+    results: ResultMessages,
+    fault: Option<BagError>,
+}
+
+impl BagOutput {
+    /// Starts the bag; topics and frames of the input keep their names.
+    ///
+    /// # Errors
+    /// If the file cannot be made.
+    pub fn create(path: &Path, topics: &BagTopics) -> Result<Self> {
+        super::output::make_parent(path)?;
+        let frames = ResultFrames { base: topics.base_frame.clone(), ..ResultFrames::default() };
+        Ok(Self {
+            writer: BagWriter::create(path, topics.clone())?,
+            results: ResultMessages::new(frames, 0.0),
+            fault: None,
+        })
+    }
+
+    /// Completes the bag.
+    ///
+    /// # Errors
+    /// If it could not be written.
+    pub fn finish(self) -> Result<()> {
+        match self.fault {
+            Some(fault) => Err(fault.into()),
+            None => Ok(self.writer.finish()?),
+        }
+    }
+
+    fn write(&mut self, view: &FrameView<'_>) -> Result<(), BagError> {
+        self.writer.write_frame(view.frame, view.truth.as_ref())?;
+        let Some(sample) = result_sample(view) else { return Ok(()) };
+        for message in self.results.step(&sample) {
+            self.writer.write_result(sample.at, &message)?;
+        }
+        Ok(())
+    }
+}
+
+impl Spectator for BagOutput {
+    fn after_frame(&mut self, view: &FrameView<'_>) {
+        if self.fault.is_none() {
+            self.fault = self.write(view).err();
+        }
+    }
+}

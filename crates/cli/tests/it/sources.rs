@@ -1,0 +1,95 @@
+//! Sources from outside: the list, typing mistakes, recordings of recordings, results in bags.
+
+use visloc_base::{FrameSource, PictureSource};
+use visloc_data::bag::{BagPictures, BagReader, BagTopics};
+
+use crate::support::{MAP, Workspace, excerpt_text};
+
+#[test]
+fn the_list_says_what_works_here() {
+    let workspace = Workspace::new();
+    let text = workspace.must(&["sources", "--ffmpeg", "no-such-program"]).stdout;
+    assert!(
+        text.contains("v4l2:DEVICE") && text.contains("not usable here: ffmpeg ('no-such-program')"),
+        "{text}"
+    );
+    let json = workspace.must(&["sources", "--json"]).stdout;
+    let kinds: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
+    let bag = kinds.iter().find(|kind| kind["name"] == "ROS 2 bag").unwrap();
+    assert_eq!((&bag["usable"], &bag["live"]), (&true.into(), &false.into()));
+    assert!(kinds.iter().any(|kind| kind["schemes"][0] == "ros2"));
+}
+
+#[test]
+fn mistakes_name_the_nearest() {
+    let workspace = Workspace::new();
+    let error = workspace.refused(&["slam", "vidoe:clip.mp4"]);
+    assert!(error.contains("did you mean 'video:'?"), "{error}");
+    let error = workspace.refused(&["localize", "sim:robocop"]);
+    assert!(error.contains("did you mean 'robocup'?"), "{error}");
+    let error = workspace.refused(&["localize", &excerpt_text("R1")]);
+    assert!(error.contains("needs a map: --map"), "{error}");
+    let error = workspace.refused(&["slam", "ros2:image"]);
+    assert!(error.contains("expected a topic such as /camera/image_raw"), "{error}");
+    workspace.write("clip.mp4", "");
+    let error = workspace.refused(&["slam", "clip.mp4", "--ffmpeg", "./no-such-program"]);
+    assert!(error.contains("cannot be started") && error.contains("--ffmpeg PATH"), "{error}");
+}
+
+#[test]
+fn a_recording_of_a_recording_gives_the_same_poses() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    workspace.must(&["record", &bag, "--out", "copy.mcap", "--images", "png", "--frames", "30"]);
+    for (bag, estimates) in [(bag.as_str(), "first.csv"), ("copy.mcap", "second.csv")] {
+        workspace.must(&["localize", bag, "--map", MAP, "--frames", "30", "--estimates", estimates]);
+    }
+    let [first, second] = ["first.csv", "second.csv"].map(|name| workspace.read(name));
+    assert_eq!(first.lines().count(), 31);
+    // What is written as a float of 64 bits and a quaternion comes back nearly the same.
+    let last_x =
+        |text: &str| -> f64 { text.lines().last().unwrap().split(',').nth(1).unwrap().parse().unwrap() };
+    assert!((last_x(&first) - last_x(&second)).abs() < 1e-3);
+}
+
+#[test]
+fn tours_and_bags_without_a_robot_are_recorded_as_pictures() {
+    let workspace = Workspace::new();
+    workspace.must(&["record", "sim:room", "--out", "room.mcap", "--frames", "3"]);
+    let pictures = BagPictures::open(workspace.path("room.mcap"), &BagTopics::default()).unwrap();
+    assert_eq!(pictures.num_pictures(), Some(3));
+    workspace.must(&["record", &excerpt_text("R1"), "--out", "eye", "--images-only", "--frames", "3"]);
+    let pictures = BagPictures::open(workspace.path("eye"), &BagTopics::default()).unwrap();
+    assert_eq!(pictures.camera().unwrap().size_px(), (320, 240));
+    assert!(BagReader::open(workspace.path("eye"), BagTopics::default()).is_err(), "there is no tf");
+}
+
+#[test]
+fn results_stand_beside_the_input() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    workspace.must(&["localize", &bag, "--map", MAP, "--frames", "30", "--bag-out", "out/results.mcap"]);
+    let mut reader = BagReader::open(workspace.path("out/results.mcap"), BagTopics::default()).unwrap();
+    let count = |topic: &str| {
+        reader.available_topics().iter().find(|info| info.topic == topic).map(|info| info.num_messages)
+    };
+    assert_eq!(count("/visloc/reliability"), Some(30));
+    assert_eq!(count("/diagnostics"), Some(30));
+    assert!(count("/visloc/pose").unwrap() > 15 && count("/visloc/path").unwrap() > 1);
+    let mut num_frames = 0;
+    while let Some(frame) = reader.next_frame() {
+        assert!(frame.unwrap().truth.is_some());
+        num_frames += 1;
+    }
+    assert_eq!((num_frames, reader.skipped().len()), (30, 0));
+}
+
+#[test]
+fn slam_reads_bags_and_simulated_robots() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let text = workspace.must(&["slam", &bag, "--start", "1s", "--end", "40", "--stride", "2"]).stdout;
+    assert!(text.contains("R1-excerpt.mcap: 15 frames"), "{text}");
+    let text = workspace.must(&["slam", "sim:office", "--end", "5", "--no-publish"]).stdout;
+    assert!(text.contains("sim:office: 5 frames"), "{text}");
+}

@@ -1,0 +1,106 @@
+//! A recording that is being written: topics and their messages.
+
+use std::{fs::File, io::BufWriter, path::PathBuf};
+
+use mcap::{WriteOptions, Writer, records::MessageHeader};
+use serde::Serialize;
+use visloc_base::Timestamp;
+
+use crate::bag::{BagError, TopicInfo, messages::to_cdr, schemas};
+
+/// Writes messages to an MCAP file and makes a channel for each topic when it is first used.
+pub(super) struct ChannelWriter {
+    path: PathBuf,
+    writer: Writer<BufWriter<File>>,
+    channels: Vec<(u16, TopicInfo)>,
+    sequence: u32,
+    /// Stamps of the first and the last message.
+    span: Option<(Timestamp, Timestamp)>,
+}
+
+impl ChannelWriter {
+    /// Starts a file; one that is there is replaced.
+    pub(super) fn create(path: PathBuf, options: WriteOptions) -> Result<Self, BagError> {
+        let file = File::create(&path).map_err(|source| BagError::Io {
+            path: path.clone(),
+            action: "create it",
+            source,
+        })?;
+        let writer = options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
+        Ok(Self { path, writer, channels: Vec::new(), sequence: 0, span: None })
+    }
+
+    /// Appends a message. An empty topic is not written.
+    pub(super) fn send<T: Serialize>(
+        &mut self,
+        (topic, type_name): (&str, &str),
+        at: Timestamp,
+        message: &T,
+    ) -> Result<(), BagError> {
+        if topic.is_empty() {
+            return Ok(());
+        }
+        let data = to_cdr(message).map_err(|reason| self.encode_error(at, reason))?;
+        let channel_id = self.channel(topic, type_name)?;
+        let first = self.span.map_or(at, |(first, _)| first);
+        self.span = Some((first, at));
+        // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
+        let nanos = u64::try_from(at.nanos()).unwrap_or(0);
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.writer.write_to_known_channel(&header, &data).map_err(|error| write_error(&self.path, &error))
+    }
+
+    /// Completes the file.
+    pub(super) fn finish(&mut self) -> Result<(), BagError> {
+        self.writer.finish().map(|_| ()).map_err(|error| write_error(&self.path, &error))
+    }
+
+    pub(super) fn path(&self) -> &PathBuf {
+        &self.path
+    }
+
+    pub(super) fn topics(&self) -> Vec<TopicInfo> {
+        self.channels.iter().map(|(_, info)| info.clone()).collect()
+    }
+
+    /// Start and length, nanoseconds.
+    pub(super) fn span_nanos(&self) -> (i64, i64) {
+        let (first, last) = self.span.unwrap_or_default();
+        (first.nanos(), last.nanos() - first.nanos())
+    }
+
+    pub(super) fn encode_error(&self, at: Timestamp, reason: String) -> BagError {
+        BagError::Encode { path: self.path.clone(), at, reason }
+    }
+
+    /// Channel of a topic, made when it is first used; counts the message.
+    fn channel(&mut self, topic: &str, type_name: &str) -> Result<u16, BagError> {
+        if let Some((id, info)) = self.channels.iter_mut().find(|(_, info)| info.topic == topic) {
+            info.num_messages += 1;
+            return Ok(*id);
+        }
+        let definition = schemas::definition(type_name).unwrap_or_default();
+        let id = self
+            .writer
+            .add_schema(type_name, "ros2msg", definition.as_bytes())
+            .and_then(|schema| {
+                let metadata = [("offered_qos_profiles".to_string(), String::new())].into();
+                self.writer.add_channel(schema, topic, "cdr", &metadata)
+            })
+            .map_err(|error| write_error(&self.path, &error))?;
+        let info = TopicInfo {
+            topic: topic.to_string(),
+            type_name: type_name.into(),
+            message_encoding: "cdr".into(),
+            num_messages: 1,
+        };
+        self.channels.push((id, info));
+        Ok(id)
+    }
+}
+
+fn write_error(path: &std::path::Path, error: &mcap::McapError) -> BagError {
+    BagError::Write { path: path.to_path_buf(), reason: error.to_string() }
+}

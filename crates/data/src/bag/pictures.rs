@@ -1,0 +1,149 @@
+//! The pictures of a recording, whatever else is in it.
+
+use std::path::{Path, PathBuf};
+
+use visloc_base::{Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_geom::Camera;
+
+use crate::bag::{
+    BagError, BagTopics, SensorMessage, TopicInfo, TopicRole,
+    decode::decode,
+    files::bag_files,
+    index::{check_topic, topics_of_files},
+    stream::MessageStream,
+};
+
+/// The pictures of a ROS 2 bag, and its calibration if it has one. Kinematics and odometry are not needed.
+pub struct BagPictures {
+    path: PathBuf,
+    topics: BagTopics,
+    messages: MessageStream,
+    camera: Option<Camera>,
+    num_pictures: Option<usize>,
+    last_at: Option<Timestamp>,
+    skipped: Vec<SkippedInput>,
+    is_done: bool,
+}
+
+impl BagPictures {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// If nothing can be read, or the topic of the pictures is missing or has another type.
+    pub fn open(path: impl AsRef<Path>, topics: &BagTopics) -> Result<Self, BagError> {
+        let path = path.as_ref();
+        let files = bag_files(path)?;
+        let available = topics_of_files(&files)?;
+        let images = check_topic(path, &available, topics, TopicRole::Image)?;
+        let num_pictures = usize::try_from(images.num_messages).ok();
+        let names = BagTopics { image: topics.image.clone(), ..nothing() };
+        Ok(Self {
+            path: path.to_path_buf(),
+            messages: MessageStream::new(files.clone(), names.clone()),
+            camera: first_camera(files, &available, topics),
+            topics: names,
+            num_pictures,
+            last_at: None,
+            skipped: Vec::new(),
+            is_done: false,
+        })
+    }
+
+    /// The first calibration of the recording.
+    #[must_use]
+    pub fn camera(&self) -> Option<&Camera> {
+        self.camera.as_ref()
+    }
+
+    fn skip(&mut self, at: Option<Timestamp>, reason: String) {
+        self.skipped.push(SkippedInput { at, origin: self.topics.image.clone(), reason });
+    }
+
+    /// The next picture that can be used, or why the recording ends early.
+    fn read_on(&mut self) -> Option<Result<Picture, SourceError>> {
+        loop {
+            let raw = match self.messages.next_message()? {
+                Ok(raw) => raw,
+                Err(error) => {
+                    let origin = format!("{}: byte {}", error.path.display(), error.offset);
+                    if !error.is_recoverable {
+                        return Some(Err(SourceError::Broken { origin, reason: error.reason }));
+                    }
+                    self.skip(None, format!("{origin}: {}", error.reason));
+                    continue;
+                }
+            };
+            let mut rejects = Vec::new();
+            let message = decode(&raw, &mut rejects);
+            rejects.into_iter().for_each(|reject| self.skip(reject.at, reject.reason));
+            let Some(SensorMessage::Image(image)) = message else { continue };
+            if let Some(last) = self.last_at.filter(|last| *last >= image.at) {
+                self.skip(Some(image.at), format!("expected an image later than {last}, found {}", image.at));
+                continue;
+            }
+            match image.decode() {
+                Ok(pixels) => {
+                    self.last_at = Some(image.at);
+                    return Some(Ok(Picture { at: image.at, image: pixels }));
+                }
+                Err(reason) => self.skip(Some(image.at), reason),
+            }
+        }
+    }
+}
+
+impl PictureSource for BagPictures {
+    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+        if self.is_done {
+            return None;
+        }
+        let next = self.read_on();
+        self.is_done = !matches!(next, Some(Ok(_)));
+        if next.is_none() && self.last_at.is_none() {
+            let first = self.skipped.first().map_or("it has no images", |skipped| &skipped.reason);
+            let origin = format!("{}: {}", self.path.display(), self.topics.image);
+            let reason = format!("none of its images could be used: {first}");
+            return Some(Err(SourceError::Broken { origin, reason }));
+        }
+        next
+    }
+
+    fn num_pictures(&self) -> Option<usize> {
+        self.num_pictures
+    }
+
+    fn skipped(&self) -> &[SkippedInput] {
+        &self.skipped
+    }
+}
+
+/// No topic at all.
+fn nothing() -> BagTopics {
+    BagTopics {
+        image: String::new(),
+        camera_info: String::new(),
+        odometry: String::new(),
+        tf: String::new(),
+        tf_static: String::new(),
+        foot_contact: String::new(),
+        foot_pressure: String::new(),
+        ground_truth: String::new(),
+        ..BagTopics::default()
+    }
+}
+
+/// Reads ahead to the first calibration that can be used; nothing if there is none.
+fn first_camera(files: Vec<PathBuf>, available: &[TopicInfo], topics: &BagTopics) -> Option<Camera> {
+    let name = &topics.camera_info;
+    let info = available.iter().find(|info| info.topic == *name)?;
+    if name.is_empty() || info.type_name != TopicRole::CameraInfo.type_names()[0] {
+        return None;
+    }
+    let mut messages = MessageStream::new(files, BagTopics { camera_info: name.clone(), ..nothing() });
+    while let Some(Ok(raw)) = messages.next_message() {
+        if let Some(SensorMessage::CameraInfo(_, camera)) = decode(&raw, &mut Vec::new()) {
+            return Some(camera);
+        }
+    }
+    None
+}

@@ -1,0 +1,46 @@
+//! The images of a sequence in color, with or without a calibration.
+
+use visloc_base::{Picture, PictureSource, SkippedInput, SourceError};
+
+use super::ImageFile;
+use crate::image_codec::read_image;
+
+/// Reads images one after another, PNG or JPEG, gray ones too. One that is missing or damaged is left out and noted.
+#[derive(Debug, Clone)]
+pub struct FilePictures {
+    files: Vec<ImageFile>,
+    next: usize,
+    skipped: Vec<SkippedInput>,
+}
+
+impl FilePictures {
+    /// The files in the order given, and what was left out before.
+    #[must_use]
+    pub fn new(files: Vec<ImageFile>, skipped: Vec<SkippedInput>) -> Self {
+        Self { files, next: 0, skipped }
+    }
+}
+
+impl PictureSource for FilePictures {
+    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+        loop {
+            let file = self.files.get(self.next)?;
+            self.next += 1;
+            match read_image(&file.path) {
+                Ok(image) => return Some(Ok(Picture { at: file.at, image })),
+                Err(error) => {
+                    let origin = file.path.display().to_string();
+                    self.skipped.push(SkippedInput { at: Some(file.at), origin, reason: error.to_string() });
+                }
+            }
+        }
+    }
+
+    fn num_pictures(&self) -> Option<usize> {
+        Some(self.files.len())
+    }
+
+    fn skipped(&self) -> &[SkippedInput] {
+        &self.skipped
+    }
+}

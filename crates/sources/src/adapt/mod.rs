@@ -1,0 +1,15 @@
+//! What a source cannot deliver, made of what it can.
+
+mod calibrated;
+mod from_frames;
+mod gray;
+mod mount;
+mod ranged;
+mod skipped;
+
+pub use calibrated::{CalibratedFrames, CalibratedImages};
+pub(crate) use calibrated::{frames_of_pictures, images_of_gray, images_of_pictures};
+pub(crate) use from_frames::{FramePictures, PicturesOfImages};
+pub(crate) use gray::{GrayOf, GrayStream};
+pub use mount::Mount;
+pub(crate) use ranged::Ranged;

@@ -1,0 +1,56 @@
+//! Datasets and plain folders of images.
+
+use std::path::Path;
+
+use visloc_data::sequence::{
+    FilePictures, Listing, Sequence, SequenceOptions, list_sequence, open_sequence, sequence_layouts,
+};
+
+use super::{SourceKind, always_usable};
+use crate::{OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::frames_of_pictures, open::Request};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "images",
+    schemes: &["images", "tum", "euroc", "kitti", "icl", "zurich"],
+    form: "DIR",
+    example: "tum:rgbd_dataset_freiburg2_desk",
+    summary: "a folder of JPEG or PNG images with a calibration, or a dataset; the layout is recognized, or said: \
+              images:DIR, tum:DIR, euroc:DIR, kitti:DIR, icl:DIR, zurich:DIR",
+    is_live: false,
+    is_robot: |_| false,
+    problem: always_usable,
+    claims: Path::is_dir,
+    frames,
+    images,
+    pictures,
+};
+
+fn sequence_options(request: &Request<'_>) -> SequenceOptions {
+    let options = request.options;
+    let scheme = request.address.scheme();
+    SequenceOptions {
+        range: options.range,
+        scale: options.scale,
+        calibration: options.camera.clone(),
+        rate_hz: options.rate_hz,
+        layout: sequence_layouts().map(|(key, _)| key).find(|key| *key == scheme),
+    }
+}
+
+fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    let folder = Path::new(request.address.rest());
+    let Sequence { images, truth, warnings, .. } = open_sequence(folder, &sequence_options(request))?;
+    Ok(OpenImages { images: Box::new(images), truth, warnings })
+}
+
+fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+    let folder = Path::new(request.address.rest());
+    let Listing { images, calibration, skipped, warnings, .. } =
+        list_sequence(folder, &sequence_options(request))?;
+    let pictures = Box::new(FilePictures::new(images, skipped));
+    Ok(OpenPictures { pictures, calibration: calibration.ok(), warnings })
+}
+
+fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+    frames_of_pictures(request, pictures(request)?)
+}

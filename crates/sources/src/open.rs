@@ -1,0 +1,85 @@
+//! Opening a source for what it is needed for.
+
+use std::path::PathBuf;
+
+use visloc_base::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
+use visloc_data::sequence::Calibration;
+use visloc_world::Map;
+
+use crate::{Host, SourceAddress, SourceOptions, SourcesError};
+
+/// All that a robot senses.
+pub struct OpenFrames {
+    /// The frames.
+    pub frames: Box<dyn FrameSource>,
+    /// The map that they belong to; simulations know it.
+    pub map: Option<Map>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Gray images of a calibrated camera.
+pub struct OpenImages {
+    /// The images.
+    pub images: Box<dyn ImageSource>,
+    /// True poses of the camera, if they are known.
+    pub truth: Option<CameraTrajectory>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// Pictures of any camera.
+pub struct OpenPictures {
+    /// The pictures.
+    pub pictures: Box<dyn PictureSource>,
+    /// The calibration that comes with them, and where it is from.
+    pub calibration: Option<(Calibration, PathBuf)>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// What a kind of source is asked to open.
+pub(crate) struct Request<'a> {
+    pub address: SourceAddress<'a>,
+    pub options: &'a SourceOptions,
+    pub host: &'a Host,
+}
+
+impl Request<'_> {
+    /// That the source has no such thing.
+    pub fn cannot<T>(&self, reason: impl Into<String>) -> Result<T, SourcesError> {
+        Err(SourcesError::CannotDeliver { argument: self.address.text().into(), reason: reason.into() })
+    }
+
+    /// What the user wrote.
+    pub fn argument(&self) -> String {
+        self.address.text().into()
+    }
+}
+
+/// Opens a source for localization on a known map.
+///
+/// # Errors
+/// If there is no such source, or it has no frames of a robot and they cannot be made of what it has.
+pub fn open_frames(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenFrames, SourcesError> {
+    let address = SourceAddress::parse(text)?;
+    (address.kind().frames)(&Request { address, options, host })
+}
+
+/// Opens a source for SLAM.
+///
+/// # Errors
+/// If there is no such source, or it has no images of a calibrated camera.
+pub fn open_images(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenImages, SourcesError> {
+    let address = SourceAddress::parse(text)?;
+    (address.kind().images)(&Request { address, options, host })
+}
+
+/// Opens a source for whoever looks at its pictures only: calibration, viewers.
+///
+/// # Errors
+/// If there is no such source.
+pub fn open_pictures(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenPictures, SourcesError> {
+    let address = SourceAddress::parse(text)?;
+    (address.kind().pictures)(&Request { address, options, host })
+}
