@@ -20,6 +20,7 @@
 pub mod bag;
 pub mod camera_trajectory;
 pub mod image_codec;
+mod ros_lens;
 pub mod sequence;
 mod text;
 pub mod trajectory;

@@ -9,7 +9,7 @@ use std::{
 use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
 use visloc_base::{Frame, GroundContact, SourceFrame, Timestamp, Truth};
-use visloc_geom::{Distortion, PlanarPose, Rigid3};
+use visloc_geom::{PlanarPose, Rigid3};
 
 use crate::{
     bag::{
@@ -19,6 +19,7 @@ use crate::{
         schemas,
     },
     image_codec,
+    ros_lens::ros_distortion,
 };
 
 /// How pictures are stored.
@@ -303,16 +304,13 @@ fn pressure_message(forces: &[f64; 8]) -> messages::Float64MultiArray {
 fn camera_info_message(frame: &Frame, camera_frame: &str) -> messages::CameraInfo {
     let ((width, height), (fx, fy), (cx, cy)) =
         (frame.camera.size_px(), frame.camera.focal_px(), frame.camera.center_px());
-    let d = match frame.camera.distortion() {
-        Distortion::RadialTangential(coefficients) => coefficients,
-        _ => [0.0; 5],
-    };
+    let (model, d) = ros_distortion(frame.camera.distortion());
     messages::CameraInfo {
         header: Header::new(frame.at, camera_frame),
         height,
         width,
-        distortion_model: "plumb_bob".into(),
-        d: d.to_vec(),
+        distortion_model: model.into(),
+        d,
         k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
         r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
