@@ -18,6 +18,7 @@
 //! ```
 
 pub mod bag;
+pub mod camera_file;
 pub mod camera_trajectory;
 pub mod image_codec;
 mod ros_lens;

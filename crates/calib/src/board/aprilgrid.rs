@@ -77,6 +77,28 @@ impl AprilGrid {
         Some(code >> (GRID * GRID - 1 - (j * GRID + i)) & 1 == 0)
     }
 
+    pub(super) fn squares(&self) -> Vec<(Point2<f64>, f64, bool)> {
+        let (pitch, gap) = (self.pitch_m(), self.tag_m * self.spacing);
+        let mut squares = Vec::new();
+        for (column, row) in
+            (0..=self.rows).flat_map(|j| (0..=self.columns).map(move |i| (i as f64, j as f64)))
+        {
+            squares.push((Point2::new(column * pitch - gap, row * pitch - gap), gap, true));
+        }
+        let cell_m = self.tag_m / (GRID + 2 * self.border_cells) as f64;
+        for tag in 0..self.columns * self.rows {
+            let at = self.corner_in_board(4 * tag);
+            squares.push((at, self.tag_m, true));
+            let code = code_of(self.first_id + tag).unwrap_or_default();
+            for bit in (0..GRID * GRID).filter(|bit| code >> (GRID * GRID - 1 - bit) & 1 == 1) {
+                let cell = |i: usize| (i + self.border_cells) as f64 * cell_m;
+                let offset = nalgebra::Vector2::new(cell(bit % GRID), cell(bit / GRID));
+                squares.push((at + offset, cell_m, false));
+            }
+        }
+        squares
+    }
+
     pub(super) fn bounds_m(&self) -> [Point2<f64>; 2] {
         let outer = self.tag_m * (self.spacing + 0.3);
         let side = |count: usize| (count - 1) as f64 * self.pitch_m() + self.tag_m + outer;

@@ -37,6 +37,13 @@ impl Checkerboard {
         Some(is_inside(0.0) && is_even)
     }
 
+    pub(super) fn squares(&self) -> Vec<(Point2<f64>, f64, bool)> {
+        let places = (0..=self.rows).flat_map(|j| (0..=self.columns).map(move |i| (i, j)));
+        let black = places.filter(|(i, j)| (i + j).is_multiple_of(2));
+        let corner = |i: usize| (i as f64 - 1.0) * self.square_m;
+        black.map(|(i, j)| (Point2::new(corner(i), corner(j)), self.square_m, true)).collect()
+    }
+
     pub(super) fn bounds_m(&self) -> [Point2<f64>; 2] {
         let outer = 1.0 + MARGIN;
         [

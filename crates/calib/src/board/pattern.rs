@@ -102,6 +102,15 @@ impl Board {
         }
     }
 
+    /// Squares that draw the board on white, one over the other: upper left corner and side, meters, and whether it is black.
+    #[must_use]
+    pub fn squares(&self) -> Vec<(Point2<f64>, f64, bool)> {
+        match self {
+            Self::Checkerboard(b) => b.squares(),
+            Self::AprilGrid(b) => b.squares(),
+        }
+    }
+
     /// Lowest and highest x and y of the board with its white margin, meters.
     #[must_use]
     pub fn bounds_m(&self) -> [Point2<f64>; 2] {
@@ -149,6 +158,26 @@ mod tests {
         }
         assert!(CHECKERS.is_black(&Point2::new(-0.01, -0.01)).unwrap());
         assert_eq!(CHECKERS.is_black(&Point2::new(1.0, 0.0)), None);
+    }
+
+    #[test]
+    fn drawn_squares_are_the_board() {
+        for board in [CHECKERS, TAGS] {
+            let squares = board.squares();
+            let [low, high] = board.bounds_m();
+            for i in 0..60 {
+                for j in 0..60 {
+                    let share =
+                        nalgebra::Vector2::new((f64::from(i) + 0.537) / 60.0, (f64::from(j) + 0.437) / 60.0);
+                    let p = low + (high - low).component_mul(&share);
+                    let inside = |s: &&(Point2<f64>, f64, bool)| {
+                        (0.0..s.1).contains(&(p.x - s.0.x)) && (0.0..s.1).contains(&(p.y - s.0.y))
+                    };
+                    let drawn = squares.iter().rev().find(inside).is_some_and(|s| s.2);
+                    assert_eq!(board.is_black(&p), Some(drawn), "{p}");
+                }
+            }
+        }
     }
 
     #[test]

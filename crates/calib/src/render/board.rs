@@ -28,6 +28,8 @@ impl Default for RenderSettings {
 
 const BLACK: f32 = 28.0;
 const WHITE: f32 = 215.0;
+/// Size of the wall's pattern: about pixels of an ordinary camera.
+const WALL: f64 = 500.0;
 /// Rays through a pixel with an edge in it, along each side.
 const RAYS: usize = 7;
 
@@ -73,6 +75,8 @@ struct Scene<'a> {
     board: &'a Board,
     /// Places of the board's plane; `None` where no ray meets it in front.
     lattice: Vec<Option<Point2<f64>>>,
+    /// Where the rays meet a wall behind the board, in units of its pattern.
+    wall: Vec<Point2<f64>>,
     columns: usize,
 }
 
@@ -94,15 +98,20 @@ impl<'a> Scene<'a> {
             let is_seen = p.z > 1e-9 && ray.xy().norm() < max_radius;
             is_seen.then(|| Point2::new(p.x / p.z, p.y / p.z))
         };
-        let lattice = (0..(width + 1) * (height + 1)).map(place).collect();
-        Self { board, lattice, columns: width + 1 }
+        let wall = |i: usize| {
+            let px = Point2::new((i % (width + 1)) as f64 - 0.5, (i / (width + 1)) as f64 - 0.5);
+            Point2::from(camera.bearing(&px).xy() * WALL)
+        };
+        let corners = 0..(width + 1) * (height + 1);
+        let (lattice, wall) = (corners.clone().map(place).collect(), corners.map(wall).collect());
+        Self { board, lattice, wall, columns: width + 1 }
     }
 
     /// Mean brightness of a pixel.
     fn pixel(&self, x: usize, y: usize) -> f32 {
         let at = |dx: usize, dy: usize| self.lattice[(y + dy) * self.columns + x + dx];
         let (Some(a), Some(b), Some(c), Some(d)) = (at(0, 0), at(1, 0), at(0, 1), at(1, 1)) else {
-            return background(x, y);
+            return background(&self.wall[y * self.columns + x]);
         };
         // Between the corners of one pixel the lens is as good as linear.
         let place = |u: f64, v: f64| {
@@ -113,7 +122,7 @@ impl<'a> Scene<'a> {
         let shade = |p: &Point2<f64>| match self.board.is_black(p) {
             Some(true) => BLACK,
             Some(false) => WHITE,
-            None => background(x, y),
+            None => background(&self.wall[y * self.columns + x]),
         };
         let probes = [shade(&a), shade(&b), shade(&c), shade(&d), shade(&place(0.5, 0.5))];
         if probes.iter().all(|v| *v == probes[0]) {
@@ -129,9 +138,14 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// A wall with soft stripes and a hard one, so that the board is not the only thing in the picture.
-fn background(x: usize, y: usize) -> f32 {
-    let (x, y) = (x as f32, y as f32);
+/// A wall with soft stripes and hard bands, so that the board is not the only thing in the picture, and that straight lines
+/// are there to be bent by the lens.
+fn background(place: &Point2<f64>) -> f32 {
+    let (x, y) = (place.x as f32, place.y as f32);
     let soft = 110.0 + 25.0 * (x * 0.031 + 0.5 * (y * 0.017).sin()).sin();
-    if (x * 0.8 + y) % 190.0 < 14.0 { soft - 45.0 } else { soft }
+    if (x * 0.8 + y).rem_euclid(190.0) < 24.0 || (x - 0.3 * y).rem_euclid(230.0) < 20.0 {
+        soft - 45.0
+    } else {
+        soft
+    }
 }

@@ -8,6 +8,8 @@ use visloc_geom::{Camera, CameraError, Distortion};
 pub enum LensModel {
     /// Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses.
     RadialTangential,
+    /// Radial-tangential without k3: what Kalibr calls radtan, and what few pictures can tell.
+    RadialTangential4,
     /// Equidistant fisheye with k1 to k4: wide lenses.
     KannalaBrandt,
 }
@@ -47,7 +49,9 @@ impl Intrinsics {
     pub fn distortion(&self) -> Distortion {
         let v = &self.values;
         match self.model {
-            LensModel::RadialTangential => Distortion::RadialTangential([v[4], v[5], v[6], v[7], v[8]]),
+            LensModel::RadialTangential | LensModel::RadialTangential4 => {
+                Distortion::RadialTangential([v[4], v[5], v[6], v[7], v[8]])
+            }
             LensModel::KannalaBrandt => Distortion::KannalaBrandt([v[4], v[5], v[6], v[7]]),
         }
     }
@@ -57,7 +61,7 @@ impl Intrinsics {
     pub fn num_parameters(&self) -> usize {
         match self.model {
             LensModel::RadialTangential => 9,
-            LensModel::KannalaBrandt => 8,
+            LensModel::RadialTangential4 | LensModel::KannalaBrandt => 8,
         }
     }
 
@@ -99,6 +103,9 @@ impl Intrinsics {
         by_intrinsics[(0, 2)] = 1.0;
         by_intrinsics[(1, 3)] = 1.0;
         by_intrinsics.fixed_view_mut::<2, 5>(0, 4).copy_from(&(focal * self.by_coefficients(&n)));
+        if self.num_parameters() < NUM_INTRINSICS {
+            by_intrinsics.column_mut(NUM_INTRINSICS - 1).fill(0.0);
+        }
         Some(Projected {
             px: Vector2::new(v[0] * d.x + v[2], v[1] * d.y + v[3]),
             by_point: focal * by_normalized * normalized_by_point,
@@ -111,7 +118,7 @@ impl Intrinsics {
         let (x, y) = (n.x, n.y);
         let r2 = x * x + y * y;
         match self.model {
-            LensModel::RadialTangential => {
+            LensModel::RadialTangential | LensModel::RadialTangential4 => {
                 let (r4, r6) = (r2 * r2, r2 * r2 * r2);
                 SMatrix::<f64, 2, 5>::from_row_slice(&[
                     x * r2,
@@ -148,7 +155,7 @@ mod tests {
 
     #[test]
     fn jacobians_equal_numeric() {
-        for model in [LensModel::RadialTangential, LensModel::KannalaBrandt] {
+        for model in [LensModel::RadialTangential, LensModel::RadialTangential4, LensModel::KannalaBrandt] {
             let mut camera = Intrinsics::ideal(model, (400.0, 410.0), (320.0, 230.0));
             for (i, k) in
                 [-0.1, 0.03, 0.002, -0.003, 0.01].into_iter().take(camera.num_parameters() - 4).enumerate()

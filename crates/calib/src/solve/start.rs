@@ -28,7 +28,7 @@ pub fn start(model: LensModel, size_px: (u32, u32), views: &[Vec<Observation>]) 
     let longer = f64::from(size_px.0.max(size_px.1));
     let mut guesses: Vec<(f64, f64)> =
         FOCAL_SHARES.iter().map(|share| (share * longer, share * longer)).collect();
-    if model == LensModel::RadialTangential {
+    if model != LensModel::KannalaBrandt {
         guesses.extend(closed_form(center, views).filter(|f| f.0 > 0.1 * longer && f.1 > 0.1 * longer));
     }
     let tried = guesses.into_iter().map(|focal| {

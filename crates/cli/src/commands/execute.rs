@@ -2,7 +2,10 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, study};
+use super::{
+    calibrate, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood, localize, map,
+    simulate, slam, study,
+};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.
@@ -26,6 +29,9 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Maps => map::list(),
         Command::Config(args) => config::execute(&args),
         Command::Map(args) => map::execute(&args),
+        Command::Calibrate(args) => calibrate::execute(&args),
+        Command::CheckCamera(args) => check_camera::execute(&args),
+        Command::Camera(args) => camera::execute(&args),
         Command::Colors(args) => colors::execute(&args),
     }
 }

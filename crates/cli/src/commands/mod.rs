@@ -1,5 +1,8 @@
 //! One file per command: from checked arguments to results.
 
+mod calibrate;
+mod camera;
+mod check_camera;
 mod colors;
 mod config;
 mod demo;

@@ -1,0 +1,13 @@
+//! Calibrating a camera: the pictures, the result in words, in files and in pictures.
+
+mod detections;
+mod pictures;
+mod report;
+mod source;
+mod words;
+
+pub use detections::{Detected, find_boards};
+pub use pictures::draw;
+pub use report::{CalibrationReport, camera_toml, markdown};
+pub use source::{NamedImage, open_images};
+pub use words::print;
