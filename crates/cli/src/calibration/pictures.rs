@@ -9,6 +9,8 @@ use visloc_plot::{
     Color, Histogram, HistogramSeries, ImageDots, ImageLine, ImagePicture, Picture, histogram, image_picture,
 };
 
+/// Most lines: more hide each other.
+const MAX_ARROWS: usize = 1500;
 /// Arrows are so long for the usual residual, as a share of the image's width.
 const ARROW: f64 = 0.02;
 /// Side of the square in which residuals are dots, and its half width in standard deviations.
@@ -63,7 +65,7 @@ fn coverage_picture(found: &Calibration, coverage: &Coverage) -> Picture {
         }
     }
     let advice = coverage.advice.first().map_or_else(String::new, |advice| format!("; next: {advice}"));
-    let size = f64::from(width) / 160.0;
+    let size = f64::from(width) / 260.0;
     image_picture(&ImagePicture {
         title: "What the pictures cover".to_owned(),
         subtitle: format!("{:.0} % of the cells have corners (gray: none){advice}", 100.0 * coverage.covered),
@@ -89,6 +91,8 @@ fn vectors(found: &Calibration) -> Picture {
         let color = if corner.is_outlier { Color::VERMILION } else { Color::BLUE };
         ImageLine { label: String::new(), color, points_px: vec![(corner.px.x, corner.px.y), (end.x, end.y)] }
     };
+    let every = (found.num_corners() / MAX_ARROWS).max(1);
+    let shown = found.corners().enumerate().filter(|(i, c)| i % every == 0 || c.is_outlier).map(|(_, c)| c);
     image_picture(&ImagePicture {
         title: "Residuals over the image".to_owned(),
         subtitle: format!(
@@ -96,7 +100,7 @@ fn vectors(found: &Calibration) -> Picture {
         ),
         image: blank(width, height),
         enlargement: enlargement(found),
-        lines: found.corners().map(line).collect(),
+        lines: shown.map(line).collect(),
         dots: vec![dots("left out", Color::VERMILION, 4.0, places(found.corners().filter(|c| c.is_outlier)))],
         ..ImagePicture::default()
     })
@@ -154,7 +158,7 @@ fn corners(found: &Calibration, name: &str, gray: &GrayImage) -> Picture {
         color: Color::ORANGE,
         points_px: places(seen.iter()),
     };
-    let size = f64::from(width) / 140.0;
+    let size = f64::from(width) / 280.0;
     image_picture(&ImagePicture {
         title: format!("The board in {name}"),
         subtitle: format!(
