@@ -243,7 +243,8 @@ impl Work {
         for (parameter, scale) in
             parameters.iter().zip([parameters[0].value, parameters[1].value, longer, longer])
         {
-            if !(parameter.standard_deviation <= MAX_SPREAD * scale) {
+            let is_known = parameter.standard_deviation <= MAX_SPREAD * scale;
+            if !is_known {
                 let reason =
                     format!("{:.1} px, known to {:.1} px", parameter.value, parameter.standard_deviation);
                 return Err(self.degenerate(parameter.name, reason));

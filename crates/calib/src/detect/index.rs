@@ -27,8 +27,8 @@ impl SaddleIndex {
             columns,
             rows,
         };
-        for i in 0..saddles.len() {
-            let (x, y) = index.bucket(&saddles[i].px);
+        for (i, saddle) in saddles.iter().enumerate() {
+            let (x, y) = index.bucket(&saddle.px);
             index.buckets[y * columns + x].push(i);
         }
         index

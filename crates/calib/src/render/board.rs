@@ -91,19 +91,17 @@ impl<'a> Scene<'a> {
         ]);
         let plane_from_camera = camera_from_plane.try_inverse().unwrap_or_else(Matrix3::zeros);
         let max_radius = 0.999 * camera.distortion().max_radius();
-        let place = |i: usize| {
+        let rays = (0..(width + 1) * (height + 1)).map(|i| {
             let px = Point2::new((i % (width + 1)) as f64 - 0.5, (i / (width + 1)) as f64 - 0.5);
-            let ray = camera.bearing(&px);
+            camera.bearing(&px)
+        });
+        let place = |ray: nalgebra::Vector3<f64>| {
             let p = plane_from_camera * ray;
             let is_seen = p.z > 1e-9 && ray.xy().norm() < max_radius;
-            is_seen.then(|| Point2::new(p.x / p.z, p.y / p.z))
+            let on_board = is_seen.then(|| Point2::new(p.x / p.z, p.y / p.z));
+            (on_board, Point2::from(ray.xy() * WALL))
         };
-        let wall = |i: usize| {
-            let px = Point2::new((i % (width + 1)) as f64 - 0.5, (i / (width + 1)) as f64 - 0.5);
-            Point2::from(camera.bearing(&px).xy() * WALL)
-        };
-        let corners = 0..(width + 1) * (height + 1);
-        let (lattice, wall) = (corners.clone().map(place).collect(), corners.map(wall).collect());
+        let (lattice, wall) = rays.map(place).unzip();
         Self { board, lattice, wall, columns: width + 1 }
     }
 

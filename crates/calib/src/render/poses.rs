@@ -1,5 +1,7 @@
 //! Poses as somebody who calibrates with care would hold the board.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
 use visloc_base::Rng;
@@ -26,7 +28,7 @@ pub fn random_pose(board: &Board, camera: &Camera, rng: &mut Rng) -> Option<Came
         let mut draw = |from: f64, to: f64| rng.random_range(from..to);
         let px = Point2::new(draw(0.1, 0.9) * width, draw(0.1, 0.9) * height);
         let distance_m = camera.focal_px().0 * longer_m / (draw(SHARES.0, SHARES.1) * width.min(height));
-        let (tilt, towards, spin) = (draw(0.0, MAX_TILT_RAD), draw(-3.14, 3.14), draw(-0.5, 0.5));
+        let (tilt, towards, spin) = (draw(0.0, MAX_TILT_RAD), draw(-PI, PI), draw(-0.5, 0.5));
         let ray = camera.bearing(&px).normalize();
         // The board looks along the ray, then it is tilted and spun.
         let facing = Rotation3::rotation_between(&Vector3::z(), &ray).unwrap_or_else(Rotation3::identity);

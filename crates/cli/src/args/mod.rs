@@ -2,6 +2,7 @@
 
 mod analyze;
 mod calibrate;
+mod calibrate_robot;
 mod camera;
 mod demo;
 mod experiment;
@@ -17,6 +18,7 @@ use clap::{Parser, Subcommand};
 
 pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
 pub use calibrate::{CalibrateArgs, PatternArgs};
+pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
 pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use experiment::{
@@ -77,6 +79,8 @@ pub enum Command {
     Map(MapArgs),
     /// Calibrate a camera from pictures of a board
     Calibrate(Box<CalibrateArgs>),
+    /// Find out how a robot's camera is mounted and how far its odometry is off, from a short drive
+    CalibrateRobot(Box<CalibrateRobotArgs>),
     /// Say whether a calibration is plausible for given images
     CheckCamera(CheckCameraArgs),
     /// Convert calibrations, print boards, draw pictures of boards with known truth

@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use super::{
-    calibrate, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood, localize, map,
-    simulate, slam, study,
+    calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood,
+    localize, map, simulate, slam, study,
 };
 use crate::args::{Cli, Command};
 
@@ -30,6 +30,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Config(args) => config::execute(&args),
         Command::Map(args) => map::execute(&args),
         Command::Calibrate(args) => calibrate::execute(&args),
+        Command::CalibrateRobot(args) => calibrate_robot::execute(&args),
         Command::CheckCamera(args) => check_camera::execute(&args),
         Command::Camera(args) => camera::execute(&args),
         Command::Colors(args) => colors::execute(&args),

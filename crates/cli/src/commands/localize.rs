@@ -15,7 +15,7 @@ use crate::{
     },
     run::{
         FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, SourceSettings, Spectator,
-        drive, open_source,
+        corrected, drive, open_source,
     },
     say,
 };
@@ -34,7 +34,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         };
     }
     let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
-    let mut source = open_source(SourceSettings {
+    let source = open_source(SourceSettings {
         name: &args.bag,
         map: args.map.as_deref(),
         topics: bag_topics(&args.topics)?,
@@ -61,7 +61,8 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
-    let outcome = drive(source.frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
+    let mut frames = corrected(source.frames, &args.corrections)?;
+    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
     progress.clear();
     let [runner] = runners;
     let report = summarize(args, &source.map, &runner, &outcome);

@@ -1,6 +1,7 @@
 //! One file per command: from checked arguments to results.
 
 mod calibrate;
+mod calibrate_robot;
 mod camera;
 mod check_camera;
 mod colors;
