@@ -58,6 +58,33 @@ pub enum CameraCommand {
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
     },
+    /// Write a page on which map and image are laid over each other by hand, for a browser
+    ///
+    /// The lines of the map are drawn over the image while intrinsics and pose are changed with sliders, numbers or the pointer:
+    /// drag a corner of the map to where it is in the image, and the rest follows. The page saves a camera file with the pose.
+    ByHand {
+        /// Image, PNG or JPEG
+        #[arg(value_name = "IMAGE")]
+        image: PathBuf,
+        /// Built-in map or file
+        #[arg(long, value_name = "NAME|FILE")]
+        map: String,
+        /// Camera to start from [default: 60 degrees across, no distortion]
+        #[arg(long, value_name = "FILE")]
+        camera: Option<PathBuf>,
+        /// Pose of the camera to start from: x, y, height (meters), heading, pitch down, roll clockwise (degrees)
+        #[arg(
+            long,
+            value_name = "X,Y,Z,HEADING,PITCH,ROLL",
+            value_delimiter = ',',
+            num_args = 6,
+            allow_hyphen_values = true
+        )]
+        pose: Option<Vec<f64>>,
+        /// Page to write
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
     /// Draw pictures of a board as a camera would see it, to try a calibration out
     Render {
         /// The camera: TOML, ROS, Kalibr, OpenCV

@@ -15,6 +15,7 @@ use visloc_data::{
 
 use crate::{
     args::{CameraArgs, CameraCommand, FormatArg},
+    calibration::{Start, by_hand_page},
     run::write_text,
     say,
 };
@@ -29,6 +30,12 @@ pub fn execute(args: &CameraArgs) -> Result<()> {
         CameraCommand::Board { pattern, out } => {
             write_text(out, &board_svg(&pattern.board()?))?;
             say::line!("{}: print it at 100 %, measure it, and glue it to something flat", out.display());
+            Ok(())
+        }
+        CameraCommand::ByHand { image, map, camera, pose, out } => {
+            let start = Start { camera: camera.as_deref(), pose: pose.as_deref() };
+            write_text(out, &by_hand_page(image, map, &start)?)?;
+            say::line!("{}: open it in a browser", out.display());
             Ok(())
         }
         CameraCommand::Render { camera, pattern, count, out, seed } => {
