@@ -27,9 +27,12 @@ pub(super) fn number(
             for j in low.1..=(high.1 + 1 - size_j) {
                 let window = |c: &Cell| c.0 >= i && c.0 < i + size_i && c.1 >= j && c.1 < j + size_j;
                 let inside = grid.keys().filter(|c| window(c)).count();
-                // A window within a larger grid must be full: else the place of the board in it is a guess.
+                // A window within a larger grid must be full, else the place of the board in it is a guess; and beyond it there
+                // may be some clutter, but no further row, else it is another board.
                 let is_whole = (width, height) == (size_i, size_j);
-                if !is_whole && inside < board.columns * board.rows {
+                let beyond = grid.len() - inside;
+                let is_alone = 2 * beyond < board.columns.min(board.rows);
+                if !is_whole && (inside < board.columns * board.rows || !is_alone) {
                     continue;
                 }
                 let layouts = || turned(grid, saddles, (i, j), (size_i, size_j), (columns, rows));

@@ -117,9 +117,11 @@ fn tags_at_the_border_of_the_image_keep_their_numbers() {
 fn a_board_of_another_size_is_named() {
     let (image, _) = picture(&CHECKERS, &webcam(), 1, 0, &RenderSettings::default());
     let Board::Checkerboard(board) = CHECKERS else { unreachable!() };
-    let other = Board::Checkerboard(visloc_calib::Checkerboard { columns: 12, ..board });
-    let reject = detect(&other, &image).unwrap_err();
-    assert!(matches!(reject, DetectReject::OtherSize { columns: 9, rows: 6, .. }), "{reject}");
+    for columns in [8, 12] {
+        let other = Board::Checkerboard(visloc_calib::Checkerboard { columns, ..board });
+        let reject = detect(&other, &image).unwrap_err();
+        assert!(matches!(reject, DetectReject::OtherSize { columns: 9, rows: 6, .. }), "{reject}");
+    }
 }
 
 #[test]
