@@ -18,8 +18,10 @@
 //! ```
 
 pub mod bag;
+pub mod camera_file;
 pub mod camera_trajectory;
 pub mod image_codec;
+mod ros_lens;
 pub mod sequence;
 mod text;
 pub mod trajectory;

@@ -1,21 +1,9 @@
 //! The pinhole camera with lens distortion.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, Point3, Vector3};
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Lens distortion on the normalized image plane.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum Distortion {
-    /// None: the image is already rectified.
-    #[default]
-    None,
-    /// Radial-tangential, the model of OpenCV and of ROS `plumb_bob`: k1, k2, p1, p2, k3. Source: Brown, "Decentering
-    /// distortion of lenses", 1966; OpenCV, `calib3d` documentation.
-    RadialTangential([f64; 5]),
-}
+use crate::Distortion;
 
 /// Why a point has no pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
@@ -76,7 +64,7 @@ impl Camera {
         Self::new(size_px, focal_px, center_px, Distortion::None)
     }
 
-    /// A camera with distortion. All-zero coefficients become [`Distortion::None`].
+    /// A camera with distortion. All-zero radial-tangential coefficients become [`Distortion::None`].
     ///
     /// # Errors
     /// As [`Camera::pinhole`].
@@ -90,9 +78,7 @@ impl Camera {
             return Err(CameraError::Size(size_px.0, size_px.1));
         }
         let mut values = vec![focal_px.0, focal_px.1, center_px.0, center_px.1];
-        if let Distortion::RadialTangential(k) = distortion {
-            values.extend(k);
-        }
+        values.extend(distortion.coefficients());
         if values.iter().any(|v| !v.is_finite()) || focal_px.0 <= 0.0 || focal_px.1 <= 0.0 {
             return Err(CameraError::Values(format!("{values:?}")));
         }
@@ -100,7 +86,7 @@ impl Camera {
             Distortion::RadialTangential(k) if k == [0.0; 5] => Distortion::None,
             other => other,
         };
-        let max_radius2 = first_fold_radius(distortion).powi(2);
+        let max_radius2 = distortion.max_radius().powi(2);
         Ok(Self { size_px, focal_px, center_px, distortion, max_radius2 })
     }
 
@@ -160,10 +146,7 @@ impl Camera {
         let inv_z = 1.0 / point_in_camera.z;
         let (x, y) = (point_in_camera.x * inv_z, point_in_camera.y * inv_z);
         let normalized_by_point = Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
-        let distorted_by_normalized = match self.distortion {
-            Distortion::None => Matrix2::identity(),
-            Distortion::RadialTangential(k) => radial_tangential(&k, x, y).1,
-        };
+        let distorted_by_normalized = self.distortion.distort_with_jacobian(&Point2::new(x, y)).1;
         let px_by_distorted = Matrix2::new(self.focal_px.0, 0.0, 0.0, self.focal_px.1);
         Ok((px, px_by_distorted * distorted_by_normalized * normalized_by_point))
     }
@@ -182,10 +165,7 @@ impl Camera {
             (px.x - self.center_px.0) / self.focal_px.0,
             (px.y - self.center_px.1) / self.focal_px.1,
         );
-        match self.distortion {
-            Distortion::None => distorted,
-            Distortion::RadialTangential(k) => undistort(&k, &distorted),
-        }
+        self.distortion.undistort(&distorted)
     }
 
     /// Where a pixel would be if the lens had no distortion: the "ideal" pixel.
@@ -236,59 +216,9 @@ impl Camera {
         if normalized.coords.norm_squared() > self.max_radius2 {
             return Err(ProjectionReject::OutsideLensModel);
         }
-        let d = match self.distortion {
-            Distortion::None => *normalized,
-            Distortion::RadialTangential(k) => radial_tangential(&k, normalized.x, normalized.y).0,
-        };
+        let d = self.distortion.distort(normalized);
         Ok(Point2::new(d.x * self.focal_px.0 + self.center_px.0, d.y * self.focal_px.1 + self.center_px.1))
     }
-}
-
-/// Distorted point and its 2x2 Jacobian by the undistorted one.
-fn radial_tangential(k: &[f64; 5], x: f64, y: f64) -> (Point2<f64>, Matrix2<f64>) {
-    let [k1, k2, p1, p2, k3] = *k;
-    let r2 = x * x + y * y;
-    let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-    let radial_by_r2 = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3);
-    let point = Point2::new(
-        x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-        y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
-    );
-    let cross = 2.0 * x * y * radial_by_r2 + 2.0 * p1 * x + 2.0 * p2 * y;
-    let jacobian = Matrix2::new(
-        radial + 2.0 * x * x * radial_by_r2 + 2.0 * p1 * y + 6.0 * p2 * x,
-        cross,
-        cross,
-        radial + 2.0 * y * y * radial_by_r2 + 6.0 * p1 * y + 2.0 * p2 * x,
-    );
-    (point, jacobian)
-}
-
-/// Smallest radius at which the radial polynomial stops growing; infinite if it never does within any lens's view.
-fn first_fold_radius(distortion: Distortion) -> f64 {
-    let Distortion::RadialTangential([k1, k2, _, _, k3]) = distortion else { return f64::INFINITY };
-    (0..1000)
-        .map(|step| f64::from(step) * 0.01)
-        .find(|r| {
-            let r2 = r * r;
-            1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3)) <= 0.0
-        })
-        .unwrap_or(f64::INFINITY)
-}
-
-/// Newton's method on the distortion, from the distorted point. Converges in 3 to 5 steps for real lenses.
-fn undistort(k: &[f64; 5], distorted: &Point2<f64>) -> Point2<f64> {
-    let mut point = *distorted;
-    for _ in 0..20 {
-        let (image, jacobian) = radial_tangential(k, point.x, point.y);
-        let Some(inverse) = jacobian.try_inverse() else { break };
-        let step = inverse * (distorted - image);
-        point += step;
-        if step.norm_squared() < 1e-24 {
-            break;
-        }
-    }
-    point
 }
 
 #[cfg(test)]
@@ -304,6 +234,9 @@ mod tests {
             Camera::new(size, focal, center, Distortion::RadialTangential([-0.28, 0.02, 1e-4, 2e-5, 0.0]))
                 .unwrap(),
             Camera::new(size, focal, center, Distortion::RadialTangential([0.2, -0.3, -8e-4, 1e-3, 0.1]))
+                .unwrap(),
+            Camera::new(size, focal, center, Distortion::KannalaBrandt([-0.02, 0.01, -0.004, 5e-4])).unwrap(),
+            Camera::new(size, (95.0, 94.0), center, Distortion::KannalaBrandt([0.03, -0.01, 2e-3, -1e-3]))
                 .unwrap(),
         ]
     }

@@ -10,15 +10,17 @@ pub mod angle;
 mod camera;
 mod frames;
 mod horizon;
+mod lens;
 mod mean;
 pub mod nao;
 mod planar;
 mod plane;
 mod rigid;
 
-pub use camera::{Camera, CameraError, Distortion, ProjectionReject};
+pub use camera::{Camera, CameraError, ProjectionReject};
 pub use frames::{CameraFrame, Odom, Robot, World};
 pub use horizon::Horizon;
+pub use lens::Distortion;
 pub use mean::{PoseStatistics, weighted_pose_statistics};
 pub use planar::PlanarPose;
 pub use plane::Plane;

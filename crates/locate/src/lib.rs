@@ -21,6 +21,7 @@ pub mod refine;
 mod region;
 mod registry;
 mod reliability;
+pub mod robot_calibration;
 
 pub use config::{ConfigError, require};
 pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};
@@ -29,7 +30,8 @@ pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
-    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError, analysis_for,
+    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError,
+    analysis_for, feature_model,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

@@ -248,6 +248,23 @@ impl WorldParts {
     }
 }
 
+/// Matches the features of images to a map, for whoever refines more than a pose.
+///
+/// # Errors
+/// If the map is of a kind that has no such model.
+pub fn feature_model(map: &Map, config: &PipelineConfig) -> Result<Box<dyn FeatureModel>, PipelineError> {
+    let config = PipelineConfig { features: FeatureChoice::Rich, ..*config };
+    let rich = WorldParts::new(map, &config)?.rich;
+    rich.map(|rich| rich.features).ok_or_else(|| {
+        ConfigError::Value {
+            key: "map".to_owned(),
+            expected: "a field or a building",
+            found: map.name().to_owned(),
+        }
+        .into()
+    })
+}
+
 /// The colors that the image analysis looks for.
 fn colors_of(office: &Office) -> OfficeColors {
     OfficeColors {

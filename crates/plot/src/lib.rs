@@ -56,4 +56,5 @@ pub use picture::Picture;
 pub use scatter::{ScatterPicture, ScatterSeries, scatter};
 pub use space::{SpacePath, SpaceViews, space_views};
 pub use surface::{SurfacePicture, surface_picture};
+pub use svg::base64;
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
+use super::{CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
@@ -51,6 +51,8 @@ pub struct LocalizeArgs {
     /// poses can be given)
     #[arg(long, value_name = "WHAT")]
     pub start: Vec<StartArg>,
+    #[command(flatten)]
+    pub corrections: CorrectionArgs,
     #[command(flatten)]
     pub topics: TopicArgs,
     #[command(flatten)]

@@ -1,6 +1,9 @@
 //! The command line as it is typed. Parsing looks at nothing but the words; files are opened by the commands.
 
 mod analyze;
+mod calibrate;
+mod calibrate_robot;
+mod camera;
 mod demo;
 mod experiment;
 mod inspect;
@@ -15,6 +18,9 @@ mod study;
 use clap::{Parser, Subcommand};
 
 pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
+pub use calibrate::{CalibrateArgs, PatternArgs};
+pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
+pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use experiment::{
     ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
@@ -77,6 +83,14 @@ pub enum Command {
     Config(ConfigArgs),
     /// Check a map
     Map(MapArgs),
+    /// Calibrate a camera from pictures of a board
+    Calibrate(Box<CalibrateArgs>),
+    /// Find out how a robot's camera is mounted and how far its odometry is off, from a short drive
+    CalibrateRobot(Box<CalibrateRobotArgs>),
+    /// Say whether a calibration is plausible for given images
+    CheckCamera(CheckCameraArgs),
+    /// Convert calibrations, print boards, draw pictures of boards with known truth
+    Camera(CameraArgs),
     /// Learn the color classes of your field from a labelled image
     Colors(ColorsArgs),
 }

@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use super::{
-    colors, config, demo, evaluate, experiment, likelihood, localize, map, record, simulate, slam, sources,
-    study,
+    calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood,
+    localize, map, record, simulate, slam, sources, study,
 };
 use crate::args::{Cli, Command};
 
@@ -31,6 +31,10 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Maps => map::list(),
         Command::Config(args) => config::execute(&args),
         Command::Map(args) => map::execute(&args),
+        Command::Calibrate(args) => calibrate::execute(&args),
+        Command::CalibrateRobot(args) => calibrate_robot::execute(&args),
+        Command::CheckCamera(args) => check_camera::execute(&args),
+        Command::Camera(args) => camera::execute(&args),
         Command::Colors(args) => colors::execute(&args),
     }
 }

@@ -16,7 +16,7 @@ use crate::{
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings,
-        Spectator, drive, open_source, source_options,
+        Spectator, corrected, drive, open_source, source_options,
     },
     say,
 };
@@ -70,7 +70,8 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
-    let outcome = drive(source.frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
+    let mut frames = corrected(source.frames, &args.corrections)?;
+    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
     progress.clear();
     let [runner] = runners;
     if let Some(bag) = bag_out {

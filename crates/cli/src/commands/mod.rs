@@ -1,5 +1,9 @@
 //! One file per command: from checked arguments to results.
 
+mod calibrate;
+mod calibrate_robot;
+mod camera;
+mod check_camera;
 mod colors;
 mod config;
 mod demo;

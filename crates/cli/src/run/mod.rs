@@ -2,6 +2,7 @@
 //!
 //! `source` opens what the user names, `runner` is one algorithm with its output files, `drive` is the loop.
 
+mod corrected;
 mod drive;
 #[cfg(feature = "ros2")]
 mod live;
@@ -14,6 +15,7 @@ mod results;
 mod runner;
 mod source;
 
+pub use corrected::{corrected, read_correction, with_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use live::LiveOutput;
 #[cfg(feature = "ros2")]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3};
 use visloc_base::{RgbImage, Timestamp, Truth};
-use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3, Robot, World};
+use visloc_geom::{Camera, PlanarPose, Rigid3, Robot, World};
 
 use crate::{
     bag::{
@@ -10,6 +10,7 @@ use crate::{
         messages::{self, from_cdr},
     },
     image_codec,
+    ros_lens::distortion_of_ros,
 };
 
 /// A picture as it was sent.
@@ -186,7 +187,7 @@ fn encoded_image(header: messages::Header, payload: ImagePayload) -> SensorMessa
 /// If the lens model is not known, or no camera has these values.
 pub fn camera_of(info: &messages::CameraInfo) -> Result<(Timestamp, Camera), Reject> {
     let at = info.header.at();
-    let distortion = distortion(&info.distortion_model, &info.d).map_err(|reason| Reject {
+    let distortion = distortion_of_ros(&info.distortion_model, &info.d).map_err(|reason| Reject {
         at: Some(at),
         reason,
         is_fatal: true,
@@ -195,25 +196,6 @@ pub fn camera_of(info: &messages::CameraInfo) -> Result<(Timestamp, Camera), Rej
     let camera = Camera::new((info.width, info.height), (k[0], k[4]), (k[2], k[5]), distortion)
         .map_err(|error| Reject::new(Some(at), error.to_string()))?;
     Ok((at, camera))
-}
-
-fn distortion(model: &str, d: &[f64]) -> Result<Distortion, String> {
-    if d.iter().all(|value| *value == 0.0) {
-        return Ok(Distortion::None);
-    }
-    let is_supported_model = matches!(model, "plumb_bob" | "rational_polynomial" | "");
-    let has_higher_terms = d.iter().skip(5).any(|value| *value != 0.0);
-    if !is_supported_model || has_higher_terms || d.len() < 4 {
-        return Err(format!(
-            "lens distortion '{model}' with coefficients {d:?}: expected 'plumb_bob' (k1, k2, p1, p2, k3) or \
-             'rational_polynomial' with zeros behind these five; calibrate the camera with one of them"
-        ));
-    }
-    let mut coefficients = [0.0; 5];
-    for (coefficient, value) in coefficients.iter_mut().zip(d) {
-        *coefficient = *value;
-    }
-    Ok(Distortion::RadialTangential(coefficients))
 }
 
 fn odometry(message: &messages::Odometry) -> Result<SensorMessage, Reject> {
@@ -356,19 +338,5 @@ mod tests {
         assert!(decode("rgb8", 6, &[0; 5]).is_err());
         assert!(decode("rgb8", 5, &[0; 6]).is_err());
         assert!(decode_raw((u32::MAX, u32::MAX), "mono8", u32::MAX, &[0]).is_err());
-    }
-
-    #[test]
-    fn distortion_models() {
-        let k = [-0.3, 0.1, 0.0, 0.001, 0.0];
-        assert_eq!(distortion("plumb_bob", &k), Ok(Distortion::RadialTangential(k)));
-        assert_eq!(distortion("plumb_bob", &k[..4]), Ok(Distortion::RadialTangential(k)));
-        let rational = [&k[..], &[0.0; 3]].concat();
-        assert_eq!(distortion("rational_polynomial", &rational), Ok(Distortion::RadialTangential(k)));
-        assert_eq!(distortion("equidistant", &[0.0; 4]), Ok(Distortion::None));
-        assert_eq!(distortion("", &[]), Ok(Distortion::None));
-        assert!(distortion("equidistant", &[0.1; 4]).unwrap_err().contains("equidistant"));
-        assert!(distortion("rational_polynomial", &[0.1; 8]).is_err());
-        assert!(distortion("plumb_bob", &[0.1]).is_err());
     }
 }

@@ -8,7 +8,7 @@ use std::{
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
 use visloc_base::{Frame, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
-use visloc_geom::{Camera, Distortion, PlanarPose};
+use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
     bag::{
@@ -18,6 +18,7 @@ use crate::{
         metadata::metadata_yaml,
     },
     image_codec,
+    ros_lens::ros_distortion,
 };
 
 /// How pictures are stored.
@@ -259,16 +260,13 @@ fn pressure_message(forces: &[f64; 8]) -> messages::Float64MultiArray {
 #[must_use]
 pub fn camera_info_message(at: Timestamp, camera: &Camera, camera_frame: &str) -> messages::CameraInfo {
     let ((width, height), (fx, fy), (cx, cy)) = (camera.size_px(), camera.focal_px(), camera.center_px());
-    let d = match camera.distortion() {
-        Distortion::RadialTangential(coefficients) => coefficients,
-        _ => [0.0; 5],
-    };
+    let (model, d) = ros_distortion(camera.distortion());
     messages::CameraInfo {
         header: Header::new(at, camera_frame),
         height,
         width,
-        distortion_model: "plumb_bob".into(),
-        d: d.to_vec(),
+        distortion_model: model.into(),
+        d,
         k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
         r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],

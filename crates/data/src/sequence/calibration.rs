@@ -17,6 +17,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use visloc_geom::{Camera, CameraFrame, Distortion, Rigid3};
 
 use super::SequenceError;
+use crate::camera_file::in_known_form;
 use crate::text::{data_lines, parse_number};
 
 /// What a calibration says.
@@ -74,6 +75,15 @@ impl Calibration {
 /// If the file cannot be read, a value is missing or not a number, or the lens model is not known.
 pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
     let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    if let Some(camera) = in_known_form(path, &text) {
+        let camera = camera.map_err(|reason| SequenceError::layout(path, reason))?;
+        return Ok(Calibration {
+            size_px: Some(camera.size_px()),
+            distortion: camera.distortion(),
+            rate_hz: Keys::read(&text, path).optional(&["fps", "rate_hz"])?.filter(|rate| *rate > 0.0),
+            ..Calibration::pinhole(camera.focal_px(), camera.center_px())
+        });
+    }
     let second = data_lines(&text).nth(1).map_or(0, |(_, line)| line.split_whitespace().count());
     let first = data_lines(&text).next().unwrap_or_default();
     let matrix = first.1.split_once(':').map_or(first.1, |(_, values)| values);
@@ -261,13 +271,7 @@ impl<'a> Keys<'a> {
 
     fn distortion(&self) -> Result<Distortion, SequenceError> {
         const KNOWN: [&str; 6] = ["radial-tangential", "radtan", "plumb_bob", "opencv", "pinhole", "none"];
-        if let Some((line, model)) = self.find(&["distortion_model"]) {
-            let model = model.trim_matches(['"', '\'']).to_lowercase();
-            if !model.is_empty() && !KNOWN.contains(&model.as_str()) {
-                let reason = format!("expected distortion_model radial-tangential, found '{model}'");
-                return Err(SequenceError::line(self.path, *line)(reason));
-            }
-        }
+        const FISHEYE: [&str; 3] = ["equidistant", "kannala-brandt", "fisheye"];
         let names = [
             "distortion",
             "distortion_coefficients",
@@ -276,7 +280,22 @@ impl<'a> Keys<'a> {
             "D",
             "d",
         ];
-        let Some((line, values)) = self.list(&names)? else { return self.separate_distortion() };
+        let list = self.list(&names)?;
+        if let Some((line, model)) = self.find(&["distortion_model"]) {
+            let model = model.trim_matches(['"', '\'']).to_lowercase();
+            if let (true, Some((_, [k1, k2, k3, k4]))) =
+                (FISHEYE.contains(&model.as_str()), list.as_ref().map(|(line, k)| (line, &k[..])))
+            {
+                return Ok(Distortion::KannalaBrandt([*k1, *k2, *k3, *k4]));
+            }
+            if !model.is_empty() && !KNOWN.contains(&model.as_str()) {
+                let reason = format!(
+                    "expected distortion_model radial-tangential, or equidistant with 4 coefficients, found '{model}'"
+                );
+                return Err(SequenceError::line(self.path, *line)(reason));
+            }
+        }
+        let Some((line, values)) = list else { return self.separate_distortion() };
         let mut k = [0.0; 5];
         if values.len() > k.len() {
             let reason = format!("expected at most 5 distortion coefficients, found {}", values.len());

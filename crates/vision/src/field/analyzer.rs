@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Point3};
 use rand::RngExt;
 use visloc_base::{Frame, Rng};
-use visloc_geom::{Camera, CameraFrame, Distortion, Horizon, Plane, Rigid3, Robot};
+use visloc_geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot};
 
 use super::{
     FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
@@ -386,7 +386,6 @@ impl GroundView {
 
     /// Distance along the ground from the robot, meters; `None` above the horizon.
     fn distance_m(&self, px: &Point2<f64>) -> Option<f64> {
-        debug_assert!(matches!(self.camera.distortion(), Distortion::None | Distortion::RadialTangential(_)));
         let direction = self.robot_from_camera.rotate(&self.camera.bearing(px));
         let eye = Point3::from(*self.robot_from_camera.translation());
         let point = Plane::ground().intersect_ray(&eye, &direction)?;

@@ -1,0 +1,9 @@
+//! From corners in pictures to a camera with its quality.
+
+mod error;
+mod result;
+mod run;
+
+pub use error::{CalibrateError, DropReason, DroppedView};
+pub use result::{Calibration, Parameter, SeenCorner, View};
+pub use run::{CalibrationConfig, ViewInput, calibrate};

@@ -1,0 +1,131 @@
+//! `visloc calibrate`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
+
+use super::JsonArg;
+
+/// Kinds of boards.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PatternArg {
+    /// Black and white squares
+    Checkerboard,
+    /// Tags of the family tag36h11 in a grid, as Kalibr prints them
+    Aprilgrid,
+}
+
+/// The lens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ModelArg {
+    /// Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses
+    Radtan,
+    /// Radial-tangential without k3
+    Radtan4,
+    /// Equidistant fisheye with k1 to k4: lenses of more than 100 degrees
+    KannalaBrandt,
+}
+
+impl ModelArg {
+    /// The lens for the solver.
+    pub fn lens(self) -> LensModel {
+        match self {
+            Self::Radtan => LensModel::RadialTangential,
+            Self::Radtan4 => LensModel::RadialTangential4,
+            Self::KannalaBrandt => LensModel::KannalaBrandt,
+        }
+    }
+}
+
+/// The board.
+#[derive(Debug, Clone, Copy, Args)]
+#[command(next_help_heading = "Board")]
+pub struct PatternArgs {
+    /// Kind of board
+    #[arg(long, value_enum, default_value_t = PatternArg::Checkerboard)]
+    pub pattern: PatternArg,
+    /// Inner corners of a checkerboard (one less than squares), or tags of a grid: columns x rows
+    #[arg(long, value_name = "CxR", value_parser = columns_and_rows)]
+    pub size: (usize, usize),
+    /// Side of a square, meters
+    #[arg(long, value_name = "METERS", required_if_eq("pattern", "checkerboard"))]
+    pub square: Option<f64>,
+    /// Side of a tag with its black border, meters
+    #[arg(long, value_name = "METERS", required_if_eq("pattern", "aprilgrid"))]
+    pub tag: Option<f64>,
+    /// Gap between tags as a share of a tag
+    #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
+    pub spacing: f64,
+    /// Number of the first tag
+    #[arg(long, value_name = "ID", default_value_t = 0)]
+    pub first_tag: usize,
+    /// Width of a tag's black border, cells: 2 on boards of Kalibr, 1 on plain tags
+    #[arg(long, value_name = "CELLS", default_value_t = 2)]
+    pub border: usize,
+}
+
+impl PatternArgs {
+    /// The board, checked.
+    ///
+    /// # Errors
+    /// If there is no such board.
+    pub fn board(&self) -> Result<Board, BoardError> {
+        let (columns, rows) = self.size;
+        let board = match self.pattern {
+            PatternArg::Checkerboard => {
+                Board::Checkerboard(Checkerboard { columns, rows, square_m: self.square.unwrap_or_default() })
+            }
+            PatternArg::Aprilgrid => Board::AprilGrid(AprilGrid {
+                columns,
+                rows,
+                tag_m: self.tag.unwrap_or_default(),
+                spacing: self.spacing,
+                first_id: self.first_tag,
+                border_cells: self.border,
+            }),
+        };
+        board.check().map(|()| board)
+    }
+}
+
+/// `9x6`.
+fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
+    let parts =
+        text.split_once(['x', 'X']).and_then(|(c, r)| Some((c.trim().parse().ok()?, r.trim().parse().ok()?)));
+    parts.ok_or_else(|| format!("expected columns x rows, for instance 9x6, found '{text}'"))
+}
+
+/// Arguments of `visloc calibrate`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Calibrates a camera from pictures of a flat board: finds the board in every picture, estimates focal lengths, \
+                  principal point and distortion, says how well each is known, and what to photograph next.\n\n\
+                  Take 15 to 30 sharp pictures, the board in every part of the image, tilted by 30 degrees to each side, once so \
+                  near that it fills the image. docs/calibration.md goes through it; visloc camera board prints a board.",
+    after_long_help = "Examples:\n  \
+                       visloc calibrate photos --size 9x6 --square 0.025 --out camera.toml --report out/camera\n  \
+                       visloc calibrate photos --pattern aprilgrid --size 6x6 --tag 0.088 --model kannala-brandt --out camera.toml\n  \
+                       visloc calibrate photos --size 9x6 --square 0.025 --ros camera_info.yaml"
+)]
+pub struct CalibrateArgs {
+    /// Folder of images (PNG, JPEG) of one camera
+    #[arg(value_name = "SOURCE")]
+    pub source: PathBuf,
+    #[command(flatten)]
+    pub pattern: PatternArgs,
+    /// The lens
+    #[arg(long, value_enum, default_value_t = ModelArg::Radtan)]
+    pub model: ModelArg,
+    /// Write the camera to this file, TOML
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+    /// Write the camera to this file, as ROS reads it (YAML of a CameraInfo)
+    #[arg(long, value_name = "FILE")]
+    pub ros: Option<PathBuf>,
+    /// Write a report with pictures into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArg,
+}

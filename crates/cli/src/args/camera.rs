@@ -1,0 +1,129 @@
+//! `visloc camera` and `visloc check-camera`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand, ValueEnum};
+use visloc_data::camera_file::CameraFormat;
+
+use super::{JsonArg, PatternArgs, SeedArg};
+
+/// Arguments of `visloc check-camera`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Says whether a calibration is plausible for given images: size and shape, principal point, angle of view, \
+                  distortion that folds back inside of the image, straight edges that are bent without the distortion.\n\n\
+                  The exit code is 0 if nothing is wrong (warnings are allowed) and 1 if something is.",
+    after_long_help = "Examples:\n  visloc check-camera camera.toml photos\n  visloc check-camera camera_info.yaml photos --json check.json"
+)]
+pub struct CheckCameraArgs {
+    /// Calibration: TOML, or YAML of ROS, Kalibr or OpenCV
+    #[arg(value_name = "CAMERA")]
+    pub camera: PathBuf,
+    /// Folder of images of this camera; walls, doors or field lines near the border say most
+    #[arg(value_name = "SOURCE")]
+    pub source: Option<PathBuf>,
+    #[command(flatten)]
+    pub json: JsonArg,
+}
+
+/// Arguments of `visloc camera`.
+#[derive(Debug, Args)]
+#[command(arg_required_else_help = true)]
+pub struct CameraArgs {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: CameraCommand,
+}
+
+/// Commands of `visloc camera`.
+#[derive(Debug, Subcommand)]
+pub enum CameraCommand {
+    /// Convert a calibration: reads TOML, ROS, Kalibr, OpenCV
+    Convert {
+        /// Calibration
+        #[arg(value_name = "IN")]
+        input: PathBuf,
+        /// File to write
+        #[arg(value_name = "OUT")]
+        output: PathBuf,
+        /// Form of the file [default: toml for .toml, ros for .yaml]
+        #[arg(long, value_enum)]
+        format: Option<FormatArg>,
+    },
+    /// Draw a board to print, SVG in true size
+    Board {
+        #[command(flatten)]
+        pattern: PatternArgs,
+        /// File to write
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
+    /// Write a page on which map and image are laid over each other by hand, for a browser
+    ///
+    /// The lines of the map are drawn over the image while intrinsics and pose are changed with sliders, numbers or the pointer:
+    /// drag a corner of the map to where it is in the image, and the rest follows. The page saves a camera file with the pose.
+    ByHand {
+        /// Image, PNG or JPEG
+        #[arg(value_name = "IMAGE")]
+        image: PathBuf,
+        /// Built-in map or file
+        #[arg(long, value_name = "NAME|FILE")]
+        map: String,
+        /// Camera to start from [default: 60 degrees across, no distortion]
+        #[arg(long, value_name = "FILE")]
+        camera: Option<PathBuf>,
+        /// Pose of the camera to start from: x, y, height (meters), heading, pitch down, roll clockwise (degrees)
+        #[arg(
+            long,
+            value_name = "X,Y,Z,HEADING,PITCH,ROLL",
+            value_delimiter = ',',
+            num_args = 6,
+            allow_hyphen_values = true
+        )]
+        pose: Option<Vec<f64>>,
+        /// Page to write
+        #[arg(long, value_name = "FILE")]
+        out: PathBuf,
+    },
+    /// Draw pictures of a board as a camera would see it, to try a calibration out
+    Render {
+        /// The camera: TOML, ROS, Kalibr, OpenCV
+        #[arg(value_name = "CAMERA")]
+        camera: PathBuf,
+        #[command(flatten)]
+        pattern: PatternArgs,
+        /// How many pictures
+        #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+        count: u32,
+        /// Folder for the pictures
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+        #[command(flatten)]
+        seed: SeedArg,
+    },
+}
+
+/// Forms of calibrations.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum FormatArg {
+    /// visloc's own
+    Toml,
+    /// CameraInfo of ROS, YAML
+    Ros,
+    /// camchain of Kalibr, YAML
+    Kalibr,
+    /// FileStorage of OpenCV, %YAML:1.0
+    Opencv,
+}
+
+impl FormatArg {
+    /// The form for the writer.
+    pub fn format(self) -> CameraFormat {
+        match self {
+            Self::Toml => CameraFormat::Toml,
+            Self::Ros => CameraFormat::Ros,
+            Self::Kalibr => CameraFormat::Kalibr,
+            Self::Opencv => CameraFormat::OpenCv,
+        }
+    }
+}

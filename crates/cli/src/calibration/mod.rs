@@ -1,0 +1,15 @@
+//! Calibrating a camera: the pictures, the result in words, in files and in pictures.
+
+mod by_hand;
+mod detections;
+mod pictures;
+mod report;
+mod source;
+mod words;
+
+pub use by_hand::{Start, by_hand_page};
+pub use detections::{Detected, find_boards};
+pub use pictures::draw;
+pub use report::{CalibrationReport, camera_toml, markdown};
+pub use source::{NamedImage, open_images};
+pub use words::print;

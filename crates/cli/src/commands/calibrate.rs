@@ -1,0 +1,71 @@
+//! `visloc calibrate`: a camera from pictures of a board.
+
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use visloc_calib::{Calibration, CalibrationConfig, calibrate, coverage};
+use visloc_data::camera_file::{CameraFormat, write_camera};
+
+use crate::{
+    args::CalibrateArgs,
+    calibration::{
+        CalibrationReport, Detected, NamedImage, camera_toml, draw, find_boards, markdown, open_images, print,
+    },
+    report::save_json,
+    run::write_text,
+    say,
+};
+
+/// Runs the command.
+///
+/// # Errors
+/// If the pictures cannot be read, do not show the board or do not determine the camera, or a file cannot be written.
+pub fn execute(args: &CalibrateArgs) -> Result<()> {
+    let board = args.pattern.board()?;
+    let images = open_images(&args.source)?;
+    let detected = find_boards(&board, &images)?;
+    let config = CalibrationConfig::new(args.model.lens());
+    let found = calibrate(&board, detected.size_px, &detected.views, &config)
+        .map_err(|error| anyhow!("{}: {error}{}", args.source.display(), first_reject(&detected)))?;
+    let coverage = coverage(&found);
+    print(&found, &coverage, &detected);
+    let report = CalibrationReport::new(&found, &coverage, &detected);
+    if let Some(path) = &args.out {
+        write_text(path, &camera_toml(&found)?)?;
+        say::line!("camera: {}", path.display());
+    }
+    if let Some(path) = &args.ros {
+        write_text(
+            path,
+            &write_camera(&found.camera, CameraFormat::Ros, "").map_err(|error| anyhow!(error))?,
+        )?;
+        say::line!("CameraInfo: {}", path.display());
+    }
+    if let Some(folder) = &args.report {
+        write_text(&folder.join("report.md"), &markdown(&args.source.display().to_string(), &report))?;
+        draw_all(folder, &found, &coverage, &images)?;
+        say::line!("report: {}", folder.join("report.md").display());
+    }
+    if let Some(path) = &args.json.json {
+        save_json(path, &report)?;
+    }
+    Ok(())
+}
+
+/// Why the board was not found in the first picture where it was not.
+fn first_reject(detected: &Detected) -> String {
+    detected.rejected.first().map_or_else(String::new, |(name, reason)| format!("; {name}: {reason}"))
+}
+
+fn draw_all(
+    folder: &Path,
+    found: &Calibration,
+    coverage: &visloc_calib::Coverage,
+    images: &[NamedImage],
+) -> Result<()> {
+    let worst = found.views.iter().max_by(|a, b| a.rms_px().total_cmp(&b.rms_px()));
+    let image = worst.and_then(|view| images.iter().find(|image| image.name == view.name));
+    let pixels =
+        image.map(|image| Ok::<_, anyhow::Error>((image.name.as_str(), image.read()?))).transpose()?;
+    draw(folder, found, coverage, pixels.as_ref().map(|(name, image)| (*name, image)))
+}

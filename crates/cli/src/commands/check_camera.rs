@@ -1,0 +1,63 @@
+//! `visloc check-camera`.
+
+use anyhow::{Context, Result, bail};
+use serde::Serialize;
+use visloc_calib::{CameraCheck, Severity, check_camera};
+use visloc_data::camera_file::read_camera;
+
+use crate::{args::CheckCameraArgs, calibration::open_images, report::save_json, say};
+
+/// Most images that are looked at: more tell little more about edges.
+const MAX_IMAGES: usize = 40;
+
+#[derive(Serialize)]
+struct CheckReport {
+    verdict: String,
+    findings: Vec<FindingReport>,
+}
+
+#[derive(Serialize)]
+struct FindingReport {
+    subject: String,
+    severity: String,
+    message: String,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If a file cannot be read, or the calibration is wrong for these images.
+pub fn execute(args: &CheckCameraArgs) -> Result<()> {
+    let camera = read_camera(&args.camera)?;
+    let mut images = Vec::new();
+    if let Some(source) = &args.source {
+        let all = open_images(source)?;
+        let step = all.len().div_ceil(MAX_IMAGES);
+        for image in all.iter().step_by(step) {
+            images.push(image.read().with_context(|| image.name.clone())?);
+        }
+    }
+    let check = check_camera(&camera, &images);
+    for finding in &check.findings {
+        say::line!("{:<8} {:<16} {}", finding.severity.to_string(), finding.subject, finding.message);
+    }
+    if let Some(path) = &args.json.json {
+        save_json(path, &report(&check))?;
+    }
+    if check.severity() == Severity::Wrong {
+        bail!("{}: the calibration cannot be right for these images", args.camera.display());
+    }
+    Ok(())
+}
+
+fn report(check: &CameraCheck) -> CheckReport {
+    let finding = |f: &visloc_calib::Finding| FindingReport {
+        subject: f.subject.to_owned(),
+        severity: f.severity.to_string(),
+        message: f.message.clone(),
+    };
+    CheckReport {
+        verdict: check.severity().to_string(),
+        findings: check.findings.iter().map(finding).collect(),
+    }
+}

@@ -1,0 +1,73 @@
+//! Frames with another calibration or another mounting than the recording says.
+
+use anyhow::{Context, Result};
+use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_data::camera_file::read_camera;
+use visloc_geom::Camera;
+use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
+
+use crate::args::CorrectionArgs;
+
+/// A source whose frames are corrected.
+struct CorrectedFrames {
+    inner: Box<dyn FrameSource>,
+    camera: Option<Camera>,
+    robot: RobotCorrection,
+    odometry: OdometryCorrector,
+}
+
+impl FrameSource for CorrectedFrames {
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        let mut next = self.inner.next_frame()?;
+        if let Ok(SourceFrame { frame, .. }) = &mut next {
+            frame.camera = self.camera.unwrap_or(frame.camera);
+            frame.robot_from_camera = self.robot.camera.apply(&frame.robot_from_camera);
+            let reported = frame.odometry;
+            frame.odometry = reported.map(|odom| self.odometry.step(&odom, &self.robot.odometry));
+        }
+        Some(next)
+    }
+
+    fn num_frames(&self) -> Option<usize> {
+        self.inner.num_frames()
+    }
+
+    fn skipped(&self) -> &[SkippedInput] {
+        self.inner.skipped()
+    }
+}
+
+/// The source with the corrections that the arguments name.
+///
+/// # Errors
+/// If a file cannot be read or has impossible values.
+pub fn corrected(inner: Box<dyn FrameSource>, args: &CorrectionArgs) -> Result<Box<dyn FrameSource>> {
+    let camera = args.camera.as_deref().map(read_camera).transpose()?;
+    let robot = read_correction(args)?;
+    if camera.is_none() && robot == RobotCorrection::default() {
+        return Ok(inner);
+    }
+    Ok(with_correction(inner, camera, robot))
+}
+
+/// The source with a camera and corrections.
+pub fn with_correction(
+    inner: Box<dyn FrameSource>,
+    camera: Option<Camera>,
+    robot: RobotCorrection,
+) -> Box<dyn FrameSource> {
+    Box::new(CorrectedFrames { inner, camera, robot, odometry: OdometryCorrector::default() })
+}
+
+/// The corrections of the file that the arguments name; none without a file.
+///
+/// # Errors
+/// If the file cannot be read or has impossible values.
+pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
+    let Some(path) = &args.robot else { return Ok(RobotCorrection::default()) };
+    let place = || path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(place)?;
+    let robot: RobotCorrection = toml::from_str(&text).with_context(place)?;
+    robot.check().with_context(place)?;
+    Ok(robot)
+}

@@ -1,0 +1,102 @@
+//! `visloc calibrate`, `check-camera`, `camera` and `calibrate-robot`.
+
+use crate::support::Workspace;
+
+const CAMERA: &str = "model = \"radial-tangential\"\nsize_px = [480, 360]\nfocal_px = [391.0, 392.3]\ncenter_px = [242.9, \
+                      177.3]\ndistortion = [-0.25, 0.09, 0.0008, -0.0006, 0.0]\n";
+const BOARD: [&str; 4] = ["--size", "9x6", "--square", "0.03"];
+
+fn rendered(count: &str) -> Workspace {
+    let workspace = Workspace::new();
+    workspace.write("truth.toml", CAMERA);
+    let args =
+        [&["camera", "render", "truth.toml", "--out", "photos", "--count", count], &BOARD[..]].concat();
+    assert_eq!(workspace.visloc(&args).code, 0);
+    workspace
+}
+
+#[test]
+fn a_camera_comes_out_of_pictures_and_goes_through_every_form() {
+    let workspace = rendered("14");
+    let outputs = ["--out", "camera.toml", "--ros", "info.yaml", "--report", "report", "--json", "all.json"];
+    let run =
+        workspace.visloc(&[&["calibrate", "photos", "--model", "radtan4"], &BOARD[..], &outputs].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    assert!(run.stdout.contains("14 images of 480 x 360 px"), "{}", run.stdout);
+    let report = workspace.json("all.json");
+    let fx = report["camera"]["focal_px"][0].as_f64().unwrap();
+    assert!((fx / 391.0 - 1.0).abs() < 0.002, "{fx}");
+    assert!(report["quality"]["rms_px"].as_f64().unwrap() < 0.1);
+    for picture in ["coverage", "vectors", "residuals", "distances", "corners"] {
+        assert!(workspace.read("report/report.md").contains(&format!("{picture}.png")));
+        assert!(workspace.path(&format!("report/{picture}.png")).is_file());
+    }
+    for (format, name) in [("kalibr", "k.yaml"), ("opencv", "o.yml"), ("ros", "r.yaml"), ("toml", "t.toml")] {
+        let convert = workspace.visloc(&["camera", "convert", "camera.toml", name, "--format", format]);
+        assert_eq!(convert.code, 0, "{}", convert.stderr);
+        let check = workspace.visloc(&["check-camera", name, "photos"]);
+        assert_eq!(check.code, 0, "{name}: {} {}", check.stdout, check.stderr);
+    }
+}
+
+#[test]
+fn bad_input_is_named() {
+    let workspace = rendered("2");
+    let fails = |args: &[&str], expected: &str| {
+        let run = workspace.visloc(args);
+        assert_ne!(run.code, 0, "{args:?}");
+        assert!(run.stderr.contains(expected), "{args:?}: {}", run.stderr);
+    };
+    fails(
+        &[&["calibrate", "photos"], &BOARD[..]].concat(),
+        "expected at least 3 usable pictures of the board, found 2",
+    );
+    fails(
+        &["calibrate", "photos", "--size", "8x6", "--square", "0.03"],
+        "expected a grid of 8 x 6 inner corners, found 9 x 6",
+    );
+    fails(&["calibrate", "photos", "--size", "9", "--square", "0.03"], "expected columns x rows");
+    fails(&["calibrate", "photos", "--size", "9x6", "--square=-1"], "expected a side above 0");
+    fails(
+        &["calibrate", "nowhere", "--size", "9x6", "--square", "0.03"],
+        "nowhere: expected a folder of images",
+    );
+    fails(
+        &["calibrate", ".", "--size", "9x6", "--square", "0.03"],
+        "expected PNG or JPEG images, found none",
+    );
+    fails(&["camera", "convert", "truth.toml", "out.txt"], "expected .toml or .yaml");
+    workspace.write("wide.toml", &CAMERA.replace("480, 360", "640, 360"));
+    fails(&["check-camera", "wide.toml", "photos", "--json", "check.json"], "cannot be right");
+    assert_eq!(workspace.json("check.json")["verdict"], "wrong");
+    workspace.write("robot.toml", "[odometry]\nscale = [0.0, 1.0, 1.0]\n");
+    fails(&["localize", "sim:still", "--robot", "robot.toml"], "odometry.scale");
+}
+
+#[test]
+fn a_wrong_mounting_is_found() {
+    let workspace = Workspace::new();
+    workspace
+        .write("wrong.toml", "[camera]\npitch_down_deg = 2.0\nroll_clockwise_deg = -1.5\nheight_m = 0.02\n");
+    let args = [
+        "calibrate-robot",
+        "sim:tour",
+        "--frames",
+        "900",
+        "--passes",
+        "2",
+        "--out",
+        "robot.toml",
+        "--json",
+        "robot.json",
+    ];
+    let run = workspace.visloc(&[&args[..], &["--robot", "wrong.toml"]].concat());
+    assert_eq!(run.code, 0, "{}", run.stderr);
+    // The simulated robot's own errors change slowly with up to half a degree; on average they are nearly nothing.
+    let camera = &workspace.json("robot.json")["correction"]["camera"];
+    let value = |key: &str| camera[key].as_f64().unwrap();
+    assert!(value("pitch_down_deg").abs() < 0.4 && value("roll_clockwise_deg").abs() < 0.4, "{camera}");
+    assert!(value("height_m").abs() < 0.012, "{camera}");
+    let localize = workspace.visloc(&["localize", "sim:tour", "--frames", "60", "--robot", "robot.toml"]);
+    assert_eq!(localize.code, 0, "{}", localize.stderr);
+}

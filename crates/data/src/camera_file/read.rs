@@ -1,0 +1,100 @@
+//! Reading, whatever the form.
+
+use std::{fs, path::Path};
+
+use visloc_geom::Camera;
+
+use super::{CameraFileError, CameraToml, yaml_forms};
+use crate::sequence::read_calibration;
+
+/// Reads the camera of a file; the form is told from its content.
+///
+/// # Errors
+/// If the file cannot be read, has none of the forms, or no camera has its values.
+pub fn read_camera(path: &Path) -> Result<Camera, CameraFileError> {
+    let text = fs::read_to_string(path).map_err(CameraFileError::io(path))?;
+    if let Some(camera) = in_known_form(path, &text) {
+        return camera.map_err(|reason| CameraFileError::form(path, reason));
+    }
+    let calibration = read_calibration(path)?;
+    let size_px = calibration.size_px.ok_or_else(|| {
+        CameraFileError::form(path, "expected the size of the images (width, height), found none")
+    })?;
+    Ok(calibration.camera(size_px, path)?)
+}
+
+/// The camera, if the text has one of the forms that are told from each other here.
+pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, String>> {
+    let starts = |key: &str| text.lines().any(|line| line.starts_with(key));
+    let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    if is_toml {
+        let table: Result<CameraToml, _> = toml::from_str(text);
+        let reason = |error: toml::de::Error| {
+            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
+            format!("line {line}: {}", error.message())
+        };
+        return Some(table.map_err(reason).and_then(|table| table.camera()));
+    }
+    if starts("cam0:") {
+        return Some(yaml_forms::kalibr(text));
+    }
+    let has_size = starts("image_width") && starts("image_height");
+    (has_size && (starts("camera_matrix") || starts("Camera_Matrix"))).then(|| yaml_forms::matrices(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera_file::{CameraFormat, write_camera};
+    use visloc_geom::Distortion;
+
+    fn cameras() -> [Camera; 3] {
+        let lens = [
+            Distortion::None,
+            Distortion::RadialTangential([-0.25, 0.09, 8e-4, -6e-4, 0.0]),
+            Distortion::KannalaBrandt([0.03, -0.01, 0.006, -2e-3]),
+        ];
+        lens.map(|lens| Camera::new((640, 480), (521.3, 523.1), (323.8, 236.4), lens).unwrap())
+    }
+
+    #[test]
+    fn every_form_gives_the_camera_back() {
+        let folder = tempfile::tempdir().unwrap();
+        for camera in cameras() {
+            for (name, format) in [
+                ("a.toml", CameraFormat::Toml),
+                ("b.yaml", CameraFormat::Ros),
+                ("c.yaml", CameraFormat::Kalibr),
+                ("d.yml", CameraFormat::OpenCv),
+            ] {
+                let path = folder.path().join(name);
+                fs::write(&path, write_camera(&camera, format, "head").unwrap()).unwrap();
+                assert_eq!(read_camera(&path).unwrap(), camera, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn files_of_the_tools_themselves() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            fs::write(&path, text).unwrap();
+            read_camera(&path)
+        };
+        let opencv = "%YAML:1.0\n---\ncalibration_time: \"Mon\"\nimage_width: 640\nimage_height: 480\ncamera_matrix: \
+                      !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 521.3, 0., 323.8, 0., 523.1, 236.4, 0.,\n       0., \
+                      1. ]\ndistortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ \
+                      -0.25, 0.09, 8.0e-04, -6.0e-04, 0. ]\navg_reprojection_error: 3.1e-01\n";
+        assert_eq!(read("o.yml", opencv).unwrap(), cameras()[1]);
+        let kalibr = "cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n  distortion_coeffs: [0.03, -0.01, 0.006, -0.002]\n  \
+                      distortion_model: equidistant\n  intrinsics: [521.3, 523.1, 323.8, 236.4]\n  resolution: [640, 480]\n  \
+                      rostopic: /cam0/image_raw\n";
+        assert_eq!(read("k.yaml", kalibr).unwrap(), cameras()[2]);
+        let error = read("omni.yaml", &kalibr.replace("pinhole", "omni")).unwrap_err().to_string();
+        assert!(error.contains("omni.yaml: cam0: expected camera_model pinhole, found 'omni'"), "{error}");
+        let error = read("x.toml", "model = \"pinhole\"\nsize_px = [640]\n").unwrap_err().to_string();
+        assert!(error.contains("x.toml: line 2:"), "{error}");
+        assert!(read("empty.yaml", "").is_err());
+    }
+}

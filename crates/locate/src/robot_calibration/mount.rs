@@ -1,0 +1,206 @@
+//! The camera's direction and height.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+use visloc_geom::PlanarPose;
+
+use super::{DriveRecord, MountCorrection, RobotCalibrationError, record::MappedView};
+use crate::observation::features::{CameraState, FeatureModel, Residual};
+
+/// How the camera is mounted, against what the robot reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MountEstimate {
+    /// The correction.
+    pub correction: MountCorrection,
+    /// Standard deviations of pitch, roll (degrees) and height (meters), from the scatter of the views; errors that all views
+    /// of a drive have in common are not in them.
+    pub standard_deviations: [f64; 3],
+    /// Root of the mean squared distance of border pixels from the map, pixels, before and after.
+    pub rms_px: (f64, f64),
+    /// Views that were used.
+    pub num_views: usize,
+}
+
+const MIN_VIEWS: usize = 20;
+/// Gates of the rounds, pixels.
+const GATES_PX: [f64; 8] = [25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 8.0, 8.0];
+/// Step of the numeric derivative by the height, meters, and the largest change that is still the same counterpart, pixels.
+const HEIGHT_STEP_M: f64 = 0.005;
+const MAX_CHANGE_PX: f64 = 3.0;
+/// What is known before: pose of each view, meters and radians; tilt, radians; height, meters.
+const POSE_SPREAD: [f64; 3] = [0.1, 0.1, 0.05];
+const TILT_SPREAD_RAD: f64 = 0.1;
+const HEIGHT_SPREAD_M: f64 = 0.2;
+/// Neighboring pixels err alike: a view counts as so many pixels of this noise, as in the tracks.
+const INDEPENDENT_PIXELS: f64 = 12.0;
+
+/// Parameters: tilt about the camera's x and z, radians; height, meters. The turn about y is left out: it is the robot's heading.
+type Mount = Vector3<f64>;
+
+/// One border pixel of a view.
+struct Row {
+    error_px: f64,
+    by_pose: Vector3<f64>,
+    by_mount: Vector3<f64>,
+}
+
+/// Normal equations of one view, its pose taken out.
+struct Reduced {
+    hessian: Matrix3<f64>,
+    gradient: Vector3<f64>,
+    pose_step: Vector3<f64>,
+    pose_by_mount: Matrix3<f64>,
+    squares: (f64, f64),
+}
+
+/// Fits tilt and height to all views at once; each view's pose is free within its uncertainty.
+///
+/// # Errors
+/// If there are too few views.
+pub fn solve_mount(
+    record: &DriveRecord,
+    model: &mut dyn FeatureModel,
+) -> Result<MountEstimate, RobotCalibrationError> {
+    if record.views.len() < MIN_VIEWS {
+        return Err(RobotCalibrationError::FewViews { expected: MIN_VIEWS, found: record.views.len() });
+    }
+    let mut mount = Mount::zeros();
+    let mut poses: Vec<Vector3<f64>> =
+        record.views.iter().map(|view| vector(&view.world_from_robot)).collect();
+    let before = rms_px(record, &poses, &mount, model);
+    let prior = Vector3::new(TILT_SPREAD_RAD, TILT_SPREAD_RAD, HEIGHT_SPREAD_M).map(|s| s.powi(-2));
+    let mut covariance = Matrix3::identity();
+    for gate_px in GATES_PX {
+        let mut hessian = Matrix3::from_diagonal(&prior);
+        let mut gradient = -prior.component_mul(&mount);
+        let mut scatter = Matrix3::zeros();
+        let reduced: Vec<Reduced> = record
+            .views
+            .iter()
+            .zip(&poses)
+            .map(|(view, pose)| reduce(view, pose, &mount, gate_px, model))
+            .collect();
+        for view in &reduced {
+            hessian += view.hessian;
+            gradient += view.gradient;
+            scatter += view.gradient * view.gradient.transpose();
+        }
+        let Some(inverse) = hessian.try_inverse() else { break };
+        let step = inverse * gradient;
+        // The scatter of the views' own wishes, instead of a noise that is only believed.
+        covariance = inverse * (scatter + Matrix3::from_diagonal(&prior)) * inverse;
+        mount += step;
+        for (pose, view) in poses.iter_mut().zip(&reduced) {
+            *pose += view.pose_step - view.pose_by_mount * step;
+        }
+    }
+    let deviation = |i: usize| covariance[(i, i)].max(0.0).sqrt();
+    Ok(MountEstimate {
+        correction: correction(&mount),
+        standard_deviations: [deviation(0).to_degrees(), deviation(1).to_degrees(), deviation(2)],
+        rms_px: (before, rms_px(record, &poses, &mount, model)),
+        num_views: record.views.len(),
+    })
+}
+
+fn vector(pose: &PlanarPose) -> Vector3<f64> {
+    Vector3::new(pose.x_m, pose.y_m, pose.yaw_rad)
+}
+
+fn correction(mount: &Mount) -> MountCorrection {
+    MountCorrection::from_tilt(mount.x, mount.y, mount.z)
+}
+
+/// Residuals of all features of a view, in their order.
+fn residuals(
+    view: &MappedView,
+    pose: &Vector3<f64>,
+    mount: &Mount,
+    gate_px: f64,
+    model: &mut dyn FeatureModel,
+) -> Vec<Option<Residual>> {
+    let mut percept = view.percept.clone();
+    percept.robot_from_camera = correction(mount).apply(&percept.robot_from_camera);
+    model.condition_on(&percept);
+    let state =
+        CameraState { world_from_robot: PlanarPose::new(pose.x, pose.y, pose.z), tilt_rad: Vector3::zeros() };
+    let mut found = Vec::new();
+    model.visit_matches(&state, gate_px, 1, &mut |feature| found.push(feature.residual));
+    found
+}
+
+fn rows(
+    view: &MappedView,
+    pose: &Vector3<f64>,
+    mount: &Mount,
+    gate_px: f64,
+    model: &mut dyn FeatureModel,
+) -> Vec<Row> {
+    let raised = residuals(view, pose, &(mount + Mount::z() * HEIGHT_STEP_M), 2.0 * gate_px, model);
+    let here = residuals(view, pose, mount, gate_px, model);
+    let both = here.into_iter().zip(raised).filter_map(|(here, raised)| Some((here?, raised?)));
+    both.filter(|(here, raised)| (raised.error_px - here.error_px).abs() < MAX_CHANGE_PX)
+        .map(|(here, raised)| {
+            let j: Vector6<f64> = here.jacobian;
+            let by_height = (raised.error_px - here.error_px) / HEIGHT_STEP_M;
+            Row {
+                error_px: here.error_px,
+                by_pose: Vector3::new(j[0], j[1], j[2]),
+                by_mount: Vector3::new(j[3], j[5], by_height),
+            }
+        })
+        .collect()
+}
+
+fn reduce(
+    view: &MappedView,
+    pose: &Vector3<f64>,
+    mount: &Mount,
+    gate_px: f64,
+    model: &mut dyn FeatureModel,
+) -> Reduced {
+    let rows = rows(view, pose, mount, gate_px, model);
+    let (mut hessian, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
+    let (mut total, mut squares) = (0.0, (0.0, 0.0));
+    for row in &rows {
+        // Geman and McClure's weight, as in the tracks.
+        let weight = (1.0 + (3.0 * row.error_px / gate_px).powi(2)).powi(-2);
+        let mut j = SVector::<f64, 6>::zeros();
+        j.fixed_rows_mut::<3>(0).copy_from(&row.by_pose);
+        j.fixed_rows_mut::<3>(3).copy_from(&row.by_mount);
+        hessian += j * j.transpose() * weight;
+        gradient -= j * (weight * row.error_px);
+        total += weight;
+        squares.0 += weight * row.error_px.powi(2);
+        squares.1 += weight;
+    }
+    let scale = (INDEPENDENT_PIXELS / total.max(1e-9)).min(1.0);
+    hessian *= scale;
+    gradient *= scale;
+    let off = pose - vector(&view.world_from_robot);
+    for i in 0..3 {
+        let information = POSE_SPREAD[i].powi(-2);
+        hessian[(i, i)] += information;
+        gradient[i] -= information * off[i];
+    }
+    let pose_block: Matrix3<f64> = hessian.fixed_view::<3, 3>(0, 0).into_owned();
+    let cross: Matrix3<f64> = hessian.fixed_view::<3, 3>(0, 3).into_owned();
+    let inverse = pose_block.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let pose_gradient: Vector3<f64> = gradient.fixed_rows::<3>(0).into_owned();
+    Reduced {
+        hessian: hessian.fixed_view::<3, 3>(3, 3) - cross.transpose() * inverse * cross,
+        gradient: gradient.fixed_rows::<3>(3) - cross.transpose() * inverse * pose_gradient,
+        pose_step: inverse * pose_gradient,
+        pose_by_mount: inverse * cross,
+        squares,
+    }
+}
+
+fn rms_px(record: &DriveRecord, poses: &[Vector3<f64>], mount: &Mount, model: &mut dyn FeatureModel) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (view, pose) in record.views.iter().zip(poses) {
+        let squares = reduce(view, pose, mount, GATES_PX[GATES_PX.len() - 1], model).squares;
+        sum += squares.0;
+        total += squares.1;
+    }
+    (sum / f64::max(total, 1e-9)).sqrt()
+}
