@@ -29,7 +29,8 @@ pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
-    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError, analysis_for,
+    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError,
+    algorithm_parameters, analysis_for,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

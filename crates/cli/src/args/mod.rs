@@ -9,6 +9,7 @@ mod localize;
 mod shared;
 mod slam;
 mod start;
+mod studio;
 mod study;
 
 use clap::{Parser, Subcommand};
@@ -24,6 +25,7 @@ pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use shared::{JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use start::StartArg;
+pub use studio::StudioArgs;
 pub use study::StudyArgs;
 
 /// Tells a robot with one ordinary camera where it is
@@ -53,6 +55,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
+    /// Open the page: drive a robot, kidnap it, watch algorithms find it
+    Studio(StudioArgs),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
     /// Compare an estimated trajectory with the truth

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, study};
+use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, studio, study};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.
@@ -15,6 +15,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Simulate(args) => simulate::execute(&args),
         Command::Localize(args) => localize::execute(&args),
         Command::Slam(args) => slam::execute(&args),
+        Command::Studio(args) => studio::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
         Command::Likelihood(args) => likelihood::execute(&args),

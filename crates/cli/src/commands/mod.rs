@@ -14,6 +14,7 @@ mod map;
 mod settings;
 mod simulate;
 mod slam;
+mod studio;
 mod study;
 
 pub use execute::execute;

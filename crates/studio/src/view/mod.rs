@@ -1,0 +1,10 @@
+//! What pages are shown of a robot: the world as geometry, what an algorithm thinks, what the camera sees.
+
+mod localization;
+mod polylines;
+mod theory;
+mod world;
+
+pub use localization::{ContenderView, LocalizationView};
+pub use theory::theoretical_image;
+pub use world::world_geometry;
