@@ -6,7 +6,7 @@ use visloc_locate::{ConfigError, PipelineError};
 use visloc_sim::ScenarioError;
 use visloc_vision::AnalysisError;
 
-use crate::MessageError;
+use crate::{MessageError, recording::RecordingError};
 
 /// Why something cannot be done. The message is for the person at the page.
 #[derive(Debug, Error)]
@@ -27,6 +27,9 @@ pub enum StudioError {
     /// A picture cannot be encoded.
     #[error(transparent)]
     Image(#[from] ImageCodecError),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A message cannot be made or read.
     #[error(transparent)]
     Message(#[from] MessageError),

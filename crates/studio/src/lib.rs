@@ -14,9 +14,11 @@ mod engine;
 mod error;
 mod message;
 pub mod playground;
+pub mod recording;
 mod scenes;
 pub mod server;
 mod session;
+pub mod slam;
 mod update;
 pub mod view;
 

@@ -145,6 +145,13 @@ impl Message {
         Ok(Self { kind, header: parsed, arrays, body })
     }
 
+    /// The bytes, with what has been changed in the header.
+    #[must_use]
+    pub fn write(self) -> Vec<u8> {
+        let Self { kind, header, arrays, body } = self;
+        MessageBuilder { kind, header, arrays, body }.finish()
+    }
+
     /// The numbers of an array; `None` if there is no such array or it is cut off.
     #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
@@ -183,6 +190,8 @@ mod tests {
         assert_eq!(message.floats("numbers"), Some(vec![0.5, -2.0]));
         assert_eq!(message.floats("others"), None);
         assert_eq!(bytes.len() % 4, 0);
+        assert_eq!(message.clone().write(), bytes);
+        assert_eq!(Message::read(&message.write()).unwrap().floats("numbers"), Some(vec![0.5, -2.0]));
     }
 
     #[test]

@@ -55,6 +55,9 @@ pub struct LocalizeArgs {
     /// Write every frame's pose, reliability and uncertainty to this file, CSV
     #[arg(long, value_name = "FILE")]
     pub estimates: Option<PathBuf>,
+    /// Record everything that there is to see, for visloc studio --replay
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,

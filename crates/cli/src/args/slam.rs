@@ -86,6 +86,9 @@ pub struct SlamArgs {
     /// Write state, matches and times of every frame to this file, CSV
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
+    /// Record everything that there is to see, for visloc studio --replay
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,

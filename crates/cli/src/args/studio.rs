@@ -1,6 +1,6 @@
 //! `visloc studio`.
 
-use std::net::IpAddr;
+use std::{net::IpAddr, path::PathBuf};
 
 use clap::Args;
 
@@ -16,12 +16,22 @@ use super::SeedArg;
     after_long_help = "Examples:\n  \
                        visloc studio\n  \
                        visloc studio --scene office --seed 7\n  \
+                       visloc localize sim:kidnaps --record out/kidnaps.mcap\n  \
+                       visloc studio --replay out/kidnaps.mcap\n  \
+                       visloc studio --scene sim:room\n  \
                        visloc studio --listen 0.0.0.0 --no-open"
 )]
 pub struct StudioArgs {
-    /// What to show first: robocup-2010, robocup-2024, office or office-large [default: robocup-2010]
+    /// What to show first: robocup-2010, robocup-2024, office, office-large, or
+    /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
+    /// Play a recording that was made with --record; can be given several times
+    #[arg(long, value_name = "FILE")]
+    pub replay: Vec<PathBuf>,
+    /// Follow the camera of a dataset without a map (as visloc slam FOLDER); can be given several times
+    #[arg(long, value_name = "FOLDER")]
+    pub sequence: Vec<PathBuf>,
     /// Port of the page; 0 for any free one
     #[arg(long, default_value_t = 7878)]
     pub port: u16,

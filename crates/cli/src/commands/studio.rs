@@ -8,9 +8,14 @@ use std::{
 };
 
 use anyhow::{Context, Result};
+use visloc_slam::Clock as SlamClock;
 use visloc_studio::{Clock, Engine as _, Hub, Scenes, run_engine, server::Server};
 
-use crate::{args::StudioArgs, say, stopwatch::Stopwatch};
+use crate::{
+    args::StudioArgs,
+    say,
+    stopwatch::{Stopwatch, thread_cpu_secs},
+};
 
 /// Runs the command, until it is interrupted.
 ///
@@ -19,7 +24,9 @@ use crate::{args::StudioArgs, say, stopwatch::Stopwatch};
 pub fn execute(args: &StudioArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
-    let mut scenes = Scenes::new(clock.clone(), args.seed.seed);
+    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
+        .with_recordings(args.replay.clone())
+        .with_sequences(args.sequence.clone());
     let first = args.scene.clone().unwrap_or_else(|| scenes.first());
     let session = scenes.open(&first)?;
     let (hub, commands) = Hub::new(clock.clone(), log);

@@ -77,7 +77,8 @@ export class Actors {
     }
     const [x, y, yaw] = contender.pose;
     const trust = contender.reliability;
-    const radius = 0.17 + 0.62 * (1 - trust);
+    // Each a little larger than the one before, so that none hides another.
+    const radius = 0.17 + 0.05 * lane + 0.6 * (1 - trust);
     const alpha = contender.is_localized ? 1 : 0.65;
     const solid = [...color.slice(0, 3), alpha];
     this.flat.ring(x, y, z, 0, radius, [...color.slice(0, 3), 0.12]);

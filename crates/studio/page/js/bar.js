@@ -4,6 +4,9 @@ import { byId, make, setPressed, setText } from "./dom.js";
 import { setIcon } from "./icons.js";
 import { toggleTheme } from "./theme.js";
 
+/** The hint stays so long, milliseconds. */
+const HINT_MS = 25000;
+
 export class Bar {
   constructor(store, socket, view, drive) {
     Object.assign(this, { store, socket, view, drive });
@@ -26,6 +29,9 @@ export class Bar {
     }
     store.on("scene", () => this.scenes());
     store.on("state", () => this.follow());
+    const hide = () => { byId("hint").dataset.done = ""; };
+    byId("world").addEventListener("pointerdown", hide, { once: true });
+    setTimeout(hide, HINT_MS);
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
   }

@@ -21,7 +21,9 @@ export class OrbitCamera {
     const half = Math.tan(FIELD_OF_VIEW / 2);
     const wide = (maxX - minX) / 2 / half / this.aspect;
     const deep = (maxY - minY) / 2 / half;
-    this.distance = 1.04 * (view === "top" ? Math.max(wide, deep) : Math.max(wide + 0.3 * deep, deep));
+    // Room for the buttons over the lower border.
+    this.target[1] -= 0.05 * (maxY - minY);
+    this.distance = 1.12 * (view === "top" ? Math.max(wide, deep) : Math.max(wide + 0.3 * deep, deep));
   }
 
   orbit(dx, dy) {

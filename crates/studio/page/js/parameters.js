@@ -21,7 +21,7 @@ export class AlgorithmsPanel {
     this.reset.onclick = () => socket.send("defaults", this.part === null ? {} : { algorithm: this.part });
     this.body = make("div", { id: "parameters" });
     byId("panel-algorithms").replaceChildren(this.lanes,
-      make("div", { className: "search" }, this.parts, this.filter, this.reset), this.body);
+      make("div", { className: "search" }, this.parts, this.reset, this.filter), this.body);
     store.on("scene", () => this.rebuild());
   }
 

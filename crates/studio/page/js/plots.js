@@ -11,7 +11,7 @@ const ROBOT = [
   { title: "Position error", unit: "m", value: (lane) => lane.error, least: 0.2, digits: 2 },
   { title: "Reliability", unit: "", value: (lane) => lane.reliability, fixed: 1, digits: 2, threshold: 0.6 },
   { title: "Image quality", unit: "", value: (lane) => lane.quality, fixed: 1, digits: 2 },
-  { title: "Time (thin: image)", unit: "ms", value: (lane) => lane.ms, thin: (lane) => lane.image, least: 1, digits: 2 },
+  { title: "Time, thin: image", unit: "ms", value: (lane) => lane.ms, thin: (lane) => lane.image, least: 1, digits: 2 },
 ];
 
 export class Plots {

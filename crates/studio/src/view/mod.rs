@@ -2,9 +2,11 @@
 
 mod localization;
 mod polylines;
+mod run;
 mod theory;
 mod world;
 
 pub use localization::{ContenderView, LocalizationView};
+pub use run::RunViewer;
 pub use theory::theoretical_image;
 pub use world::world_geometry;
