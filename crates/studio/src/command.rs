@@ -1,9 +1,9 @@
 //! What pages ask for.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// A command from a page, as JSON: `{"type": "kidnap", "x_m": 1.0, "y_m": 0.5, "yaw_rad": 0.0}`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
     /// A new page is there and wants to see everything.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{JsonArg, SeedArg, StartArg, ThreadsArg};
+use super::{BroadcastArgs, JsonArg, SeedArg, StartArg, ThreadsArg};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
@@ -55,9 +55,6 @@ pub struct LocalizeArgs {
     /// Write every frame's pose, reliability and uncertainty to this file, CSV
     #[arg(long, value_name = "FILE")]
     pub estimates: Option<PathBuf>,
-    /// Record everything that there is to see, for visloc studio --replay
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,
@@ -67,6 +64,8 @@ pub struct LocalizeArgs {
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

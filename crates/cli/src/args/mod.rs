@@ -22,7 +22,7 @@ pub use experiment::{
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
-pub use shared::{JsonArg, SeedArg, ThreadsArg};
+pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use start::StartArg;
 pub use studio::StudioArgs;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use visloc_data::sequence::Bound;
 
-use super::{JsonArg, SeedArg};
+use super::{BroadcastArgs, JsonArg, SeedArg};
 
 /// Parameters of SLAM.
 #[derive(Debug, Clone, Args)]
@@ -86,12 +86,11 @@ pub struct SlamArgs {
     /// Write state, matches and times of every frame to this file, CSV
     #[arg(long, value_name = "FILE")]
     pub log: Option<PathBuf>,
-    /// Record everything that there is to see, for visloc studio --replay
-    #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

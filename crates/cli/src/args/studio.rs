@@ -32,6 +32,12 @@ pub struct StudioArgs {
     /// Follow the camera of a dataset without a map (as visloc slam FOLDER); can be given several times
     #[arg(long, value_name = "FOLDER")]
     pub sequence: Vec<PathBuf>,
+    /// Watch a robot elsewhere, where visloc localize or slam runs with --publish
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["replay", "sequence", "scene"])]
+    pub connect: Option<String>,
+    /// What the robot elsewhere asks for; it printed it
+    #[arg(long, value_name = "TOKEN", requires = "connect")]
+    pub token: Option<String>,
     /// Port of the page; 0 for any free one
     #[arg(long, default_value_t = 7878)]
     pub port: u16,

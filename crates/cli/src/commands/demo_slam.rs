@@ -37,7 +37,7 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
     let options = RunOptions { seed: args.seed.seed, ..RunOptions::default() };
-    let run = run(&mut tour, &SlamConfig::default(), options, Some(&mut pictures))?;
+    let run = run(&mut tour, &SlamConfig::default(), options, Some(&mut pictures), None)?;
     if let Some(error) = &run.error {
         return Err(anyhow!(error.clone()));
     }

@@ -9,12 +9,13 @@ use visloc_world::Map;
 use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
 use crate::{
     args::{FeaturesArg, LocalizeArgs},
+    broadcast::Broadcast,
     report::{
         AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
         comparison_table, measure, percent, save_json,
     },
     run::{
-        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, SourceSettings, Spectator,
+        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Show, SourceSettings, Spectator,
         drive, open_source,
     },
     say,
@@ -56,13 +57,16 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut runners = [Runner::new(&source.map, &settings, files)?];
 
     let mut progress = Progress::new(source.frames.num_frames());
+    let mut show = Show::new(Broadcast::open(&args.broadcast)?, &source.map, &args.bag);
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = vec![&mut progress];
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
+    spectators.push(&mut show);
     let outcome = drive(source.frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
     progress.clear();
+    show.finish()?;
     let [runner] = runners;
     let report = summarize(args, &source.map, &runner, &outcome);
     print(&report, &runner);

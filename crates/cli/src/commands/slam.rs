@@ -3,15 +3,17 @@
 use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
+use visloc_geom::Camera;
 use visloc_slam::Schedule;
 
 use super::settings::slam_config;
 use crate::{
     args::{ScheduleArg, SlamArgs},
+    broadcast::Broadcast,
     report::save_json,
     say,
     slam::{
-        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, draw, open_input, run, write_log,
+        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, SlamShow, draw, open_input, run, write_log,
         write_ply,
     },
 };
@@ -30,7 +32,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         say::line!("note: {warning}");
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut())?;
+    let mut show = open_show(args, source.camera(), truth.as_ref())?;
+    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut(), show.as_mut())?;
+    show.map_or(Ok(()), SlamShow::finish)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -46,12 +50,25 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
 }
 
+/// What shows the run to others, if anybody asks for it.
+fn open_show(
+    args: &SlamArgs,
+    camera: &Camera,
+    truth: Option<&CameraTrajectory>,
+) -> Result<Option<SlamShow>> {
+    if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
+        return Ok(None);
+    }
+    let title = args.sequence.display().to_string();
+    Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, camera, &title, truth.cloned())))
+}
+
 fn run_options(args: &SlamArgs) -> RunOptions {
     let schedule = match args.schedule {
         ScheduleArg::Sequential => Schedule::Sequential,
         ScheduleArg::Threaded => Schedule::Threaded,
     };
-    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime }
+    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime || args.broadcast.publish.is_some() }
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {

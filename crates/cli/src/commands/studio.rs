@@ -4,12 +4,16 @@ use std::{
     io::{self, Write as _},
     net::{IpAddr, Ipv4Addr, SocketAddr},
     process::{Command, Stdio},
+    sync::{Arc, mpsc::Receiver},
     thread,
 };
 
 use anyhow::{Context, Result};
 use visloc_slam::Clock as SlamClock;
-use visloc_studio::{Clock, Engine as _, Hub, Scenes, run_engine, server::Server};
+use visloc_studio::{
+    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes, run_engine,
+    server::{Remote, Server},
+};
 
 use crate::{
     args::StudioArgs,
@@ -24,17 +28,8 @@ use crate::{
 pub fn execute(args: &StudioArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
-    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
-        .with_recordings(args.replay.clone())
-        .with_sequences(args.sequence.clone());
-    let first = args.scene.clone().unwrap_or_else(|| scenes.first());
-    let session = scenes.open(&first)?;
     let (hub, commands) = Hub::new(clock.clone(), log);
-    let engine_hub = hub.clone();
-    thread::Builder::new()
-        .name("studio-engine".to_owned())
-        .spawn(move || run_engine(Box::new(scenes), session, &engine_hub, &commands, &clock))
-        .context("cannot start the engine")?;
+    start_engine(args, &hub, commands, clock)?;
     let host = args.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
     let server = Server::start(SocketAddr::new(host, args.port), None, hub)?;
     let url = server.url();
@@ -43,6 +38,34 @@ pub fn execute(args: &StudioArgs) -> Result<()> {
         open_browser(&url);
     }
     server.wait();
+    Ok(())
+}
+
+/// Starts what the pages show, on a thread of its own.
+fn start_engine(
+    args: &StudioArgs,
+    hub: &Arc<Hub>,
+    commands: Receiver<VisitorCommand>,
+    clock: Clock,
+) -> Result<()> {
+    let hub = Arc::clone(hub);
+    let thread = thread::Builder::new().name("studio-engine".to_owned());
+    if let Some(address) = args.connect.clone() {
+        let remote = Remote { address, token: args.token.clone() };
+        thread.spawn(move || {
+            if let Err(error) = remote.watch(&hub, &commands) {
+                log(&error.to_string());
+            }
+        })
+    } else {
+        let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
+            .with_recordings(args.replay.clone())
+            .with_sequences(args.sequence.clone());
+        let first = args.scene.clone().unwrap_or_else(|| scenes.first());
+        let session = scenes.open(&first)?;
+        thread.spawn(move || run_engine(Box::new(scenes), session, &hub, &commands, &clock))
+    }
+    .context("cannot start the engine")?;
     Ok(())
 }
 

@@ -6,10 +6,12 @@ mod drive;
 mod output;
 mod progress;
 mod runner;
+mod show;
 mod source;
 
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
+pub use show::Show;
 pub use source::{SourceSettings, open_source, simulation};

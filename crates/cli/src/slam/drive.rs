@@ -4,7 +4,9 @@ use anyhow::Result;
 use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput};
 use visloc_slam::{Clock, Schedule, Slam, SlamConfig};
 
-use super::{FramePictures, Pace, SlamRecord};
+use visloc_studio::slam::SlamFrame;
+
+use super::{FramePictures, Pace, SlamRecord, SlamShow};
 use crate::{run::Progress, stopwatch::thread_cpu_secs};
 
 /// How to run.
@@ -45,6 +47,7 @@ pub fn run(
     config: &SlamConfig,
     options: RunOptions,
     mut pictures: Option<&mut FramePictures>,
+    mut show: Option<&mut SlamShow>,
 ) -> Result<SlamRun> {
     let mut slam = Slam::with_schedule(source.camera(), config, options.seed, options.schedule)?;
     slam.set_clock(Clock::new(thread_cpu_secs));
@@ -64,11 +67,15 @@ pub fn run(
             num_dropped += 1;
             continue;
         }
-        let kept = pictures.as_ref().map(|_| frame.image.clone());
+        let is_shown = pictures.is_some() || show.is_some();
+        let kept = is_shown.then(|| frame.image.clone());
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
-                if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), kept) {
-                    pictures.look(records.len(), &image, &outcome)?;
+                if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
+                    pictures.look(records.len(), image, &outcome)?;
+                }
+                if let (Some(show), Some(image)) = (show.as_deref_mut(), &kept) {
+                    show.look(&slam, &SlamFrame { at: frame.at, image, outcome: &outcome });
                 }
                 records.push(SlamRecord::new(frame.at, &outcome));
                 SlamRecord::add_mapped(&mut records, outcome.mapped);

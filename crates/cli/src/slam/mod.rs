@@ -7,6 +7,7 @@ mod pictures;
 mod ply;
 mod record;
 mod report;
+mod show;
 
 pub use drive::{RunOptions, SlamRun, run};
 pub use input::{SlamInput, open_input};
@@ -15,3 +16,4 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::SlamReport;
+pub use show::SlamShow;

@@ -57,6 +57,7 @@ export class Bar {
   scenes() {
     const { scene } = this.store;
     document.body.dataset.mode = scene.mode;
+    this.mapKey(scene.world?.kind === "space");
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");
     if (key !== this.key) {
@@ -70,6 +71,17 @@ export class Bar {
     }
     select.value = scene.scene;
     if (document.activeElement !== byId("seed")) byId("seed").value = scene.seed ?? 1;
+  }
+
+  /** What the colors of a map of landmarks mean. */
+  mapKey(isSpace) {
+    const key = byId("map-key");
+    key.hidden = !isSpace;
+    if (!isSpace || key.childElementCount) return;
+    const entries = [["--c1", "camera and its way"], ["--accent", "its way in truth"], ["--text", "landmarks"],
+      ["--c0", "candidates: depth still uncertain"], ["--c2", "keyframes and links"]];
+    key.append(...entries.map(([color, label]) => (
+      make("li", {}, make("i", { vars: { "--mark": `var(${color})` } }), label))));
   }
 
   follow() {

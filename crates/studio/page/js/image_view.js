@@ -8,7 +8,11 @@ import { css, onTheme } from "./theme.js";
 const DROP_COLORS = ["#e41a1c", "#ff7f00", "#f781bf", "#b065c9", "#5a9bd4", "#c0743a", "#00c8c8", "#8b74ff", "#b3365f",
   "#6fd35f", "#c9a64a", "#d4a3ff", "#4fb6c9", "#9a9a9a"];
 const KEPT_COLORS = ["#ffffff", "#ffd400"];
-const FEATURE_COLORS = { landmarks: "#3ddc97", candidates: "#ff9f1c" };
+const FEATURES = {
+  landmarks: ["#3ddc97", "landmarks found"],
+  candidates: ["#ff9f1c", "candidates found"],
+  missed: ["#ff5d5d", "landmarks not found"],
+};
 
 export class ImageView {
   constructor(store) {
@@ -24,8 +28,8 @@ export class ImageView {
   }
 
   chips() {
-    const names = this.store.scene.mode === "slam"
-      ? { landmarks: "landmarks", candidates: "candidates" }
+    const names = this.store.scene.world.kind === "space"
+      ? { landmarks: "landmarks", candidates: "candidates", missed: "not found" }
       : { kept: "kept pixels", dropped: "dropped pixels", theory: "map as expected" };
     const key = Object.keys(names).join();
     if (this.chipKey === key) return;
@@ -77,8 +81,8 @@ export class ImageView {
     if (this.shown.dropped && arrays.dropped) this.dropped(arrays.dropped, at, counts);
     if (this.shown.theory) this.theories(arrays, at, header);
     if (this.shown.kept && arrays.kept) this.dots(arrays.kept, at, (kind) => KEPT_COLORS[kind], 2.6);
-    for (const name of ["candidates", "landmarks"]) {
-      if (this.shown[name] && arrays[name]) this.features(arrays[name], at, FEATURE_COLORS[name]);
+    for (const name of ["missed", "candidates", "landmarks"]) {
+      if (this.shown[name] && arrays[name]) this.features(arrays[name], at, FEATURES[name][0], name === "missed");
     }
     this.legend(arrays, counts);
   }
@@ -106,11 +110,15 @@ export class ImageView {
     }
   }
 
-  features(values, at, color) {
+  features(values, at, color, isDot) {
     const { context } = this;
-    context.strokeStyle = color;
+    context.strokeStyle = context.fillStyle = color;
     context.lineWidth = 1.5;
-    for (let i = 0; i + 1 < values.length; i += 2) context.strokeRect(at(values[i]) - 3, at(values[i + 1]) - 3, 6, 6);
+    for (let i = 0; i + 1 < values.length; i += 2) {
+      const [x, y] = [at(values[i]), at(values[i + 1])];
+      if (isDot) context.fillRect(x - 1.5, y - 1.5, 3, 3);
+      else context.strokeRect(x - 3.5, y - 3.5, 7, 7);
+    }
   }
 
   /** The map as each algorithm expects it, and the horizon. */
@@ -142,8 +150,9 @@ export class ImageView {
     const entry = (color, text) => make("span", {}, make("i", { vars: { "--dot": color } }), text);
     const entries = [];
     if (arrays.kept) entries.push(entry(KEPT_COLORS[0], `kept ${arrays.kept.length / 3}`));
-    if (arrays.landmarks) entries.push(entry(FEATURE_COLORS.landmarks, `landmarks found ${arrays.landmarks.length / 2}`));
-    if (arrays.candidates) entries.push(entry(FEATURE_COLORS.candidates, `candidates found ${arrays.candidates.length / 2}`));
+    for (const [name, [color, label]] of Object.entries(FEATURES)) {
+      if (arrays[name]) entries.push(entry(color, `${label} ${arrays[name].length / 2}`));
+    }
     counts.forEach((count, reason) => {
       entries.push(entry(DROP_COLORS[reason], `${this.store.scene.drop_reasons?.[reason] ?? "dropped"} ${count}`));
     });

@@ -11,6 +11,7 @@ import { Socket } from "./socket.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
 import { startTheme } from "./theme.js";
+import { Timeline } from "./timeline.js";
 import { showStatus } from "./veil.js";
 import { View3d } from "./view3d.js";
 import { WorldPanel } from "./world_panel.js";
@@ -40,7 +41,8 @@ const cards = new Cards(store);
 const facts = new Facts(store);
 const plots = new Plots(store);
 const drive = new DrivePanel(store, socket);
-const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store)];
+const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store),
+  new Timeline(store, socket)];
 const bar = new Bar(store, socket, view, drive);
 
 function draw(now) {

@@ -1,6 +1,7 @@
 // What the page knows: the scene, the latest state and image, and the past for trails and plots.
 
 import { IMAGE, SCENE } from "./message.js";
+import { courseOf } from "./timeline.js";
 
 /** Frames that are kept: 100 seconds at 30 a second. */
 const MAX_PAST = 3000;
@@ -28,6 +29,7 @@ export class Store {
     if (kind === SCENE) {
       const isOther = this.scene?.scene !== header.scene || this.scene?.seed !== header.seed;
       this.scene = header;
+      this.recording = header.recording ? courseOf({ header, arrays }) : null;
       if (isOther) this.forget();
       this.tell("scene");
       return false;

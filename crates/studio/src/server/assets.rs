@@ -47,6 +47,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/store.js", SCRIPT, "js/store.js"),
     asset!("/js/tabs.js", SCRIPT, "js/tabs.js"),
     asset!("/js/theme.js", SCRIPT, "js/theme.js"),
+    asset!("/js/timeline.js", SCRIPT, "js/timeline.js"),
     asset!("/js/veil.js", SCRIPT, "js/veil.js"),
     asset!("/js/view3d.js", SCRIPT, "js/view3d.js"),
     asset!("/js/world_mesh.js", SCRIPT, "js/world_mesh.js"),

@@ -5,7 +5,9 @@ mod assets;
 pub mod hub;
 mod link;
 mod listen;
+mod remote;
 mod routes;
 mod socket;
 
 pub use listen::{Server, ServerError};
+pub use remote::Remote;
