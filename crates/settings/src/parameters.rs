@@ -63,10 +63,10 @@ fn collect(out: &mut Vec<Parameter>, values: &Value, node: Node<'_>, path: &str)
 }
 
 fn parameter(key: &str, path: String, value: Value, node: Node<'_>) -> Parameter {
-    let choices = node.choices().into_iter().map(|(name, meaning)| Choice {
-        name: name.to_owned(),
-        meaning: meaning.unwrap_or_default(),
-    });
+    let choices = node
+        .choices()
+        .into_iter()
+        .map(|(name, meaning)| Choice { name: name.to_owned(), meaning: meaning.unwrap_or_default() });
     Parameter {
         unit: unit(key),
         path,

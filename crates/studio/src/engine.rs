@@ -63,7 +63,12 @@ pub fn run_engine(
 }
 
 /// Takes in a command and all that wait behind it, and shows at once what came of them.
-fn react(engine: &mut dyn Engine, session: &mut Box<dyn Session>, first: Command, (hub, commands): (&Hub, &Receiver<Command>)) {
+fn react(
+    engine: &mut dyn Engine,
+    session: &mut Box<dyn Session>,
+    first: Command,
+    (hub, commands): (&Hub, &Receiver<Command>),
+) {
     let mut problem = None;
     let waiting = std::iter::from_fn(|| commands.try_recv().ok()).take(MAX_BATCH);
     for command in std::iter::once(first).chain(waiting) {
@@ -84,4 +89,3 @@ fn publish(session: &mut dyn Session, problem: Option<StudioError>, hub: &Hub) {
         Err(error) => hub.complain(&error.to_string()),
     }
 }
-

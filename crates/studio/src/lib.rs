@@ -27,7 +27,7 @@ pub use command::Command;
 pub use engine::{Engine, run_engine};
 pub use error::StudioError;
 pub use message::{Message, MessageBuilder, MessageError, MessageKind};
-pub use server::hub::Hub;
 pub use scenes::Scenes;
+pub use server::hub::Hub;
 pub use session::Session;
 pub use update::Update;

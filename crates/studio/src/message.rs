@@ -156,7 +156,12 @@ impl Message {
     #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
         let bytes = self.slice(name, 4)?;
-        Some(bytes.chunks_exact(4).map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]])).collect())
+        Some(
+            bytes
+                .chunks_exact(4)
+                .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+                .collect(),
+        )
     }
 
     /// The bytes of an array.

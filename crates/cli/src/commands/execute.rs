@@ -2,7 +2,9 @@
 
 use anyhow::Result;
 
-use super::{colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, studio, study};
+use super::{
+    colors, config, demo, evaluate, experiment, likelihood, localize, map, simulate, slam, studio, study,
+};
 use crate::args::{Cli, Command};
 
 /// Does what the command line asks for.

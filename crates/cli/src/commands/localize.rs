@@ -15,8 +15,8 @@ use crate::{
         comparison_table, measure, percent, save_json,
     },
     run::{
-        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Show, SourceSettings, Spectator,
-        drive, open_source,
+        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Show, SourceSettings,
+        Spectator, drive, open_source,
     },
     say,
 };

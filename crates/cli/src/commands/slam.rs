@@ -13,8 +13,8 @@ use crate::{
     report::save_json,
     say,
     slam::{
-        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, SlamShow, draw, open_input, run, write_log,
-        write_ply,
+        FramePictures, RunOptions, SlamInput, SlamReport, SlamRun, SlamShow, draw, open_input, run,
+        write_log, write_ply,
     },
 };
 
@@ -51,11 +51,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
 }
 
 /// What shows the run to others, if anybody asks for it.
-fn open_show(
-    args: &SlamArgs,
-    camera: &Camera,
-    truth: Option<&CameraTrajectory>,
-) -> Result<Option<SlamShow>> {
+fn open_show(args: &SlamArgs, camera: &Camera, truth: Option<&CameraTrajectory>) -> Result<Option<SlamShow>> {
     if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
         return Ok(None);
     }
@@ -68,7 +64,11 @@ fn run_options(args: &SlamArgs) -> RunOptions {
         ScheduleArg::Sequential => Schedule::Sequential,
         ScheduleArg::Threaded => Schedule::Threaded,
     };
-    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime || args.broadcast.publish.is_some() }
+    RunOptions {
+        seed: args.seed.seed,
+        schedule,
+        is_realtime: args.realtime || args.broadcast.publish.is_some(),
+    }
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {

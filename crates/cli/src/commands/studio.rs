@@ -81,11 +81,6 @@ fn open_browser(url: &str) {
         _ => ("xdg-open", &[]),
     };
     let quiet = || Stdio::null();
-    let _ = Command::new(program)
-        .args(arguments)
-        .arg(url)
-        .stdin(quiet())
-        .stdout(quiet())
-        .stderr(quiet())
-        .spawn();
+    let _ =
+        Command::new(program).args(arguments).arg(url).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
 }

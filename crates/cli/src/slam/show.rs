@@ -17,12 +17,7 @@ pub struct SlamShow {
 
 impl SlamShow {
     /// Shows a run of a camera.
-    pub fn new(
-        broadcast: Broadcast,
-        camera: &Camera,
-        title: &str,
-        truth: Option<CameraTrajectory>,
-    ) -> Self {
+    pub fn new(broadcast: Broadcast, camera: &Camera, title: &str, truth: Option<CameraTrajectory>) -> Self {
         let scenes = json!([{ "id": "run", "group": "Run", "label": title }]);
         let more = json!({ "scene": "run", "scenes": scenes });
         Self { broadcast, viewer: SlamViewer::new(camera, title, truth, more) }

@@ -306,8 +306,7 @@ fn build_world(scenario: &Scenario, random: &RngTree) -> Result<World, ScenarioE
     let num_walking = scenario.robots.iter().filter(|robot| robot.at.is_none()).count();
     // Nobody knows where the own robot will be, so the others keep clear of each other only.
     let far = |_| nalgebra::Point2::new(1e6, 1e6);
-    let orbits =
-        find_orbits(num_walking, &world.floor, ORBIT_SECS, far, &mut random.stream("robots", 0));
+    let orbits = find_orbits(num_walking, &world.floor, ORBIT_SECS, far, &mut random.stream("robots", 0));
     if orbits.len() < num_walking {
         let name = scenario.name.clone();
         return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
@@ -330,7 +329,8 @@ fn blur_of(
     robot_from_camera: &Rigid3<Robot, CameraFrame>,
     share: f64,
 ) -> CameraMotion {
-    let way = CameraMotion::between(&(placed(before) * *robot_from_camera), &(placed(now) * *robot_from_camera));
+    let way =
+        CameraMotion::between(&(placed(before) * *robot_from_camera), &(placed(now) * *robot_from_camera));
     CameraMotion { translation_m: way.translation_m * share, rotation_rad: way.rotation_rad * share }
 }
 

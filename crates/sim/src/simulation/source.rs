@@ -232,7 +232,11 @@ pub(super) fn camera_of(scenario: &Scenario) -> Result<Camera, ScenarioError> {
 }
 
 /// Where the robot starts.
-pub(super) fn start_pose(scenario: &Scenario, world: &World, random: &RngTree) -> Result<PlanarPose, ScenarioError> {
+pub(super) fn start_pose(
+    scenario: &Scenario,
+    world: &World,
+    random: &RngTree,
+) -> Result<PlanarPose, ScenarioError> {
     const MARGIN_M: f64 = 0.3;
     if let Some(start) = &scenario.start {
         return Ok(start.pose());

@@ -57,6 +57,7 @@ export class Bar {
   scenes() {
     const { scene } = this.store;
     document.body.dataset.mode = scene.mode;
+    document.body.dataset.world = scene.world?.kind ?? "";
     this.mapKey(scene.world?.kind === "space");
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");

@@ -23,6 +23,7 @@ startTheme();
 const store = new Store();
 let numToDraw = 0;
 let slowAt = 0;
+let isSlowDue = false;
 
 const socket = new Socket({
   message(message) {
@@ -49,12 +50,14 @@ function draw(now) {
   view.draw();
   if (numToDraw > 0) {
     cards.draw();
-    if (now - slowAt > SLOW_MS) {
-      slowAt = now;
-      plots.draw();
-      facts.draw();
-    }
+    isSlowDue = true;
     for (; numToDraw > 0; numToDraw -= 1) socket.drawn();
+  }
+  if (isSlowDue && now - slowAt > SLOW_MS) {
+    slowAt = now;
+    isSlowDue = false;
+    plots.draw();
+    facts.draw();
   }
   requestAnimationFrame(draw);
 }

@@ -24,7 +24,7 @@ export class SpaceActors {
     for (let i = 0; i + 2 < landmarks.length; i += 3) {
       this.points.vertex(landmarks[i], landmarks[i + 1], landmarks[i + 2], color);
     }
-    this.pairs(candidates, 3, rgba("c0", 0.45));
+    this.pairs(candidates, 3, rgba("c0", isLight() ? 0.3 : 0.22));
     this.pairs(links, 3, rgba("c2", 0.35));
     this.path(truth, 0.012, rgba("accent", 0.9));
     this.path(trajectory, 0.02, rgba("c1"));

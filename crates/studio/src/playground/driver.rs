@@ -24,7 +24,11 @@ enum Hands {
     /// They hold the robot.
     Holding(PlanarPose),
     /// They carry it, done to a share.
-    Carrying { from: PlanarPose, to: PlanarPose, done: f64 },
+    Carrying {
+        from: PlanarPose,
+        to: PlanarPose,
+        done: f64,
+    },
 }
 
 /// Decides about each frame.

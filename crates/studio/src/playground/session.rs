@@ -74,9 +74,10 @@ impl Playground {
     /// # Errors
     /// If there is no such place or it cannot be built.
     pub fn new(place: &str, seed: u64, clock: Clock, scenes: Value) -> Result<Self, StudioError> {
-        let place = PLACES.iter().find(|known| known.id == place).ok_or_else(|| {
-            StudioError::command("place", PLACES.map(|place| place.id).join(", "), place)
-        })?;
+        let place = PLACES
+            .iter()
+            .find(|known| known.id == place)
+            .ok_or_else(|| StudioError::command("place", PLACES.map(|place| place.id).join(", "), place))?;
         let scenario = Scenario::load(place.scenario)?;
         let mut simulation = LiveSimulation::new(&scenario, seed)?;
         let mut driver = Driver::default();
@@ -347,7 +348,13 @@ impl Session for Playground {
             }
             Command::Reset { seed } => self.reset(*seed)?,
             Command::Algorithms { names } => self.set_algorithms(names)?,
-            Command::Parameter { algorithm, path, value } => self.set_parameter(*algorithm, path, value)?,
+            Command::Parameter { algorithm, path, value } => {
+                self.set_parameter(*algorithm, path, value).map_err(|error| StudioError::Parameter {
+                    path: path.clone(),
+                    value: value.clone(),
+                    reason: error.to_string(),
+                })?;
+            }
             Command::Defaults { algorithm: Some(algorithm) } => {
                 self.change(*algorithm, Overrides::default())?;
             }

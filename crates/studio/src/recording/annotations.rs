@@ -46,7 +46,9 @@ pub fn annotate(rows: &[Row]) -> Vec<Annotation> {
     let mut all = kidnaps(rows);
     let num_lanes = rows.iter().map(|row| row.lanes.len()).max().unwrap_or(0);
     for lane in 0..num_lanes {
-        all.extend(changes(rows, Some(lane), |row| row.lanes.get(lane).is_some_and(|lane| lane.is_localized)));
+        all.extend(changes(rows, Some(lane), |row| {
+            row.lanes.get(lane).is_some_and(|lane| lane.is_localized)
+        }));
         all.extend(jumps(rows, lane));
     }
     if num_lanes == 0 {
@@ -68,7 +70,13 @@ fn kidnaps(rows: &[Row]) -> Vec<Annotation> {
             (false, Some((from, place)), Some(truth)) => {
                 let way_m = (truth[0] - place[0]).hypot(truth[1] - place[1]);
                 if way_m > KIDNAP_M {
-                    found.push(annotation(AnnotationKind::Kidnap, rows, from, None, format!("kidnap, {way_m:.1} m")));
+                    found.push(annotation(
+                        AnnotationKind::Kidnap,
+                        rows,
+                        from,
+                        None,
+                        format!("kidnap, {way_m:.1} m"),
+                    ));
                 }
                 start = None;
             }
@@ -162,7 +170,8 @@ mod tests {
 
     #[test]
     fn a_jump_is_told_and_a_short_doubt_or_a_lift_is_not() {
-        let mut rows: Vec<Row> = (0..30).map(|i| row(i, if i < 20 { 0.0 } else { 2.0 }, false, i != 7)).collect();
+        let mut rows: Vec<Row> =
+            (0..30).map(|i| row(i, if i < 20 { 0.0 } else { 2.0 }, false, i != 7)).collect();
         rows[12].is_carried = true;
         let all: Vec<_> = annotate(&rows).iter().map(|a| (a.kind, a.frame)).collect();
         assert_eq!(all, [(AnnotationKind::Found, 0), (AnnotationKind::Jump, 20)]);

@@ -152,8 +152,7 @@ impl RecordingIndex {
 
     fn message(&mut self, place: Place) -> Result<Message, RecordingError> {
         let bytes = self.bytes(place)?;
-        Message::read(&bytes)
-            .map_err(|source| RecordingError::Message { path: self.path.clone(), source })
+        Message::read(&bytes).map_err(|source| RecordingError::Message { path: self.path.clone(), source })
     }
 
     fn bytes(&mut self, place: Place) -> Result<Vec<u8>, RecordingError> {
@@ -216,7 +215,9 @@ impl Walk {
     fn next_record(&mut self) -> bool {
         let Some([opcode]) = self.read::<1>() else { return false };
         let Some(length) = self.read::<8>().map(u64::from_le_bytes) else { return false };
-        let Some(end) = self.at.checked_add(length).filter(|end| *end <= self.num_bytes) else { return false };
+        let Some(end) = self.at.checked_add(length).filter(|end| *end <= self.num_bytes) else {
+            return false;
+        };
         let is_good = match opcode {
             OP_DATA_END => return false,
             OP_CHANNEL => self.channel(length).is_some(),
@@ -257,8 +258,7 @@ impl Walk {
             return None;
         }
         let channel = u16::from_le_bytes(self.read::<2>()?);
-        let place =
-            Place { offset: self.at + MESSAGE_PREFIX - 2, num_bytes: length - MESSAGE_PREFIX };
+        let place = Place { offset: self.at + MESSAGE_PREFIX - 2, num_bytes: length - MESSAGE_PREFIX };
         match self.channels.iter().position(|known| *known == Some(channel)) {
             Some(0) => self.scene = Some(place),
             Some(1) => self.image = Some(place),

@@ -108,8 +108,10 @@ impl Replay {
             let value = |row: &Row, i: usize| {
                 row.values.get(plot).and_then(|values| *values.get(i)?).unwrap_or(f64::NAN)
             };
-            message
-                .floats(&format!("plot{plot}"), rows.iter().flat_map(|row| (0..width).map(move |i| value(row, i))));
+            message.floats(
+                &format!("plot{plot}"),
+                rows.iter().flat_map(|row| (0..width).map(move |i| value(row, i))),
+            );
         }
     }
 

@@ -53,6 +53,12 @@ impl Hub {
         self.updates.send_replace(Some(Arc::new(update)));
     }
 
+    /// What was shown last.
+    #[must_use]
+    pub fn latest(&self) -> Option<Arc<Update>> {
+        self.updates.borrow().clone()
+    }
+
     /// How many watch.
     #[must_use]
     pub fn num_viewers(&self) -> usize {
@@ -96,7 +102,7 @@ impl Hub {
     }
 
     /// Takes in the text of a command; what is none is counted.
-    pub(crate) fn take_text(&self, text: &str) {
+    pub fn take_text(&self, text: &str) {
         match serde_json::from_str(text) {
             Ok(command) => self.take(command),
             Err(error) => self.count_malformed(&error.to_string()),

@@ -62,9 +62,8 @@ impl Server {
                 _ = ended => {}
             }
         };
-        let thread = thread::Builder::new()
-            .name("studio-server".to_owned())
-            .spawn(move || runtime.block_on(serve))?;
+        let thread =
+            thread::Builder::new().name("studio-server".to_owned()).spawn(move || runtime.block_on(serve))?;
         Ok(Self { address, token, end: Some(end), thread: Some(thread) })
     }
 

@@ -61,7 +61,8 @@ impl Remote {
                     Ok((socket, _)) => {
                         wait = FIRST_WAIT;
                         relay(socket, hub, commands, &mut picture).await;
-                        picture.tell(hub, &format!("the link to {} is broken; connecting again", self.address));
+                        picture
+                            .tell(hub, &format!("the link to {} is broken; connecting again", self.address));
                     }
                     Err(error) => picture.tell(hub, &format!("{}: {}", self.address, reason(&error))),
                 }

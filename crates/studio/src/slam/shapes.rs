@@ -13,8 +13,8 @@ use super::display::Display;
 const MAX_LANDMARKS: usize = 8000;
 /// Keyframes that share fewer landmarks are not linked.
 const MIN_SHARED: u32 = 40;
-/// The far end of a candidate's depth is at most so many times its mean.
-const MAX_STRETCH: f64 = 2.5;
+/// Ends of a candidate's depth are drawn at most so many times nearer or farther than its mean.
+const MAX_STRETCH: f64 = 1.5;
 /// A landmark that is found lies within so many pixels of its projection.
 const FOUND_PX: f64 = 4.0;
 
@@ -23,7 +23,11 @@ pub(super) fn landmarks(map: &Map, display: &Display) -> Vec<f64> {
     let converged: Vec<&Landmark> =
         map.landmarks().map(|(_, landmark)| landmark).filter(|landmark| landmark.is_converged()).collect();
     let every = converged.len().div_ceil(MAX_LANDMARKS).max(1);
-    converged.iter().step_by(every).flat_map(|landmark| xyz(&display.point(&landmark.point_in_world))).collect()
+    converged
+        .iter()
+        .step_by(every)
+        .flat_map(|landmark| xyz(&display.point(&landmark.point_in_world)))
+        .collect()
 }
 
 /// Near and far end of every candidate's depth, two standard deviations to both sides.
@@ -33,7 +37,8 @@ pub(super) fn candidates(map: &Map, display: &Display) -> Vec<f64> {
         let host = landmark.host();
         let world_from_camera = map.keyframe(host.keyframe).camera_from_world().inverse();
         let (least, most) = landmark.filter.interval();
-        let least = least.max(landmark.filter.inverse_depth() / MAX_STRETCH);
+        let mean = landmark.filter.inverse_depth();
+        let (least, most) = (least.max(mean / MAX_STRETCH), most.min(mean * MAX_STRETCH));
         [most, least].map(|inverse_depth| {
             let in_camera = Point3::from(host.ray / inverse_depth);
             xyz(&display.point(&world_from_camera.transform(&in_camera)))
@@ -72,8 +77,7 @@ pub(super) fn camera_axes(world_from_camera: &Rigid3<World, CameraFrame>, displa
 
 /// The camera's way.
 pub(super) fn trajectory(slam: &Slam, display: &Display) -> Vec<f64> {
-    let place =
-        |pose: visloc_slam::TrajectoryPose| Point3::from(*pose.world_from_camera.translation());
+    let place = |pose: visloc_slam::TrajectoryPose| Point3::from(*pose.world_from_camera.translation());
     slam.trajectory().into_iter().flat_map(|pose| xyz(&display.point(&place(pose)))).collect()
 }
 

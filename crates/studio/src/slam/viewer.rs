@@ -20,7 +20,7 @@ const JPEG_QUALITY: u8 = 80;
 /// Floor around the first place that is shown without the truth, map units.
 const HALF_FLOOR: f64 = 3.0;
 /// Floor around the truth, meters.
-const MARGIN_M: f64 = 1.5;
+const MARGIN_M: f64 = 2.5;
 /// Links are looked for anew after so many frames.
 const LINKS_EVERY: u64 = 10;
 
@@ -87,7 +87,12 @@ impl SlamViewer {
     ///
     /// # Errors
     /// If it cannot be encoded.
-    pub fn update(&mut self, slam: &Slam, frame: &SlamFrame<'_>, more: &Value) -> Result<Update, StudioError> {
+    pub fn update(
+        &mut self,
+        slam: &Slam,
+        frame: &SlamFrame<'_>,
+        more: &Value,
+    ) -> Result<Update, StudioError> {
         if self.number.is_multiple_of(LINKS_EVERY) {
             self.links = links(slam.map(), &self.display);
         }
@@ -102,9 +107,7 @@ impl SlamViewer {
             return Ok(Arc::clone(scene));
         }
         let (bounds, floor_m) = self.bounds();
-        let plot = |title: &str, unit: &str, series: &[&str], digits: u8| {
-            json!({ "title": title, "unit": unit, "series": series, "digits": digits, "least": 0.01 })
-        };
+        let plot = |title: &str, unit: &str, series: &[&str], digits: u8| json!({ "title": title, "unit": unit, "series": series, "digits": digits, "least": 0.01 });
         let mut header = json!({
             "mode": "slam",
             "title": self.title,
@@ -179,7 +182,9 @@ impl SlamViewer {
     }
 
     fn truth_so_far(&self, at: Timestamp) -> Vec<f64> {
-        let Some(truth) = self.display.truth().filter(|_| self.display.is_aligned()) else { return Vec::new() };
+        let Some(truth) = self.display.truth().filter(|_| self.display.is_aligned()) else {
+            return Vec::new();
+        };
         let past = truth.poses().iter().take_while(|pose| pose.at <= at);
         past.flat_map(|pose| xyz(&Point3::from(*pose.world_from_camera.translation()))).collect()
     }
@@ -210,7 +215,8 @@ impl SlamViewer {
             rows.push(row("Map unit", format!("{:.3} m", self.display.scale())));
         }
         for (part, times) in [("track", &frame.outcome.tracking), ("map", &self.mapping)] {
-            let stage = |(name, secs): &(&str, f64)| row(&format!("{part}: {name}"), format!("{:.2} ms", secs * 1e3));
+            let stage =
+                |(name, secs): &(&str, f64)| row(&format!("{part}: {name}"), format!("{:.2} ms", secs * 1e3));
             rows.extend(times.stages().iter().map(stage));
         }
         rows

@@ -32,7 +32,6 @@ pub struct ContenderView<'a> {
     pub localizer_ms: f64,
 }
 
-
 /// Everything about one frame.
 pub struct LocalizationView<'a> {
     /// The map.
@@ -178,7 +177,8 @@ fn flat(individuals: &[Individual]) -> impl Iterator<Item = f64> + '_ {
 /// x, y and kind of each pixel: 0 for what lies on the floor, 1 for what stands on it.
 fn kept(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
     percept.pixels.iter().flat_map(|pixel| {
-        let stands = pixel.kind.is_goal() || pixel.kind.is_door_edge() || pixel.kind == FeatureKind::UnknownLine;
+        let stands =
+            pixel.kind.is_goal() || pixel.kind.is_door_edge() || pixel.kind == FeatureKind::UnknownLine;
         [pixel.px.x, pixel.px.y, f64::from(u8::from(stands))]
     })
 }

@@ -75,18 +75,14 @@ fn draw_goal(goal: &Goal, eye: &Point3<f64>, projector: &mut Projector<'_>) {
         }
     }
     for z_m in [-goal.post_radius_m, goal.post_radius_m].map(|offset| goal.crossbar_z_m + offset) {
-        projector.line(
-            Point3::new(goal.x_m, -goal.post_y_m, z_m),
-            Point3::new(goal.x_m, goal.post_y_m, z_m),
-        );
+        projector.line(Point3::new(goal.x_m, -goal.post_y_m, z_m), Point3::new(goal.x_m, goal.post_y_m, z_m));
     }
 }
 
 fn draw_office(office: &Office, eye: &Point3<f64>, projector: &mut Projector<'_>) {
     let eye_on_floor = eye.xy();
-    let is_seen = |point: &Point2<f64>| {
-        office.walls().iter().all(|wall| !wall.hides(&eye_on_floor, point, SLACK_M))
-    };
+    let is_seen =
+        |point: &Point2<f64>| office.walls().iter().all(|wall| !wall.hides(&eye_on_floor, point, SLACK_M));
     for wall in office.walls() {
         if (eye_on_floor - wall.start).dot(&wall.normal()) <= 0.0 {
             continue;
@@ -95,8 +91,7 @@ fn draw_office(office: &Office, eye: &Point3<f64>, projector: &mut Projector<'_>
         let num_pieces = (length_m / PIECE_M).ceil().clamp(1.0, 200.0);
         let mut i = 0.0;
         while i < num_pieces {
-            let [from, to] =
-                [i, i + 1.0].map(|k| wall.start + (wall.end - wall.start) * (k / num_pieces));
+            let [from, to] = [i, i + 1.0].map(|k| wall.start + (wall.end - wall.start) * (k / num_pieces));
             if is_seen(&nalgebra::center(&from, &to)) {
                 projector.line(on_floor(&from), on_floor(&to));
             }
