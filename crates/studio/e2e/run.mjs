@@ -150,6 +150,7 @@ async function twoPages(browser, url, first) {
 }
 
 async function theme(page) {
+  await page.locator("#world").focus();
   const before = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   await page.keyboard.press("t");
   const after = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);

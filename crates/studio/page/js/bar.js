@@ -32,8 +32,8 @@ export class Bar {
     const hide = () => { byId("hint").dataset.done = ""; };
     byId("world").addEventListener("pointerdown", hide, { once: true });
     setTimeout(hide, HINT_MS);
-    addEventListener("keydown", (event) => this.key(event, true));
-    addEventListener("keyup", (event) => this.key(event, false));
+    addEventListener("keydown", (event) => this.onKey(event, true));
+    addEventListener("keyup", (event) => this.onKey(event, false));
   }
 
   toggle(name, whenSet, otherwise) {
@@ -61,8 +61,8 @@ export class Bar {
     this.mapKey(scene.world?.kind === "space");
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");
-    if (key !== this.key) {
-      this.key = key;
+    if (key !== this.listed) {
+      this.listed = key;
       const groups = new Map();
       for (const entry of scene.scenes) {
         if (!groups.has(entry.group)) groups.set(entry.group, make("optgroup", { label: entry.group }));
@@ -110,7 +110,7 @@ export class Bar {
     this.noticeTimer = setTimeout(() => { element.hidden = true; }, 6000);
   }
 
-  key(event, isDown) {
+  onKey(event, isDown) {
     const { target } = event;
     const isTyping = target.matches?.("input:not([type=range]):not([type=checkbox]), select, textarea");
     if (isTyping || event.ctrlKey || event.metaKey || event.altKey || byId("help-dialog").open) return;
