@@ -86,12 +86,15 @@ async function draws(browser, page) {
 async function kidnapAndRecover(page) {
   const before = (await state(page)).truth.pose;
   await page.click("#kidnap");
-  await until(page, () => window.studio.store.state.controls.is_held);
+  await until(page, () => {
+    const { controls, contenders } = window.studio.store.state;
+    return controls.is_held && contenders.some((c) => !c.is_localized);
+  });
+  check(true, "a kidnap is noticed");
   await until(page, (b) => {
     const s = window.studio.store.state;
     return !s.controls.is_held && Math.hypot(s.truth.pose[0] - b[0], s.truth.pose[1] - b[1]) > 0.3;
   }, before);
-  check((await state(page)).contenders.some((c) => !c.is_localized), "a kidnap is noticed");
   await localizes(page);
 }
 
@@ -158,13 +161,15 @@ async function theme(page) {
   await page.keyboard.press("t");
 }
 
-async function fallback(browser, url) {
-  const page = await open(browser, `${url}?canvas`);
-  await page.waitForTimeout(500);
-  const colors = await colorsOf(browser, page, "#world");
-  const renderer = await page.evaluate(() => document.querySelector("#world").dataset.renderer);
-  check(renderer === "2D" && colors > 50, `without WebGL the same is drawn (${colors} colors)`);
-  await page.context().close();
+async function renderers(browser, url) {
+  for (const [wanted, name] of [["webgl", "WebGL"], ["2d", "2D"]]) {
+    const page = await open(browser, `${url}?renderer=${wanted}`);
+    await page.waitForTimeout(500);
+    const colors = await colorsOf(browser, page, "#world");
+    const renderer = await page.evaluate(() => document.querySelector("#world").dataset.renderer);
+    check(renderer === name && colors > 50, `the world is drawn with ${name} (${colors} colors)`);
+    await page.context().close();
+  }
 }
 
 async function replays(browser) {
@@ -209,7 +214,7 @@ async function main() {
     await twoPages(browser, url, page);
     if (process.env.MEASURE) await measure(page, send, until);
     await page.context().close();
-    await fallback(browser, url);
+    await renderers(browser, url);
     await maps(browser, url);
     await replays(browser);
     check(errors.length === 0, `no error on the console ${errors.join("; ")}`);

@@ -63,9 +63,8 @@ impl Scenes {
     fn list(&self) -> Value {
         let scene = |id: &str, group: &str, label: &str| json!({ "id": id, "group": group, "label": label });
         let places = PLACES.iter().map(|place| scene(place.id, "Playground", place.label));
-        let tours = TOURS.iter().map(|(name, _, summary)| {
-            scene(&format!("{TOUR}{name}"), "SLAM", &format!("SLAM: {name}, {summary}"))
-        });
+        let tours =
+            TOURS.iter().map(|(name, ..)| scene(&format!("{TOUR}{name}"), "SLAM", &format!("SLAM: {name}")));
         let files = |paths: &[PathBuf], prefix: &str, group: &str| -> Vec<Value> {
             let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
             let entry = |(i, path)| scene(&format!("{prefix}{i}"), group, &name(path).unwrap_or_default());

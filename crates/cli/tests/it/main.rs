@@ -13,4 +13,5 @@ mod localize;
 mod settings;
 mod slam;
 mod slam_input;
+mod studio;
 mod support;

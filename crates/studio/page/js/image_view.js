@@ -14,6 +14,9 @@ const FEATURES = {
   missed: ["#ff5d5d", "landmarks not found"],
 };
 
+/** The legend changes no faster than one can read, milliseconds. */
+const LEGEND_MS = 250;
+
 export class ImageView {
   constructor(store) {
     this.store = store;
@@ -147,6 +150,9 @@ export class ImageView {
   }
 
   legend(arrays, counts) {
+    const now = performance.now();
+    if (now - (this.legendAt ?? 0) < LEGEND_MS) return;
+    this.legendAt = now;
     const entry = (color, text) => make("span", {}, make("i", { vars: { "--dot": color } }), text);
     const entries = [];
     if (arrays.kept) entries.push(entry(KEPT_COLORS[0], `kept ${arrays.kept.length / 3}`));

@@ -56,7 +56,7 @@ export class Plots {
     context.clearRect(0, 0, width, height);
     const series = this.series(definition, index, rows);
     const top = definition.fixed ?? nice(Math.max(definition.least ?? 1e-3, percentile(series)));
-    const frame = { left: 30, right: width - 4, top: 6, bottom: height - 6 };
+    const frame = { left: 34, right: width - 4, top: 6, bottom: height - 6 };
     const x = (secs) => frame.left + (secs - from) / Math.max(to - from, 1e-3) * (frame.right - frame.left);
     const y = (value) => frame.bottom - Math.min(value / top, 1.04) * (frame.bottom - frame.top);
     this.grid(context, frame, top, y, definition);

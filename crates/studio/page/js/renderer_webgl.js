@@ -19,9 +19,10 @@ varying vec4 shade;
 void main() { gl_FragColor = vec4(shade.rgb * shade.a, shade.a); }`;
 
 export class WebGlRenderer {
-  /** Null if there is no WebGL. */
-  static create(canvas) {
-    const gl = canvas.getContext("webgl", { antialias: true, alpha: false, premultipliedAlpha: true });
+  /** Null if there is no WebGL, or only one in software, unless that is wished for: a 2D canvas is faster then. */
+  static create(canvas, isSoftwareFine) {
+    const options = { alpha: false, premultipliedAlpha: true, antialias: true };
+    const gl = canvas.getContext("webgl", { ...options, failIfMajorPerformanceCaveat: !isSoftwareFine });
     return gl ? new WebGlRenderer(canvas, gl) : null;
   }
 

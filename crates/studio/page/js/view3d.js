@@ -16,8 +16,10 @@ const CLICK_PX = 5;
 export class View3d {
   constructor(canvas, store, socket) {
     Object.assign(this, { canvas, store, socket });
-    const wantsCanvas = new URLSearchParams(location.search).has("canvas");
-    this.renderer = (!wantsCanvas && WebGlRenderer.create(canvas)) || new CanvasRenderer(canvas);
+    // ?renderer=webgl and ?renderer=2d choose one.
+    const wanted = new URLSearchParams(location.search).get("renderer");
+    const webgl = wanted === "2d" ? null : WebGlRenderer.create(canvas, wanted === "webgl");
+    this.renderer = webgl ?? new CanvasRenderer(canvas);
     canvas.dataset.renderer = this.renderer.name;
     this.camera = new OrbitCamera();
     this.robotActors = new Actors();
@@ -26,6 +28,8 @@ export class View3d {
     this.pointers = new Map();
     this.grab = null;
     this.meshes = worldMeshes(null);
+    this.isDirty = true;
+    store.on("state", () => { this.isDirty = true; });
     store.on("scene", () => this.newScene());
     onTheme(() => this.rebuild());
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -41,11 +45,13 @@ export class View3d {
   }
 
   rebuild() {
+    this.isDirty = true;
     this.meshes = worldMeshes(this.store.scene?.world);
   }
 
   setView(view) {
     this.view = view;
+    this.isDirty = true;
     const bounds = this.store.scene?.world?.bounds_m;
     if (bounds) this.camera.fit(bounds, view);
     if (view === "follow") this.camera.distance = 3.2;
@@ -54,14 +60,19 @@ export class View3d {
   resize() {
     const ratio = Math.min(devicePixelRatio, 2);
     const { clientWidth, clientHeight } = this.canvas;
-    this.canvas.width = Math.max(1, Math.round(clientWidth * ratio));
-    this.canvas.height = Math.max(1, Math.round(clientHeight * ratio));
+    const size = [clientWidth, clientHeight].map((value) => Math.max(1, Math.round(value * ratio)));
+    if (size[0] === this.canvas.width && size[1] === this.canvas.height) return;
+    [this.canvas.width, this.canvas.height] = size;
+    this.isDirty = true;
     const before = this.camera.aspect;
     this.camera.aspect = this.canvas.width / this.canvas.height;
     if (Math.abs(before - this.camera.aspect) > 0.05 && this.view !== "follow") this.setView(this.view);
   }
 
+  /** Draws, if there is anything new. */
   draw() {
+    if (!this.isDirty) return;
+    this.isDirty = false;
     const { state, scene } = this.store;
     const isSpace = scene?.world?.kind === "space";
     const actors = isSpace ? this.spaceActors : this.robotActors;
@@ -89,6 +100,7 @@ export class View3d {
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.camera.zoom(Math.exp(event.deltaY * 0.001));
+      this.isDirty = true;
     }, { passive: false });
   }
 
@@ -130,6 +142,7 @@ export class View3d {
     }
     const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
     this.moved += Math.hypot(dx, dy);
+    this.isDirty = true;
     if (this.grab) {
       this.drag(event);
     } else if (this.pointers.size === 2) {

@@ -116,3 +116,40 @@ impl Contender {
         }
     }
 }
+
+/// Who runs next.
+enum Choice {
+    /// One who runs already, by its place.
+    Stays(usize),
+    New(Box<Contender>),
+}
+
+/// Replaces the algorithms by those of these names. Who stays keeps what it knows.
+///
+/// # Errors
+/// If there is no algorithm of a name; then all stay as they were.
+pub(super) fn line_up(
+    contenders: &mut Vec<Contender>,
+    names: &[String],
+    setting: Setting<'_>,
+) -> Result<(), StudioError> {
+    let mut stays = vec![false; contenders.len()];
+    let mut chosen = Vec::new();
+    for name in names {
+        let place = (0..stays.len()).find(|i| !stays[*i] && contenders[*i].name() == name);
+        chosen.push(match place {
+            Some(place) => {
+                stays[place] = true;
+                Choice::Stays(place)
+            }
+            None => Choice::New(Box::new(Contender::new(name, Overrides::default(), setting)?)),
+        });
+    }
+    let mut old: Vec<Option<Contender>> = contenders.drain(..).map(Some).collect();
+    let taken = |choice| match choice {
+        Choice::Stays(place) => old.get_mut(place).and_then(Option::take),
+        Choice::New(contender) => Some(*contender),
+    };
+    *contenders = chosen.into_iter().filter_map(taken).collect();
+    Ok(())
+}

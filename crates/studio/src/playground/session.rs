@@ -11,7 +11,7 @@ use visloc_settings::overlay;
 use visloc_sim::{LiveSimulation, Scenario};
 
 use super::{
-    contender::{Contender, Setting},
+    contender::{Contender, Setting, line_up},
     driver::Driver,
     overrides::Overrides,
     scene::Scene,
@@ -143,28 +143,8 @@ impl Playground {
             let expected = format!("1 to {MAX_ALGORITHMS}");
             return Err(StudioError::command("algorithms", expected, names.len()));
         }
-        let setting = self.setting();
-        let mut kept: Vec<Option<&Contender>> = self.contenders.iter().map(Some).collect();
-        // Who stays keeps what it knows.
-        let places: Vec<Option<usize>> = names
-            .iter()
-            .map(|name| {
-                let place = kept.iter().position(|old| old.is_some_and(|old| old.name() == name))?;
-                kept[place] = None;
-                Some(place)
-            })
-            .collect();
-        let mut fresh = Vec::new();
-        for (name, place) in names.iter().zip(&places) {
-            fresh.push(match place {
-                Some(_) => None,
-                None => Some(Contender::new(name, Overrides::default(), setting)?),
-            });
-        }
-        let mut old: Vec<Option<Contender>> = self.contenders.drain(..).map(Some).collect();
-        let chosen = fresh.into_iter().zip(places);
-        self.contenders =
-            chosen.filter_map(|(fresh, place)| fresh.or_else(|| old.get_mut(place?)?.take())).collect();
+        let setting = Setting { map: self.simulation.map(), pipeline: &self.pipeline, seed: self.seed };
+        line_up(&mut self.contenders, names, setting)?;
         self.scene = None;
         Ok(())
     }

@@ -10,9 +10,9 @@ use crate::Update;
 
 /// Updates on their way.
 const MAX_IN_FLIGHT: usize = 2;
-/// Images that arrive faster than this cost nothing, seconds.
-const FAST_SECS: f64 = 0.03;
-/// After an image nothing of it is sent for its time, times this.
+/// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
+const FAST_SECS: f64 = 0.15;
+/// After a slower one no image is sent for its time, times this.
 const REST: f64 = 3.0;
 
 /// One page.
