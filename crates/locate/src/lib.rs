@@ -31,7 +31,7 @@ pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
     FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError,
-    analysis_for, feature_model,
+    algorithm_parameters, analysis_for, feature_model,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

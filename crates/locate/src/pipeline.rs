@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_base::{Frame, Rng, RngTree};
+use visloc_settings::Parameter;
 use visloc_vision::{
     AnalysisError, Percept,
     field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
@@ -26,7 +27,7 @@ use crate::{
         },
     },
     refine::{Refined, RefinementConfig},
-    registry::build_layered,
+    registry::{build_layered, describe_layered},
 };
 
 /// Parameters of everything but the algorithm.
@@ -146,9 +147,7 @@ impl Pipeline {
     ) -> Result<Self, PipelineError> {
         config.lift.check()?;
         let parts = WorldParts::new(map, config)?;
-        let of_world = matches!(map, Map::Office(_)).then(|| algorithm_defaults(algorithm)).flatten();
-        let layers: Vec<&str> = of_world.into_iter().chain(algorithm_toml).collect();
-        let mut localizer = build_layered(algorithm, &layers, parts.model)?;
+        let mut localizer = build_layered(algorithm, &layers(map, algorithm, algorithm_toml), parts.model)?;
         if let Some(rich) = parts.rich {
             localizer = Box::new(Refined::new(rich.config, localizer, rich.features, rich.pixels)?);
         }
@@ -192,6 +191,24 @@ impl Pipeline {
     pub fn localizer(&self) -> &dyn Localizer {
         self.localizer.as_ref()
     }
+}
+
+/// The parameters that an algorithm has on a map, one by one, with those that a text overrides.
+///
+/// # Errors
+/// If there is no such algorithm or a parameter is unknown or out of its range.
+pub fn algorithm_parameters(
+    map: &Map,
+    algorithm: &str,
+    algorithm_toml: Option<&str>,
+) -> Result<Vec<Parameter>, ConfigError> {
+    describe_layered(algorithm, &layers(map, algorithm, algorithm_toml))
+}
+
+/// What lies over an algorithm's defaults: what is different in this world, then what the user says.
+fn layers<'a>(map: &Map, algorithm: &str, algorithm_toml: Option<&'a str>) -> Vec<&'a str> {
+    let of_world = matches!(map, Map::Office(_)).then(|| algorithm_defaults(algorithm)).flatten();
+    of_world.into_iter().chain(algorithm_toml).collect()
 }
 
 /// What is different from world to world.

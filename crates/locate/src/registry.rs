@@ -1,6 +1,6 @@
 //! The algorithms by name. A new algorithm adds its folder and one entry here.
 
-use visloc_settings::{Settings, SettingsError, commented_toml, overlay};
+use visloc_settings::{Parameter, Settings, SettingsError, commented_toml, overlay, parameters};
 
 use crate::{
     ConfigError, Localizer, ObservationModel,
@@ -12,6 +12,9 @@ use crate::{
 /// Makes a localizer from its name, parameters that lie over its defaults in this order, and a model.
 type Build = fn(&str, &[&str], Box<dyn ObservationModel>) -> Result<Box<dyn Localizer>, ConfigError>;
 
+/// Names and meanings of an algorithm's parameters, with parameters that lie over its defaults in this order.
+type Describe = fn(&str, &[&str]) -> Result<Vec<Parameter>, ConfigError>;
+
 /// An algorithm that can be chosen by name.
 #[derive(Debug, Clone, Copy)]
 pub struct AlgorithmInfo {
@@ -21,6 +24,7 @@ pub struct AlgorithmInfo {
     pub summary: &'static str,
     build: Build,
     defaults: fn() -> Result<String, SettingsError>,
+    describe: Describe,
 }
 
 /// A particle filter by the function that makes its parameters.
@@ -34,6 +38,7 @@ macro_rules! monte_carlo_info {
                 Ok(Box::new(MonteCarlo::new(config, model)?))
             },
             defaults: || commented_toml(&MonteCarloConfig::$config()),
+            describe: |name, text| described(name, text, MonteCarloConfig::$config()),
         }
     };
 }
@@ -47,6 +52,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
             Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary())?, model)?))
         },
         defaults: || commented_toml(&evolutionary()),
+        describe: |name, text| described(name, text, evolutionary()),
     },
     AlgorithmInfo {
         name: "evolutionary-grid",
@@ -55,6 +61,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
             Ok(Box::new(Evolutionary::new(parse(name, text, evolutionary_grid())?, model)?))
         },
         defaults: || commented_toml(&evolutionary_grid()),
+        describe: |name, text| described(name, text, evolutionary_grid()),
     },
     monte_carlo_info!("mce", "Monte Carlo with elitism: the best particles survive unchanged", default),
     monte_carlo_info!("mc", "classic Monte Carlo", classic),
@@ -69,6 +76,7 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
             Ok(Box::new(Markov::new(parse(name, text, MarkovConfig::default())?, model.as_ref())?))
         },
         defaults: || commented_toml(&MarkovConfig::default()),
+        describe: |name, text| described(name, text, MarkovConfig::default()),
     },
 ];
 
@@ -112,6 +120,19 @@ pub(crate) fn build_layered(
 /// If there is no such algorithm.
 pub fn default_config_toml(name: &str) -> Result<String, ConfigError> {
     (find(name)?.defaults)().map_err(|error| ConfigError::from_settings(name, error))
+}
+
+/// The parameters of an algorithm one by one. Each of the `layers` overrides some of those before it.
+///
+/// # Errors
+/// If there is no such algorithm, or a layer has a mistake.
+pub(crate) fn describe_layered(name: &str, layers: &[&str]) -> Result<Vec<Parameter>, ConfigError> {
+    (find(name)?.describe)(name, layers)
+}
+
+fn described<C: Settings>(name: &str, layers: &[&str], defaults: C) -> Result<Vec<Parameter>, ConfigError> {
+    let config = parse(name, layers, defaults)?;
+    parameters(&config).map_err(|error| ConfigError::from_settings(name, error))
 }
 
 fn find(name: &str) -> Result<&'static AlgorithmInfo, ConfigError> {

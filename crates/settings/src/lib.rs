@@ -8,11 +8,13 @@ mod commented;
 mod error;
 mod keys;
 mod overlay;
+mod parameters;
 mod schema;
 
 pub use commented::commented_toml;
 pub use error::SettingsError;
 pub use overlay::{check_ranges, overlay};
+pub use parameters::{Choice, Parameter, parameters};
 
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};

@@ -4,14 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{JsonArg, SeedArg, ThreadsArg, TopicArgs};
+use super::{JsonArg, SeedArg, SourceArgs, ThreadsArg, TopicArgs};
 
 /// Corrections of what a recording says.
 #[derive(Debug, Clone, Default, Args)]
 pub struct CorrectionArgs {
-    /// Calibration to use instead of the recording's: TOML, ROS, Kalibr or OpenCV
-    #[arg(long, value_name = "FILE")]
-    pub camera: Option<PathBuf>,
     /// Corrections of the camera's pose and of the odometry, TOML, as visloc calibrate-robot writes them
     #[arg(long, value_name = "FILE")]
     pub robot: Option<PathBuf>,
@@ -30,9 +27,9 @@ pub struct CorrectionArgs {
                        visloc localize game.mcap --map my-field.toml --robot robot.toml"
 )]
 pub struct CalibrateRobotArgs {
-    /// ROS 2 bag (.mcap or folder), or sim:SCENARIO
-    #[arg(value_name = "BAG")]
-    pub bag: String,
+    /// A drive: ROS 2 bag (.mcap or folder), sim:SCENARIO, or another source of `visloc sources`
+    #[arg(value_name = "SOURCE")]
+    pub source: String,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO
     #[arg(long, value_name = "NAME|FILE")]
     pub map: Option<String>,
@@ -47,6 +44,8 @@ pub struct CalibrateRobotArgs {
     pub frames: Option<u32>,
     #[command(flatten)]
     pub corrections: CorrectionArgs,
+    #[command(flatten)]
+    pub options: SourceArgs,
     #[command(flatten)]
     pub topics: TopicArgs,
     #[command(flatten)]

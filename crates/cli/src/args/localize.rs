@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::{CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
+use super::{BroadcastArgs, CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
@@ -59,10 +59,10 @@ pub struct LocalizeArgs {
     pub options: SourceArgs,
     /// Publish pose, path, tf, hypotheses and reliability as ROS 2 topics [default for ros2: sources]
     #[arg(long)]
-    pub publish: bool,
+    pub publish_ros: bool,
     /// Publish nothing
-    #[arg(long, conflicts_with = "publish")]
-    pub no_publish: bool,
+    #[arg(long, conflicts_with = "publish_ros")]
+    pub no_publish_ros: bool,
     /// Write the frames with pose, path, tf and reliability beside them as a ROS 2 bag
     #[arg(long, value_name = "BAG")]
     pub bag_out: Option<PathBuf>,
@@ -81,6 +81,8 @@ pub struct LocalizeArgs {
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

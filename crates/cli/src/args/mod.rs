@@ -13,6 +13,7 @@ mod shared;
 mod slam;
 mod source;
 mod start;
+mod studio;
 mod study;
 
 use clap::{Parser, Subcommand};
@@ -28,10 +29,11 @@ pub use experiment::{
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
-pub use shared::{JsonArg, SeedArg, ThreadsArg};
+pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use source::{ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
 pub use start::StartArg;
+pub use studio::StudioArgs;
 pub use study::StudyArgs;
 
 /// Tells a robot with one ordinary camera where it is
@@ -61,6 +63,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
+    /// Open the page: drive a robot, kidnap it, watch algorithms find it
+    Studio(StudioArgs),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
     /// Write what a source delivers as a ROS 2 bag

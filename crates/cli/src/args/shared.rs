@@ -1,6 +1,6 @@
 //! Options of several commands.
 
-use std::{path::PathBuf, thread};
+use std::{net::SocketAddr, path::PathBuf, thread};
 
 use clap::Args;
 
@@ -18,6 +18,21 @@ pub struct JsonArg {
     /// Write all numbers to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+}
+
+/// What others may see of a run.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "For the studio")]
+pub struct BroadcastArgs {
+    /// Record everything that there is to see, for visloc studio --replay
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Let visloc studio --connect watch from another computer; frames come at their stamps then
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub publish: Option<SocketAddr>,
+    /// What those who watch must know [default: a random one, printed]
+    #[arg(long, value_name = "TOKEN", requires = "publish")]
+    pub token: Option<String>,
 }
 
 /// How many threads draw.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use visloc_data::sequence::Bound;
 
-use super::{JsonArg, SeedArg, SourceArgs, TopicArgs};
+use super::{BroadcastArgs, JsonArg, SeedArg, SourceArgs, TopicArgs};
 
 /// Parameters of SLAM.
 #[derive(Debug, Clone, Args)]
@@ -79,10 +79,10 @@ pub struct SlamArgs {
     pub topics: TopicArgs,
     /// Publish camera pose, map points and state as ROS 2 topics [default for ros2: sources]
     #[arg(long)]
-    pub publish: bool,
+    pub publish_ros: bool,
     /// Publish nothing
-    #[arg(long, conflicts_with = "publish")]
-    pub no_publish: bool,
+    #[arg(long, conflicts_with = "publish_ros")]
+    pub no_publish_ros: bool,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<PathBuf>,
@@ -98,6 +98,8 @@ pub struct SlamArgs {
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
     pub plots: Option<PathBuf>,
+    #[command(flatten)]
+    pub broadcast: BroadcastArgs,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

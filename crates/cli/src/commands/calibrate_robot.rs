@@ -2,13 +2,13 @@
 
 use anyhow::{Result, bail};
 use serde::Serialize;
-use visloc_data::camera_file::read_camera;
 use visloc_locate::{
     StartPrior, feature_model,
     robot_calibration::{
         DriveRecord, MountEstimate, OdometryEstimate, RobotCorrection, solve_mount, solve_odometry,
     },
 };
+use visloc_sources::SourceOptions;
 use visloc_world::Map;
 
 use super::settings::{bag_topics, pipeline_config};
@@ -16,8 +16,8 @@ use crate::{
     args::CalibrateRobotArgs,
     report::save_json,
     run::{
-        FrameView, OutputFiles, Progress, Runner, RunnerSettings, SourceSettings, Spectator, drive,
-        open_source, read_correction, with_correction, write_text,
+        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Spectator, drive, open_source,
+        read_correction, source_options, with_correction, write_text,
     },
     say,
 };
@@ -85,7 +85,7 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
             break;
         }
     }
-    let Some((mount, odometry)) = result else { bail!("no pass over {}", args.bag) };
+    let Some((mount, odometry)) = result else { bail!("no pass over {}", args.source) };
     correction.odometry = odometry.correction;
     let report = RobotReport {
         correction,
@@ -103,16 +103,14 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
 
 /// Localizes once with the corrections so far.
 fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(Map, DriveRecord)> {
-    let source = open_source(SourceSettings {
-        name: &args.bag,
-        map: args.map.as_deref(),
-        topics: bag_topics(&args.topics)?,
+    let options = SourceOptions {
         seed: args.seed.seed,
         num_threads: args.threads.count(),
-        max_frames: args.frames,
-    })?;
-    let camera = args.corrections.camera.as_deref().map(read_camera).transpose()?;
-    let mut frames = with_correction(source.frames, camera, *correction);
+        max_frames: args.frames.map(|frames| frames as usize),
+        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    };
+    let source = open_source(&args.source, args.map.as_deref(), &options)?;
+    let mut frames = with_correction(source.frames, *correction);
     let settings = RunnerSettings {
         algorithm: ALGORITHM,
         algorithm_toml: None,
@@ -136,7 +134,7 @@ fn print(args: &CalibrateRobotArgs, report: &RobotReport) {
     let (c, o) = (&report.camera_standard_deviations, &report.odometry_standard_deviations);
     say::line!(
         "{}: {} views, {} stretches of motion, {} passes",
-        args.bag,
+        args.source,
         report.num_views,
         report.num_stretches,
         report.passes

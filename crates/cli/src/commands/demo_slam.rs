@@ -13,7 +13,7 @@ use crate::{
     report::save_json,
     run::Progress,
     say,
-    slam::{FramePictures, RunOptions, SlamReport, SlamRun, draw, run, write_ply},
+    slam::{FramePictures, Lookers, RunOptions, SlamReport, SlamRun, draw, run, write_ply},
     stopwatch::Stopwatch,
 };
 
@@ -37,7 +37,8 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
     let options = RunOptions { seed: args.seed.seed, ..RunOptions::default() };
-    let run = run(&mut tour, &SlamConfig::default(), options, Some(&mut pictures), None)?;
+    let lookers = Lookers { pictures: Some(&mut pictures), ..Lookers::default() };
+    let run = run(&mut tour, &SlamConfig::default(), options, lookers)?;
     if let Some(error) = &run.error {
         return Err(anyhow!(error.clone()));
     }

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::{
     calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood,
-    localize, map, record, simulate, slam, sources, study,
+    localize, map, record, simulate, slam, sources, studio, study,
 };
 use crate::args::{Cli, Command};
 
@@ -20,6 +20,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Slam(args) => slam::execute(&args),
         Command::Record(args) => record::execute(&args),
         Command::Sources(args) => sources::execute(&args),
+        Command::Studio(args) => studio::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
         Command::Likelihood(args) => likelihood::execute(&args),

@@ -10,12 +10,13 @@ use visloc_world::Map;
 use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
 use crate::{
     args::{FeaturesArg, LocalizeArgs},
+    broadcast::Broadcast,
     report::{
         AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
         SnapshotTaker, comparison_table, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings,
+        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Show,
         Spectator, corrected, drive, open_source, source_options,
     },
     say,
@@ -41,7 +42,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         max_frames: args.frames.map(|frames| frames as usize),
         ..source_options(&args.options, bag_topics(&args.topics)?)?
     };
-    let mut source = open_source(&args.source, args.map.as_deref(), &options)?;
+    let source = open_source(&args.source, args.map.as_deref(), &options)?;
     source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
     let settings = RunnerSettings {
         algorithm: &args.algorithm,
@@ -61,6 +62,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut live = live_output(args, &options)?;
 
     let mut progress = Progress::new(source.frames.num_frames());
+    let mut show = Show::new(Broadcast::open(&args.broadcast)?, &source.map, &args.source);
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.
@@ -70,9 +72,11 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
+    spectators.push(&mut show);
     let mut frames = corrected(source.frames, &args.corrections)?;
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
     progress.clear();
+    show.finish()?;
     let [runner] = runners;
     if let Some(bag) = bag_out {
         bag.finish()?;
@@ -107,7 +111,7 @@ fn config_place(args: &LocalizeArgs) -> String {
 /// Live topics, if they are asked for or the source is one itself.
 fn live_output(args: &LocalizeArgs, options: &SourceOptions) -> Result<Option<LiveOutput>> {
     let is_live = args.source.starts_with("ros2:");
-    let is_wanted = args.publish || (is_live && !args.no_publish);
+    let is_wanted = args.publish_ros || (is_live && !args.no_publish_ros);
     is_wanted.then(|| LiveOutput::open(options.domain_id, &options.topics.base_frame)).transpose()
 }
 

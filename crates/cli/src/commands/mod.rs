@@ -20,6 +20,7 @@ mod settings;
 mod simulate;
 mod slam;
 mod sources;
+mod studio;
 mod study;
 
 pub use execute::execute;

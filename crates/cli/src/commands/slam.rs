@@ -3,18 +3,20 @@
 use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
+use visloc_geom::Camera;
 use visloc_slam::Schedule;
 use visloc_sources::OpenImages;
 
 use super::settings::{bag_topics, slam_config};
 use crate::{
     args::{ScheduleArg, SlamArgs},
+    broadcast::Broadcast,
     report::save_json,
     run::source_options,
     say,
     slam::{
-        FramePictures, RunOptions, SlamLive, SlamReport, SlamRun, SlamWatcher, draw, open_input, run,
-        write_log, write_ply,
+        FramePictures, Lookers, RunOptions, SlamLive, SlamReport, SlamRun, SlamShow, SlamWatcher, draw,
+        open_input, run, write_log, write_ply,
     },
 };
 
@@ -33,8 +35,14 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;
-    let watcher = live.as_mut().map(|live| live as &mut dyn SlamWatcher);
-    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut(), watcher)?;
+    let mut show = open_show(args, source.camera(), truth.as_ref())?;
+    let lookers = Lookers {
+        pictures: pictures.as_mut(),
+        watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
+        show: show.as_mut(),
+    };
+    let run = run(source.as_mut(), &config, run_options(args), lookers)?;
+    show.map_or(Ok(()), SlamShow::finish)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -53,11 +61,20 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
 /// Live topics, if they are asked for or the source is one itself.
 fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
     let is_live = args.source.starts_with("ros2:");
-    if !(args.publish || (is_live && !args.no_publish)) {
+    if !(args.publish_ros || (is_live && !args.no_publish_ros)) {
         return Ok(None);
     }
     let options = source_options(&args.options, bag_topics(&args.topics)?)?;
     Ok(Some(SlamLive::open(options.domain_id, args.map.clone())?))
+}
+
+/// What shows the run to others, if anybody asks for it.
+fn open_show(args: &SlamArgs, camera: &Camera, truth: Option<&CameraTrajectory>) -> Result<Option<SlamShow>> {
+    if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
+        return Ok(None);
+    }
+    let title = args.source.clone();
+    Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, camera, &title, truth.cloned())))
 }
 
 fn run_options(args: &SlamArgs) -> RunOptions {
@@ -65,7 +82,11 @@ fn run_options(args: &SlamArgs) -> RunOptions {
         ScheduleArg::Sequential => Schedule::Sequential,
         ScheduleArg::Threaded => Schedule::Threaded,
     };
-    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime }
+    RunOptions {
+        seed: args.seed.seed,
+        schedule,
+        is_realtime: args.realtime || args.broadcast.publish.is_some(),
+    }
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {

@@ -1,9 +1,7 @@
-//! Frames with another calibration or another mounting than the recording says.
+//! Frames with another mounting of the camera or other odometry than the recording says.
 
 use anyhow::{Context, Result};
 use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
-use visloc_data::camera_file::read_camera;
-use visloc_geom::Camera;
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
 use crate::args::CorrectionArgs;
@@ -11,7 +9,6 @@ use crate::args::CorrectionArgs;
 /// A source whose frames are corrected.
 struct CorrectedFrames {
     inner: Box<dyn FrameSource>,
-    camera: Option<Camera>,
     robot: RobotCorrection,
     odometry: OdometryCorrector,
 }
@@ -20,7 +17,6 @@ impl FrameSource for CorrectedFrames {
     fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         let mut next = self.inner.next_frame()?;
         if let Ok(SourceFrame { frame, .. }) = &mut next {
-            frame.camera = self.camera.unwrap_or(frame.camera);
             frame.robot_from_camera = self.robot.camera.apply(&frame.robot_from_camera);
             let reported = frame.odometry;
             frame.odometry = reported.map(|odom| self.odometry.step(&odom, &self.robot.odometry));
@@ -42,21 +38,16 @@ impl FrameSource for CorrectedFrames {
 /// # Errors
 /// If a file cannot be read or has impossible values.
 pub fn corrected(inner: Box<dyn FrameSource>, args: &CorrectionArgs) -> Result<Box<dyn FrameSource>> {
-    let camera = args.camera.as_deref().map(read_camera).transpose()?;
     let robot = read_correction(args)?;
-    if camera.is_none() && robot == RobotCorrection::default() {
+    if robot == RobotCorrection::default() {
         return Ok(inner);
     }
-    Ok(with_correction(inner, camera, robot))
+    Ok(with_correction(inner, robot))
 }
 
-/// The source with a camera and corrections.
-pub fn with_correction(
-    inner: Box<dyn FrameSource>,
-    camera: Option<Camera>,
-    robot: RobotCorrection,
-) -> Box<dyn FrameSource> {
-    Box::new(CorrectedFrames { inner, camera, robot, odometry: OdometryCorrector::default() })
+/// The source with corrections.
+pub fn with_correction(inner: Box<dyn FrameSource>, robot: RobotCorrection) -> Box<dyn FrameSource> {
+    Box::new(CorrectedFrames { inner, robot, odometry: OdometryCorrector::default() })
 }
 
 /// The corrections of the file that the arguments name; none without a file.

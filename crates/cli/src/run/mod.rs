@@ -13,6 +13,7 @@ mod output;
 mod progress;
 mod results;
 mod runner;
+mod show;
 mod source;
 
 pub use corrected::{corrected, read_correction, with_correction};
@@ -24,4 +25,5 @@ pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
 pub use results::BagOutput;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
+pub use show::Show;
 pub use source::{open_source, prepare, simulation, source_options};

@@ -14,7 +14,7 @@ impl LiveOutput {
     /// # Errors
     /// Always.
     pub fn open(_: u16, _: &str) -> Result<Self> {
-        bail!("--publish: this visloc was built without ROS 2; build with --features ros2")
+        bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }
 
     /// Nothing is ever reported.

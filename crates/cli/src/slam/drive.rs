@@ -4,8 +4,9 @@ use anyhow::Result;
 use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
 use visloc_geom::Camera;
 use visloc_slam::{Clock, FrameOutcome, Schedule, Slam, SlamConfig};
+use visloc_studio::slam::SlamFrame;
 
-use super::{FramePictures, Pace, SlamRecord};
+use super::{FramePictures, Pace, SlamRecord, SlamShow};
 use crate::{run::Progress, stopwatch::thread_cpu_secs};
 
 /// How to run.
@@ -46,6 +47,17 @@ pub trait SlamWatcher {
     fn takes_reset(&mut self) -> bool;
 }
 
+/// All who look on while SLAM runs.
+#[derive(Default)]
+pub struct Lookers<'a> {
+    /// Draws some of the images.
+    pub pictures: Option<&'a mut FramePictures>,
+    /// Publishes live topics.
+    pub watcher: Option<&'a mut dyn SlamWatcher>,
+    /// Records for the studio, or sends to it.
+    pub show: Option<&'a mut SlamShow>,
+}
+
 /// Runs over all images of a source.
 ///
 /// # Errors
@@ -54,9 +66,9 @@ pub fn run(
     source: &mut dyn ImageSource,
     config: &SlamConfig,
     options: RunOptions,
-    mut pictures: Option<&mut FramePictures>,
-    mut watcher: Option<&mut dyn SlamWatcher>,
+    lookers: Lookers<'_>,
 ) -> Result<SlamRun> {
+    let Lookers { mut pictures, mut watcher, mut show } = lookers;
     let start = |camera: &Camera| -> Result<Slam> {
         let mut slam = Slam::with_schedule(camera, config, options.seed, options.schedule)?;
         slam.set_clock(Clock::new(thread_cpu_secs));
@@ -86,11 +98,15 @@ pub fn run(
             slam = start(source.camera())?;
             num_before = records.len();
         }
-        let kept = pictures.as_ref().map(|_| frame.image.clone());
+        let is_shown = pictures.is_some() || show.is_some();
+        let kept = is_shown.then(|| frame.image.clone());
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
-                if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), kept) {
-                    pictures.look(records.len(), &image, &outcome)?;
+                if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
+                    pictures.look(records.len(), image, &outcome)?;
+                }
+                if let (Some(show), Some(image)) = (show.as_deref_mut(), &kept) {
+                    show.look(&slam, &SlamFrame { at: frame.at, image, outcome: &outcome });
                 }
                 if let Some(watcher) = watcher.as_deref_mut() {
                     watcher.after_frame(frame.at, &outcome, &slam);

@@ -12,8 +12,9 @@ mod pictures;
 mod ply;
 mod record;
 mod report;
+mod show;
 
-pub use drive::{RunOptions, SlamRun, SlamWatcher, run};
+pub use drive::{Lookers, RunOptions, SlamRun, SlamWatcher, run};
 pub use input::open_input;
 pub use live::SlamLive;
 pub use pace::Pace;
@@ -21,3 +22,4 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::SlamReport;
+pub use show::SlamShow;

@@ -17,7 +17,7 @@ impl SlamLive {
     /// # Errors
     /// Always.
     pub fn open(_: u16, _: Option<PathBuf>) -> Result<Self> {
-        bail!("--publish: this visloc was built without ROS 2; build with --features ros2")
+        bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }
 }
 

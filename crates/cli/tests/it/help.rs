@@ -5,9 +5,10 @@ use crate::support::Workspace;
 #[test]
 fn every_command_has_help_with_an_example() {
     let workspace = Workspace::new();
-    for command in
-        ["demo", "simulate", "localize", "slam", "record", "sources", "evaluate", "colors", "config", "map"]
-    {
+    for command in [
+        "demo", "simulate", "localize", "slam", "record", "sources", "evaluate", "colors", "config", "map",
+        "studio",
+    ] {
         let help = workspace.must(&[command, "--help"]).stdout;
         assert!(help.contains("Usage: visloc"), "{command}: {help}");
         assert!(help.contains("Example") && help.contains(&format!("visloc {command}")), "{command}: {help}");

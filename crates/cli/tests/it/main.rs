@@ -15,4 +15,5 @@ mod settings;
 mod slam;
 mod slam_input;
 mod sources;
+mod studio;
 mod support;

@@ -90,6 +90,6 @@ fn slam_reads_bags_and_simulated_robots() {
     let bag = excerpt_text("R1");
     let text = workspace.must(&["slam", &bag, "--start", "1s", "--end", "40", "--stride", "2"]).stdout;
     assert!(text.contains("R1-excerpt.mcap: 15 frames"), "{text}");
-    let text = workspace.must(&["slam", "sim:office", "--end", "5", "--no-publish"]).stdout;
+    let text = workspace.must(&["slam", "sim:office", "--end", "5", "--no-publish-ros"]).stdout;
     assert!(text.contains("sim:office: 5 frames"), "{text}");
 }

@@ -56,6 +56,16 @@ impl Body {
 
     /// The true pose of the camera; `swing` is 0 while standing, 1 while walking.
     pub(crate) fn robot_from_camera(&self, secs: f64, swing: f64) -> Rigid3<Robot, CameraFrame> {
+        self.robot_from_camera_with(&self.head(secs), secs, swing)
+    }
+
+    /// The same with a head that looks where it is told to.
+    pub(crate) fn robot_from_camera_with(
+        &self,
+        head: &HeadAngles,
+        secs: f64,
+        swing: f64,
+    ) -> Rigid3<Robot, CameraFrame> {
         let gait = &self.setup.gait;
         let stride = self.stride_rad(secs);
         let roll_rad = swing * gait.roll_deg.to_radians() * stride.sin();
@@ -65,13 +75,12 @@ impl Body {
             gait.sway_m * (stride + 0.4).sin(),
             gait.bounce_m * (2.0 * stride + self.phases_rad[4]).sin(),
         ) * swing;
-        let head = self.head(secs);
         let standing = match self.setup.mount.nao_camera() {
             Some(camera) => {
                 let height_m = self.setup.neck_height_m - nao::NECK_OFFSET_Z_M;
-                nao::robot_from_camera(&Torso { height_m, roll_rad, pitch_rad }, &head, camera)
+                nao::robot_from_camera(&Torso { height_m, roll_rad, pitch_rad }, head, camera)
             }
-            None => self.simple_mount(&head, roll_rad, pitch_rad),
+            None => self.simple_mount(head, roll_rad, pitch_rad),
         };
         let rotation = Rotation3::from_matrix_unchecked(*standing.rotation());
         Rigid3::new(rotation, standing.translation() + shift)

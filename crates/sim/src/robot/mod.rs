@@ -14,4 +14,4 @@ pub(crate) use feet::Feet;
 pub(crate) use floor::Floor;
 pub(crate) use odometry::Odometry;
 pub(crate) use others::{Orbit, find_orbits};
-pub(crate) use plan::MotionPlan;
+pub(crate) use plan::{Activity, MotionPlan};

@@ -38,6 +38,12 @@ impl Odometry {
         }
     }
 
+    /// The same with other errors from now on; what has been counted stays.
+    pub(crate) fn with_setup(&self, setup: &OdometrySetup, random: &RngTree) -> Self {
+        let drawn = Self::new(setup, random);
+        Self { odom_from_robot: self.odom_from_robot, world_from_robot: self.world_from_robot, ..drawn }
+    }
+
     /// Factors between true and reported motion: forward, sideways, turn.
     #[cfg(test)]
     fn scales(&self) -> [f64; 3] {

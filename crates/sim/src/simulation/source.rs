@@ -68,13 +68,7 @@ impl Simulation {
     /// If the scenario's map cannot be loaded, its camera is impossible, or there is no free way for the robot.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
         let random = RngTree::new(seed).subtree("simulation", 0);
-        let camera = scenario.camera.camera().map_err(|error| ScenarioError::Value {
-            name: scenario.name.clone(),
-            line: None,
-            key: "camera".to_owned(),
-            expected: "a possible calibration".to_owned(),
-            found: error.to_string(),
-        })?;
+        let camera = camera_of(scenario)?;
         let mut world = World::new(scenario, &random)?;
         let start = start_pose(scenario, &world, &random)?;
         let plan = MotionPlan::new(&scenario.name, start, &scenario.motion, &world.floor, &random)?;
@@ -226,7 +220,23 @@ impl FrameSource for Simulation {
     }
 }
 
-fn start_pose(scenario: &Scenario, world: &World, random: &RngTree) -> Result<PlanarPose, ScenarioError> {
+/// The camera of a scenario.
+pub(super) fn camera_of(scenario: &Scenario) -> Result<Camera, ScenarioError> {
+    scenario.camera.camera().map_err(|error| ScenarioError::Value {
+        name: scenario.name.clone(),
+        line: None,
+        key: "camera".to_owned(),
+        expected: "a possible calibration".to_owned(),
+        found: error.to_string(),
+    })
+}
+
+/// Where the robot starts.
+pub(super) fn start_pose(
+    scenario: &Scenario,
+    world: &World,
+    random: &RngTree,
+) -> Result<PlanarPose, ScenarioError> {
     const MARGIN_M: f64 = 0.3;
     if let Some(start) = &scenario.start {
         return Ok(start.pose());

@@ -84,6 +84,11 @@ impl World {
         }
     }
 
+    /// Where the walking robots are, at a time since the start.
+    pub(super) fn others(&self, secs: f64) -> Vec<PlanarPose> {
+        self.walking.iter().map(|(_, orbit)| orbit.pose(secs)).collect()
+    }
+
     /// Surfaces of everything that moves, at a time since the start.
     pub(super) fn moving(&self, secs: f64, out: &mut Vec<Surface>) {
         out.clear();

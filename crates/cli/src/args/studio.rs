@@ -1,0 +1,52 @@
+//! `visloc studio`.
+
+use std::{net::IpAddr, path::PathBuf};
+
+use clap::Args;
+
+use super::SeedArg;
+
+/// Arguments of `visloc studio`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Opens a page in the browser: watch a simulated robot on the field or in an office, drive it, kidnap it, and see \
+                  how several algorithms find it again. Every parameter can be changed while it runs.\n\n\
+                  Only this computer can open the page, unless --listen is given; then a token is needed, which is in the \
+                  address that is printed.",
+    after_long_help = "Examples:\n  \
+                       visloc studio\n  \
+                       visloc studio --scene office --seed 7\n  \
+                       visloc localize sim:kidnaps --record out/kidnaps.mcap\n  \
+                       visloc studio --replay out/kidnaps.mcap\n  \
+                       visloc studio --scene sim:room\n  \
+                       visloc studio --listen 0.0.0.0 --no-open"
+)]
+pub struct StudioArgs {
+    /// What to show first: robocup-2010, robocup-2024, office, office-large, or
+    /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
+    #[arg(long, value_name = "NAME")]
+    pub scene: Option<String>,
+    /// Play a recording that was made with --record; can be given several times
+    #[arg(long, value_name = "FILE")]
+    pub replay: Vec<PathBuf>,
+    /// Follow the camera of a dataset without a map (as visloc slam FOLDER); can be given several times
+    #[arg(long, value_name = "FOLDER")]
+    pub sequence: Vec<PathBuf>,
+    /// Watch a robot elsewhere, where visloc localize or slam runs with --publish
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["replay", "sequence", "scene"])]
+    pub connect: Option<String>,
+    /// What the robot elsewhere asks for; it printed it
+    #[arg(long, value_name = "TOKEN", requires = "connect")]
+    pub token: Option<String>,
+    /// Port of the page; 0 for any free one
+    #[arg(long, default_value_t = 7878)]
+    pub port: u16,
+    /// Address to listen at instead of this computer's own; then a token is needed
+    #[arg(long, value_name = "ADDRESS")]
+    pub listen: Option<IpAddr>,
+    /// Do not open the browser
+    #[arg(long)]
+    pub no_open: bool,
+    #[command(flatten)]
+    pub seed: SeedArg,
+}

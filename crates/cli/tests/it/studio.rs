@@ -1,0 +1,34 @@
+//! What the studio is given by other commands, and what it refuses.
+
+use std::net::TcpListener;
+
+use visloc_studio::recording::RecordingIndex;
+
+use crate::support::Workspace;
+
+#[test]
+fn runs_are_recorded() {
+    let workspace = Workspace::new();
+    workspace.must(&["localize", "sim:tour", "--frames", "9", "--record", "out/run.mcap"]);
+    let mut run = RecordingIndex::open(&workspace.path("out/run.mcap")).unwrap();
+    assert_eq!(run.num_frames(), 9);
+    assert_eq!(run.state(8).unwrap().header["contenders"][0]["name"], "evolutionary");
+    workspace.must(&["slam", "sim:room", "--end", "12", "--record", "slam.mcap"]);
+    let mut slam = RecordingIndex::open(&workspace.path("slam.mcap")).unwrap();
+    assert_eq!(slam.num_frames(), 12);
+    assert!(slam.state(11).unwrap().floats("landmarks").is_some());
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused_at_once() {
+    let workspace = Workspace::new();
+    let studio = |more: &[&str]| workspace.refused(&[&["studio", "--no-open", "--port", "0"], more].concat());
+    assert!(studio(&["--scene", "moon"]).contains("robocup-2010"));
+    assert!(studio(&["--replay", "missing.mcap"]).contains("missing.mcap"));
+    workspace.write("notes.txt", "no recording");
+    assert!(studio(&["--replay", "notes.txt"]).contains("expected a recording"));
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let error = workspace.refused(&["studio", "--no-open", "--port", &port]);
+    assert!(error.contains("--port"), "{error}");
+}

@@ -1,0 +1,49 @@
+// Frames a second and the time from a click to the picture; only with MEASURE=1, since it is never asserted.
+
+const SECONDS = 8;
+const CLICKS = 20;
+
+export async function measure(page, send, until) {
+  await send(page, "algorithms", { names: ["mc"] });
+  await send(page, "parameter", { algorithm: 0, path: "num_particles", value: 2000 });
+  await until(page, () => window.studio.store.state.contenders[0].num_individuals === 2000);
+  const rates = await page.evaluate(async (seconds) => {
+    const { store } = window.studio;
+    const start = store.state.number;
+    let [states, images, drawn] = [0, 0, 0];
+    let isMeasuring = true;
+    store.on("state", () => { states += 1; });
+    store.on("image", () => { images += 1; });
+    const count = () => {
+      drawn += 1;
+      if (isMeasuring) requestAnimationFrame(count);
+    };
+    requestAnimationFrame(count);
+    await new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+    isMeasuring = false;
+    return { simulated: store.state.number - start, states, images, drawn };
+  }, SECONDS);
+  const perSecond = Object.entries(rates).map(([name, count]) => `${name} ${(count / SECONDS).toFixed(1)}`);
+  console.log(`measured with 2000 particles and the image, a second: ${perSecond.join(", ")}`);
+  const times = await page.evaluate(async (clicks) => {
+    const { store } = window.studio;
+    const all = [];
+    for (let i = 0; i < clicks; i += 1) {
+      await new Promise((resolve) => setTimeout(resolve, 150 + 37 * (i % 5)));
+      const before = store.state.controls.is_held;
+      const start = performance.now();
+      document.querySelector("#lift").click();
+      await new Promise((resolve) => {
+        const look = () => {
+          // Seen by the frame that draws it.
+          if (store.state.controls.is_held !== before) requestAnimationFrame(resolve);
+          else requestAnimationFrame(look);
+        };
+        requestAnimationFrame(look);
+      });
+      all.push(performance.now() - start);
+    }
+    return all.sort((a, b) => a - b);
+  }, CLICKS);
+  console.log(`measured from click to picture, ms: median ${times[CLICKS / 2].toFixed(1)}, most ${times[CLICKS - 1].toFixed(1)}`);
+}

@@ -1,0 +1,129 @@
+// What moves in the world of a robot: the robot itself, what algorithms believe, other robots.
+
+import { Mesh } from "./mesh.js";
+import { isLight, rgba } from "./theme.js";
+
+export const LANES = ["c0", "c1", "c2", "c3"];
+/** Length of a robot's arrow, meters: its tip is the handle to turn it. */
+export const ARROW_M = 0.42;
+const BODY_M = 0.13;
+const TRAIL_FRAMES = 450;
+
+export class Actors {
+  constructor() {
+    this.flat = new Mesh();
+    this.upright = new Mesh();
+  }
+
+  /** Builds everything for the latest state. `ghost` is where somebody holds the robot with the mouse. */
+  build(store, ghost) {
+    this.flat.clear();
+    this.upright.clear();
+    const { state, arrays, past } = store;
+    if (!state?.contenders) return;
+    this.trails(past);
+    state.contenders.forEach((_, i) => this.individuals(arrays[`individuals${i}`], rgba(LANES[i])));
+    state.contenders.forEach((contender, i) => this.estimate(contender, rgba(LANES[i]), i));
+    const truth = ghost ? { pose: ghost, height_m: 0.35 } : state.truth;
+    if (truth) this.robot(truth, state.camera);
+    for (const pose of state.others ?? []) this.body(pose, 0, [0.45, 0.48, 0.52, 1]);
+    const target = state.controls?.target;
+    if (target) this.target(target);
+  }
+
+  trails(past) {
+    const recent = past.slice(-TRAIL_FRAMES);
+    const truth = rgba("truth", isLight() ? 0.55 : 0.4);
+    for (let i = 4; i < recent.length; i += 4) {
+      const [a, b] = [recent[i - 4], recent[i]];
+      const isCut = a.isCarried || b.isCarried;
+      if (a.truth && b.truth && !isCut) this.piece(a.truth, b.truth, 0.02, truth);
+      b.lanes.forEach((lane, k) => {
+        const before = a.lanes[k];
+        if (before?.name !== lane.name || lane.reliability < 0.3 || before.reliability < 0.3) return;
+        this.piece(before.pose, lane.pose, 0.014, rgba(LANES[k], 0.7));
+      });
+    }
+  }
+
+  piece(a, b, width, color) {
+    const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
+    if (length > 0.002 && length < 0.5) this.flat.strip(a[0], a[1], b[0], b[1], width, 0.004, color);
+  }
+
+  /** Particles as small arrows; brighter where the image fits better. */
+  individuals(values, color) {
+    if (!values) return;
+    const c = [...color];
+    for (let i = 0; i + 4 < values.length; i += 5) {
+      const [x, y, yaw, likelihood, population] = values.subarray(i, i + 5);
+      const [ca, sa] = [Math.cos(yaw), Math.sin(yaw)];
+      c[3] = 0.3 + 0.5 * likelihood;
+      const size = population > 0 ? 0.05 : 0.04;
+      this.flat.triangle(
+        [x + 1.5 * size * ca, y + 1.5 * size * sa, 0.006],
+        [x - size * ca - 0.6 * size * sa, y - size * sa + 0.6 * size * ca, 0.006],
+        [x - size * ca + 0.6 * size * sa, y - size * sa - 0.6 * size * ca, 0.006], c);
+    }
+  }
+
+  /** The winning pose as a ring that shrinks as the reliability grows, and faint ones for the others. */
+  estimate(contender, color, lane) {
+    const z = 0.008 + 0.001 * lane;
+    for (const [x, y, yaw, probability] of contender.hypotheses.slice(1)) {
+      const faint = [...color.slice(0, 3), 0.15 + 0.6 * probability];
+      this.flat.ring(x, y, z, 0.14, 0.165, faint, 0, 2 * Math.PI, 24);
+      this.flat.strip(x, y, x + 0.22 * Math.cos(yaw), y + 0.22 * Math.sin(yaw), 0.02, z, faint);
+    }
+    const [x, y, yaw] = contender.pose;
+    const trust = contender.reliability;
+    // Each a little larger than the one before, so that none hides another.
+    const radius = 0.17 + 0.05 * lane + 0.6 * (1 - trust);
+    const alpha = contender.is_localized ? 1 : 0.65;
+    const solid = [...color.slice(0, 3), alpha];
+    this.flat.ring(x, y, z, 0, radius, [...color.slice(0, 3), 0.12]);
+    if (contender.is_localized) {
+      this.flat.ring(x, y, z, radius, radius + 0.035, solid, 0, 2 * Math.PI, 48);
+    } else {
+      for (let k = 0; k < 16; k += 1) {
+        this.flat.ring(x, y, z, radius, radius + 0.03, solid, k * Math.PI / 8, (k + 0.55) * Math.PI / 8);
+      }
+    }
+    this.arrow(x, y, yaw, radius + 0.02, radius + 0.17, 0.075, z, solid);
+  }
+
+  /** A pointer at the border of a circle. */
+  arrow(x, y, yaw, from, to, half, z, color) {
+    const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+    this.flat.triangle([x + to * c, y + to * s, z], [x + from * c - half * s, y + from * s + half * c, z],
+      [x + from * c + half * s, y + from * s - half * c, z], color);
+  }
+
+  /** The robot with the wedge of what its camera sees, and the arrow by which it can be turned. */
+  robot(truth, camera) {
+    const [x, y, yaw] = truth.pose;
+    const z = truth.height_m;
+    const color = rgba("truth");
+    if (camera) {
+      const [heading, width] = [yaw + camera[0], camera[1]];
+      this.flat.ring(x, y, 0.003, 0, 1.6, rgba("truth", isLight() ? 0.1 : 0.07), heading - width / 2, heading + width / 2);
+    }
+    this.flat.ring(x, y, 0.005, 0, 0.17, [0, 0, 0, 0.35], 0, 2 * Math.PI, 24);
+    this.arrow(x, y, yaw, 0.2, ARROW_M, 0.085, 0.012, color);
+    this.body(truth.pose, z, color);
+  }
+
+  body([x, y, yaw], z, color) {
+    this.upright.stump(x, y, z + 0.01, z + 0.34, BODY_M * 0.8, BODY_M, color);
+    this.upright.stump(x, y, z + 0.36, z + 0.47, BODY_M * 0.62, BODY_M * 0.5, color);
+    const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
+    const dark = isLight() ? [0.92, 0.95, 0.97, 1] : [0.1, 0.13, 0.17, 1];
+    this.upright.bar([x + 0.055 * c, y + 0.055 * s, z + 0.43], [x + 0.1 * c, y + 0.1 * s, z + 0.43], 0.024, dark);
+  }
+
+  target([x, y]) {
+    const color = rgba("truth", 0.8);
+    this.flat.ring(x, y, 0.011, 0.05, 0.075, color, 0, 2 * Math.PI, 24);
+    this.flat.ring(x, y, 0.011, 0, 0.02, color, 0, 2 * Math.PI, 12);
+  }
+}

@@ -1,0 +1,131 @@
+// The bar at the top, the buttons over the world, and the keys.
+
+import { byId, make, setPressed, setText } from "./dom.js";
+import { setIcon } from "./icons.js";
+import { toggleTheme } from "./theme.js";
+
+/** The hint stays so long, milliseconds. */
+const HINT_MS = 25000;
+
+export class Bar {
+  constructor(store, socket, view, drive) {
+    Object.assign(this, { store, socket, view, drive });
+    setIcon(byId("step"), "step");
+    setIcon(byId("theme"), "theme");
+    byId("play").onclick = () => this.toggle("is_playing", "pause", "play");
+    byId("step").onclick = () => socket.send("step");
+    byId("speed").onchange = (event) => socket.send("speed", { factor: Number(event.target.value) });
+    byId("scene").onchange = (event) => socket.send("open", { scene: event.target.value });
+    byId("reset").onclick = () => this.reset();
+    byId("seed").onchange = () => this.reset();
+    byId("theme").onclick = toggleTheme;
+    byId("help").onclick = () => byId("help-dialog").showModal();
+    byId("kidnap").onclick = () => socket.send("kidnap");
+    byId("lift").onclick = () => socket.send(this.store.state?.controls?.is_held ? "put_down" : "lift");
+    byId("cover").onclick = () => this.flip("cover", "is_covered");
+    byId("autopilot").onclick = () => this.flip("autopilot", "is_autopilot");
+    for (const button of document.querySelectorAll("[data-view]")) {
+      button.onclick = () => this.setView(button.dataset.view);
+    }
+    store.on("scene", () => this.scenes());
+    store.on("state", () => this.follow());
+    const hide = () => { byId("hint").dataset.done = ""; };
+    byId("world").addEventListener("pointerdown", hide, { once: true });
+    setTimeout(hide, HINT_MS);
+    addEventListener("keydown", (event) => this.onKey(event, true));
+    addEventListener("keyup", (event) => this.onKey(event, false));
+  }
+
+  toggle(name, whenSet, otherwise) {
+    this.socket.send(this.store.state?.[name] ? whenSet : otherwise);
+  }
+
+  flip(command, name) {
+    this.socket.send(command, { is_on: !this.store.state?.controls?.[name] });
+  }
+
+  reset() {
+    const seed = Math.floor(Number(byId("seed").value));
+    if (seed >= 0) this.socket.send("reset", { seed });
+  }
+
+  setView(view) {
+    this.view.setView(view);
+    for (const button of document.querySelectorAll("[data-view]")) setPressed(button, button.dataset.view === view);
+  }
+
+  scenes() {
+    const { scene } = this.store;
+    document.body.dataset.mode = scene.mode;
+    document.body.dataset.world = scene.world?.kind ?? "";
+    this.mapKey(scene.world?.kind === "space");
+    const key = JSON.stringify(scene.scenes);
+    const select = byId("scene");
+    if (key !== this.listed) {
+      this.listed = key;
+      const groups = new Map();
+      for (const entry of scene.scenes) {
+        if (!groups.has(entry.group)) groups.set(entry.group, make("optgroup", { label: entry.group }));
+        groups.get(entry.group).append(make("option", { value: entry.id, textContent: entry.label }));
+      }
+      select.replaceChildren(...groups.values());
+    }
+    select.value = scene.scene;
+    if (document.activeElement !== byId("seed")) byId("seed").value = scene.seed ?? 1;
+  }
+
+  /** What the colors of a map of landmarks mean. */
+  mapKey(isSpace) {
+    const key = byId("map-key");
+    key.hidden = !isSpace;
+    if (!isSpace || key.childElementCount) return;
+    const entries = [["--c1", "camera and its way"], ["--accent", "its way in truth"], ["--text", "landmarks"],
+      ["--c0", "candidates: depth still uncertain"], ["--c2", "keyframes and links"]];
+    key.append(...entries.map(([color, label]) => (
+      make("li", {}, make("i", { vars: { "--mark": `var(${color})` } }), label))));
+  }
+
+  follow() {
+    const { state } = this.store;
+    const isPlaying = state.is_playing;
+    setIcon(byId("play"), isPlaying ? "pause" : "play");
+    byId("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
+    setText(byId("time"), `${state.secs.toFixed(1)} s`);
+    if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
+    this.notice(state.notice);
+    const controls = state.controls;
+    if (!controls) return;
+    setPressed(byId("lift"), controls.is_held);
+    setText(byId("lift"), controls.is_held ? "Put down" : "Lift");
+    setPressed(byId("cover"), controls.is_covered);
+    setPressed(byId("autopilot"), controls.is_autopilot);
+  }
+
+  notice(text) {
+    if (!text) return;
+    const element = byId("notice");
+    element.textContent = text;
+    element.hidden = false;
+    clearTimeout(this.noticeTimer);
+    this.noticeTimer = setTimeout(() => { element.hidden = true; }, 6000);
+  }
+
+  onKey(event, isDown) {
+    const { target } = event;
+    const isTyping = target.matches?.("input:not([type=range]):not([type=checkbox]), select, textarea");
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || byId("help-dialog").open) return;
+    const isPlayground = this.store.scene?.mode === "playground";
+    if (target.matches?.("input[type=range]") && event.code.startsWith("Arrow")) return;
+    if (isPlayground && this.drive.press(event.code, isDown)) {
+      event.preventDefault();
+      return;
+    }
+    if (!isDown || event.repeat) return;
+    const ids = { Space: "play", Period: "step", KeyT: "theme", Slash: "help", Minus: "help" };
+    const more = { KeyK: "kidnap", KeyL: "lift", KeyC: "cover", KeyP: "autopilot", KeyR: "reset" };
+    const id = event.key === "?" ? "help" : ids[event.code] ?? (isPlayground ? more[event.code] : undefined);
+    if (!id || (event.code === "Space" && target.matches?.("button, input"))) return;
+    event.preventDefault();
+    byId(id).click();
+  }
+}

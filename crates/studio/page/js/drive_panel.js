@@ -1,0 +1,103 @@
+// Driving: keys, an on-screen pad, and the head.
+
+import { byId, make, setText } from "./dom.js";
+
+const PAD = [["q", "⟲", "Turn left", "KeyA"], ["w", "↑", "Ahead", "KeyW"], ["e", "⟳", "Turn right", "KeyD"],
+  ["a", "←", "Left", "KeyQ"], ["s", "↓", "Back", "KeyS"], ["d", "→", "Right", "KeyE"]];
+/** Shares of the greatest speeds: forward, left, turn. */
+const KEYS = {
+  KeyW: [1, 0, 0], ArrowUp: [1, 0, 0], KeyS: [-0.7, 0, 0], ArrowDown: [-0.7, 0, 0],
+  KeyA: [0, 0, 1], ArrowLeft: [0, 0, 1], KeyD: [0, 0, -1], ArrowRight: [0, 0, -1],
+  KeyQ: [0, 1, 0], KeyE: [0, -1, 0],
+};
+
+export class DrivePanel {
+  constructor(store, socket) {
+    Object.assign(this, { store, socket });
+    this.down = new Set();
+    const buttons = PAD.map(([, text, label, code]) => this.button(text, label, code));
+    this.head = this.slider("Head to the left", "°", -90, 90, 1);
+    this.tilt = this.slider("Head down", "°", -20, 45, 1);
+    this.auto = make("input", { type: "checkbox", checked: true });
+    this.auto.onchange = () => this.sendHead();
+    this.felt = make("input", { type: "checkbox", checked: true });
+    this.felt.onchange = () => socket.send("felt", { is_on: this.felt.checked });
+    byId("panel-drive").replaceChildren(make("div", { className: "drive" },
+      make("div", { className: "pad", role: "group", "aria-label": "Drive" }, ...buttons),
+      make("div", { className: "column" },
+        make("label", { className: "check" }, this.auto, "Head scans by itself"), this.head.row, this.tilt.row)),
+    make("label", { className: "check", title: "If not, pressure under the feet stays normal: the robot has to notice by its images" },
+      this.felt, "Feet notice that the robot is carried"),
+    make("p", { className: "small" }, "Keys: W A S D or arrows drive, Q and E go sideways, K kidnaps."));
+    store.on("state", () => this.follow());
+    addEventListener("blur", () => this.releaseAll());
+  }
+
+  button(text, label, code) {
+    const button = make("button", { type: "button", textContent: text, "aria-label": label, title: label });
+    const press = (isDown) => {
+      button.classList.toggle("is-down", isDown);
+      this.press(code, isDown);
+    };
+    button.onpointerdown = (event) => {
+      button.setPointerCapture(event.pointerId);
+      press(true);
+    };
+    button.onpointerup = button.onpointercancel = () => press(false);
+    button.onkeydown = (event) => event.code === "Enter" && !event.repeat && press(true);
+    button.onkeyup = (event) => event.code === "Enter" && press(false);
+    return button;
+  }
+
+  slider(label, unit, min, max, step) {
+    const input = make("input", { type: "range", min, max, step, value: 0, "aria-label": label });
+    const value = make("b");
+    input.oninput = () => {
+      this.auto.checked = false;
+      this.sendHead();
+    };
+    return { input, value, unit, row: make("label", { className: "row" }, make("span", {}, label, value), input) };
+  }
+
+  sendHead() {
+    const angles = { yaw_deg: Number(this.head.input.value), pitch_deg: Number(this.tilt.input.value) };
+    this.socket.send("head", this.auto.checked ? {} : angles);
+  }
+
+  /** Takes a key; tells whether it drives. */
+  press(code, isDown) {
+    if (!KEYS[code]) return false;
+    if (isDown === this.down.has(code)) return true;
+    if (isDown) this.down.add(code);
+    else this.down.delete(code);
+    this.send();
+    return true;
+  }
+
+  releaseAll() {
+    if (this.down.size === 0) return;
+    this.down.clear();
+    this.send();
+  }
+
+  send() {
+    const sum = [0, 0, 0];
+    for (const code of this.down) KEYS[code].forEach((value, i) => { sum[i] += value; });
+    const [forward, left, turn] = sum.map((value) => Math.min(Math.max(value, -1), 1));
+    this.socket.send("drive", { forward, left, turn });
+  }
+
+  follow() {
+    const controls = this.store.state.controls;
+    if (!controls) return;
+    this.felt.checked = controls.is_felt;
+    const isActive = [this.head.input, this.tilt.input].includes(document.activeElement);
+    if (!isActive) this.auto.checked = controls.head === null;
+    const camera = this.store.state.camera;
+    const angles = controls.head ?? [camera ? camera[0] * 180 / Math.PI : 0, Number(this.tilt.input.value)];
+    [this.head, this.tilt].forEach((slider, i) => {
+      if (document.activeElement !== slider.input) slider.input.value = angles[i];
+      setText(slider.value, controls.head || i === 0 ? `${Math.round(angles[i])}${slider.unit}` : "by itself");
+    });
+  }
+}

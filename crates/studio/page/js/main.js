@@ -1,0 +1,67 @@
+// Puts the page together.
+
+import { Bar } from "./bar.js";
+import { Cards, Facts } from "./cards.js";
+import { byId } from "./dom.js";
+import { DrivePanel } from "./drive_panel.js";
+import { ImageView } from "./image_view.js";
+import { AlgorithmsPanel } from "./parameters.js";
+import { Plots } from "./plots.js";
+import { Socket } from "./socket.js";
+import { Store } from "./store.js";
+import { Tabs } from "./tabs.js";
+import { startTheme } from "./theme.js";
+import { Timeline } from "./timeline.js";
+import { showStatus } from "./veil.js";
+import { View3d } from "./view3d.js";
+import { WorldPanel } from "./world_panel.js";
+
+/** Plots and numbers are drawn so often, milliseconds. */
+const SLOW_MS = 90;
+
+startTheme();
+const store = new Store();
+let numToDraw = 0;
+let slowAt = 0;
+let isSlowDue = false;
+
+const socket = new Socket({
+  message(message) {
+    // Each state is answered when it has been drawn, so a page that is busy or hidden is not sent more.
+    if (store.take(message)) numToDraw += 1;
+  },
+  status(state, text) {
+    if (state === "connecting") numToDraw = 0;
+    queueMicrotask(() => showStatus(state, text, socket));
+  },
+});
+
+const view = new View3d(byId("world"), store, socket);
+const image = new ImageView(store);
+const cards = new Cards(store);
+const facts = new Facts(store);
+const plots = new Plots(store);
+const drive = new DrivePanel(store, socket);
+const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store),
+  new Timeline(store, socket)];
+const bar = new Bar(store, socket, view, drive);
+
+function draw(now) {
+  view.draw();
+  if (numToDraw > 0) {
+    cards.draw();
+    isSlowDue = true;
+    for (; numToDraw > 0; numToDraw -= 1) socket.drawn();
+  }
+  if (isSlowDue && now - slowAt > SLOW_MS) {
+    slowAt = now;
+    isSlowDue = false;
+    plots.draw();
+    facts.draw();
+  }
+  requestAnimationFrame(draw);
+}
+requestAnimationFrame(draw);
+
+/** For tests, and for the curious in the console. */
+window.studio = { store, socket, view, image, bar, panels };

@@ -1,0 +1,48 @@
+// Tabs of the panel at the side.
+
+import { byId, make } from "./dom.js";
+
+const TABS = [["drive", "Drive", "playground"], ["world", "World", "playground"],
+  ["algorithms", "Algorithms", "playground"], ["facts", "Numbers", ""]];
+
+export class Tabs {
+  constructor(store) {
+    this.buttons = TABS.map(([id, label, mode]) => {
+      const button = make("button", { type: "button", role: "tab", textContent: label, id: `tab-${id}`, "aria-controls": `panel-${id}` });
+      button.onclick = () => this.show(id);
+      button.onkeydown = (event) => this.key(event, id);
+      byId(`panel-${id}`).setAttribute("aria-labelledby", `tab-${id}`);
+      return { id, mode, button };
+    });
+    byId("tabs").replaceChildren(...this.buttons.map(({ button }) => button));
+    store.on("scene", () => this.fit(store.scene.mode));
+    this.show("drive");
+  }
+
+  fit(mode) {
+    for (const { button, mode: wanted } of this.buttons) button.hidden = Boolean(wanted) && wanted !== mode;
+    const shown = this.buttons.find(({ id }) => id === this.shown);
+    if (shown?.button.hidden) this.show("facts");
+  }
+
+  show(id) {
+    this.shown = id;
+    for (const { id: other, button } of this.buttons) {
+      const isShown = other === id;
+      button.setAttribute("aria-selected", String(isShown));
+      button.tabIndex = isShown ? 0 : -1;
+      byId(`panel-${other}`).hidden = !isShown;
+    }
+  }
+
+  key(event, id) {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.code];
+    if (!step) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const usable = this.buttons.filter(({ button }) => !button.hidden);
+    const next = usable[(usable.findIndex((entry) => entry.id === id) + step + usable.length) % usable.length];
+    this.show(next.id);
+    next.button.focus();
+  }
+}

@@ -1,0 +1,80 @@
+//! What can go wrong in the studio.
+
+use thiserror::Error;
+use visloc_data::image_codec::ImageCodecError;
+use visloc_locate::{ConfigError, PipelineError};
+use visloc_sim::ScenarioError;
+use visloc_vision::AnalysisError;
+
+use crate::{MessageError, recording::RecordingError};
+
+/// Why something cannot be done. The message is for the person at the page.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum StudioError {
+    /// The world cannot be built.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// An algorithm cannot be built.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// A parameter is wrong.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// An image cannot be analyzed.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+    /// A picture cannot be encoded.
+    #[error(transparent)]
+    Image(#[from] ImageCodecError),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A message cannot be made or read.
+    #[error(transparent)]
+    Message(#[from] MessageError),
+    /// A value that a parameter cannot have.
+    #[error("{path} = {value}: {reason}")]
+    Parameter {
+        /// The parameter.
+        path: String,
+        /// The value.
+        value: serde_json::Value,
+        /// What is possible.
+        reason: String,
+    },
+    /// A command that makes no sense here.
+    #[error("{what}: expected {expected}, found {found}")]
+    Command {
+        /// What was to be set or done.
+        what: String,
+        /// What is possible.
+        expected: String,
+        /// What was asked for.
+        found: String,
+    },
+    /// A file or a connection.
+    #[error("{origin}: {reason}")]
+    Input {
+        /// Which one.
+        origin: String,
+        /// What was expected and found.
+        reason: String,
+    },
+}
+
+impl StudioError {
+    /// A command that makes no sense here.
+    pub(crate) fn command(
+        what: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl ToString,
+    ) -> Self {
+        Self::Command { what: what.into(), expected: expected.into(), found: found.to_string() }
+    }
+
+    /// A file or a connection that cannot be used.
+    pub(crate) fn input(origin: impl ToString, reason: impl ToString) -> Self {
+        Self::Input { origin: origin.to_string(), reason: reason.to_string() }
+    }
+}

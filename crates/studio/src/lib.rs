@@ -1,0 +1,33 @@
+//! The studio: a page in the browser to watch a robot, drive it, kidnap it, change every parameter and replay what was
+//! recorded.
+//!
+//! Data flow: a [`Session`] (`playground`, `replay`, `slam`, ...) takes in a [`Command`] or a tick and answers with an
+//! [`Update`], which is bytes already (`message`). The `engine` runs one session on a thread of its own and hands updates to
+//! the [`Hub`]; `server` gives each page the latest one when that page is ready for it. Sessions know nothing of the web, and
+//! the server nothing of robots.
+//!
+//! No clock is read here: who starts the studio passes one in ([`Clock`]).
+
+mod clock;
+mod command;
+mod engine;
+mod error;
+mod message;
+pub mod playground;
+pub mod recording;
+mod scenes;
+pub mod server;
+mod session;
+pub mod slam;
+mod update;
+pub mod view;
+
+pub use clock::Clock;
+pub use command::Command;
+pub use engine::{Engine, run_engine};
+pub use error::StudioError;
+pub use message::{Message, MessageBuilder, MessageError, MessageKind};
+pub use scenes::Scenes;
+pub use server::hub::Hub;
+pub use session::Session;
+pub use update::Update;

@@ -1,0 +1,213 @@
+//! Messages to pages, in recordings and between programs: a JSON header with binary arrays behind it.
+//!
+//! ```text
+//! byte 0      kind: 1 scene, 2 state, 3 image
+//! byte 1..4   0
+//! byte 4..8   length of the header, unsigned 32 bit, little endian
+//! header      JSON, padded with spaces so that the arrays begin at a multiple of 4
+//! arrays      float32 little endian or bytes, each padded to a multiple of 4
+//! ```
+//!
+//! The header's `arrays` says where each array lies: `{"name": [offset behind the header, number of elements, "f32" or "u8"]}`.
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+use thiserror::Error;
+
+/// Bytes before the header.
+const PREFIX: usize = 8;
+/// Key of the header that lists the arrays.
+const ARRAYS: &str = "arrays";
+
+/// What a message tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum MessageKind {
+    /// What stays: the world, the algorithms, their parameters.
+    Scene = 1,
+    /// What is true now.
+    State = 2,
+    /// A camera image with what belongs on it.
+    Image = 3,
+}
+
+/// Bytes that are not a message.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MessageError {
+    /// The header is not JSON or not a table.
+    #[error("message: expected a header of JSON, {reason}")]
+    Header {
+        /// What is wrong.
+        reason: String,
+    },
+    /// It is too short or of no known kind.
+    #[error("message of {num_bytes} bytes: expected {expected}")]
+    Shape {
+        /// Its length.
+        num_bytes: usize,
+        /// What it should have.
+        expected: &'static str,
+    },
+}
+
+/// Puts a message together.
+#[derive(Debug)]
+pub struct MessageBuilder {
+    kind: MessageKind,
+    header: Map<String, Value>,
+    arrays: Map<String, Value>,
+    body: Vec<u8>,
+}
+
+impl MessageBuilder {
+    /// A message with a header, which has to be a table.
+    ///
+    /// # Errors
+    /// If the header cannot be written as a JSON table.
+    pub fn new(kind: MessageKind, header: &impl Serialize) -> Result<Self, MessageError> {
+        let reason = |reason: String| MessageError::Header { reason };
+        let value = serde_json::to_value(header).map_err(|error| reason(error.to_string()))?;
+        let Value::Object(header) = value else { return Err(reason("found no table".to_owned())) };
+        Ok(Self { kind, header, arrays: Map::new(), body: Vec::new() })
+    }
+
+    /// Adds numbers.
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn floats(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
+        let offset = self.body.len();
+        self.body.extend(values.into_iter().flat_map(|value| (value as f32).to_le_bytes()));
+        self.note(name, offset, (self.body.len() - offset) / 4, "f32");
+    }
+
+    /// Adds bytes.
+    pub fn bytes(&mut self, name: &str, values: &[u8]) {
+        let offset = self.body.len();
+        self.body.extend_from_slice(values);
+        self.body.resize(self.body.len().next_multiple_of(4), 0);
+        self.note(name, offset, values.len(), "u8");
+    }
+
+    fn note(&mut self, name: &str, offset: usize, count: usize, kind: &str) {
+        self.arrays.insert(name.to_owned(), serde_json::json!([offset, count, kind]));
+    }
+
+    /// The bytes.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<u8> {
+        self.header.insert(ARRAYS.to_owned(), Value::Object(self.arrays));
+        let mut header = Value::Object(self.header).to_string().into_bytes();
+        header.resize(header.len().next_multiple_of(4), b' ');
+        let mut out = Vec::with_capacity(PREFIX + header.len() + self.body.len());
+        out.extend_from_slice(&[self.kind as u8, 0, 0, 0]);
+        out.extend_from_slice(&u32::try_from(header.len()).unwrap_or(u32::MAX).to_le_bytes());
+        out.extend(header);
+        out.extend(self.body);
+        out
+    }
+}
+
+/// A message that was received or recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// What it tells.
+    pub kind: MessageKind,
+    /// Its header, without the list of arrays.
+    pub header: Map<String, Value>,
+    arrays: Map<String, Value>,
+    body: Vec<u8>,
+}
+
+impl Message {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// If the bytes are cut off, of no known kind, or their header is not JSON.
+    pub fn read(bytes: &[u8]) -> Result<Self, MessageError> {
+        let shape = |expected| MessageError::Shape { num_bytes: bytes.len(), expected };
+        let kind = match bytes.first() {
+            Some(1) => MessageKind::Scene,
+            Some(2) => MessageKind::State,
+            Some(3) => MessageKind::Image,
+            _ => return Err(shape("a first byte from 1 to 3")),
+        };
+        let length = bytes.get(4..PREFIX).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
+        let end = length.and_then(|length| PREFIX.checked_add(length as usize));
+        let text = end.and_then(|end| bytes.get(PREFIX..end)).ok_or_else(|| shape("a whole header"))?;
+        let header = |reason: String| MessageError::Header { reason };
+        let mut parsed: Map<String, Value> =
+            serde_json::from_slice(text).map_err(|error| header(error.to_string()))?;
+        let arrays = match parsed.remove(ARRAYS) {
+            Some(Value::Object(arrays)) => arrays,
+            _ => return Err(header("found no list of arrays".to_owned())),
+        };
+        let body = bytes.get(PREFIX + text.len()..).unwrap_or_default().to_vec();
+        Ok(Self { kind, header: parsed, arrays, body })
+    }
+
+    /// The bytes, with what has been changed in the header.
+    #[must_use]
+    pub fn write(self) -> Vec<u8> {
+        let Self { kind, header, arrays, body } = self;
+        MessageBuilder { kind, header, arrays, body }.finish()
+    }
+
+    /// The numbers of an array; `None` if there is no such array or it is cut off.
+    #[must_use]
+    pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
+        let bytes = self.slice(name, 4)?;
+        Some(
+            bytes
+                .chunks_exact(4)
+                .map(|four| f32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+                .collect(),
+        )
+    }
+
+    /// The bytes of an array.
+    #[must_use]
+    pub fn bytes(&self, name: &str) -> Option<&[u8]> {
+        self.slice(name, 1)
+    }
+
+    fn slice(&self, name: &str, size: usize) -> Option<&[u8]> {
+        let place = self.arrays.get(name)?.as_array()?;
+        let number = |i: usize| usize::try_from(place.get(i)?.as_u64()?).ok();
+        let offset = number(0)?;
+        self.body.get(offset..offset.checked_add(number(1)?.checked_mul(size)?)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_put_in_comes_out() {
+        let mut builder =
+            MessageBuilder::new(MessageKind::State, &serde_json::json!({ "frame": 7 })).unwrap();
+        builder.bytes("odd", &[1, 2, 3]);
+        builder.floats("numbers", [0.5, -2.0]);
+        let bytes = builder.finish();
+        let message = Message::read(&bytes).unwrap();
+        assert_eq!((message.kind, message.header["frame"].as_u64()), (MessageKind::State, Some(7)));
+        assert_eq!(message.bytes("odd"), Some(&[1, 2, 3][..]));
+        assert_eq!(message.floats("numbers"), Some(vec![0.5, -2.0]));
+        assert_eq!(message.floats("others"), None);
+        assert_eq!(bytes.len() % 4, 0);
+        assert_eq!(message.clone().write(), bytes);
+        assert_eq!(Message::read(&message.write()).unwrap().floats("numbers"), Some(vec![0.5, -2.0]));
+    }
+
+    #[test]
+    fn damaged_bytes_are_refused() {
+        let bytes = MessageBuilder::new(MessageKind::Scene, &serde_json::json!({})).unwrap().finish();
+        for end in 0..bytes.len() {
+            assert!(Message::read(&bytes[..end]).is_err(), "cut after {end}");
+        }
+        let mut wrong = bytes;
+        wrong[0] = 9;
+        assert!(Message::read(&wrong).is_err());
+        assert!(MessageBuilder::new(MessageKind::Scene, &3).is_err());
+    }
+}

@@ -1,0 +1,13 @@
+//! A simulated robot that people drive and kidnap, with several algorithms that look for it in the same images.
+//!
+//! `session` is the whole, `driver` moves the robot, `contender` is one algorithm with its parameters, `world` what people
+//! change around the robot.
+
+mod contender;
+mod driver;
+mod overrides;
+mod scene;
+mod session;
+mod world;
+
+pub use session::{PLACES, Place, Playground};

@@ -1,0 +1,70 @@
+//! Parameters that somebody has changed, by their paths.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::StudioError;
+
+/// Changed parameters.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Overrides {
+    values: BTreeMap<String, Value>,
+}
+
+impl Overrides {
+    /// The same with one more.
+    pub fn with(&self, path: &str, value: &Value) -> Self {
+        let mut values = self.values.clone();
+        values.insert(path.to_owned(), value.clone());
+        Self { values }
+    }
+
+    /// All paths.
+    pub fn paths(&self) -> Vec<&str> {
+        self.values.keys().map(String::as_str).collect()
+    }
+
+    /// As TOML, to be laid over defaults.
+    ///
+    /// # Errors
+    /// If a path is no path or a value no value of TOML.
+    pub fn toml(&self) -> Result<String, StudioError> {
+        let mut root = toml::Table::new();
+        for (path, value) in &self.values {
+            let value = toml::Value::try_from(value)
+                .map_err(|_| StudioError::command(path.as_str(), "a number, a word or a list", value))?;
+            insert(&mut root, path, value)?;
+        }
+        toml::to_string(&root).map_err(|error| StudioError::command("parameters", "TOML", error))
+    }
+}
+
+fn insert(root: &mut toml::Table, path: &str, value: toml::Value) -> Result<(), StudioError> {
+    let (tables, key) = path.rsplit_once('.').map_or((None, path), |(tables, key)| (Some(tables), key));
+    let mut table = root;
+    for name in tables.into_iter().flat_map(|tables| tables.split('.')) {
+        let below = table.entry(name).or_insert_with(|| toml::Value::Table(toml::Table::new()));
+        table = below.as_table_mut().ok_or_else(|| StudioError::command(path, "a table", name))?;
+    }
+    table.insert(key.to_owned(), value);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn paths_become_tables() {
+        let overrides = Overrides::default()
+            .with("num_particles", &json!(500))
+            .with("motion.noise_m_per_m", &json!(0.5))
+            .with("num_particles", &json!(600));
+        assert_eq!(overrides.toml().unwrap(), "num_particles = 600\n\n[motion]\nnoise_m_per_m = 0.5\n");
+        assert!(Overrides::default().with("a", &json!(null)).toml().is_err());
+        assert!(Overrides::default().with("a", &json!(1)).with("a.b", &json!(1)).toml().is_err());
+    }
+}

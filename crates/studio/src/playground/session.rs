@@ -1,0 +1,384 @@
+//! The playground as a whole.
+
+use std::sync::Arc;
+
+use nalgebra::Point2;
+use serde_json::{Value, json};
+use visloc_base::SourceFrame;
+use visloc_geom::{PlanarPose, nao::HeadAngles};
+use visloc_locate::PipelineConfig;
+use visloc_settings::overlay;
+use visloc_sim::{LiveSimulation, Scenario};
+
+use super::{
+    contender::{Contender, Setting, line_up},
+    driver::Driver,
+    overrides::Overrides,
+    scene::Scene,
+    world::{WorldSettings, check_exposure, in_range},
+};
+use crate::{Clock, Command, Session, StudioError, Update, view::ContenderView, view::LocalizationView};
+
+/// Algorithms that run until somebody chooses others.
+const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
+/// Most algorithms at once.
+const MAX_ALGORITHMS: usize = 4;
+/// Coordinates beyond this are no place, meters.
+const MAX_COORDINATE_M: f64 = 200.0;
+/// Fastest pace, as multiple of reality.
+const MAX_SPEED: f64 = 8.0;
+
+/// A world to play in.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Its id.
+    pub id: &'static str,
+    /// What people read.
+    pub label: &'static str,
+    /// The scenario that furnishes it.
+    pub scenario: &'static str,
+}
+
+/// All worlds, the first one first.
+pub const PLACES: [Place; 4] = [
+    Place { id: "robocup-2010", label: "RoboCup field 2010", scenario: "tour" },
+    Place { id: "robocup-2024", label: "RoboCup field 2024", scenario: "tour-2024" },
+    Place { id: "office", label: "Office corridor", scenario: "office-walk" },
+    Place { id: "office-large", label: "Large office", scenario: "office-large" },
+];
+
+/// A simulated robot with algorithms that look for it.
+pub struct Playground {
+    place: Place,
+    scenes: Value,
+    scenario: Scenario,
+    seed: u64,
+    simulation: LiveSimulation,
+    settings: WorldSettings,
+    driver: Driver,
+    contenders: Vec<Contender>,
+    pipeline: PipelineConfig,
+    pipeline_overrides: Overrides,
+    is_playing: bool,
+    speed: f64,
+    frame: SourceFrame,
+    number: u64,
+    render_ms: f64,
+    clock: Clock,
+    scene: Option<Arc<[u8]>>,
+}
+
+impl Playground {
+    /// A playground in which the robot walks around; `scenes` is told to the pages as what else can be opened.
+    ///
+    /// # Errors
+    /// If there is no such place or it cannot be built.
+    pub fn new(place: &str, seed: u64, clock: Clock, scenes: Value) -> Result<Self, StudioError> {
+        let place = PLACES
+            .iter()
+            .find(|known| known.id == place)
+            .ok_or_else(|| StudioError::command("place", PLACES.map(|place| place.id).join(", "), place))?;
+        let scenario = Scenario::load(place.scenario)?;
+        let mut simulation = LiveSimulation::new(&scenario, seed)?;
+        let mut driver = Driver::default();
+        let frame = simulation.step(&driver.controls(&simulation));
+        let pipeline = PipelineConfig::default();
+        let setting = Setting { map: simulation.map(), pipeline: &pipeline, seed };
+        let contender = |name: &&str| Contender::new(name, Overrides::default(), setting);
+        let contenders: Result<Vec<_>, _> = FIRST_ALGORITHMS.iter().map(contender).collect();
+        let mut playground = Self {
+            place: *place,
+            scenes,
+            seed,
+            settings: WorldSettings::of(&scenario),
+            scenario,
+            driver,
+            contenders: contenders?,
+            pipeline,
+            pipeline_overrides: Overrides::default(),
+            is_playing: true,
+            speed: 1.0,
+            frame,
+            number: 0,
+            render_ms: 0.0,
+            clock,
+            scene: None,
+            simulation,
+        };
+        playground.weigh()?;
+        Ok(playground)
+    }
+
+    /// Everything from the beginning, with the algorithms, parameters and world as they are.
+    fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
+        let mut simulation = LiveSimulation::new(&self.scenario, seed)?;
+        self.settings.apply(&WorldSettings::of(&self.scenario), &self.scenario, &mut simulation)?;
+        let setting = Setting { map: simulation.map(), pipeline: &self.pipeline, seed };
+        let again = |old: &Contender| Contender::new(old.name(), old.overrides().clone(), setting);
+        let contenders: Result<Vec<_>, _> = self.contenders.iter().map(again).collect();
+        self.contenders = contenders?;
+        self.simulation = simulation;
+        self.driver = self.driver.anew();
+        (self.seed, self.number, self.scene) = (seed, 0, None);
+        self.take_frame();
+        self.weigh()
+    }
+
+    fn take_frame(&mut self) {
+        let controls = self.driver.controls(&self.simulation);
+        let simulation = &mut self.simulation;
+        (self.frame, self.render_ms) = self.clock.measure(|| simulation.step(&controls));
+    }
+
+    /// All algorithms take in the frame.
+    fn weigh(&mut self) -> Result<(), StudioError> {
+        for contender in &mut self.contenders {
+            contender.step(&self.frame.frame, &self.clock)?;
+        }
+        Ok(())
+    }
+
+    fn set_algorithms(&mut self, names: &[String]) -> Result<(), StudioError> {
+        if names.is_empty() || names.len() > MAX_ALGORITHMS {
+            let expected = format!("1 to {MAX_ALGORITHMS}");
+            return Err(StudioError::command("algorithms", expected, names.len()));
+        }
+        let setting = Setting { map: self.simulation.map(), pipeline: &self.pipeline, seed: self.seed };
+        line_up(&mut self.contenders, names, setting)?;
+        self.scene = None;
+        Ok(())
+    }
+
+    fn setting(&self) -> Setting<'_> {
+        Setting { map: self.simulation.map(), pipeline: &self.pipeline, seed: self.seed }
+    }
+
+    /// Changes parameters of one algorithm.
+    fn change(&mut self, algorithm: usize, overrides: Overrides) -> Result<(), StudioError> {
+        let num = self.contenders.len();
+        let old = self.contenders.get(algorithm);
+        let old = old.ok_or_else(|| StudioError::command("algorithm", format!("below {num}"), algorithm))?;
+        let changed = old.changed(overrides, self.setting())?;
+        self.contenders[algorithm] = changed;
+        self.scene = None;
+        Ok(())
+    }
+
+    /// Changes parameters that all algorithms share.
+    fn change_pipeline(&mut self, overrides: Overrides) -> Result<(), StudioError> {
+        let pipeline = overlay(&PipelineConfig::default(), &overrides.toml()?)
+            .map_err(|error| StudioError::command("parameter", "a possible value", error.reason))?;
+        let setting = Setting { map: self.simulation.map(), pipeline: &pipeline, seed: self.seed };
+        let changed = |old: &Contender| old.changed(old.overrides().clone(), setting);
+        let contenders: Result<Vec<_>, _> = self.contenders.iter().map(changed).collect();
+        self.contenders = contenders?;
+        (self.pipeline, self.pipeline_overrides, self.scene) = (pipeline, overrides, None);
+        Ok(())
+    }
+
+    fn set_parameter(
+        &mut self,
+        algorithm: Option<usize>,
+        path: &str,
+        value: &Value,
+    ) -> Result<(), StudioError> {
+        match algorithm {
+            None => self.change_pipeline(self.pipeline_overrides.with(path, value)),
+            Some(algorithm) => {
+                let known = self.contenders.get(algorithm);
+                let overrides = known.map(|it| it.overrides().with(path, value)).unwrap_or_default();
+                self.change(algorithm, overrides)
+            }
+        }
+    }
+
+    fn set_world(&mut self, settings: WorldSettings) -> Result<(), StudioError> {
+        settings.apply(&self.settings, &self.scenario, &mut self.simulation)?;
+        self.settings = settings;
+        Ok(())
+    }
+
+    fn kidnap(&mut self, place: Option<PlanarPose>) -> Result<(), StudioError> {
+        let choice = self.driver.next_choice();
+        let place = place.or_else(|| self.simulation.random_pose(choice));
+        let place =
+            place.ok_or_else(|| StudioError::command("kidnap", "a free place", "none; give coordinates"))?;
+        self.driver.kidnap(self.simulation.truth().world_from_robot, place);
+        Ok(())
+    }
+
+    fn set_head(&mut self, yaw_deg: Option<f64>, pitch_deg: Option<f64>) -> Result<(), StudioError> {
+        let (yaw_deg, pitch_deg) = match (yaw_deg, pitch_deg) {
+            (None, None) => {
+                self.driver.head = None;
+                return Ok(());
+            }
+            (yaw, pitch) => (yaw.unwrap_or(0.0), pitch.unwrap_or(0.0)),
+        };
+        in_range("head to the left", yaw_deg, -120.0, 120.0)?;
+        in_range("head down", pitch_deg, -40.0, 60.0)?;
+        let (yaw_rad, pitch_rad) = (yaw_deg.to_radians(), pitch_deg.to_radians());
+        self.driver.head = Some(HeadAngles { yaw_rad, pitch_rad });
+        Ok(())
+    }
+
+    /// What moves the robot.
+    fn handle_motion(&mut self, command: &Command) -> Result<(), StudioError> {
+        match *command {
+            Command::Drive { forward, left, turn } => self.driver.drive([forward, left, turn]),
+            Command::WalkTo { x_m, y_m } => {
+                let place = pose(x_m, y_m, 0.0)?;
+                self.driver.walk_to(Point2::new(place.x_m, place.y_m));
+            }
+            Command::Autopilot { is_on } => self.driver.set_autopilot(is_on),
+            Command::Head { yaw_deg, pitch_deg } => self.set_head(yaw_deg, pitch_deg)?,
+            Command::Carry { x_m, y_m, yaw_rad } => self.driver.hold(pose(x_m, y_m, yaw_rad)?),
+            Command::Lift {} => self.driver.hold(self.simulation.truth().world_from_robot),
+            Command::PutDown {} => self.driver.release(),
+            Command::Kidnap { x_m, y_m, yaw_rad } => {
+                let here = self.simulation.truth().world_from_robot;
+                let place = match (x_m, y_m) {
+                    (Some(x_m), Some(y_m)) => Some(pose(x_m, y_m, yaw_rad.unwrap_or(here.yaw_rad))?),
+                    _ => None,
+                };
+                self.kidnap(place)?;
+            }
+            Command::Felt { is_on } => self.driver.is_felt = is_on,
+            Command::Cover { is_on } => self.driver.is_covered = is_on,
+            _ => return Err(StudioError::command("command", "one for a playground", format!("{command:?}"))),
+        }
+        Ok(())
+    }
+
+    /// What is decided beside the robot; only a frame tells what it sees of it, so there is one at once.
+    fn handle_world(&mut self, command: &Command) -> Result<(), StudioError> {
+        match *command {
+            Command::Light { exposure_stops, unevenness } => {
+                check_exposure(exposure_stops)?;
+                self.set_world(WorldSettings { unevenness, ..self.settings })?;
+                self.driver.exposure_stops = exposure_stops;
+            }
+            Command::Odometry { factor } => {
+                self.set_world(WorldSettings { odometry_factor: factor, ..self.settings })?;
+            }
+            Command::Robots { count } => {
+                self.set_world(WorldSettings { num_robots: count, ..self.settings })?;
+            }
+            _ => return self.handle_motion(command),
+        }
+        Ok(())
+    }
+
+    fn controls(&self) -> Value {
+        let degrees = |head: HeadAngles| [head.yaw_rad.to_degrees(), head.pitch_rad.to_degrees()];
+        json!({
+            "is_autopilot": self.driver.is_autopilot,
+            "is_felt": self.driver.is_felt,
+            "is_covered": self.driver.is_covered,
+            "is_held": self.driver.is_held(),
+            "head": self.driver.head.map(degrees),
+            "target": self.driver.target().map(|target| [target.x, target.y]),
+            "exposure_stops": self.driver.exposure_stops,
+            "unevenness": self.settings.unevenness,
+            "odometry_factor": self.settings.odometry_factor,
+            "num_robots": self.settings.num_robots,
+        })
+    }
+
+    fn scene_message(&mut self) -> Result<Arc<[u8]>, StudioError> {
+        if let Some(scene) = &self.scene {
+            return Ok(Arc::clone(scene));
+        }
+        let scene = Scene {
+            place: self.place.id,
+            map: self.simulation.map(),
+            seed: self.seed,
+            step_secs: self.simulation.step_secs(),
+            contenders: &self.contenders,
+            pipeline: &self.pipeline,
+            pipeline_overrides: &self.pipeline_overrides,
+            others: &self.scenes,
+        };
+        let bytes: Arc<[u8]> = scene.message()?.into();
+        self.scene = Some(Arc::clone(&bytes));
+        Ok(bytes)
+    }
+}
+
+/// A pose that makes sense.
+fn pose(x_m: f64, y_m: f64, yaw_rad: f64) -> Result<PlanarPose, StudioError> {
+    in_range("x", x_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+    in_range("y", y_m, -MAX_COORDINATE_M, MAX_COORDINATE_M)?;
+    in_range("heading", yaw_rad, -10.0, 10.0)?;
+    Ok(PlanarPose::new(x_m, y_m, yaw_rad))
+}
+
+impl Session for Playground {
+    fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
+        match command {
+            Command::Play {} => self.is_playing = true,
+            Command::Pause {} => self.is_playing = false,
+            Command::Step {} => {
+                self.is_playing = false;
+                self.step()?;
+            }
+            Command::Speed { factor } => {
+                in_range("speed", *factor, 0.0, MAX_SPEED)?;
+                self.speed = *factor;
+            }
+            Command::Reset { seed } => self.reset(*seed)?,
+            Command::Algorithms { names } => self.set_algorithms(names)?,
+            Command::Parameter { algorithm, path, value } => {
+                self.set_parameter(*algorithm, path, value).map_err(|error| StudioError::Parameter {
+                    path: path.clone(),
+                    value: value.clone(),
+                    reason: error.to_string(),
+                })?;
+            }
+            Command::Defaults { algorithm: Some(algorithm) } => {
+                self.change(*algorithm, Overrides::default())?;
+            }
+            Command::Defaults { algorithm: None } => self.change_pipeline(Overrides::default())?,
+            Command::Forget {} => self.contenders.iter_mut().for_each(Contender::forget),
+            command => self.handle_world(command)?,
+        }
+        Ok(())
+    }
+
+    fn step_secs(&self) -> Option<f64> {
+        let step_secs = self.simulation.step_secs();
+        self.is_playing.then(|| if self.speed > 0.0 { step_secs / self.speed } else { 0.0 })
+    }
+
+    fn step(&mut self) -> Result<(), StudioError> {
+        self.take_frame();
+        self.number += 1;
+        self.weigh()
+    }
+
+    #[allow(clippy::cast_precision_loss)]
+    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
+        let scene = self.scene_message()?;
+        let contenders: Vec<ContenderView<'_>> = self.contenders.iter().map(Contender::view).collect();
+        let view = LocalizationView {
+            map: self.simulation.map(),
+            number: self.number,
+            secs: self.number as f64 * self.simulation.step_secs(),
+            frame: &self.frame.frame,
+            truth: self.frame.truth,
+            contenders: &contenders,
+        };
+        let others: Vec<[f64; 3]> =
+            self.simulation.others().iter().map(|pose| [pose.x_m, pose.y_m, pose.yaw_rad]).collect();
+        let state = view.state(json!({
+            "seed": self.seed,
+            "is_playing": self.is_playing,
+            "speed": self.speed,
+            "others": others,
+            "render_ms": self.render_ms,
+            "controls": self.controls(),
+            "notice": notice,
+        }))?;
+        Ok(Update { scene, state: state.into(), image: Some(view.image()?.into()) })
+    }
+}

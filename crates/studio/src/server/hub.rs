@@ -1,0 +1,186 @@
+//! Between the thread of the engine and the pages.
+
+use std::{
+    fmt,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+        mpsc::{Receiver, SyncSender, sync_channel},
+    },
+};
+
+use tokio::sync::watch;
+
+use crate::{Clock, Command, Update};
+
+/// Commands that wait for the engine; more are left out and counted.
+const MAX_WAITING: usize = 256;
+
+/// Hands the latest update to any number of pages and their commands to the engine. Neither side ever waits for the other: of
+/// updates only the latest is kept, and of commands a bounded number.
+pub struct Hub {
+    updates: watch::Sender<Option<Arc<Update>>>,
+    commands: SyncSender<Command>,
+    clock: Clock,
+    log: Box<dyn Fn(&str) + Send + Sync>,
+    is_closed: AtomicBool,
+    num_malformed: AtomicU64,
+    num_left_out: AtomicU64,
+    num_complaints: AtomicU64,
+}
+
+impl Hub {
+    /// A hub, and the end at which the engine takes commands. `log` gets what the person who runs the program should know; it is
+    /// called rarely, however many mistakes there are.
+    #[must_use]
+    pub fn new(clock: Clock, log: impl Fn(&str) + Send + Sync + 'static) -> (Arc<Self>, Receiver<Command>) {
+        let (commands, receiver) = sync_channel(MAX_WAITING);
+        let hub = Self {
+            updates: watch::Sender::new(None),
+            commands,
+            clock,
+            log: Box::new(log),
+            is_closed: AtomicBool::new(false),
+            num_malformed: AtomicU64::new(0),
+            num_left_out: AtomicU64::new(0),
+            num_complaints: AtomicU64::new(0),
+        };
+        (Arc::new(hub), receiver)
+    }
+
+    /// Shows something to all pages.
+    pub fn publish(&self, update: Update) {
+        self.updates.send_replace(Some(Arc::new(update)));
+    }
+
+    /// What was shown last.
+    #[must_use]
+    pub fn latest(&self) -> Option<Arc<Update>> {
+        self.updates.borrow().clone()
+    }
+
+    /// How many watch.
+    #[must_use]
+    pub fn num_viewers(&self) -> usize {
+        self.updates.receiver_count()
+    }
+
+    /// Whether it is over.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.is_closed.load(Ordering::Acquire)
+    }
+
+    /// Ends the engine.
+    pub fn close(&self) {
+        self.is_closed.store(true, Ordering::Release);
+        let _ = self.commands.try_send(Command::Hello {});
+    }
+
+    /// Messages that were no commands.
+    #[must_use]
+    pub fn num_malformed(&self) -> u64 {
+        self.num_malformed.load(Ordering::Relaxed)
+    }
+
+    /// Commands for which there was no room.
+    #[must_use]
+    pub fn num_left_out(&self) -> u64 {
+        self.num_left_out.load(Ordering::Relaxed)
+    }
+
+    /// The clock.
+    pub(crate) fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// One more who watches.
+    pub(crate) fn subscribe(&self) -> watch::Receiver<Option<Arc<Update>>> {
+        let mut receiver = self.updates.subscribe();
+        receiver.mark_changed();
+        receiver
+    }
+
+    /// Takes in the text of a command; what is none is counted.
+    pub fn take_text(&self, text: &str) {
+        match serde_json::from_str(text) {
+            Ok(command) => self.take(command),
+            Err(error) => self.count_malformed(&error.to_string()),
+        }
+    }
+
+    /// Takes in a command, if there is room.
+    pub(crate) fn take(&self, command: Command) {
+        if self.commands.try_send(command).is_err() {
+            self.num_left_out.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts a message that is no command, and says so the first, second, fourth, eighth, ... time.
+    pub(crate) fn count_malformed(&self, reason: &str) {
+        let num = self.num_malformed.fetch_add(1, Ordering::Relaxed) + 1;
+        if num.is_power_of_two() {
+            (self.log)(&format!("{num} messages of pages could not be read; the last one: {reason}"));
+        }
+    }
+
+    /// Says what is wrong, the first, second, fourth, eighth, ... time.
+    pub(crate) fn complain(&self, what: &str) {
+        let num = self.num_complaints.fetch_add(1, Ordering::Relaxed) + 1;
+        if num.is_power_of_two() {
+            (self.log)(what);
+        }
+    }
+}
+
+impl fmt::Debug for Hub {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Hub").field("num_viewers", &self.num_viewers()).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    #[test]
+    fn a_hundred_thousand_malformed_messages_are_counted_and_hardly_logged() {
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let log = Arc::clone(&lines);
+        let (hub, commands) =
+            Hub::new(Clock::still(), move |line: &str| log.lock().unwrap().push(line.to_owned()));
+        for i in 0..100_000 {
+            hub.take_text(if i % 2 == 0 { "{\"type\":\"fly\"}" } else { "\u{0}[" });
+        }
+        assert_eq!(hub.num_malformed(), 100_000);
+        assert!(lines.lock().unwrap().len() < 20);
+        assert!(commands.try_recv().is_err(), "none became a command");
+    }
+
+    #[test]
+    fn commands_without_room_are_left_out() {
+        let (hub, commands) = Hub::new(Clock::still(), |_| {});
+        (0..1000).for_each(|_| hub.take_text("{\"type\":\"play\"}"));
+        assert_eq!(commands.try_iter().count() as u64 + hub.num_left_out(), 1000);
+        assert_eq!(hub.num_left_out(), 1000 - MAX_WAITING as u64);
+    }
+
+    #[test]
+    fn of_updates_only_the_latest_is_kept() {
+        let (hub, _commands) = Hub::new(Clock::still(), |_| {});
+        let stalled = hub.subscribe();
+        let kept: Vec<_> = (0..100_u8)
+            .map(|i| {
+                let state: Arc<[u8]> = vec![i; 10].into();
+                let weak = Arc::downgrade(&state);
+                hub.publish(Update { scene: Arc::from([0; 4]), state, image: None });
+                weak
+            })
+            .collect();
+        assert_eq!(kept.iter().filter(|state| state.upgrade().is_some()).count(), 1);
+        assert_eq!(stalled.borrow().as_ref().unwrap().state[0], 99);
+        assert_eq!(hub.num_viewers(), 1);
+    }
+}

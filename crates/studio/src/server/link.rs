@@ -1,0 +1,101 @@
+//! How much one page is sent.
+//!
+//! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, so what a page shows is
+//! never older than the time of two updates, however slow link or page are; what it has no time for is left out. Images take a
+//! quarter of the time at most: after one that took long the next ones are left out first.
+
+use std::{collections::VecDeque, sync::Arc};
+
+use crate::Update;
+
+/// Updates on their way.
+const MAX_IN_FLIGHT: usize = 2;
+/// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
+const FAST_SECS: f64 = 0.15;
+/// After a slower one no image is sent for its time, times this.
+const REST: f64 = 3.0;
+
+/// One page.
+#[derive(Debug, Default)]
+pub(super) struct Link {
+    scene: Option<Arc<[u8]>>,
+    in_flight: VecDeque<Sent>,
+    image_from_secs: f64,
+}
+
+#[derive(Debug)]
+struct Sent {
+    at_secs: f64,
+    has_image: bool,
+}
+
+impl Link {
+    /// Whether the page is ready for more.
+    pub fn is_ready(&self) -> bool {
+        self.in_flight.len() < MAX_IN_FLIGHT
+    }
+
+    /// The messages of an update that this page gets now, the state last.
+    pub fn messages(&mut self, update: &Update, now_secs: f64) -> Vec<Arc<[u8]>> {
+        let mut messages = Vec::new();
+        if !self.scene.as_ref().is_some_and(|known| Arc::ptr_eq(known, &update.scene)) {
+            messages.push(Arc::clone(&update.scene));
+            self.scene = Some(Arc::clone(&update.scene));
+        }
+        let image = update.image.as_ref().filter(|_| now_secs >= self.image_from_secs);
+        messages.extend(image.cloned());
+        messages.push(Arc::clone(&update.state));
+        self.in_flight.push_back(Sent { at_secs: now_secs, has_image: image.is_some() });
+        messages
+    }
+
+    /// The page has drawn the oldest update that was on its way.
+    pub fn drawn(&mut self, now_secs: f64) {
+        let Some(sent) = self.in_flight.pop_front() else { return };
+        let took_secs = now_secs - sent.at_secs;
+        if sent.has_image && took_secs > FAST_SECS {
+            self.image_from_secs = now_secs + REST * took_secs;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn update() -> Update {
+        Update { scene: Arc::from([1; 4]), state: Arc::from([2; 4]), image: Some(Arc::from([3; 4])) }
+    }
+
+    fn kinds(messages: &[Arc<[u8]>]) -> Vec<u8> {
+        messages.iter().map(|message| message[0]).collect()
+    }
+
+    #[test]
+    fn a_stalled_page_gets_two_updates_and_no_more() {
+        let (mut link, update) = (Link::default(), update());
+        assert_eq!(kinds(&link.messages(&update, 0.0)), [1, 3, 2]);
+        assert!(link.is_ready());
+        assert_eq!(kinds(&link.messages(&update, 0.1)), [3, 2], "it knows the scene");
+        assert!(!link.is_ready());
+        link.drawn(0.11);
+        assert!(link.is_ready());
+        (0..5).for_each(|_| link.drawn(0.12));
+        assert_eq!(link.in_flight.len(), 0, "a page cannot gain room by saying too much");
+    }
+
+    #[test]
+    fn slow_links_get_fewer_images() {
+        let (mut slow, mut fast, update) = (Link::default(), Link::default(), update());
+        let mut num_images = [0, 0];
+        for i in 0..100 {
+            let now_secs = f64::from(i);
+            for (n, (link, took_secs)) in [(&mut slow, 0.9), (&mut fast, 0.02)].into_iter().enumerate() {
+                num_images[n] += usize::from(kinds(&link.messages(&update, now_secs)).contains(&3));
+                link.drawn(now_secs + took_secs);
+            }
+        }
+        assert_eq!(num_images[1], 100);
+        assert!((20..=34).contains(&num_images[0]), "{num_images:?}");
+    }
+}

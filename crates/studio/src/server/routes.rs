@@ -1,0 +1,100 @@
+//! What can be asked for.
+
+use std::sync::Arc;
+
+use axum::{
+    Router,
+    extract::{State, WebSocketUpgrade},
+    http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
+    response::{IntoResponse, Response},
+    routing::get,
+};
+
+use super::{
+    access::{Access, Refusal},
+    assets,
+    hub::Hub,
+    socket::attend,
+};
+
+/// Longest message of a page, bytes.
+const MAX_MESSAGE_BYTES: usize = 64 * 1024;
+/// Nothing from elsewhere, nothing inline, in no frame.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; \
+                                       img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; \
+                                       frame-ancestors 'none'";
+
+#[derive(Clone)]
+struct Shared {
+    hub: Arc<Hub>,
+    access: Arc<Access>,
+}
+
+/// The page, its parts and the socket.
+pub(super) fn router(hub: Arc<Hub>, access: Access) -> Router {
+    Router::new()
+        .route("/socket", get(open_socket))
+        .route("/access", get(may_open))
+        .fallback(get(page))
+        .with_state(Shared { hub, access: Arc::new(access) })
+}
+
+/// Serves a part of the page; everything is in the program, so no path leads anywhere else.
+async fn page(uri: Uri) -> Response {
+    let Some(asset) = assets::find(uri.path()) else {
+        return with_headers((StatusCode::NOT_FOUND, "not found").into_response());
+    };
+    let kind = [(header::CONTENT_TYPE, asset.kind)];
+    with_headers((kind, asset.bytes).into_response())
+}
+
+fn with_headers(mut response: Response) -> Response {
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// Tells a page why its socket does not open; a browser does not.
+async fn may_open(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {
+    with_headers(match check(&shared, &uri, &headers) {
+        Ok(()) => StatusCode::NO_CONTENT.into_response(),
+        Err(refused) => refused,
+    })
+}
+
+async fn open_socket(
+    State(shared): State<Shared>,
+    uri: Uri,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    if let Err(refused) = check(&shared, &uri, &headers) {
+        return refused;
+    }
+    upgrade
+        .max_message_size(MAX_MESSAGE_BYTES)
+        .max_frame_size(MAX_MESSAGE_BYTES)
+        .on_upgrade(|socket| attend(socket, shared.hub))
+}
+
+#[allow(clippy::result_large_err)]
+fn check(shared: &Shared, uri: &Uri, headers: &HeaderMap) -> Result<(), Response> {
+    let text = |name: header::HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+    let mut pairs = uri.query().unwrap_or_default().split('&');
+    let token = pairs.find_map(|pair| pair.strip_prefix("token="));
+    let checked = shared.access.check(text(header::HOST), text(header::ORIGIN), token);
+    checked.map_err(|refusal| {
+        let reason = match refusal {
+            Refusal::Origin => "pages of other origins may not open this socket",
+            Refusal::Token => "the token is missing or wrong; it is in the address that visloc printed",
+        };
+        (StatusCode::FORBIDDEN, reason).into_response()
+    })
+}

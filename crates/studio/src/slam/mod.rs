@@ -1,0 +1,12 @@
+//! A camera that makes its own map, to be watched.
+//!
+//! `viewer` makes updates of a running system, wherever it runs; `display` takes the map's frame to the one that is shown;
+//! `shapes` turns the map into arrays; `session` runs a sequence in the studio.
+
+mod display;
+mod session;
+mod shapes;
+mod viewer;
+
+pub use session::{SequenceSource, SlamSession};
+pub use viewer::{SlamFrame, SlamViewer};

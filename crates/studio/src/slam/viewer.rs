@@ -1,0 +1,251 @@
+//! Updates of a running system.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+use serde_json::{Value, json};
+use visloc_base::{CameraTrajectory, GrayImage, RgbImage, Timestamp};
+use visloc_data::image_codec::encode_jpeg;
+use visloc_geom::Camera;
+use visloc_slam::{FrameOutcome, Slam, StageTimes, TrackingState};
+
+use super::{
+    display::Display,
+    shapes::{camera_axes, candidates, keyframes, landmarks, links, missed, trajectory, xyz},
+};
+use crate::{MessageBuilder, MessageKind, StudioError, Update};
+
+/// Quality of the images that are sent.
+const JPEG_QUALITY: u8 = 80;
+/// Floor around the first place that is shown without the truth, map units.
+const HALF_FLOOR: f64 = 3.0;
+/// Floor around the truth, meters.
+const MARGIN_M: f64 = 2.5;
+/// Links are looked for anew after so many frames.
+const LINKS_EVERY: u64 = 10;
+
+/// A frame that the system has taken in.
+#[derive(Clone, Copy)]
+pub struct SlamFrame<'a> {
+    /// When it was taken.
+    pub at: Timestamp,
+    /// Its image.
+    pub image: &'a GrayImage,
+    /// What became of it.
+    pub outcome: &'a FrameOutcome,
+}
+
+/// Shows a system at work.
+#[derive(Debug)]
+pub struct SlamViewer {
+    camera: Camera,
+    title: String,
+    display: Display,
+    /// What the scene message has besides.
+    more: Value,
+    scene: Option<Arc<[u8]>>,
+    links: Vec<f64>,
+    first_at: Option<Timestamp>,
+    number: u64,
+    mapping: StageTimes,
+}
+
+impl SlamViewer {
+    /// Shows a system for a camera. `more` is a table that is laid over the scene message.
+    #[must_use]
+    pub fn new(camera: &Camera, title: &str, truth: Option<CameraTrajectory>, more: Value) -> Self {
+        Self {
+            camera: *camera,
+            title: title.to_owned(),
+            display: Display::new(truth),
+            more,
+            scene: None,
+            links: Vec::new(),
+            first_at: None,
+            number: 0,
+            mapping: StageTimes::default(),
+        }
+    }
+
+    /// Seconds from the first frame to this one.
+    #[must_use]
+    pub fn secs(&self, at: Timestamp) -> f64 {
+        self.first_at.map_or(0.0, |first| at.secs_since(first))
+    }
+
+    /// Takes in a frame; to be called for each one, shown or not.
+    pub fn follow(&mut self, slam: &Slam, frame: &SlamFrame<'_>) {
+        self.number += u64::from(self.first_at.is_some());
+        self.first_at.get_or_insert(frame.at);
+        self.display.follow(slam);
+        if let Some(mapped) = frame.outcome.mapped.last() {
+            self.mapping = mapped.times.clone();
+        }
+    }
+
+    /// What there is to see of the last frame; `more` is a table that is laid over the state message.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn update(
+        &mut self,
+        slam: &Slam,
+        frame: &SlamFrame<'_>,
+        more: &Value,
+    ) -> Result<Update, StudioError> {
+        if self.number.is_multiple_of(LINKS_EVERY) {
+            self.links = links(slam.map(), &self.display);
+        }
+        let scene = self.scene_message()?;
+        let state = self.state_message(slam, frame, more)?.into();
+        let image = self.image_message(slam, frame)?.into();
+        Ok(Update { scene, state, image: Some(image) })
+    }
+
+    fn scene_message(&mut self) -> Result<Arc<[u8]>, StudioError> {
+        if let Some(scene) = &self.scene {
+            return Ok(Arc::clone(scene));
+        }
+        let (bounds, floor_m) = self.bounds();
+        let plot = |title: &str, unit: &str, series: &[&str], digits: u8| json!({ "title": title, "unit": unit, "series": series, "digits": digits, "least": 0.01 });
+        let mut header = json!({
+            "mode": "slam",
+            "title": self.title,
+            "world": { "kind": "space", "name": self.title, "bounds_m": bounds, "floor_m": floor_m },
+            "plots": [
+                plot("Position error", "m", &["error"], 3),
+                plot("Searched, found", "", &["searched", "found"], 0),
+                plot("Landmarks, candidates", "", &["landmarks", "candidates"], 0),
+                plot("Tracking, mapping", "ms", &["tracking", "mapping"], 2),
+            ],
+        });
+        lay_over(&mut header, &self.more);
+        let bytes: Arc<[u8]> = MessageBuilder::new(MessageKind::Scene, &header)?.finish().into();
+        self.scene = Some(Arc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// Least x and y, largest x and y, and height of the floor that is drawn.
+    fn bounds(&self) -> ([f64; 4], f64) {
+        let Some(truth) = self.display.truth() else {
+            return ([-HALF_FLOOR, -HALF_FLOOR, HALF_FLOOR, HALF_FLOOR], -1.0);
+        };
+        let places = truth.poses().iter().map(|pose| *pose.world_from_camera.translation());
+        let start = ([f64::MAX, f64::MAX, f64::MIN, f64::MIN], f64::MAX);
+        let (b, low) = places.fold(start, |(b, low), p| {
+            ([b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)], low.min(p.z))
+        });
+        ([b[0] - MARGIN_M, b[1] - MARGIN_M, b[2] + MARGIN_M, b[3] + MARGIN_M], (low - 1.0).min(0.0))
+    }
+
+    fn state_message(
+        &self,
+        slam: &Slam,
+        frame: &SlamFrame<'_>,
+        more: &Value,
+    ) -> Result<Vec<u8>, StudioError> {
+        let map = slam.map();
+        let points = landmarks(map, &self.display);
+        let segments = candidates(map, &self.display);
+        let cameras = keyframes(map, &self.display);
+        let (num_points, num_segments) = (points.len() / 3, segments.len() / 6);
+        let error_m = self.error_m(frame);
+        let [tracking_ms, mapping_ms] =
+            [&frame.outcome.tracking, &self.mapping].map(|times| times.total_secs() * 1e3);
+        let (searched, found) = frame.outcome.matches;
+        let mut header = json!({
+            "number": self.number,
+            "secs": self.secs(frame.at),
+            "is_lost": frame.outcome.state == TrackingState::Lost,
+            "values": [[error_m], [searched, found], [num_points, num_segments], [tracking_ms, mapping_ms]],
+            "facts": self.facts(frame, error_m, [num_points, num_segments, cameras.len() / 12]),
+        });
+        lay_over(&mut header, more);
+        let mut message = MessageBuilder::new(MessageKind::State, &header)?;
+        message.floats("landmarks", points);
+        message.floats("candidates", segments);
+        message.floats("keyframes", cameras);
+        message.floats("links", self.links.iter().copied());
+        message.floats("trajectory", trajectory(slam, &self.display));
+        message.floats("truth", self.truth_so_far(frame.at));
+        if let Some(camera_from_world) = &frame.outcome.camera_from_world {
+            message.floats("camera", camera_axes(&camera_from_world.inverse(), &self.display));
+        }
+        Ok(message.finish())
+    }
+
+    fn error_m(&self, frame: &SlamFrame<'_>) -> Option<f64> {
+        let truth = self.display.truth().filter(|_| self.display.is_aligned())?.nearest(frame.at, 0.01)?;
+        let world_from_camera = frame.outcome.camera_from_world.as_ref()?.inverse();
+        let place = self.display.point(&Point3::from(*world_from_camera.translation()));
+        Some((place - Point3::from(*truth.world_from_camera.translation())).norm())
+    }
+
+    fn truth_so_far(&self, at: Timestamp) -> Vec<f64> {
+        let Some(truth) = self.display.truth().filter(|_| self.display.is_aligned()) else {
+            return Vec::new();
+        };
+        let past = truth.poses().iter().take_while(|pose| pose.at <= at);
+        past.flat_map(|pose| xyz(&Point3::from(*pose.world_from_camera.translation()))).collect()
+    }
+
+    /// The table of numbers: rows of texts.
+    fn facts(
+        &self,
+        frame: &SlamFrame<'_>,
+        error_m: Option<f64>,
+        [num_points, num_segments, num_keyframes]: [usize; 3],
+    ) -> Vec<Vec<String>> {
+        let row = |label: &str, value: String| vec![label.to_owned(), value];
+        let state = match frame.outcome.state {
+            TrackingState::Starting(wait) => format!("starting: {wait}"),
+            TrackingState::Tracking(quality) => format!("tracking, {quality:?}").to_lowercase(),
+            TrackingState::Lost => "lost".to_owned(),
+        };
+        let mut rows = vec![
+            row("State", state),
+            row("Frame", self.number.to_string()),
+            row("Landmarks", num_points.to_string()),
+            row("Candidates", num_segments.to_string()),
+            row("Keyframes", num_keyframes.to_string()),
+            row("Searched, found", format!("{}, {}", frame.outcome.matches.0, frame.outcome.matches.1)),
+            row("Error", error_m.map_or("\u{2013}".to_owned(), |error| format!("{error:.3} m"))),
+        ];
+        if self.display.is_aligned() {
+            rows.push(row("Map unit", format!("{:.3} m", self.display.scale())));
+        }
+        for (part, times) in [("track", &frame.outcome.tracking), ("map", &self.mapping)] {
+            let stage =
+                |(name, secs): &(&str, f64)| row(&format!("{part}: {name}"), format!("{:.2} ms", secs * 1e3));
+            rows.extend(times.stages().iter().map(stage));
+        }
+        rows
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn image_message(&self, slam: &Slam, frame: &SlamFrame<'_>) -> Result<Vec<u8>, StudioError> {
+        let (width, height) = (frame.image.width(), frame.image.height());
+        let header = json!({ "number": self.number, "size_px": [width, height] });
+        let mut message = MessageBuilder::new(MessageKind::Image, &header)?;
+        let data = frame.image.data().iter().flat_map(|value| [*value; 3]).collect();
+        let image = RgbImage::from_raw(width as u32, height as u32, data).unwrap_or_default();
+        message.bytes("jpeg", &encode_jpeg(&image, JPEG_QUALITY)?);
+        let features = &frame.outcome.features;
+        let places = |wanted: bool| {
+            let chosen = features.iter().filter(move |(_, is_converged)| *is_converged == wanted);
+            chosen.flat_map(|(px, _)| [px.x, px.y])
+        };
+        message.floats("landmarks", places(true));
+        message.floats("candidates", places(false));
+        if let Some(camera_from_world) = &frame.outcome.camera_from_world {
+            message.floats("missed", missed(slam.map(), &self.camera, camera_from_world, features));
+        }
+        Ok(message.finish())
+    }
+}
+
+fn lay_over(below: &mut Value, more: &Value) {
+    if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
+        below.extend(more.clone());
+    }
+}

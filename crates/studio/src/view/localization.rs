@@ -1,0 +1,194 @@
+//! One frame of a robot that is looked for, as messages.
+
+use serde_json::{Value, json};
+use visloc_base::{Frame, Truth};
+use visloc_data::image_codec::encode_jpeg;
+use visloc_geom::{Horizon, PlanarPose};
+use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline};
+use visloc_vision::{DropReason, FeatureKind, Percept};
+use visloc_world::Map;
+
+use super::theory::theoretical_image;
+use crate::{MessageBuilder, MessageKind, StudioError};
+
+/// Hypotheses that a page is shown.
+const MAX_HYPOTHESES: usize = 40;
+/// Particles or exploiters that a page is shown.
+const MAX_INDIVIDUALS: usize = 4000;
+/// Dropped pixels that a page is shown.
+const MAX_DROPPED: usize = 3000;
+/// Quality of the images that are sent.
+const JPEG_QUALITY: u8 = 85;
+
+/// An algorithm after a frame.
+pub struct ContenderView<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its parts.
+    pub pipeline: &'a Pipeline,
+    /// Time for the image, milliseconds.
+    pub analysis_ms: f64,
+    /// Time for the pose, milliseconds.
+    pub localizer_ms: f64,
+}
+
+/// Everything about one frame.
+pub struct LocalizationView<'a> {
+    /// The map.
+    pub map: &'a Map,
+    /// Number of the frame, from 0.
+    pub number: u64,
+    /// Since the first frame.
+    pub secs: f64,
+    /// What the robot sensed.
+    pub frame: &'a Frame,
+    /// Where it was.
+    pub truth: Option<Truth>,
+    /// The algorithms.
+    pub contenders: &'a [ContenderView<'a>],
+}
+
+impl LocalizationView<'_> {
+    /// The state message; `more` is a table that is laid over the header.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn state(&self, more: Value) -> Result<Vec<u8>, StudioError> {
+        let mut header = json!({
+            "number": self.number,
+            "secs": self.secs,
+            "camera": self.camera_direction(),
+            "truth": self.truth.map(|truth| json!({
+                "pose": triple(&truth.world_from_robot),
+                "height_m": truth.height_m,
+            })),
+            "contenders": self.contenders.iter().map(|it| self.contender(it)).collect::<Vec<_>>(),
+        });
+        if let (Some(header), Value::Object(more)) = (header.as_object_mut(), more) {
+            header.extend(more);
+        }
+        let mut message = MessageBuilder::new(MessageKind::State, &header)?;
+        let mut individuals = Vec::new();
+        for (i, contender) in self.contenders.iter().enumerate() {
+            individuals.clear();
+            contender.pipeline.localizer().individuals(&mut individuals);
+            message.floats(&format!("individuals{i}"), flat(&individuals));
+        }
+        Ok(message.finish())
+    }
+
+    fn contender(&self, contender: &ContenderView<'_>) -> Value {
+        let localizer = contender.pipeline.localizer();
+        let estimate = localizer.estimate();
+        let percept = contender.pipeline.analyzer().percept();
+        let error = self.truth.filter(|truth| truth.height_m <= 0.0).map(|truth| {
+            let pose = &estimate.world_from_robot;
+            let turn = pose.heading_difference_rad(&truth.world_from_robot).abs();
+            [pose.distance_m(&truth.world_from_robot), turn.to_degrees()]
+        });
+        let sigma = [0, 1, 2].map(|i| estimate.covariance[(i, i)].max(0.0).sqrt());
+        json!({
+            "name": contender.name,
+            "pose": triple(&estimate.world_from_robot),
+            "sigma": sigma,
+            "reliability": estimate.reliability,
+            "reliability_up_to_symmetry": estimate.reliability_up_to_symmetry,
+            "is_localized": estimate.reliability > LOCALIZED_RELIABILITY,
+            "likelihood": estimate.likelihood,
+            "hypotheses": hypotheses(estimate),
+            "error": error,
+            "quality": percept.quality,
+            "num_kept": percept.pixels.len(),
+            "num_dropped": percept.dropped.len(),
+            "num_individuals": localizer.num_weighed(),
+            "ms": { "image": contender.analysis_ms, "pose": contender.localizer_ms },
+        })
+    }
+
+    /// The image message, with what belongs on the image: pixels of the first algorithm's analysis, and the map as each
+    /// algorithm expects it.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn image(&self) -> Result<Vec<u8>, StudioError> {
+        let image = &self.frame.image;
+        let header = json!({
+            "number": self.number,
+            "size_px": [image.width(), image.height()],
+            "horizon": self.horizon(),
+        });
+        let mut message = MessageBuilder::new(MessageKind::Image, &header)?;
+        message.bytes("jpeg", &encode_jpeg(image, JPEG_QUALITY)?);
+        if let Some(first) = self.contenders.first() {
+            let percept = first.pipeline.analyzer().percept();
+            message.floats("kept", kept(percept));
+            message.floats("dropped", dropped(percept));
+        }
+        for (i, contender) in self.contenders.iter().enumerate() {
+            let estimate = contender.pipeline.localizer().estimate();
+            if estimate.reliability_up_to_symmetry > 0.0 {
+                let pose = &estimate.world_from_robot;
+                let (camera, mount) = (&self.frame.camera, &self.frame.robot_from_camera);
+                message.floats(&format!("theory{i}"), theoretical_image(self.map, camera, pose, mount));
+            }
+        }
+        Ok(message.finish())
+    }
+
+    /// Where the camera looks, seen from the robot, and how wide, radians: heading, and angle between left and right border.
+    fn camera_direction(&self) -> [f64; 2] {
+        let ahead = self.frame.robot_from_camera.rotate(&nalgebra::Vector3::z());
+        let (width, _) = self.frame.camera.size_px();
+        let width = 2.0 * (f64::from(width) / 2.0).atan2(self.frame.camera.focal_px().0);
+        [ahead.y.atan2(ahead.x), width]
+    }
+
+    /// Rows of the horizon at the left and the right border.
+    fn horizon(&self) -> [Option<f64>; 2] {
+        let horizon = Horizon::new(&self.frame.camera, &self.frame.robot_from_camera);
+        [0.0, f64::from(self.frame.image.width()) - 1.0].map(|column| horizon.row_px(column))
+    }
+}
+
+fn triple(pose: &PlanarPose) -> [f64; 3] {
+    [pose.x_m, pose.y_m, pose.yaw_rad]
+}
+
+/// x, y, heading and probability of each hypothesis.
+fn hypotheses(estimate: &Estimate) -> Vec<[f64; 4]> {
+    let quadruple = |hypothesis: &visloc_locate::Hypothesis| {
+        let [x, y, yaw] = triple(&hypothesis.world_from_robot);
+        [x, y, yaw, hypothesis.probability]
+    };
+    estimate.hypotheses.iter().take(MAX_HYPOTHESES).map(quadruple).collect()
+}
+
+/// x, y, heading, likelihood and population of each individual.
+#[allow(clippy::cast_precision_loss)]
+fn flat(individuals: &[Individual]) -> impl Iterator<Item = f64> + '_ {
+    let five = |individual: &Individual| {
+        let [x, y, yaw] = triple(&individual.world_from_robot);
+        [x, y, yaw, individual.likelihood, individual.population as f64]
+    };
+    let every = individuals.len().div_ceil(MAX_INDIVIDUALS).max(1);
+    individuals.iter().step_by(every).flat_map(five)
+}
+
+/// x, y and kind of each pixel: 0 for what lies on the floor, 1 for what stands on it.
+fn kept(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
+    percept.pixels.iter().flat_map(|pixel| {
+        let stands =
+            pixel.kind.is_goal() || pixel.kind.is_door_edge() || pixel.kind == FeatureKind::UnknownLine;
+        [pixel.px.x, pixel.px.y, f64::from(u8::from(stands))]
+    })
+}
+
+/// x, y and the number of the reason among all reasons.
+#[allow(clippy::cast_precision_loss)]
+fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
+    let every = percept.dropped.len().div_ceil(MAX_DROPPED).max(1);
+    percept.dropped.iter().step_by(every).flat_map(|pixel| {
+        let reason = DropReason::ALL.iter().position(|reason| *reason == pixel.reason).unwrap_or(0);
+        [pixel.px.x, pixel.px.y, reason as f64]
+    })
+}

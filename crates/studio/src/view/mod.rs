@@ -1,0 +1,12 @@
+//! What pages are shown of a robot: the world as geometry, what an algorithm thinks, what the camera sees.
+
+mod localization;
+mod polylines;
+mod run;
+mod theory;
+mod world;
+
+pub use localization::{ContenderView, LocalizationView};
+pub use run::RunViewer;
+pub use theory::theoretical_image;
+pub use world::world_geometry;

@@ -1,0 +1,11 @@
+//! The studio from outside: sessions, recordings, and the server over real connections.
+
+// Helpers of tests may fail like tests.
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod playground;
+mod recording;
+mod remote;
+mod server;
+mod slam;
+mod support;

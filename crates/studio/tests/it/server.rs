@@ -1,0 +1,235 @@
+//! The server over real connections on this computer.
+
+use std::{
+    io::{Read as _, Write as _},
+    net::{SocketAddr, TcpStream},
+    sync::{Arc, mpsc::Receiver},
+    thread,
+    time::Duration,
+};
+
+use tokio_tungstenite::tungstenite::{
+    self, Message as Frame, WebSocket, client::IntoClientRequest as _, http::HeaderValue,
+};
+use visloc_studio::{Clock, Command, Engine, Hub, Session, StudioError, Update, run_engine, server::Server};
+
+use crate::support::playground;
+
+/// Waits at most so long for anything, in steps.
+const PATIENCE: usize = 400;
+
+pub fn hub() -> (Arc<Hub>, Receiver<Command>) {
+    Hub::new(Clock::still(), |_| {})
+}
+
+pub fn serve(hub: &Arc<Hub>, address: &str, token: Option<&str>) -> Server {
+    let address: SocketAddr = address.parse().unwrap();
+    Server::start(address, token.map(str::to_owned), Arc::clone(hub)).unwrap()
+}
+
+/// Opens a socket; `origin` is that of the page.
+fn open(
+    server: &Server,
+    origin: Option<&str>,
+    token: &str,
+) -> Result<WebSocket<TcpStream>, Box<tungstenite::Error>> {
+    let port = server.address().port();
+    let mut request = format!("ws://127.0.0.1:{port}/socket{token}").into_client_request().unwrap();
+    if let Some(origin) = origin {
+        request.headers_mut().insert("origin", HeaderValue::from_str(origin).unwrap());
+    }
+    let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+    match tungstenite::client(request, stream) {
+        Ok((socket, _)) => Ok(socket),
+        Err(tungstenite::HandshakeError::Failure(error)) => Err(Box::new(error)),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn is_forbidden(result: Result<WebSocket<TcpStream>, Box<tungstenite::Error>>) -> bool {
+    matches!(result.map_err(|error| *error), Err(tungstenite::Error::Http(answer)) if answer.status() == 403)
+}
+
+pub fn wait_for(what: &str, is_so: impl Fn() -> bool) {
+    for _ in 0..PATIENCE {
+        if is_so() {
+            return;
+        }
+        thread::sleep(Duration::from_millis(25));
+    }
+    panic!("not within ten seconds: {what}");
+}
+
+/// An update whose state tells its number.
+pub fn update(number: u32) -> Update {
+    let bytes = |kind: u8, rest: &[u8]| -> Arc<[u8]> { [&[kind], rest].concat().into() };
+    Update {
+        scene: bytes(1, b"scene"),
+        state: bytes(2, &number.to_le_bytes()),
+        image: Some(bytes(3, &[0; 20_000])),
+    }
+}
+
+fn get(server: &Server, path: &str) -> String {
+    let mut stream = TcpStream::connect(server.address()).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[test]
+fn only_the_page_is_served_and_it_may_load_nothing_from_elsewhere() {
+    let (hub, _commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    for path in ["/", "/style.css", "/js/main.js"] {
+        let answer = get(&server, path).to_lowercase();
+        assert!(answer.starts_with("http/1.1 200"), "{path}");
+        assert!(answer.contains("content-security-policy: default-src 'none'; script-src 'self'"), "{path}");
+        assert!(!answer.contains("http://") && !answer.contains("src=\"//"), "{path} loads from elsewhere");
+    }
+    for path in
+        ["/../Cargo.toml", "/js/../../Cargo.toml", "/%2e%2e/%2e%2e/etc/passwd", "//etc/passwd", "/js/", "/js"]
+    {
+        assert!(get(&server, path).starts_with("HTTP/1.1 404"), "{path}");
+    }
+}
+
+#[test]
+fn other_origins_cannot_open_the_socket() {
+    let (hub, _commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let own = format!("http://127.0.0.1:{}", server.address().port());
+    assert!(open(&server, Some(&own), "").is_ok());
+    assert!(open(&server, None, "").is_ok(), "a program that is no page");
+    assert!(is_forbidden(open(&server, Some("http://example.org"), "")));
+    assert!(is_forbidden(open(&server, Some("null"), "")));
+}
+
+#[test]
+fn without_the_token_nobody_comes_in() {
+    let (hub, commands) = hub();
+    let server = serve(&hub, "0.0.0.0:0", None);
+    let token = server.token().unwrap().to_owned();
+    assert!(server.url().ends_with(&format!("?token={token}")));
+    for wrong in ["", "?token=", "?token=0000", &format!("?token={}", &token[1..])] {
+        assert!(is_forbidden(open(&server, None, wrong)), "{wrong}");
+    }
+    assert!(commands.try_recv().is_err(), "no command was taken");
+    assert!(open(&server, None, &format!("?token={token}")).is_ok());
+    let own = serve(&hub, "127.0.0.1:0", Some("secret"));
+    assert!(is_forbidden(open(&own, None, "")), "a token that was asked for is needed at home, too");
+}
+
+#[test]
+fn malformed_messages_are_counted_and_nothing_else() {
+    let (hub, commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let mut socket = open(&server, None, "").unwrap();
+    for i in 0..20_000_u32 {
+        let frame = match i % 4 {
+            0 => Frame::text("{\"type\":\"fly\"}"),
+            1 => Frame::text("{"),
+            2 => Frame::binary(i.to_le_bytes().to_vec()),
+            _ => Frame::text("{\"type\":\"kidnap\",\"x_m\":\"far\"}"),
+        };
+        socket.write(frame).unwrap();
+    }
+    socket.send(Frame::text("{\"type\":\"pause\"}")).unwrap();
+    wait_for("all are counted", || hub.num_malformed() == 20_000);
+    let taken: Vec<Command> = commands.iter().take(2).collect();
+    assert_eq!(taken, [Command::Hello {}, Command::Pause {}]);
+    assert!(commands.try_recv().is_err());
+}
+
+#[test]
+fn a_message_that_is_too_long_ends_that_page_only() {
+    let (hub, _commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let (mut greedy, mut polite) = (open(&server, None, "").unwrap(), open(&server, None, "").unwrap());
+    let _ = greedy.send(Frame::text("x".repeat(1 << 20)));
+    wait_for("it is sent away", || hub.num_viewers() == 1);
+    hub.publish(update(7));
+    assert_eq!(polite.read().unwrap().into_data()[0], 1, "the other one is served");
+}
+
+#[test]
+fn a_stalled_page_is_sent_two_updates_and_then_the_latest() {
+    let (hub, _commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let mut socket = open(&server, None, "").unwrap();
+    wait_for("the page is there", || hub.num_viewers() == 1);
+    let mut kept = Vec::new();
+    for number in 0..5000 {
+        let update = update(number);
+        kept.push(Arc::downgrade(&update.state));
+        hub.publish(update);
+        if number % 500 == 0 {
+            // The server may look now and then, as it would in reality.
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+    wait_for("memory is given back", || kept.iter().filter(|state| state.strong_count() > 0).count() <= 3);
+    let mut numbers = Vec::new();
+    let mut read_states = |socket: &mut WebSocket<TcpStream>, count: usize| {
+        while numbers.len() < count {
+            let data = socket.read().unwrap().into_data();
+            if data[0] == 2 {
+                numbers.push(u32::from_le_bytes([data[1], data[2], data[3], data[4]]));
+            }
+        }
+        numbers.clone()
+    };
+    let sent = read_states(&mut socket, 2);
+    assert!(sent[1] < 5000, "{sent:?}");
+    socket.send(Frame::text("drawn")).unwrap();
+    assert_eq!(read_states(&mut socket, 3)[2], 4999, "whoever wakes up sees the present");
+}
+
+struct OnePlayground;
+
+impl Engine for OnePlayground {
+    fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
+        Ok(Box::new(playground(scene, 1)))
+    }
+}
+
+#[test]
+fn pages_drive_the_engine_and_it_rests_without_them() {
+    let (hub, commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let engine_hub = Arc::clone(&hub);
+    let engine = thread::spawn(move || {
+        // The clock stands still until commands move it, so nothing runs by itself.
+        run_engine(
+            Box::new(OnePlayground),
+            Box::new(playground("robocup-2010", 1)),
+            &engine_hub,
+            &commands,
+            &Clock::still(),
+        );
+    });
+    let mut socket = open(&server, None, "").unwrap();
+    let scene = socket.read().unwrap().into_data();
+    assert_eq!(scene[0], 1);
+    socket.send(Frame::text("{\"type\":\"open\",\"scene\":\"office\"}")).unwrap();
+    let mut office = false;
+    for _ in 0..40 {
+        let data = socket.read().unwrap().into_data();
+        if data[0] == 1 {
+            office = String::from_utf8_lossy(&data).contains("\"kind\":\"office\"");
+        }
+        if data[0] == 2 {
+            socket.send(Frame::text("drawn")).unwrap();
+        }
+        if office {
+            break;
+        }
+    }
+    assert!(office, "the office was opened");
+    drop(socket);
+    wait_for("the page has left", || hub.num_viewers() == 0);
+    hub.close();
+    engine.join().unwrap();
+}
