@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_slam::Schedule;
-use visloc_sources::OpenImages;
+use visloc_sources::{OpenImages, SourceAddress};
 
 use super::settings::{bag_topics, slam_config};
 use crate::{
@@ -34,7 +34,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;
     let watcher = live.as_mut().map(|live| live as &mut dyn SlamWatcher);
-    let run = run(source.as_mut(), &config, run_options(args), pictures.as_mut(), watcher)?;
+    let run = run(source.as_mut(), &config, run_options(args)?, pictures.as_mut(), watcher)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     write_files(args, &run)?;
@@ -60,12 +60,16 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
     Ok(Some(SlamLive::open(options.domain_id, args.map.clone())?))
 }
 
-fn run_options(args: &SlamArgs) -> RunOptions {
+fn run_options(args: &SlamArgs) -> Result<RunOptions> {
+    // A live source does not wait for the mapping.
+    let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
-        ScheduleArg::Sequential => Schedule::Sequential,
-        ScheduleArg::Threaded => Schedule::Threaded,
+        Some(ScheduleArg::Sequential) => Schedule::Sequential,
+        Some(ScheduleArg::Threaded) => Schedule::Threaded,
+        None if is_live => Schedule::Threaded,
+        None => Schedule::Sequential,
     };
-    RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime }
+    Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime: args.realtime })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
