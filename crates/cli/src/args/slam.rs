@@ -55,9 +55,9 @@ pub struct SlamArgs {
     pub source: String,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
-    /// When tracking and mapping run
-    #[arg(long, value_enum, default_value_t = ScheduleArg::Sequential)]
-    pub schedule: ScheduleArg,
+    /// When tracking and mapping run [default: sequential; threaded for live sources]
+    #[arg(long, value_enum)]
+    pub schedule: Option<ScheduleArg>,
     /// Images come at their stamps; those that come while tracking is busy are dropped
     #[arg(long)]
     pub realtime: bool,

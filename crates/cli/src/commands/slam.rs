@@ -5,7 +5,7 @@ use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_geom::Camera;
 use visloc_slam::Schedule;
-use visloc_sources::OpenImages;
+use visloc_sources::{OpenImages, SourceAddress};
 
 use super::settings::{bag_topics, slam_config};
 use crate::{
@@ -41,7 +41,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
         show: show.as_mut(),
     };
-    let run = run(source.as_mut(), &config, run_options(args), lookers)?;
+    let run = run(source.as_mut(), &config, run_options(args)?, lookers)?;
     show.map_or(Ok(()), SlamShow::finish)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
@@ -77,16 +77,17 @@ fn open_show(args: &SlamArgs, camera: &Camera, truth: Option<&CameraTrajectory>)
     Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, camera, &title, truth.cloned())))
 }
 
-fn run_options(args: &SlamArgs) -> RunOptions {
+fn run_options(args: &SlamArgs) -> Result<RunOptions> {
+    // A live source does not wait for the mapping.
+    let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
-        ScheduleArg::Sequential => Schedule::Sequential,
-        ScheduleArg::Threaded => Schedule::Threaded,
+        Some(ScheduleArg::Sequential) => Schedule::Sequential,
+        Some(ScheduleArg::Threaded) => Schedule::Threaded,
+        None if is_live => Schedule::Threaded,
+        None => Schedule::Sequential,
     };
-    RunOptions {
-        seed: args.seed.seed,
-        schedule,
-        is_realtime: args.realtime || args.broadcast.publish.is_some(),
-    }
+    let is_realtime = args.realtime || (args.broadcast.publish.is_some() && !is_live);
+    Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {

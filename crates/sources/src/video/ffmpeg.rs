@@ -51,6 +51,9 @@ pub(crate) fn ffmpeg_problem(program: &Path) -> Option<String> {
 /// The command that writes every image to standard output and its time to standard error.
 pub(crate) fn command(program: &Path, input: &FfmpegInput, pixels: Pixels) -> io::Result<Command> {
     let mode = passthrough(&version(program)?);
+    // A path from here would not lead there from the folder in which it runs.
+    let is_path = program.components().count() > 1;
+    let program = if is_path { std::path::absolute(program)? } else { program.to_path_buf() };
     let (codec, format) = match pixels {
         Pixels::Gray => ("pgm", "gray"),
         Pixels::Color => ("ppm", "rgb24"),
