@@ -76,11 +76,9 @@ pub enum CameraCommand {
         #[arg(
             long,
             value_name = "X,Y,Z,HEADING,PITCH,ROLL",
-            value_delimiter = ',',
-            num_args = 6,
-            allow_hyphen_values = true
+            value_parser = six_numbers, allow_hyphen_values = true
         )]
-        pose: Option<Vec<f64>>,
+        pose: Option<[f64; 6]>,
         /// Page to write
         #[arg(long, value_name = "FILE")]
         out: PathBuf,
@@ -101,6 +99,13 @@ pub enum CameraCommand {
         #[command(flatten)]
         seed: SeedArg,
     },
+}
+
+/// Six numbers with commas between them.
+fn six_numbers(text: &str) -> Result<[f64; 6], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
+    <[f64; 6]>::try_from(numbers)
+        .map_err(|_| format!("expected x,y,height,heading,pitch,roll, found '{text}'"))
 }
 
 /// Forms of calibrations.

@@ -23,7 +23,7 @@ pub struct Start<'a> {
     /// The camera.
     pub camera: Option<&'a Path>,
     /// x, y, height (meters), heading, pitch down, roll clockwise (degrees).
-    pub pose: Option<&'a [f64]>,
+    pub pose: Option<[f64; 6]>,
 }
 
 /// What the page is given.
@@ -54,12 +54,11 @@ pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String
         let ((w, h), (cw, ch)) = (size_px, camera.size_px());
         bail!("{}: expected {cw} x {ch} px as the camera, found {w} x {h} px", image.display());
     }
-    let pose = start.pose.and_then(|pose| <[f64; 6]>::try_from(pose).ok());
     let input = Input {
         name: image.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
         image: format!("data:image/{kind};base64,{}", base64(&bytes)),
         camera: CameraToml::from(&camera),
-        pose: pose.unwrap_or([0.0, 0.0, 0.5, 0.0, 15.0, 0.0]),
+        pose: start.pose.unwrap_or([0.0, 0.0, 0.5, 0.0, 15.0, 0.0]),
         lines: lines(&Map::load(map)?)?,
     };
     // A tag in a file's name must not end the script.
@@ -82,7 +81,7 @@ fn lines(map: &Map) -> Result<Vec<Vec<[f64; 3]>>> {
     }
 }
 
-/// Both borders of every line of a field, the circle, and the axes of the goals.
+/// Both borders of every line of a field, the circle, the axes of marks and goals.
 fn field_lines(field: &Field) -> Vec<Vec<[f64; 3]>> {
     let half = 0.5 * field.dimensions().line_width_m;
     let mut all = Vec::new();
@@ -90,7 +89,8 @@ fn field_lines(field: &Field) -> Vec<Vec<[f64; 3]>> {
         let along = (line.end - line.start).normalize();
         let side = nalgebra::Vector2::new(-along.y, along.x) * half;
         for s in [-1.0, 1.0] {
-            let (a, b) = (line.start + side * s, line.end + side * s);
+            // Outer borders of two lines that meet end in the corner that is seen.
+            let (a, b) = (line.start + side * s - along * half, line.end + side * s + along * half);
             all.push(vec![[a.x, a.y, 0.0], [b.x, b.y, 0.0]]);
         }
     }
@@ -100,6 +100,9 @@ fn field_lines(field: &Field) -> Vec<Vec<[f64; 3]>> {
             [radius * cos, radius * sin, 0.0]
         };
         all.push((0..=72).map(point).collect());
+    }
+    for mark in field.marks() {
+        all.push(vec![[mark.start.x, mark.start.y, 0.0], [mark.end.x, mark.end.y, 0.0]]);
     }
     for goal in field.goals() {
         let (x, y, z) = (goal.x_m, goal.post_y_m, goal.crossbar_z_m);

@@ -65,7 +65,7 @@ fn coverage_picture(found: &Calibration, coverage: &Coverage) -> Picture {
         }
     }
     let advice = coverage.advice.first().map_or_else(String::new, |advice| format!("; next: {advice}"));
-    let size = f64::from(width) / 260.0;
+    let size = (f64::from(width) / 260.0).max(3.0);
     image_picture(&ImagePicture {
         title: "What the pictures cover".to_owned(),
         subtitle: format!("{:.0} % of the cells have corners (gray: none){advice}", 100.0 * coverage.covered),
@@ -158,7 +158,7 @@ fn corners(found: &Calibration, name: &str, gray: &GrayImage) -> Picture {
         color: Color::ORANGE,
         points_px: places(seen.iter()),
     };
-    let size = f64::from(width) / 280.0;
+    let size = (f64::from(width) / 280.0).max(4.0);
     image_picture(&ImagePicture {
         title: format!("The board in {name}"),
         subtitle: format!(

@@ -33,7 +33,7 @@ pub fn execute(args: &CameraArgs) -> Result<()> {
             Ok(())
         }
         CameraCommand::ByHand { image, map, camera, pose, out } => {
-            let start = Start { camera: camera.as_deref(), pose: pose.as_deref() };
+            let start = Start { camera: camera.as_deref(), pose: *pose };
             write_text(out, &by_hand_page(image, map, &start)?)?;
             say::line!("{}: open it in a browser", out.display());
             Ok(())
