@@ -21,6 +21,7 @@ export class Actors {
     this.upright.clear();
     const { state, arrays, past } = store;
     if (!state?.contenders) return;
+    this.likelihood(arrays.likelihood);
     this.trails(past);
     state.contenders.forEach((_, i) => this.individuals(arrays[`individuals${i}`], rgba(LANES[i])));
     state.contenders.forEach((contender, i) => this.estimate(contender, rgba(LANES[i]), i));
@@ -29,6 +30,23 @@ export class Actors {
     for (const pose of state.others ?? []) this.body(pose, 0, [0.45, 0.48, 0.52, 1]);
     const target = state.controls?.target;
     if (target) this.target(target);
+  }
+
+  /** How well every place explains the image: the better, the brighter. */
+  likelihood(values) {
+    if (!values) return;
+    const [x0, y0, pitch, columns, rows] = values;
+    const cells = values.subarray(5);
+    const most = cells.reduce((a, b) => Math.max(a, b), 1e-6);
+    for (let row = 0; row < rows; row += 1) {
+      for (let column = 0; column < columns; column += 1) {
+        const share = (cells[row * columns + column] / most) ** 3;
+        if (share < 0.02) continue;
+        const color = [1, 0.35 + 0.6 * share, 0.15 + 0.3 * share, 0.62 * share];
+        const [x, y] = [x0 + column * pitch, y0 + row * pitch];
+        this.flat.fan([[x, y], [x + pitch, y], [x + pitch, y + pitch], [x, y + pitch]], 0.003, color);
+      }
+    }
   }
 
   trails(past) {

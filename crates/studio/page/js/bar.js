@@ -23,6 +23,7 @@ export class Bar {
     byId("kidnap").onclick = () => socket.send("kidnap");
     byId("lift").onclick = () => socket.send(this.store.state?.controls?.is_held ? "put_down" : "lift");
     byId("cover").onclick = () => this.flip("cover", "is_covered");
+    byId("likelihood").onclick = () => this.flip("likelihood", "has_likelihood");
     byId("autopilot").onclick = () => this.flip("autopilot", "is_autopilot");
     for (const button of document.querySelectorAll("[data-view]")) {
       button.onclick = () => this.setView(button.dataset.view);
@@ -93,11 +94,16 @@ export class Bar {
     setText(byId("time"), `${state.secs.toFixed(1)} s`);
     if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
     this.notice(state.notice);
+    const link = byId("link");
+    if (state.is_stale) link.dataset.state = "closed";
+    else if (link.dataset.state === "closed") link.dataset.state = "open";
+    setText(link, state.is_stale ? "robot out of reach" : "live");
     const controls = state.controls;
     if (!controls) return;
     setPressed(byId("lift"), controls.is_held);
     setText(byId("lift"), controls.is_held ? "Put down" : "Lift");
     setPressed(byId("cover"), controls.is_covered);
+    setPressed(byId("likelihood"), controls.has_likelihood);
     setPressed(byId("autopilot"), controls.is_autopilot);
   }
 
@@ -122,7 +128,7 @@ export class Bar {
     }
     if (!isDown || event.repeat) return;
     const ids = { Space: "play", Period: "step", KeyT: "theme", Slash: "help", Minus: "help" };
-    const more = { KeyK: "kidnap", KeyL: "lift", KeyC: "cover", KeyP: "autopilot", KeyR: "reset" };
+    const more = { KeyK: "kidnap", KeyL: "lift", KeyC: "cover", KeyP: "autopilot", KeyM: "likelihood", KeyR: "reset" };
     const id = event.key === "?" ? "help" : ids[event.code] ?? (isPlayground ? more[event.code] : undefined);
     if (!id || (event.code === "Space" && target.matches?.("button, input"))) return;
     event.preventDefault();

@@ -13,6 +13,7 @@ use visloc_sim::{LiveSimulation, Scenario};
 use super::{
     contender::{Contender, Setting, line_up},
     driver::Driver,
+    likelihood::LikelihoodMap,
     overrides::Overrides,
     scene::Scene,
     world::{WorldSettings, check_exposure, in_range},
@@ -59,6 +60,7 @@ pub struct Playground {
     contenders: Vec<Contender>,
     pipeline: PipelineConfig,
     pipeline_overrides: Overrides,
+    likelihood: Option<LikelihoodMap>,
     is_playing: bool,
     speed: f64,
     frame: SourceFrame,
@@ -96,6 +98,7 @@ impl Playground {
             contenders: contenders?,
             pipeline,
             pipeline_overrides: Overrides::default(),
+            likelihood: None,
             is_playing: true,
             speed: 1.0,
             frame,
@@ -282,6 +285,7 @@ impl Playground {
             "unevenness": self.settings.unevenness,
             "odometry_factor": self.settings.odometry_factor,
             "num_robots": self.settings.num_robots,
+            "has_likelihood": self.likelihood.is_some(),
         })
     }
 
@@ -339,6 +343,10 @@ impl Session for Playground {
                 self.change(*algorithm, Overrides::default())?;
             }
             Command::Defaults { algorithm: None } => self.change_pipeline(Overrides::default())?,
+            Command::Likelihood { is_on } => {
+                let map = || LikelihoodMap::new(self.simulation.map(), &self.pipeline);
+                self.likelihood = is_on.then(map).transpose()?;
+            }
             Command::Forget {} => self.contenders.iter_mut().for_each(Contender::forget),
             command => self.handle_world(command)?,
         }
@@ -359,6 +367,7 @@ impl Session for Playground {
     #[allow(clippy::cast_precision_loss)]
     fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
+        let controls = self.controls();
         let contenders: Vec<ContenderView<'_>> = self.contenders.iter().map(Contender::view).collect();
         let view = LocalizationView {
             map: self.simulation.map(),
@@ -370,15 +379,19 @@ impl Session for Playground {
         };
         let others: Vec<[f64; 3]> =
             self.simulation.others().iter().map(|pose| [pose.x_m, pose.y_m, pose.yaw_rad]).collect();
-        let state = view.state(json!({
+        let likelihood = self.likelihood.as_mut().zip(contenders.first());
+        let likelihood =
+            likelihood.map(|(map, contender)| map.values(contender.pipeline.analyzer().percept()));
+        let more = json!({
             "seed": self.seed,
             "is_playing": self.is_playing,
             "speed": self.speed,
             "others": others,
             "render_ms": self.render_ms,
-            "controls": self.controls(),
+            "controls": controls,
             "notice": notice,
-        }))?;
+        });
+        let state = view.state(more, likelihood)?;
         Ok(Update { scene, state: state.into(), image: Some(view.image()?.into()) })
     }
 }

@@ -175,6 +175,7 @@ impl Picture {
     fn tell(&self, hub: &Hub, notice: &str) {
         let Ok(mut state) = Message::read(&self.state) else { return };
         state.header.insert("notice".to_owned(), notice.into());
+        state.header.insert("is_stale".to_owned(), true.into());
         self.show(hub, state.write().into());
     }
 }

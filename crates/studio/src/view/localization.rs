@@ -49,11 +49,11 @@ pub struct LocalizationView<'a> {
 }
 
 impl LocalizationView<'_> {
-    /// The state message; `more` is a table that is laid over the header.
+    /// The state message; `more` is a table that is laid over the header, `likelihood` a grid of likelihoods, if there is one.
     ///
     /// # Errors
     /// If it cannot be encoded.
-    pub fn state(&self, more: Value) -> Result<Vec<u8>, StudioError> {
+    pub fn state(&self, more: Value, likelihood: Option<Vec<f64>>) -> Result<Vec<u8>, StudioError> {
         let mut header = json!({
             "number": self.number,
             "secs": self.secs,
@@ -73,6 +73,9 @@ impl LocalizationView<'_> {
             individuals.clear();
             contender.pipeline.localizer().individuals(&mut individuals);
             message.floats(&format!("individuals{i}"), flat(&individuals));
+        }
+        if let Some(values) = likelihood {
+            message.floats("likelihood", values);
         }
         Ok(message.finish())
     }

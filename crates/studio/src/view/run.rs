@@ -43,7 +43,7 @@ impl RunViewer {
         let view =
             LocalizationView { map: &self.map, number: self.num_frames, secs, frame, truth, contenders };
         self.num_frames += 1;
-        let state = view.state(json!({ "is_playing": true }))?.into();
+        let state = view.state(json!({ "is_playing": true }), None)?.into();
         let image = view.image()?.into();
         Ok((Update { scene, state, image: Some(image) }, secs))
     }
