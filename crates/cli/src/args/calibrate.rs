@@ -109,9 +109,9 @@ fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
                        visloc calibrate photos --size 9x6 --square 0.025 --ros camera_info.yaml"
 )]
 pub struct CalibrateArgs {
-    /// Folder of images (PNG, JPEG) of one camera
+    /// Folder of images (PNG, JPEG) of one camera, or a video, camera, bag or topic (`visloc sources`)
     #[arg(value_name = "SOURCE")]
-    pub source: PathBuf,
+    pub source: String,
     #[command(flatten)]
     pub pattern: PatternArgs,
     /// The lens

@@ -19,9 +19,9 @@ pub struct CheckCameraArgs {
     /// Calibration: TOML, or YAML of ROS, Kalibr or OpenCV
     #[arg(value_name = "CAMERA")]
     pub camera: PathBuf,
-    /// Folder of images of this camera; walls, doors or field lines near the border say most
+    /// Folder of images of this camera, or another source; walls, doors or field lines near the border say most
     #[arg(value_name = "SOURCE")]
-    pub source: Option<PathBuf>,
+    pub source: Option<String>,
     #[command(flatten)]
     pub json: JsonArg,
 }

@@ -1,17 +1,37 @@
-//! Where the pictures come from. Everything that calibrates asks here, so another kind of source is added in one place.
+//! Where the pictures come from. Everything that calibrates asks here.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use visloc_base::GrayImage;
+use visloc_base::{GrayImage, Timestamp};
 use visloc_data::image_codec::read_gray_image;
+use visloc_sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures};
+
+use crate::{
+    host::host,
+    run::{Progress, prepare},
+    say,
+};
+
+/// Pictures of a video or camera are taken this far apart, seconds: neighbors show the same.
+const APART_SECS: f64 = 0.5;
+/// Most pictures that are taken from a video or camera.
+const MAX_PICTURES: usize = 120;
 
 /// A picture that can be read.
 #[derive(Debug, Clone)]
 pub struct NamedImage {
     /// For people.
     pub name: String,
-    path: PathBuf,
+    pixels: Pixels,
+}
+
+#[derive(Debug, Clone)]
+enum Pixels {
+    /// Read when needed.
+    File(PathBuf),
+    /// Of a source that cannot go back.
+    Kept(GrayImage),
 }
 
 impl NamedImage {
@@ -20,32 +40,78 @@ impl NamedImage {
     /// # Errors
     /// If it cannot be read.
     pub fn read(&self) -> Result<GrayImage> {
-        Ok(read_gray_image(&self.path)?)
+        match &self.pixels {
+            Pixels::File(path) => Ok(read_gray_image(path)?),
+            Pixels::Kept(image) => Ok(image.clone()),
+        }
     }
 }
 
-/// The pictures of a folder by name.
+/// The pictures of a folder by name, or some of those of any other source.
 ///
 /// # Errors
-/// If there is no such folder or it has no pictures.
-pub fn open_images(source: &Path) -> Result<Vec<NamedImage>> {
-    let entries = std::fs::read_dir(source)
-        .with_context(|| format!("{}: expected a folder of images", source.display()))?;
+/// If there is no such source or it has no pictures.
+pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
+    let path = Path::new(source);
+    let images = if path.is_dir() && !path.join("metadata.yaml").exists() {
+        in_folder(path)?
+    } else {
+        in_stream(source)?
+    };
+    if images.is_empty() {
+        bail!("{source}: expected PNG or JPEG images, or a source with pictures, found none");
+    }
+    Ok(images)
+}
+
+fn in_folder(folder: &Path) -> Result<Vec<NamedImage>> {
+    let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
     let is_image = |path: &PathBuf| {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
         matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
     };
-    let mut images: Vec<NamedImage> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(is_image)
-        .map(|path| NamedImage {
-            name: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-            path,
-        })
-        .collect();
-    if images.is_empty() {
-        bail!("{}: expected PNG or JPEG images, found none", source.display());
-    }
+    let named = |path: PathBuf| NamedImage {
+        name: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        pixels: Pixels::File(path),
+    };
+    let mut images: Vec<NamedImage> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_image).map(named).collect();
     images.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(images)
+}
+
+fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
+    if !source.contains(':') && !Path::new(source).exists() {
+        bail!("{source}: expected a folder of images or a source of `visloc sources`, found nothing there");
+    }
+    let is_live = SourceAddress::parse(source)?.kind().is_live;
+    prepare(source)?;
+    if is_live {
+        say::line!("show the board from all sides; {MAX_PICTURES} pictures are taken, Ctrl-C ends earlier");
+    }
+    let OpenPictures { mut pictures, warnings, .. } =
+        open_pictures(source, &SourceOptions::default(), host())?;
+    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    let progress = Progress::new(pictures.num_pictures());
+    let mut images: Vec<NamedImage> = Vec::new();
+    let mut last: Option<Timestamp> = None;
+    while images.len() < MAX_PICTURES {
+        let picture = match pictures.next_picture() {
+            Some(Ok(picture)) => picture,
+            Some(Err(broken)) => {
+                say::line!("note: {broken} (the {} pictures before are used)", images.len());
+                break;
+            }
+            None => break,
+        };
+        progress.advance();
+        if last.is_some_and(|last| picture.at.secs_since(last) < APART_SECS) {
+            continue;
+        }
+        last = Some(picture.at);
+        let name = format!("{:.3} s", picture.at.secs());
+        images.push(NamedImage { name, pixels: Pixels::Kept(GrayImage::from_rgb(&picture.image)) });
+    }
+    progress.clear();
     Ok(images)
 }

@@ -26,7 +26,7 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let detected = find_boards(&board, &images)?;
     let config = CalibrationConfig::new(args.model.lens());
     let found = calibrate(&board, detected.size_px, &detected.views, &config)
-        .map_err(|error| anyhow!("{}: {error}{}", args.source.display(), first_reject(&detected)))?;
+        .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
     let report = CalibrationReport::new(&found, &coverage, &detected);
@@ -42,7 +42,7 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
         say::line!("CameraInfo: {}", path.display());
     }
     if let Some(folder) = &args.report {
-        write_text(&folder.join("report.md"), &markdown(&args.source.display().to_string(), &report))?;
+        write_text(&folder.join("report.md"), &markdown(&args.source, &report))?;
         draw_all(folder, &found, &coverage, &images)?;
         say::line!("report: {}", folder.join("report.md").display());
     }
