@@ -1,6 +1,6 @@
 """Replays a ROS 2 bag as live topics through Cyclone DDS, and receives what visloc says about it.
 
-    python replay.py BAG [--received FILE.csv] [--json FILE] [--drop N] [--late N] [--wrong-type] [--again]
+    python replay.py BAG [--received FILE.csv] [--json FILE] [--drop N] [--late N] [--wrong-type] [--again] [--orders]
 
 It waits until somebody subscribes to the images, plays the bag in real time (or --rate times as fast), and waits a moment for
 the last answers. Every message of results is decoded by Cyclone DDS and counted; poses go to the CSV file.
@@ -138,6 +138,21 @@ def play(participant, bag, args, sent):
     return num_images
 
 
+def give_orders(participant):
+    """After four seconds forgets the pose, after six names one."""
+    reset = DataWriter(participant, Topic(participant, "rt/visloc/reset", ros.Empty), qos=RELIABLE)
+    pose = DataWriter(participant, Topic(participant, "rt/initialpose", ros.PoseWithCovarianceStamped), qos=RELIABLE)
+    wait_for_reader(reset, 30.0)
+    time.sleep(4.0)
+    reset.write(ros.Empty(0))
+    time.sleep(2.0)
+    covariance = [0.25 if i in (0, 7) else 0.1 if i == 35 else 0.0 for i in range(36)]
+    where = ros.Pose(ros.Vector3(-1.4, 1.1, 0.0), ros.Quaternion(0.0, 0.0, 0.0, 1.0))
+    header = ros.Header(ros.Time(0, 0), "map")
+    pose.write(ros.PoseWithCovarianceStamped(header, ros.PoseWithCovariance(where, covariance)))
+    time.sleep(2.0)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bag")
@@ -150,6 +165,7 @@ def main():
     parser.add_argument("--late", type=int, default=0, help="send every so manyeth image after the next two")
     parser.add_argument("--wrong-type", action="store_true", help="publish Bool on the topic of the images, nothing else")
     parser.add_argument("--again", action="store_true", help="leave after the end, and play all from the start once more")
+    parser.add_argument("--orders", action="store_true", help="reset after four seconds, initial pose after six")
     args = parser.parse_args()
 
     bag = {"topics": {}, "messages": []}
@@ -164,6 +180,8 @@ def main():
             time.sleep(0.1)
         return
     results, sent = Results(participant), {}
+    if args.orders:
+        threading.Thread(target=give_orders, args=(participant,), daemon=True).start()
     players = DomainParticipant(args.domain)
     num_images = play(players, bag, args, sent)
     if args.again:

@@ -3,7 +3,7 @@
 //! [`LiveFrames`] and [`LivePictures`] subscribe to a robot's sensors, [`ResultPublisher`] says where the robot is and takes
 //! orders. Messages and their meaning are those of bags (`visloc_data::bag`): the same synchronizer joins them.
 //!
-//! Data flow: DDS -> one thread that receives -> [`Inbox`](inbox) -> whoever asks for the next frame, in its own thread. The inbox is
+//! Data flow: DDS -> one thread that receives -> inbox -> whoever asks for the next frame, in its own thread. The inbox is
 //! bounded, and whoever is too slow for all images gets the newest.
 
 mod error;

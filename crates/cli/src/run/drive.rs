@@ -21,6 +21,7 @@ pub struct FrameView<'a> {
     /// Images of a live source that were left out so far.
     pub num_dropped: usize,
     /// When the image came, by the wall clock; live sources know.
+    #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
     pub received_at: Option<Timestamp>,
 }
 

@@ -157,6 +157,7 @@ impl Runner {
     }
 
     /// Begins again with what is known about the pose.
+    #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
     pub fn reset_to(&mut self, prior: &StartPrior) {
         self.pipeline.reset_to(prior);
     }
