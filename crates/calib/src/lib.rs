@@ -1,7 +1,7 @@
 //! Calibration of one camera from pictures of a flat board.
 //!
-//! Data flow: images -> [`detect`] finds the corners of a [`Board`] -> [`calibrate`] estimates the camera, the pose of every
-//! picture and the quality of both -> [`coverage`](mod@coverage) says what to photograph next. [`check_camera`] asks whether a
+//! Data flow: images -> [`detect()`] finds the corners of a [`Board`] -> [`calibrate()`] estimates the camera, the pose of every
+//! picture and the quality of both -> [`coverage()`] says what to photograph next. [`check_camera()`] asks whether a
 //! calibration fits given images. [`render`] draws boards with known truth, for tests and for trying things out.
 //!
 //! No files, no clocks, no randomness except through a generator that is passed in.

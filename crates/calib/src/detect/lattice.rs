@@ -19,31 +19,12 @@ pub(super) fn number(
     board: &Checkerboard,
 ) -> Result<Numbered, DetectReject> {
     let (columns, rows) = (board.columns as i32, board.rows as i32);
-    let mut best: Option<(usize, Vec<Numbered>)> = None;
     let (low, high) = bounds(grid);
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
-    for (size_i, size_j) in [(columns, rows), (rows, columns)] {
-        for i in low.0..=(high.0 + 1 - size_i) {
-            for j in low.1..=(high.1 + 1 - size_j) {
-                let window = |c: &Cell| c.0 >= i && c.0 < i + size_i && c.1 >= j && c.1 < j + size_j;
-                let inside = grid.keys().filter(|c| window(c)).count();
-                // A window within a larger grid must be full, else the place of the board in it is a guess; and beyond it there
-                // may be some clutter, but no further row, else it is another board.
-                let is_whole = (width, height) == (size_i, size_j);
-                let beyond = grid.len() - inside;
-                let is_alone = 2 * beyond < board.columns.min(board.rows);
-                if !is_whole && (inside < board.columns * board.rows || !is_alone) {
-                    continue;
-                }
-                let layouts = || turned(grid, saddles, (i, j), (size_i, size_j), (columns, rows));
-                match &mut best {
-                    Some((count, all)) if *count == inside => all.extend(layouts()),
-                    Some((count, _)) if *count > inside => {}
-                    _ => best = Some((inside, layouts())),
-                }
-            }
-        }
-    }
+    let best = best_window(grid, board, (low, high)).map(|window| {
+        let inside = grid.keys().filter(|cell| window.contains(**cell)).count();
+        (inside, turned(grid, saddles, &window, (columns, rows)))
+    });
     let Some((count, layouts)) = best else {
         let side = |v: i32| usize::try_from(v).unwrap_or(0);
         return Err(DetectReject::OtherSize {
@@ -60,6 +41,42 @@ pub(super) fn number(
     layouts.into_iter().min_by_key(key).ok_or(DetectReject::NoBoard(saddles.len()))
 }
 
+/// A part of a grid.
+#[derive(Debug, Clone, Copy)]
+struct Window {
+    first: Cell,
+    size: (i32, i32),
+}
+
+impl Window {
+    fn contains(&self, (i, j): Cell) -> bool {
+        (0..self.size.0).contains(&(i - self.first.0)) && (0..self.size.1).contains(&(j - self.first.1))
+    }
+}
+
+/// The part of the grid with the board's size and the most corners, if one can be the board.
+fn best_window(grid: &Grid, board: &Checkerboard, (low, high): (Cell, Cell)) -> Option<Window> {
+    let (columns, rows) = (board.columns as i32, board.rows as i32);
+    let whole = (high.0 - low.0 + 1, high.1 - low.1 + 1);
+    let mut best: Option<(usize, Window)> = None;
+    for size in [(columns, rows), (rows, columns)] {
+        let firsts =
+            (low.0..=high.0 + 1 - size.0).flat_map(|i| (low.1..=high.1 + 1 - size.1).map(move |j| (i, j)));
+        for first in firsts {
+            let window = Window { first, size };
+            let inside = grid.keys().filter(|cell| window.contains(**cell)).count();
+            // A window within a larger grid must be full, else the place of the board in it is a guess; and beyond it there
+            // may be some clutter, but no further row, else it is another board.
+            let is_alone = 2 * (grid.len() - inside) < board.columns.min(board.rows);
+            let is_possible = whole == size || (inside == board.columns * board.rows && is_alone);
+            if is_possible && best.is_none_or(|(count, _)| inside > count) {
+                best = Some((inside, window));
+            }
+        }
+    }
+    best.map(|(_, window)| window)
+}
+
 fn bounds(grid: &Grid) -> (Cell, Cell) {
     grid.keys().fold(((i32::MAX, i32::MAX), (i32::MIN, i32::MIN)), |(low, high), c| {
         ((low.0.min(c.0), low.1.min(c.1)), (high.0.max(c.0), high.1.max(c.1)))
@@ -67,13 +84,8 @@ fn bounds(grid: &Grid) -> (Cell, Cell) {
 }
 
 /// The window's corners with the board's numbers, in every way of turning the board that is not mirrored.
-fn turned(
-    grid: &Grid,
-    saddles: &[Saddle],
-    first: Cell,
-    (size_i, size_j): (i32, i32),
-    (columns, rows): (i32, i32),
-) -> Vec<Numbered> {
+fn turned(grid: &Grid, saddles: &[Saddle], window: &Window, (columns, rows): (i32, i32)) -> Vec<Numbered> {
+    let Window { first, size: (size_i, size_j) } = *window;
     let mut layouts = Vec::new();
     for mirror in [false, true] {
         for quarters in 0..4 {

@@ -20,6 +20,18 @@ pub fn print(found: &Calibration, coverage: &Coverage, detected: &Detected) {
         found.num_corners(),
         found.num_outliers()
     );
+    print_left_out(found, detected);
+    print_parameters(found);
+    say::line!("corners in {:.0} % of the image", 100.0 * coverage.covered);
+    if coverage.advice.is_empty() {
+        say::line!("the pictures cover image, tilts and distances well");
+    }
+    for (i, advice) in coverage.advice.iter().enumerate() {
+        say::line!("  {} {advice}", if i == 0 { "next:" } else { "     " });
+    }
+}
+
+fn print_left_out(found: &Calibration, detected: &Detected) {
     let dropped = found.dropped.iter().map(|view| (view.name.clone(), view.reason.to_string()));
     let left_out: Vec<_> = detected.rejected.iter().cloned().chain(dropped).collect();
     for (name, reason) in left_out.iter().take(MAX_LEFT_OUT) {
@@ -28,23 +40,15 @@ pub fn print(found: &Calibration, coverage: &Coverage, detected: &Detected) {
     if left_out.len() > MAX_LEFT_OUT {
         say::line!("  left out: {} more", left_out.len() - MAX_LEFT_OUT);
     }
+}
+
+fn print_parameters(found: &Calibration) {
     say::line!();
-    for parameter in &found.parameters {
-        let is_px = matches!(parameter.name, "fx" | "fy" | "cx" | "cy");
-        if is_px {
-            say::line!(
-                "  {}  {:10.3} +- {:.3} px",
-                parameter.name,
-                parameter.value,
-                parameter.standard_deviation
-            );
+    for p in &found.parameters {
+        if matches!(p.name, "fx" | "fy" | "cx" | "cy") {
+            say::line!("  {}  {:10.3} +- {:.3} px", p.name, p.value, p.standard_deviation);
         } else {
-            say::line!(
-                "  {}  {:10.6} +- {:.6}",
-                parameter.name,
-                parameter.value,
-                parameter.standard_deviation
-            );
+            say::line!("  {}  {:10.6} +- {:.6}", p.name, p.value, p.standard_deviation);
         }
     }
     say::line!();
@@ -54,11 +58,4 @@ pub fn print(found: &Calibration, coverage: &Coverage, detected: &Detected) {
         found.median_px,
         found.corner_noise_px
     );
-    say::line!("corners in {:.0} % of the image", 100.0 * coverage.covered);
-    if coverage.advice.is_empty() {
-        say::line!("the pictures cover image, tilts and distances well");
-    }
-    for (i, advice) in coverage.advice.iter().enumerate() {
-        say::line!("  {} {advice}", if i == 0 { "next:" } else { "     " });
-    }
 }

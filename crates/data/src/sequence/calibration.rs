@@ -94,30 +94,7 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
         let (number, line) = data_lines(&text).nth(1).unwrap_or_default();
         return middlebury(line).map_err(SequenceError::line(path, number));
     }
-    let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-    let text = if is_toml { lines_of_toml(&text) } else { text };
     Keys::read(&text, path).calibration()
-}
-
-/// The same lines as `key: value`, below the names of their tables.
-fn lines_of_toml(text: &str) -> String {
-    let mut lines = String::new();
-    let mut indent = "";
-    for line in text.lines() {
-        let content = line.split('#').next().unwrap_or_default().trim();
-        let table = content.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-        let line = match (table, content.split_once('=')) {
-            (Some(table), None) if table.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') => {
-                indent = "  ";
-                format!("{table}:")
-            }
-            (_, Some((key, value))) => format!("{indent}{}: {}", key.trim(), value.trim()),
-            _ => content.to_owned(),
-        };
-        lines += &line;
-        lines.push('\n');
-    }
-    lines
 }
 
 /// A projection matrix: fx 0 cx . 0 fy cy . 0 0 1 .
