@@ -32,7 +32,7 @@ export class Cards {
 
   update(card, contender) {
     const isMirrored = !contender.is_localized && contender.reliability_up_to_symmetry > 0.6;
-    const status = contender.is_localized ? "localized" : isMirrored ? "one of two sides" : "searching";
+    const status = contender.is_localized ? "localized" : isMirrored ? "two sides" : "searching";
     setText(card.status, status);
     card.box.dataset.localized = contender.is_localized;
     card.bar.style.transform = `scaleX(${contender.reliability.toFixed(3)})`;

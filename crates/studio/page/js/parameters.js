@@ -57,7 +57,9 @@ export class AlgorithmsPanel {
     add.disabled = this.names().length >= MAX_LANES;
     const next = this.store.scene.algorithms.map(({ name }) => name).find((name) => !this.names().includes(name));
     add.onclick = () => this.choose([...this.names(), next]);
-    return add;
+    const forget = make("button", { type: "button", textContent: "Forget the place", title: "All algorithms begin anywhere again" });
+    forget.onclick = () => this.socket.send("forget");
+    return make("div", { className: "lane" }, add, forget);
   }
 
   choose(names) {

@@ -115,7 +115,7 @@ impl SlamViewer {
             "plots": [
                 plot("Position error", "m", &["error"], 3),
                 plot("Searched, found", "", &["searched", "found"], 0),
-                plot("Landmarks, candidates", "", &["landmarks", "candidates"], 0),
+                plot("Points, candidates", "", &["landmarks", "candidates"], 0),
                 plot("Tracking, mapping", "ms", &["tracking", "mapping"], 2),
             ],
         });
