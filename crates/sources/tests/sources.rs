@@ -10,7 +10,8 @@ use visloc_base::{Host, ImageSource, RgbImage, SourceError, Timestamp};
 use visloc_data::{bag::BagTopics, image_codec::save_png};
 use visloc_sources::{Mount, SourceOptions, SourcesError, open_frames, open_images, open_pictures};
 
-const CALIBRATION: &str = "[camera]\nsize_px = [2, 2]\nfocal_px = [2.0, 2.0]\ncenter_px = [0.5, 0.5]\n";
+const CALIBRATION: &str =
+    "model = \"pinhole\"\nsize_px = [2, 2]\nfocal_px = [2.0, 2.0]\ncenter_px = [0.5, 0.5]\n";
 
 /// A folder with a calibration, a video that is none, and a program in place of ffmpeg.
 struct Place {
