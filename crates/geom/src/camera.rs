@@ -236,7 +236,7 @@ mod tests {
             Camera::new(size, focal, center, Distortion::RadialTangential([0.2, -0.3, -8e-4, 1e-3, 0.1]))
                 .unwrap(),
             Camera::new(size, focal, center, Distortion::KannalaBrandt([-0.02, 0.01, -0.004, 5e-4])).unwrap(),
-            Camera::new(size, (95.0, 94.0), center, Distortion::KannalaBrandt([0.03, -0.01, 2e-3, -1e-3]))
+            Camera::new(size, (150.0, 149.0), center, Distortion::KannalaBrandt([0.03, -0.01, 2e-3, -1e-3]))
                 .unwrap(),
         ]
     }

@@ -3,8 +3,7 @@
 //! * `key: value` (YAML): `width`, `height`, `fx`, `fy`, `cx`, `cy`, `distortion: [k1, k2, p1, p2, k3]`, `fps`; the same with the
 //!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`), of ROS and OpenCV (`image_width`,
 //!   `camera_matrix`, `distortion_coefficients`) and of ORB-SLAM (`Camera.fx`, `Camera.k1`, ...);
-//! * the same keys as TOML (`fx = 500.0`), also below `[camera]`, and `size_px`, `focal_px`, `center_px` as pairs;
-//! * Kalibr: the keys of EuRoC below `cam0:`;
+//! * the forms of [`crate::camera_file`]: our TOML, `camchain.yaml` of Kalibr, `camera_matrix` with the size of the images;
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
 //!
@@ -377,11 +376,17 @@ mod tests {
             ("fx: 500", "fx: wide", "line 3: expected a number for fx, found 'wide'"),
             ("width: 640", "width: 640.5", "line 1: expected width and height in whole pixels"),
             ("0.002]", "0.002, 0, 0]", "line 7: expected at most 5 distortion coefficients, found 6"),
-            ("fps: 20", "distortion_model: equidistant", "line 8: expected distortion_model"),
+            ("fps: 20", "distortion_model: thin-prism", "line 8: expected distortion_model"),
         ] {
             let error = read(&OURS.replace(from, to)).unwrap_err();
             assert!(error.contains("camera.yaml") && error.contains(expected), "{error} ({expected})");
         }
         assert!(read("").is_err());
+    }
+
+    #[test]
+    fn a_fisheye_is_told_by_its_model() {
+        let fisheye = read(&OURS.replace("fps: 20", "distortion_model: equidistant")).unwrap();
+        assert_eq!(fisheye.distortion, Distortion::KannalaBrandt([0.1, -0.2, 0.001, 0.002]));
     }
 }
