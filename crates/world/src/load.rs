@@ -19,6 +19,7 @@ pub const BUILT_IN_MAPS: [(&str, &str); 4] = [
     ("robocup-spl-2024", include_str!("../../../maps/robocup-spl-2024.toml")),
     ("office", include_str!("../../../maps/office.toml")),
     ("office-large", include_str!("../../../maps/office-large.toml")),
+    ("office-repeated", include_str!("../../../maps/office-repeated.toml")),
 ];
 
 /// A map that cannot be used.

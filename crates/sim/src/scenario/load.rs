@@ -24,6 +24,7 @@ pub const BUILT_IN_SCENARIOS: [(&str, &str); 10] = [
     ("office", include_str!("../../../../scenarios/office.toml")),
     ("office-walk", include_str!("../../../../scenarios/office-walk.toml")),
     ("office-large", include_str!("../../../../scenarios/office-large.toml")),
+    ("office-repeated", include_str!("../../../../scenarios/office-repeated.toml")),
     ("still", include_str!("../../../../scenarios/still.toml")),
 ];
 
