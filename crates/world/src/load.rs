@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Maps that are part of the program: name and text.
-pub const BUILT_IN_MAPS: [(&str, &str); 4] = [
+pub const BUILT_IN_MAPS: [(&str, &str); 5] = [
     ("robocup-spl-2010", include_str!("../../../maps/robocup-spl-2010.toml")),
     ("robocup-spl-2024", include_str!("../../../maps/robocup-spl-2024.toml")),
     ("office", include_str!("../../../maps/office.toml")),

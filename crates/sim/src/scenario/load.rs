@@ -14,7 +14,7 @@ use super::{
 use crate::scene::{Lamp, Room};
 
 /// Scenarios that are part of the program: name and text.
-pub const BUILT_IN_SCENARIOS: [(&str, &str); 10] = [
+pub const BUILT_IN_SCENARIOS: [(&str, &str); 11] = [
     ("demo", include_str!("../../../../scenarios/demo.toml")),
     ("tour", include_str!("../../../../scenarios/tour.toml")),
     ("kidnaps", include_str!("../../../../scenarios/kidnaps.toml")),
