@@ -53,13 +53,10 @@ impl NamedImage {
 /// If there is no such source or it has no pictures.
 pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
     let path = Path::new(source);
-    let images = if path.is_dir() && !path.join("metadata.yaml").exists() {
-        in_folder(path)?
-    } else {
-        in_stream(source)?
-    };
+    let is_folder = path.is_dir() && !path.join("metadata.yaml").exists();
+    let images = if is_folder { in_folder(path)? } else { in_stream(source)? };
     if images.is_empty() {
-        bail!("{source}: expected PNG or JPEG images, or a source with pictures, found none");
+        bail!("{source}: expected {}, found none", if is_folder { "PNG or JPEG images" } else { "pictures" });
     }
     Ok(images)
 }
