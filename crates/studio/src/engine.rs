@@ -13,6 +13,8 @@ const MAX_LATE_SECS: f64 = 0.1;
 const MAX_BATCH: usize = 64;
 /// How often a session without steps looks whether it is to end, seconds.
 const IDLE_SECS: f64 = 0.5;
+/// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
+const NOTICE_SECS: f64 = 2.0;
 
 /// Opens the sessions that pages can choose.
 pub trait Engine: Send {
@@ -21,6 +23,30 @@ pub trait Engine: Send {
     /// # Errors
     /// If there is no such session or it cannot be opened.
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError>;
+}
+
+/// Shows a session to the pages, with what the people there should know.
+struct Screen<'a> {
+    hub: &'a Hub,
+    clock: &'a Clock,
+    notice: Option<String>,
+    notice_until_secs: f64,
+}
+
+impl Screen<'_> {
+    fn show(&mut self, session: &mut dyn Session, problem: Option<StudioError>) {
+        let now_secs = self.clock.secs();
+        if let Some(problem) = problem {
+            self.notice = Some(problem.to_string());
+            self.notice_until_secs = now_secs + NOTICE_SECS;
+        } else if now_secs > self.notice_until_secs {
+            self.notice = None;
+        }
+        match session.update(self.notice.as_deref()) {
+            Ok(update) => self.hub.publish(update),
+            Err(error) => self.hub.complain(&error.to_string()),
+        }
+    }
 }
 
 /// Runs until the hub is closed. A session that somebody opens takes the place of the one before.
@@ -32,11 +58,12 @@ pub fn run_engine(
     clock: &Clock,
 ) {
     let mut due_secs = clock.secs();
+    let mut screen = Screen { hub, clock, notice: None, notice_until_secs: 0.0 };
     while !hub.is_closed() {
         if hub.num_viewers() == 0 {
             // Blocks without cost; a new page says hello.
             match commands.recv() {
-                Ok(command) => react(engine.as_mut(), &mut session, command, (hub, commands)),
+                Ok(command) => react(engine.as_mut(), &mut session, command, commands, &mut screen),
                 Err(_) => return,
             }
             due_secs = clock.secs();
@@ -45,7 +72,7 @@ pub fn run_engine(
         let wait_secs = session.step_secs().map(|_| (due_secs - clock.secs()).max(0.0));
         let wait = Duration::from_secs_f64(wait_secs.unwrap_or(IDLE_SECS).min(IDLE_SECS));
         match commands.recv_timeout(wait) {
-            Ok(command) => react(engine.as_mut(), &mut session, command, (hub, commands)),
+            Ok(command) => react(engine.as_mut(), &mut session, command, commands, &mut screen),
             Err(RecvTimeoutError::Disconnected) => return,
             Err(RecvTimeoutError::Timeout) => {}
         }
@@ -53,7 +80,7 @@ pub fn run_engine(
         match session.step_secs() {
             Some(step_secs) if now_secs >= due_secs => {
                 let problem = session.step().err();
-                publish(session.as_mut(), problem, hub);
+                screen.show(session.as_mut(), problem);
                 due_secs = (due_secs + step_secs).max(now_secs - MAX_LATE_SECS);
             }
             Some(_) => {}
@@ -67,7 +94,8 @@ fn react(
     engine: &mut dyn Engine,
     session: &mut Box<dyn Session>,
     first: Command,
-    (hub, commands): (&Hub, &Receiver<Command>),
+    commands: &Receiver<Command>,
+    screen: &mut Screen<'_>,
 ) {
     let mut problem = None;
     let waiting = std::iter::from_fn(|| commands.try_recv().ok()).take(MAX_BATCH);
@@ -79,13 +107,5 @@ fn react(
         };
         problem = done.err().or(problem);
     }
-    publish(session.as_mut(), problem, hub);
-}
-
-fn publish(session: &mut dyn Session, problem: Option<StudioError>, hub: &Hub) {
-    let notice = problem.map(|problem| problem.to_string());
-    match session.update(notice.as_deref()) {
-        Ok(update) => hub.publish(update),
-        Err(error) => hub.complain(&error.to_string()),
-    }
+    screen.show(session.as_mut(), problem);
 }
