@@ -9,12 +9,12 @@
 mod error;
 mod frames;
 mod inbox;
-#[cfg(test)]
-mod loopback;
 mod node;
 mod pictures;
 mod publish;
 mod receive;
+#[cfg(test)]
+mod tests;
 mod vigil;
 
 pub use error::Ros2Error;

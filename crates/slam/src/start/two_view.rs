@@ -115,7 +115,7 @@ pub fn solve_two_view(
     candidates.sort_by(|a, b| b.num_points.cmp(&a.num_points).then(a.cost.total_cmp(&b.cost)));
     let Some(best) = candidates.first() else { return Err(StartWait::NoCommonMotion(0.0)) };
     let share = best.num_points as f64 / pairs.len() as f64;
-    let parallax_rad = typical_parallax(best);
+    let parallax_rad = upper_quartile_parallax(best);
     if parallax_rad < settings.min_parallax_rad {
         return Err(StartWait::LittleParallax(parallax_rad));
     }
@@ -125,7 +125,7 @@ pub fn solve_two_view(
     let mut kept: Vec<&Candidate> = Vec::new();
     for candidate in &candidates {
         let is_rival = candidate.num_points as f64 > 0.7 * best.num_points as f64
-            && typical_parallax(candidate) >= settings.min_parallax_rad;
+            && upper_quartile_parallax(candidate) >= settings.min_parallax_rad;
         if is_rival && kept.iter().all(|other| is_different(&candidate.motion, &other.motion)) {
             kept.push(candidate);
         }
@@ -133,7 +133,7 @@ pub fn solve_two_view(
     let two_view = |candidate: &&Candidate| TwoView {
         motion: candidate.motion,
         points: candidate.points.clone(),
-        parallax_rad: typical_parallax(candidate),
+        parallax_rad: upper_quartile_parallax(candidate),
     };
     Ok(kept.iter().map(two_view).collect())
 }
@@ -205,7 +205,7 @@ fn judge(motion: &TwoViewMotion, pairs: &[Pair], limit: f64) -> Candidate {
 
 /// The angle that a quarter of the points exceed. A camera that goes straight ahead sees most points with hardly any parallax, and
 /// the near ones beside its way with enough.
-fn typical_parallax(candidate: &Candidate) -> f64 {
+fn upper_quartile_parallax(candidate: &Candidate) -> f64 {
     let second_center = Point3::from(*candidate.motion.inverse().translation());
     let angle =
         |point: &Point3<f64>| cos_parallax(point, &Point3::origin(), &second_center).clamp(-1.0, 1.0).acos();
