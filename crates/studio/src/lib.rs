@@ -19,6 +19,7 @@ mod scenes;
 pub mod server;
 mod session;
 pub mod slam;
+pub mod tuning;
 mod update;
 pub mod view;
 

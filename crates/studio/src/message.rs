@@ -1,7 +1,7 @@
 //! Messages to pages, in recordings and between programs: a JSON header with binary arrays behind it.
 //!
 //! ```text
-//! byte 0      kind: 1 scene, 2 state, 3 image
+//! byte 0      kind: 1 scene, 2 state, 3 image, 4 input
 //! byte 1..4   0
 //! byte 4..8   length of the header, unsigned 32 bit, little endian
 //! header      JSON, padded with spaces so that the arrays begin at a multiple of 4
@@ -29,6 +29,8 @@ pub enum MessageKind {
     State = 2,
     /// A camera image with what belongs on it.
     Image = 3,
+    /// What an algorithm was given, in recordings only.
+    Input = 4,
 }
 
 /// Bytes that are not a message.
@@ -129,7 +131,8 @@ impl Message {
             Some(1) => MessageKind::Scene,
             Some(2) => MessageKind::State,
             Some(3) => MessageKind::Image,
-            _ => return Err(shape("a first byte from 1 to 3")),
+            Some(4) => MessageKind::Input,
+            _ => return Err(shape("a first byte from 1 to 4")),
         };
         let length = bytes.get(4..PREFIX).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
         let end = length.and_then(|length| PREFIX.checked_add(length as usize));
@@ -148,8 +151,14 @@ impl Message {
     /// The bytes, with what has been changed in the header.
     #[must_use]
     pub fn write(self) -> Vec<u8> {
+        self.into_builder().finish()
+    }
+
+    /// To add arrays.
+    #[must_use]
+    pub fn into_builder(self) -> MessageBuilder {
         let Self { kind, header, arrays, body } = self;
-        MessageBuilder { kind, header, arrays, body }.finish()
+        MessageBuilder { kind, header, arrays, body }
     }
 
     /// The numbers of an array; `None` if there is no such array or it is cut off.
@@ -175,6 +184,13 @@ impl Message {
         let number = |i: usize| usize::try_from(place.get(i)?.as_u64()?).ok();
         let offset = number(0)?;
         self.body.get(offset..offset.checked_add(number(1)?.checked_mul(size)?)?)
+    }
+}
+
+/// Puts the entries of a table over those of another one.
+pub(crate) fn lay_over(below: &mut Value, more: &Value) {
+    if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
+        below.extend(more.clone());
     }
 }
 

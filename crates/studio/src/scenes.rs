@@ -27,6 +27,7 @@ pub struct Scenes {
     slam_clock: visloc_slam::Clock,
     seed: u64,
     recordings: Vec<PathBuf>,
+    folder: PathBuf,
     sequences: Vec<PathBuf>,
 }
 
@@ -34,13 +35,26 @@ impl Scenes {
     /// Everything that needs no files. `seed` is that of everything random; `slam_clock` measures the stages of SLAM.
     #[must_use]
     pub fn new(clock: Clock, slam_clock: visloc_slam::Clock, seed: u64) -> Self {
-        Self { clock, slam_clock, seed, recordings: Vec::new(), sequences: Vec::new() }
+        Self {
+            clock,
+            slam_clock,
+            seed,
+            recordings: Vec::new(),
+            folder: std::env::temp_dir(),
+            sequences: Vec::new(),
+        }
     }
 
     /// Recordings, too.
     #[must_use]
     pub fn with_recordings(self, recordings: Vec<PathBuf>) -> Self {
         Self { recordings, ..self }
+    }
+
+    /// Where recordings are kept, and results of computing them again meanwhile.
+    #[must_use]
+    pub fn with_folder(self, folder: PathBuf) -> Self {
+        Self { folder, ..self }
     }
 
     /// Folders of datasets, too.
@@ -89,7 +103,8 @@ fn file<'a>(scene: &str, prefix: &str, files: &'a [PathBuf]) -> Option<&'a PathB
 impl Engine for Scenes {
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
         if let Some(path) = file(scene, RECORDING, &self.recordings) {
-            return Ok(Box::new(Replay::open(path, scene, self.list())?));
+            let replay = Replay::open(path, scene, self.list())?;
+            return Ok(Box::new(replay.with_scratch(&self.folder, self.clock.clone())));
         }
         if let Some(path) = file(scene, SEQUENCE, &self.sequences) {
             return self.slam(scene, SequenceSource::Folder(path.clone()));
@@ -98,5 +113,10 @@ impl Engine for Scenes {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()));
         }
         Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), self.list())?))
+    }
+
+    fn add_recording(&mut self, path: PathBuf) -> String {
+        self.recordings.push(path);
+        format!("{RECORDING}{}", self.recordings.len() - 1)
     }
 }

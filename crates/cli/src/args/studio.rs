@@ -38,6 +38,9 @@ pub struct StudioArgs {
     /// What the robot elsewhere asks for; it printed it
     #[arg(long, value_name = "TOKEN", requires = "connect")]
     pub token: Option<String>,
+    /// Where the page's button puts recordings
+    #[arg(long, value_name = "DIR", default_value = "out/studio")]
+    pub recordings: PathBuf,
     /// Port of the page; 0 for any free one
     #[arg(long, default_value_t = 7878)]
     pub port: u16,

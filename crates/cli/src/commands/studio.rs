@@ -11,7 +11,9 @@ use std::{
 use anyhow::{Context, Result};
 use visloc_slam::Clock as SlamClock;
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes, run_engine,
+    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes,
+    recording::Tape,
+    run_engine,
     server::{Remote, Server},
 };
 
@@ -60,10 +62,12 @@ fn start_engine(
     } else {
         let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
             .with_recordings(args.replay.clone())
-            .with_sequences(args.sequence.clone());
+            .with_sequences(args.sequence.clone())
+            .with_folder(args.recordings.clone());
+        let tape = Tape::new(&args.recordings);
         let first = args.scene.clone().unwrap_or_else(|| scenes.first());
         let session = scenes.open(&first)?;
-        thread.spawn(move || run_engine(Box::new(scenes), session, &hub, &commands, &clock))
+        thread.spawn(move || run_engine(Box::new(scenes), session, tape, &hub, &commands, &clock))
     }
     .context("cannot start the engine")?;
     Ok(())

@@ -5,7 +5,10 @@ use serde_json::json;
 use visloc_base::CameraTrajectory;
 use visloc_geom::Camera;
 use visloc_slam::Slam;
-use visloc_studio::slam::{SlamFrame, SlamViewer};
+use visloc_studio::{
+    recording::Input,
+    slam::{SlamFrame, SlamViewer},
+};
 
 use crate::broadcast::Broadcast;
 
@@ -13,6 +16,7 @@ use crate::broadcast::Broadcast;
 pub struct SlamShow {
     broadcast: Broadcast,
     viewer: SlamViewer,
+    camera: Camera,
 }
 
 impl SlamShow {
@@ -20,7 +24,7 @@ impl SlamShow {
     pub fn new(broadcast: Broadcast, camera: &Camera, title: &str, truth: Option<CameraTrajectory>) -> Self {
         let scenes = json!([{ "id": "run", "group": "Run", "label": title }]);
         let more = json!({ "scene": "run", "scenes": scenes });
-        Self { broadcast, viewer: SlamViewer::new(camera, title, truth, more) }
+        Self { broadcast, viewer: SlamViewer::new(camera, title, truth, more), camera: *camera }
     }
 
     /// Takes in a frame, and shows it if anybody wants to see it.
@@ -30,8 +34,9 @@ impl SlamShow {
             return;
         }
         let secs = self.viewer.secs(frame.at);
-        let update = self.viewer.update(slam, frame, &json!({ "is_playing": true }));
-        self.broadcast.send(update.map(|update| (update, secs)));
+        let update = self.viewer.update(slam, frame, &self.broadcast.aside());
+        let input = Input::Camera { at: frame.at, image: frame.image, camera: &self.camera };
+        self.broadcast.send(update.map(|update| (update, secs)), &input);
     }
 
     /// Ends the recording.

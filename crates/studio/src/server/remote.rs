@@ -158,6 +158,7 @@ impl Picture {
         match Message::read(bytes)?.kind {
             MessageKind::Scene => self.scene = bytes.into(),
             MessageKind::Image => self.image = Some(bytes.into()),
+            MessageKind::Input => {}
             MessageKind::State => {
                 self.state = bytes.into();
                 self.show(hub, Arc::clone(&self.state));

@@ -9,7 +9,7 @@ use visloc_sim::CameraTour;
 use visloc_slam::{Clock, FrameOutcome, Slam, SlamConfig};
 
 use super::viewer::{SlamFrame, SlamViewer};
-use crate::{Command, Session, StudioError, Update};
+use crate::{Command, Session, StudioError, Update, message::lay_over, recording::Input};
 
 /// Time between images until two of them tell it, seconds.
 const USUAL_STEP_SECS: f64 = 0.05;
@@ -153,17 +153,23 @@ impl Session for SlamSession {
         Ok(())
     }
 
-    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
-        let more = json!({
+    fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
+        let mut more = json!({
             "seed": self.seed,
             "is_playing": self.is_playing && !self.is_over,
             "speed": self.speed,
-            "notice": notice,
         });
+        lay_over(&mut more, aside.unwrap_or(&Value::Null));
         let Running { slam, viewer, last, .. } = &mut self.running;
         let Some((frame, outcome)) = last else {
             return Err(StudioError::input("sequence", "expected an image, found none"));
         };
         viewer.update(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome }, &more)
+    }
+
+    fn input(&self) -> Option<Input<'_>> {
+        let Running { source, last, .. } = &self.running;
+        let (frame, _) = last.as_ref()?;
+        Some(Input::Camera { at: frame.at, image: &frame.image, camera: source.camera() })
     }
 }

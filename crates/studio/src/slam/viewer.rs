@@ -13,7 +13,7 @@ use super::{
     display::Display,
     shapes::{camera_axes, candidates, keyframes, landmarks, links, missed, trajectory, xyz},
 };
-use crate::{MessageBuilder, MessageKind, StudioError, Update};
+use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over};
 
 /// Quality of the images that are sent.
 const JPEG_QUALITY: u8 = 80;
@@ -241,11 +241,5 @@ impl SlamViewer {
             message.floats("missed", missed(slam.map(), &self.camera, camera_from_world, features));
         }
         Ok(message.finish())
-    }
-}
-
-fn lay_over(below: &mut Value, more: &Value) {
-    if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
-        below.extend(more.clone());
     }
 }
