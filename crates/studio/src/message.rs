@@ -161,6 +161,31 @@ impl Message {
         MessageBuilder { kind, header, arrays, body }
     }
 
+    /// The bytes of the same message with another content of one of its arrays of bytes.
+    #[must_use]
+    pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8]) -> Vec<u8> {
+        let mut builder = MessageBuilder {
+            kind: self.kind,
+            header: self.header.clone(),
+            arrays: Map::new(),
+            body: Vec::new(),
+        };
+        builder.bytes(name, bytes);
+        for other in self.arrays.keys().filter(|other| *other != name) {
+            match self.floats(other) {
+                Some(values) if self.is_floats(other) => {
+                    builder.floats(other, values.into_iter().map(f64::from));
+                }
+                _ => builder.bytes(other, self.bytes(other).unwrap_or_default()),
+            }
+        }
+        builder.finish()
+    }
+
+    fn is_floats(&self, name: &str) -> bool {
+        self.arrays.get(name).and_then(|place| place.get(2)?.as_str()) == Some("f32")
+    }
+
     /// The numbers of an array; `None` if there is no such array or it is cut off.
     #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
@@ -213,6 +238,21 @@ mod tests {
         assert_eq!(bytes.len() % 4, 0);
         assert_eq!(message.clone().write(), bytes);
         assert_eq!(Message::read(&message.write()).unwrap().floats("numbers"), Some(vec![0.5, -2.0]));
+    }
+
+    #[test]
+    fn an_array_is_replaced_and_the_others_stay() {
+        let mut builder = MessageBuilder::new(MessageKind::Image, &serde_json::json!({ "a": 1 })).unwrap();
+        builder.bytes("jpeg", &[9; 400]);
+        builder.floats("numbers", [0.5, f64::NAN, -2.0]);
+        builder.bytes("other", &[4, 5]);
+        let message = Message::read(&builder.finish()).unwrap();
+        let replaced = Message::read(&message.with_bytes("jpeg", &[1, 2, 3])).unwrap();
+        assert_eq!(replaced.bytes("jpeg"), Some(&[1, 2, 3][..]));
+        assert_eq!(replaced.bytes("other"), Some(&[4, 5][..]));
+        let numbers = replaced.floats("numbers").unwrap();
+        assert!(numbers[0] == 0.5 && numbers[1].is_nan() && numbers[2] == -2.0);
+        assert_eq!(replaced.header, message.header);
     }
 
     #[test]

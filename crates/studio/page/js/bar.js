@@ -18,6 +18,7 @@ export class Bar {
     byId("scene").onchange = (event) => socket.send("open", { scene: event.target.value });
     byId("reset").onclick = () => this.reset();
     byId("seed").onchange = () => this.reset();
+    byId("record").onclick = () => socket.send("record", { is_on: !this.store.state?.recorder?.is_on });
     byId("theme").onclick = toggleTheme;
     byId("help").onclick = () => byId("help-dialog").showModal();
     byId("kidnap").onclick = () => socket.send("kidnap");
@@ -98,6 +99,7 @@ export class Bar {
     if (state.is_stale) link.dataset.state = "closed";
     else if (link.dataset.state === "closed") link.dataset.state = "open";
     setText(link, state.is_stale ? "robot out of reach" : "live");
+    this.recorder(state.recorder);
     const controls = state.controls;
     if (!controls) return;
     setPressed(byId("lift"), controls.is_held);
@@ -105,6 +107,26 @@ export class Bar {
     setPressed(byId("cover"), controls.is_covered);
     setPressed(byId("likelihood"), controls.has_likelihood);
     setPressed(byId("autopilot"), controls.is_autopilot);
+  }
+
+  /** What is being recorded, or was recorded last. */
+  recorder(recorder) {
+    const isOn = Boolean(recorder?.is_on);
+    setPressed(byId("record"), isOn);
+    setText(byId("record-label"), isOn ? `Stop, ${recorder.num_frames}` : "Record");
+    const box = byId("recorded-file");
+    const isDone = recorder && !isOn && recorder.file !== this.dismissed && this.store.scene?.scene !== recorder.scene;
+    box.hidden = !isDone;
+    if (!isDone || box.dataset.file === recorder.file) return;
+    box.dataset.file = recorder.file;
+    const dismiss = () => {
+      this.dismissed = recorder.file;
+      box.hidden = true;
+    };
+    const open = make("button", { type: "button", className: "primary", textContent: "Replay", id: "open-recorded" });
+    open.onclick = () => this.socket.send("open", { scene: recorder.scene });
+    const close = make("button", { type: "button", textContent: "Close", onclick: dismiss });
+    box.replaceChildren(make("span", { textContent: recorder.file }), open, close);
   }
 
   notice(text) {

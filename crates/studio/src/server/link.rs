@@ -2,10 +2,12 @@
 //!
 //! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, so what a page shows is
 //! never older than the time of two updates, however slow link or page are; what it has no time for is left out. Images take a
-//! quarter of the time at most: after one that took long the next ones are left out first.
+//! quarter of the time at most: after one that took long the next ones are left out first. When that happens again, images become
+//! smaller, step by step, and larger again when they come through quickly.
 
 use std::{collections::VecDeque, sync::Arc};
 
+use super::smaller::{ImageSize, smaller};
 use crate::Update;
 
 /// Updates on their way.
@@ -21,6 +23,7 @@ pub(super) struct Link {
     scene: Option<Arc<[u8]>>,
     in_flight: VecDeque<Sent>,
     image_from_secs: f64,
+    image_size: ImageSize,
 }
 
 #[derive(Debug)]
@@ -43,7 +46,7 @@ impl Link {
             self.scene = Some(Arc::clone(&update.scene));
         }
         let image = update.image.as_ref().filter(|_| now_secs >= self.image_from_secs);
-        messages.extend(image.cloned());
+        messages.extend(image.map(|image| smaller(image, self.image_size.level())));
         messages.push(Arc::clone(&update.state));
         self.in_flight.push_back(Sent { at_secs: now_secs, has_image: image.is_some() });
         messages
@@ -53,7 +56,12 @@ impl Link {
     pub fn drawn(&mut self, now_secs: f64) {
         let Some(sent) = self.in_flight.pop_front() else { return };
         let took_secs = now_secs - sent.at_secs;
-        if sent.has_image && took_secs > FAST_SECS {
+        if !sent.has_image {
+            return;
+        }
+        let is_slow = took_secs > FAST_SECS;
+        self.image_size.note(is_slow);
+        if is_slow {
             self.image_from_secs = now_secs + REST * took_secs;
         }
     }

@@ -12,3 +12,4 @@ pub use contender::Contender;
 pub use lineup::{Lineup, MAX_ALGORITHMS};
 pub use overrides::Overrides;
 pub use settings::RunSettings;
+pub(crate) use settings::with_defaults;

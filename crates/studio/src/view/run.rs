@@ -65,6 +65,17 @@ impl RunViewer {
         Ok((Update { scene, state, image: Some(image) }, secs))
     }
 
+    /// What there is to see before the first frame of a source that lets one wait.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn waiting(&mut self, lineup: &Lineup, more: &Value) -> Result<Update, StudioError> {
+        let mut header = json!({ "number": 0, "secs": 0.0, "is_waiting": true });
+        lay_over(&mut header, more);
+        let state = MessageBuilder::new(MessageKind::State, &header)?.finish().into();
+        Ok(Update { scene: self.scene_message(lineup)?, state, image: None })
+    }
+
     /// One more frame; the next update is another moment.
     pub fn next_frame(&mut self) {
         self.num_frames += 1;

@@ -120,6 +120,7 @@ fn without_the_token_nobody_comes_in() {
         assert!(is_forbidden(open(&server, None, wrong)), "{wrong}");
     }
     assert!(commands.try_recv().is_err(), "no command was taken");
+    assert_eq!(hub.num_refused(), 4);
     assert!(open(&server, None, &format!("?token={token}")).is_ok());
     let own = serve(&hub, "127.0.0.1:0", Some("secret"));
     assert!(is_forbidden(open(&own, None, "")), "a token that was asked for is needed at home, too");
