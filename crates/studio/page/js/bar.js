@@ -60,6 +60,7 @@ export class Bar {
     const { scene } = this.store;
     document.body.dataset.mode = scene.mode;
     document.body.dataset.world = scene.world?.kind ?? "";
+    document.body.toggleAttribute("data-hands", this.hasHands());
     this.mapKey(scene.world?.kind === "space");
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");
@@ -74,6 +75,12 @@ export class Bar {
     }
     select.value = scene.scene;
     if (document.activeElement !== byId("seed")) byId("seed").value = scene.seed ?? 1;
+  }
+
+  /** Whether people can take what is shown into their hands. */
+  hasHands() {
+    const { scene } = this.store;
+    return scene?.mode === "playground" || Boolean(scene?.has_hands);
   }
 
   /** What the colors of a map of landmarks mean. */
@@ -94,7 +101,7 @@ export class Bar {
     byId("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
     setText(byId("time"), `${state.secs.toFixed(1)} s`);
     if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
-    this.notice(state.notice);
+    this.notice(state.is_waiting ? "Waiting for the first image of the source." : state.notice);
     const link = byId("link");
     if (state.is_stale) link.dataset.state = "closed";
     else if (link.dataset.state === "closed") link.dataset.state = "open";
@@ -150,8 +157,12 @@ export class Bar {
     }
     if (!isDown || event.repeat) return;
     const ids = { Space: "play", Period: "step", KeyT: "theme", Slash: "help", Minus: "help" };
-    const more = { KeyK: "kidnap", KeyL: "lift", KeyC: "cover", KeyP: "autopilot", KeyM: "likelihood", KeyR: "reset" };
-    const id = event.key === "?" ? "help" : ids[event.code] ?? (isPlayground ? more[event.code] : undefined);
+    const inHands = { KeyK: "kidnap", KeyC: "cover" };
+    const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
+    const isReplay = this.store.scene?.mode === "replay";
+    const id = event.key === "?" ? "help" : ids[event.code] ?? (this.hasHands() ? inHands[event.code] : undefined)
+      ?? (isPlayground ? onPlayground[event.code] : undefined)
+      ?? (isReplay ? undefined : { KeyR: "reset", KeyV: "record" }[event.code]);
     if (!id || (event.code === "Space" && target.matches?.("button, input"))) return;
     event.preventDefault();
     byId(id).click();

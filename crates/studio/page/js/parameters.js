@@ -30,6 +30,13 @@ export class AlgorithmsPanel {
   rebuild() {
     const { scene } = this.store;
     if (!scene.pipeline) return;
+    this.parts.hidden = Boolean(scene.presets);
+    if (scene.presets) {
+      this.part = null;
+      this.lanes.replaceChildren(this.preset(scene));
+      this.list();
+      return;
+    }
     this.lanes.replaceChildren(...scene.contenders.map((contender, i) => this.lane(contender, i)), this.adder());
     const names = scene.contenders.map((contender, i) => [String(i), contender.name]);
     this.parts.replaceChildren(...[...names, ["all", "Image, map, tracks"]]
@@ -37,6 +44,15 @@ export class AlgorithmsPanel {
     if (this.part !== null && this.part >= names.length) this.part = 0;
     this.parts.value = this.part === null ? "all" : String(this.part);
     this.list();
+  }
+
+  /** Sets of parameters to start from. */
+  preset({ presets, preset }) {
+    const select = make("select", { "aria-label": "Preset", id: "preset" });
+    select.append(...presets.map(({ name, summary }) => (
+      make("option", { value: name, textContent: `${name}: ${summary}`, selected: name === preset }))));
+    select.onchange = () => this.choose([select.value]);
+    return make("label", { className: "lane" }, make("span", { textContent: "Preset" }), select);
   }
 
   names() {

@@ -24,7 +24,7 @@ export class Tabs {
   fit(scene) {
     for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene);
     const shown = this.buttons.find(({ id }) => id === this.shown);
-    if (shown?.button.hidden) this.show(scene.pipeline && scene.mode !== "playground" ? "algorithms" : "facts");
+    if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }
 
   show(id) {

@@ -70,7 +70,7 @@ impl RunViewer {
     /// # Errors
     /// If it cannot be encoded.
     pub fn waiting(&mut self, lineup: &Lineup, more: &Value) -> Result<Update, StudioError> {
-        let mut header = json!({ "number": 0, "secs": 0.0, "is_waiting": true });
+        let mut header = json!({ "number": 0, "secs": 0.0, "is_waiting": true, "contenders": [] });
         lay_over(&mut header, more);
         let state = MessageBuilder::new(MessageKind::State, &header)?.finish().into();
         Ok(Update { scene: self.scene_message(lineup)?, state, image: None })
