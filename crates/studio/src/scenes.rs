@@ -52,7 +52,8 @@ pub struct Scenes {
     recordings: Vec<PathBuf>,
     folder: PathBuf,
     sources: Vec<NamedSource>,
-    robot: Option<(Remote, fn(&str))>,
+    robot: Option<Remote>,
+    log: fn(&str),
 }
 
 impl Scenes {
@@ -67,6 +68,7 @@ impl Scenes {
             folder: std::env::temp_dir(),
             sources: Vec::new(),
             robot: None,
+            log: |_| {},
         }
     }
 
@@ -91,7 +93,7 @@ impl Scenes {
     /// A robot elsewhere, too; `log` gets what the person who runs the program should know.
     #[must_use]
     pub fn with_robot(self, robot: Remote, log: fn(&str)) -> Self {
-        Self { robot: Some((robot, log)), ..self }
+        Self { robot: Some(robot), log, ..self }
     }
 
     /// The id of what is shown first: what the user has named, if anything.
@@ -108,7 +110,7 @@ impl Scenes {
     /// All of them for the page: id, group and label.
     fn list(&self) -> Value {
         let scene = |id: &str, group: &str, label: &str| json!({ "id": id, "group": group, "label": label });
-        let robot = self.robot.iter().map(|(robot, _)| scene(ROBOT, "Robot", &robot.address));
+        let robot = self.robot.iter().map(|robot| scene(ROBOT, "Robot", &robot.address));
         let source = |(i, source): (usize, &NamedSource)| {
             scene(&format!("{SOURCE}{i}"), "Sources", short(Path::new(&source.name)))
         };
@@ -152,8 +154,9 @@ fn named<'a, T>(scene: &str, prefix: &str, all: &'a [T]) -> Option<&'a T> {
 
 impl Engine for Scenes {
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
-        if let Some((robot, log)) = self.robot.as_ref().filter(|_| scene == ROBOT) {
-            let session = RemoteSession::open(robot.clone(), ROBOT, self.list(), self.clock.clone(), *log)?;
+        if let Some(robot) = self.robot.as_ref().filter(|_| scene == ROBOT) {
+            let session =
+                RemoteSession::open(robot.clone(), ROBOT, self.list(), self.clock.clone(), self.log)?;
             return Ok(Box::new(session));
         }
         if let Some(source) = named(scene, SOURCE, &self.sources) {

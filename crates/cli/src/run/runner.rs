@@ -171,15 +171,19 @@ impl Runner {
     ///
     /// # Errors
     /// If it is impossible; then nothing has changed.
-    pub fn handle(&mut self, command: &Command) -> Result<bool, StudioError> {
+    pub fn handle(&mut self, command: &Command) -> Result<bool> {
         match command {
-            Command::Reset { seed } => self.lineup.reset(*seed).map(|()| true),
+            Command::Reset { seed } => {
+                self.lineup.reset(*seed)?;
+                Ok(true)
+            }
             Command::Algorithms { names } if names.len() != 1 => Err(StudioError::Command {
                 what: "algorithms".to_owned(),
                 expected: "one: this run writes the results of one".to_owned(),
                 found: names.len().to_string(),
-            }),
-            command => self.lineup.handle(command),
+            }
+            .into()),
+            command => Ok(self.lineup.handle(command)?),
         }
     }
 

@@ -7,7 +7,7 @@ use std::{
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_base::{Frame, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
+use visloc_base::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
 use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
@@ -176,6 +176,23 @@ impl BagWriter {
             self.send(TopicRole::CameraInfo, picture.at, &message)?;
         }
         self.send_image(picture.at, &picture.image, &camera_frame)
+    }
+
+    /// Appends a gray picture with its calibration, as PNG whatever the encoding of others.
+    ///
+    /// # Errors
+    /// If the image cannot be encoded or the file not be written.
+    pub fn write_gray(&mut self, at: Timestamp, image: &GrayImage, camera: &Camera) -> Result<(), BagError> {
+        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        self.send(TopicRole::CameraInfo, at, &camera_info_message(at, camera, &camera_frame))?;
+        let data = image_codec::encode_gray_png(image);
+        let data = data.map_err(|error| self.channels.encode_error(at, error.to_string()))?;
+        let header = Header::new(at, &camera_frame);
+        self.send(
+            TopicRole::Image,
+            at,
+            &messages::CompressedImage { header, format: "mono8; png compressed".into(), data },
+        )
     }
 
     /// Appends a message of a result, stamped with the time of its image.

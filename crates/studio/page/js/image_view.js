@@ -90,14 +90,16 @@ export class ImageView {
     this.legend(arrays, counts);
   }
 
+  /** One color after the other: setting a color costs more than a dot. */
   dropped(values, at, counts) {
     const { context } = this;
-    for (let i = 0; i + 2 < values.length; i += 3) {
-      const reason = values[i + 2];
-      counts[reason] = (counts[reason] ?? 0) + 1;
+    for (let i = 2; i < values.length; i += 3) counts[values[i]] = (counts[values[i]] ?? 0) + 1;
+    counts.forEach((_, reason) => {
       context.fillStyle = DROP_COLORS[reason];
-      context.fillRect(at(values[i]) - 1.2, at(values[i + 1]) - 1.2, 2.4, 2.4);
-    }
+      for (let i = 0; i + 2 < values.length; i += 3) {
+        if (values[i + 2] === reason) context.fillRect(at(values[i]) - 1.2, at(values[i + 1]) - 1.2, 2.4, 2.4);
+      }
+    });
   }
 
   dots(values, at, color, radius) {

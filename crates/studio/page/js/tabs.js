@@ -1,6 +1,6 @@
 // Tabs of the panel at the side.
 
-import { byId, make } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 
 /** Id, label, and whether the tab has anything to say about a scene. */
 const TABS = [["drive", "Drive", (scene) => scene.mode === "playground"],
@@ -23,6 +23,7 @@ export class Tabs {
 
   fit(scene) {
     for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene);
+    setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
     if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }

@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_base::{Picture, RgbImage, Timestamp};
+use visloc_base::Timestamp;
 use visloc_data::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
 
 use super::{
@@ -88,7 +88,6 @@ impl Recorder {
         self.writer.write_raw((STATE_TOPIC, ENCODING), at, &update.state)
     }
 
-    #[allow(clippy::cast_possible_truncation)]
     fn write_input(&mut self, input: &Input<'_>) -> Result<(), BagError> {
         match input {
             Input::Robot { frame, truth } => {
@@ -97,12 +96,7 @@ impl Recorder {
                 self.writer.write_raw((INPUT_TOPIC, ENCODING), frame.at, &message)
             }
             // Times and calibrations of ROS are exact, so the ordinary topics say all.
-            Input::Camera { at, image, camera } => {
-                let data = image.data().iter().flat_map(|value| [*value; 3]).collect();
-                let image = RgbImage::from_raw(image.width() as u32, image.height() as u32, data);
-                let picture = Picture { at: *at, image: image.unwrap_or_default() };
-                self.writer.write_picture(&picture, Some(camera))
-            }
+            Input::Camera { at, image, camera } => self.writer.write_gray(*at, image, camera),
         }
     }
 

@@ -10,6 +10,12 @@ use crate::{Clock, Command, Message, Session, StudioError, Update};
 /// How often it is looked whether something has come, seconds.
 const POLL_SECS: f64 = 0.005;
 
+/// The robot's scene, and what is made of it.
+struct Scene {
+    theirs: Arc<[u8]>,
+    ours: Arc<[u8]>,
+}
+
 /// Shows what a robot elsewhere publishes, and takes commands there.
 pub struct RemoteSession {
     /// Between the thread that holds the link and this session.
@@ -18,8 +24,7 @@ pub struct RemoteSession {
     scenes: Value,
     shown: Option<Arc<Update>>,
     has_news: bool,
-    /// The robot's scene, and what is made of it.
-    scene: Option<(Arc<[u8]>, Arc<[u8]>)>,
+    scene: Option<Scene>,
 }
 
 impl RemoteSession {
@@ -50,15 +55,15 @@ impl RemoteSession {
 
     /// The robot's scene among what can be opened here.
     fn scene_message(&mut self, scene: &Arc<[u8]>) -> Result<Arc<[u8]>, StudioError> {
-        if let Some((_, ours)) = self.scene.as_ref().filter(|(theirs, _)| Arc::ptr_eq(theirs, scene)) {
-            return Ok(Arc::clone(ours));
+        if let Some(known) = self.scene.as_ref().filter(|known| Arc::ptr_eq(&known.theirs, scene)) {
+            return Ok(Arc::clone(&known.ours));
         }
         let mut message = Message::read(scene)?;
         message.header.insert("scene".to_owned(), self.id.clone().into());
         message.header.insert("scenes".to_owned(), self.scenes.clone());
         message.header.insert("mode".to_owned(), "watch".into());
         let ours: Arc<[u8]> = message.write().into();
-        self.scene = Some((Arc::clone(scene), Arc::clone(&ours)));
+        self.scene = Some(Scene { theirs: Arc::clone(scene), ours: Arc::clone(&ours) });
         Ok(ours)
     }
 }
