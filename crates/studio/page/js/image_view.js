@@ -75,7 +75,8 @@ export class ImageView {
     const wanted = [2 * width, 2 * height].map((value) => (width > 500 ? value / 2 : value));
     if (canvas.width !== wanted[0] || canvas.height !== wanted[1]) [canvas.width, canvas.height] = wanted;
     const scale = canvas.width / width;
-    context.imageSmoothingEnabled = false;
+    // Over a slow link the image has fewer pixels.
+    context.imageSmoothingEnabled = bitmap.width < width;
     context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
     // Pixel centers are whole numbers.
     const at = (value) => (value + 0.5) * scale;
