@@ -113,6 +113,10 @@ impl Replay {
         header.insert("recorded_mode".to_owned(), recorded_mode.unwrap_or_default());
         header.insert("scene".to_owned(), json!(self.id));
         header.insert("scenes".to_owned(), self.scenes.clone());
+        // Nobody takes what was recorded into their hands, and parameters that nothing is computed with are not to be set.
+        for key in ["has_hands", "pipeline", "presets", "preset"] {
+            header.remove(key);
+        }
         let mut header = Value::Object(header);
         if let Some(draft) = &self.draft {
             lay_over(&mut header, &draft.settings().scene_fields()?);

@@ -7,13 +7,11 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use super::smaller::{ImageSize, smaller};
+use super::smaller::{FAST_SECS, ImageSize, smaller};
 use crate::Update;
 
 /// Updates on their way.
 const MAX_IN_FLIGHT: usize = 2;
-/// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
-const FAST_SECS: f64 = 0.15;
 /// After a slower one no image is sent for its time, times this.
 const REST: f64 = 3.0;
 
@@ -75,9 +73,8 @@ impl Link {
         if !sent.has_image {
             return;
         }
-        let is_slow = took_secs > FAST_SECS;
-        self.image_size.note(is_slow);
-        if is_slow {
+        self.image_size.note(took_secs);
+        if took_secs > FAST_SECS {
             self.image_from_secs = now_secs + REST * took_secs;
         }
     }

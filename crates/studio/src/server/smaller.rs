@@ -63,6 +63,10 @@ pub(super) struct ImageSize {
     patience: u32,
 }
 
+/// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
+pub(super) const FAST_SECS: f64 = 0.15;
+/// One that takes so many times as long is enough to be sure, with the steps that it is worth.
+const CERTAIN: [(f64, usize); 2] = [(8.0, 3), (4.0, 2)];
 /// So many slow ones in a row before images become smaller: one alone may be a busy page.
 const SLOW_IN_A_ROW: u32 = 2;
 /// Fast ones before a larger image is tried: at first, and at most after tries that went wrong.
@@ -80,17 +84,19 @@ impl ImageSize {
         self.level
     }
 
-    /// An image of this size has been drawn.
-    pub fn note(&mut self, is_slow: bool) {
-        if is_slow {
+    /// An image of this size has been drawn, so many seconds after it was sent.
+    pub fn note(&mut self, took_secs: f64) {
+        if took_secs > FAST_SECS {
             self.num_slow += 1;
             // A larger one was tried in vain: the next try comes later.
             if self.num_fast < self.patience && self.num_slow == 1 {
                 self.patience = (2 * self.patience).min(PATIENCE.1);
             }
             self.num_fast = 0;
-            if self.num_slow >= SLOW_IN_A_ROW && self.level < MAX_LEVEL {
-                (self.level, self.num_slow) = (self.level + 1, 0);
+            let certain = CERTAIN.iter().find(|(times, _)| took_secs > times * FAST_SECS);
+            let steps = certain.map_or(usize::from(self.num_slow >= SLOW_IN_A_ROW), |(_, steps)| *steps);
+            if steps > 0 {
+                (self.level, self.num_slow) = ((self.level + steps).min(MAX_LEVEL), 0);
             }
             return;
         }
@@ -140,13 +146,15 @@ mod tests {
     #[test]
     fn a_slow_link_gets_smaller_images_and_a_mended_one_the_whole_ones_again() {
         let mut size = ImageSize::default();
-        size.note(true);
-        size.note(false);
-        assert_eq!(size.level(), 0, "one slow image is nothing");
-        (0..20).for_each(|_| size.note(true));
+        size.note(0.3);
+        size.note(0.02);
+        assert_eq!(size.level(), 0, "one image that is a little slow is nothing");
+        (0..20).for_each(|_| size.note(0.3));
         assert_eq!(size.level(), MAX_LEVEL);
-        (0..PATIENCE.1 * 8).for_each(|_| size.note(false));
+        (0..PATIENCE.1 * 8).for_each(|_| size.note(0.02));
         assert_eq!(size.level(), 0);
+        size.note(2.0);
+        assert_eq!(size.level(), MAX_LEVEL, "one that is very slow is enough");
     }
 
     #[test]
@@ -157,7 +165,7 @@ mod tests {
             let is_slow = size.level() < 2;
             levels[size.level()] += 1;
             num_slow += u32::from(is_slow);
-            size.note(is_slow);
+            size.note(if is_slow { 0.2 } else { 0.02 });
         }
         assert!(levels[2] > 3800 && num_slow < 60, "{levels:?}, {num_slow}");
     }
