@@ -134,7 +134,8 @@ async function dragToKidnap(page) {
 async function parametersAct(page) {
   await send(page, "algorithms", { names: ["evolutionary", "mc"] });
   await page.click("#tab-algorithms");
-  await until(page, () => document.querySelector("#parameters input"));
+  // The panel is built anew with the algorithms; what is typed before is lost.
+  await until(page, () => window.studio.store.scene.contenders[1].name === "mc" && document.querySelector("#parameters input"));
   await page.selectOption("#panel-algorithms .search select", "1");
   const input = page.locator("[data-path=num_particles]");
   await input.fill("2000");
