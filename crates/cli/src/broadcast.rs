@@ -2,14 +2,26 @@
 
 use std::{
     net::SocketAddr,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Arc, mpsc::Receiver},
 };
 
 use anyhow::Result;
-use visloc_studio::{Clock, Command, Hub, StudioError, Update, recording::Recorder, server::Server};
+use serde_json::{Value, json};
+use visloc_studio::{
+    Clock, Command, Hub, StudioError, Update,
+    recording::{Input, Recorder},
+    server::Server,
+};
 
 use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
+
+/// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
+const NOTICE_SECS: f64 = 2.0;
+/// Where a run writes what a page asks it to save.
+const FOLDER: &str = "out/studio";
+/// Numbers of files that are tried.
+const MAX_FILES: u32 = 100_000;
 
 /// Where updates go.
 pub struct Broadcast {
@@ -21,8 +33,11 @@ pub struct Broadcast {
 /// A server that other programs watch.
 struct Publisher {
     hub: Arc<Hub>,
-    /// Nobody at a page can change a run on a recording, so commands are taken and left.
     commands: Receiver<Command>,
+    watch: Stopwatch,
+    notice: Option<(String, f64)>,
+    /// Somebody looks at one picture; the run goes on.
+    is_paused: bool,
     _server: Server,
 }
 
@@ -42,23 +57,53 @@ impl Broadcast {
         self.publisher.is_some()
     }
 
+    /// What those who watch ask for since the last call. Pausing and playing the picture is done already.
+    pub fn commands(&mut self) -> Vec<Command> {
+        let Some(publisher) = &mut self.publisher else { return Vec::new() };
+        let all: Vec<Command> = publisher.commands.try_iter().collect();
+        let mut others = Vec::new();
+        for command in all {
+            match command {
+                Command::Hello {} => {}
+                Command::Pause {} => publisher.is_paused = true,
+                Command::Play {} => publisher.is_paused = false,
+                command => others.push(command),
+            }
+        }
+        others
+    }
+
+    /// Says something to those who watch, and to whoever runs the program.
+    pub fn tell(&mut self, notice: &str) {
+        say::line!("note: {notice}");
+        if let Some(publisher) = &mut self.publisher {
+            publisher.notice = Some((notice.to_owned(), publisher.watch.secs() + NOTICE_SECS));
+        }
+    }
+
+    /// What the state message has besides.
+    pub fn aside(&self) -> Value {
+        let Some(publisher) = &self.publisher else { return json!({}) };
+        let now_secs = publisher.watch.secs();
+        let notice = publisher.notice.as_ref().filter(|(_, until_secs)| now_secs < *until_secs);
+        json!({ "is_playing": !publisher.is_paused, "notice": notice.map(|(text, _)| text) })
+    }
+
     /// Whether anybody wants to see the next frame. While nobody does, it costs nothing.
     pub fn is_wanted(&self) -> bool {
-        let is_watched = |publisher: &Publisher| {
-            publisher.commands.try_iter().for_each(drop);
-            publisher.hub.num_viewers() > 0
-        };
+        let is_watched = |publisher: &Publisher| publisher.hub.num_viewers() > 0;
         (self.recorder.is_some() && self.error.is_none()) || self.publisher.as_ref().is_some_and(is_watched)
     }
 
-    /// Shows an update of a moment, seconds since the first frame. What goes wrong is told at the end: a run is not stopped by it.
-    pub fn send(&mut self, update: Result<(Update, f64), StudioError>) {
+    /// Shows an update of a moment, seconds since the first frame, and what the algorithms were given for it. What goes wrong is
+    /// told at the end: a run is not stopped by it.
+    pub fn send(&mut self, update: Result<(Update, f64), StudioError>, input: &Input<'_>) {
         let sent = update.map_err(anyhow::Error::from).and_then(|(update, secs)| {
             if let Some(recorder) = &mut self.recorder {
-                recorder.add(&update, secs)?;
+                recorder.add(&update, secs, Some(input))?;
             }
             if let Some(publisher) = &self.publisher {
-                publisher.hub.publish(update);
+                publisher.show(update);
             }
             Ok(())
         });
@@ -79,6 +124,31 @@ impl Broadcast {
     }
 }
 
+impl Publisher {
+    /// While the picture is paused, those who watch get what was shown last, and what is to be told.
+    fn show(&self, update: Update) {
+        let shown = self.hub.latest().filter(|_| self.is_paused);
+        let Some(shown) = shown else { return self.hub.publish(update) };
+        let texts = [&shown.state, &update.state].map(|state| visloc_studio::Message::read(state).ok());
+        let [Some(mut still), Some(now)] = texts else { return };
+        let mut is_changed = !Arc::ptr_eq(&shown.scene, &update.scene);
+        for key in ["is_playing", "notice"] {
+            let value = now.header.get(key).cloned().unwrap_or(Value::Null);
+            is_changed |= still.header.insert(key.to_owned(), value.clone()) != Some(value);
+        }
+        if is_changed {
+            let state = still.write().into();
+            self.hub.publish(Update { scene: update.scene, state, image: shown.image.clone() });
+        }
+    }
+}
+
+/// A file for what somebody who watches asks to save. Its name comes from here.
+pub fn saved_path(what: &str, extension: &str) -> PathBuf {
+    let path = |number: u32| Path::new(FOLDER).join(format!("{what}-{number:03}.{extension}"));
+    (1..MAX_FILES).map(path).find(|path| !path.exists()).unwrap_or_else(|| path(MAX_FILES))
+}
+
 fn create(path: &Path) -> Result<Recorder> {
     Ok(Recorder::create(path)?)
 }
@@ -89,5 +159,5 @@ fn publish(address: SocketAddr, token: Option<String>) -> Result<Publisher> {
     let server = Server::start(address, token, Arc::clone(&hub))?;
     let token = server.token().map(|token| format!(" --token {token}")).unwrap_or_default();
     say::line!("Watch it with: visloc studio --connect {}{token}", server.address());
-    Ok(Publisher { hub, commands, _server: server })
+    Ok(Publisher { hub, commands, watch, notice: None, is_paused: false, _server: server })
 }

@@ -131,6 +131,20 @@ pub fn encode_png(image: &RgbImage) -> Result<Vec<u8>, ImageCodecError> {
     Ok(bytes)
 }
 
+/// Encodes as PNG of one channel; every pixel stays exact.
+///
+/// # Errors
+/// If the image is empty.
+pub fn encode_gray_png(image: &GrayImage) -> Result<Vec<u8>, ImageCodecError> {
+    let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+    let (width, height) = (side(image.width()), side(image.height()));
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(image.data(), width, height, ExtendedColorType::L8)
+        .map_err(|error| ImageCodecError::Encode { width, height, reason: error.to_string() })?;
+    Ok(bytes)
+}
+
 fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), ImageCodecError> {
     let (width, height) = (image.width(), image.height());
     let encode_error = |reason: String| ImageCodecError::Encode { width, height, reason };

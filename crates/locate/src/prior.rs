@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 use visloc_base::{Rng, gaussian};
 use visloc_geom::{PlanarPose, angle};
 use visloc_world::field::Field;
@@ -13,7 +14,7 @@ use crate::Region;
 const MAX_DEVIATION: f64 = 3.0;
 
 /// Where the robot may be at the start.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub enum StartPrior {
     /// Anywhere on the map with any heading.
     #[default]
@@ -32,7 +33,7 @@ pub enum StartPrior {
 }
 
 /// A heading that is roughly known.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct HeadingPrior {
     /// The heading, radians.
     pub yaw_rad: f64,
@@ -41,7 +42,7 @@ pub struct HeadingPrior {
 }
 
 /// A pose that is roughly known.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PosePrior {
     /// The pose.
     pub world_from_robot: PlanarPose,
@@ -54,7 +55,7 @@ pub struct PosePrior {
 }
 
 /// The stretches of the two side lines where robots come back, facing the field.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SideLines {
     /// Least x, meters.
     pub min_x_m: f64,

@@ -1,11 +1,12 @@
 //! Where a robot can be.
 
 use rand::RngExt;
+use serde::{Deserialize, Serialize};
 use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 
 /// A rectangle of the map, meters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Region {
     /// Least x.
     pub min_x_m: f64,

@@ -5,7 +5,7 @@
 // `.ci/studio-e2e` installs what this needs. Every check tells what it saw; the first that fails ends the run.
 
 import { execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
@@ -24,16 +24,22 @@ const BROWSER = {
     "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 };
 
-/** Starts a studio on any free port; gives its address. */
-async function studio(...more) {
-  const child = spawn(visloc, ["studio", "--no-open", "--port", "0", ...more], { stdio: ["ignore", "pipe", "inherit"] });
+/** Starts visloc and gives the first match of what it prints. */
+async function start(pattern, ...args) {
+  const child = spawn(visloc, args, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
   children.push(child);
   for await (const line of createInterface({ input: child.stdout })) {
-    const address = line.match(/http:\S+/)?.[0];
-    if (address) return address;
+    const match = line.match(pattern);
+    if (match) {
+      child.stdout.resume();
+      return match[1];
+    }
   }
-  throw new Error("the studio has not started");
+  throw new Error(`visloc ${args.join(" ")} has not started`);
 }
+
+/** Starts a studio on any free port; gives its address. */
+const studio = (...more) => start(/(http:\S+)/, "studio", "--no-open", "--port", "0", ...more);
 
 async function open(browser, url, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, colorScheme: "dark", ...options });
@@ -128,7 +134,8 @@ async function dragToKidnap(page) {
 async function parametersAct(page) {
   await send(page, "algorithms", { names: ["evolutionary", "mc"] });
   await page.click("#tab-algorithms");
-  await until(page, () => document.querySelector("#parameters input"));
+  // The panel is built anew with the algorithms; what is typed before is lost.
+  await until(page, () => window.studio.store.scene.contenders[1].name === "mc" && document.querySelector("#parameters input"));
   await page.selectOption("#panel-algorithms .search select", "1");
   const input = page.locator("[data-path=num_particles]");
   await input.fill("2000");
@@ -189,15 +196,123 @@ async function replays(browser) {
   await until(page, () => window.studio.store.state.number === 901);
   check(first.number < 900, `a recording is scrubbed and stepped (from ${first.number} to 901)`);
   if (pictures) await page.screenshot({ path: join(pictures, "replay.png") });
+  await recomputes(page);
+  await page.context().close();
+  return file;
+}
+
+/** A recording is computed again with the same and with other parameters. */
+async function recomputes(page) {
+  await page.click("#tab-algorithms");
+  await page.click("#recompute");
+  await until(page, () => window.studio.store.scene.recording.is_recomputed);
+  for (const frame of [30, 600, 999]) {
+    await send(page, "seek", { frame });
+    await until(page, (f) => window.studio.store.state.number === f, frame);
+    const [recorded, again] = (await state(page)).contenders;
+    check(JSON.stringify(recorded.pose) === JSON.stringify(again.pose) && recorded.likelihood === again.likelihood,
+      `computed again, frame ${frame} is the same: ${again.name}, ${again.error?.[0].toFixed(4)} m`);
+  }
+  await page.selectOption("#panel-algorithms .lane select", "mce");
+  await page.click("#recompute");
+  await until(page, () => window.studio.store.state.contenders[1]?.name === "mce, again");
+  check(await page.locator(".card").count() === 2, "another algorithm is shown beside the recorded one");
+  if (pictures) await page.screenshot({ path: join(pictures, "recomputed.png") });
+  await page.click("#recorded");
+  await until(page, () => window.studio.store.state.contenders.length === 1);
+  check(true, "there is a way back");
+}
+
+/** A button records; the recording is replayed from the page. */
+async function records(browser) {
+  const page = await open(browser, await studio("--recordings", "kept"));
+  await page.click("#record");
+  await until(page, () => window.studio.store.state.recorder?.num_frames > 40);
+  await page.click("#record");
+  await page.click("#open-recorded");
+  await until(page, () => window.studio.store.scene.mode === "replay" && window.studio.store.state.num_frames > 40);
+  const files = readdirSync(join(folder, "kept")).filter((name) => name.endsWith(".mcap"));
+  check(files.length === 1, `what is shown is recorded and replayed: ${files}`);
+  check(!(await page.locator("#recompute").isDisabled()), "and can be computed again");
   await page.context().close();
 }
 
+/** A run elsewhere takes commands of those who know its token. */
+async function commandsAway(browser) {
+  const run = ["localize", "sim:kidnaps", "--publish", "127.0.0.1:0", "--token", "secret"];
+  const address = await start(/--connect (\S+)/, ...run);
+  const refused = await (await fetch(`http://${address}/access?token=wrong`)).status;
+  check(refused === 403, "without the token a run is not to be seen or commanded");
+  const page = await open(browser, await studio("--connect", address, "--token", "secret"));
+  await until(page, () => window.studio.store.state.contenders?.[0]?.is_localized);
+  await page.click("#tab-algorithms");
+  await page.selectOption("#panel-algorithms .lane select", "mc");
+  await until(page, () => window.studio.store.state.contenders[0].name === "mc");
+  const input = page.locator("[data-path=num_particles]");
+  await input.fill("700");
+  await input.press("Enter");
+  await until(page, () => window.studio.store.state.contenders[0].num_individuals === 700);
+  check(true, "algorithm and parameter of a run elsewhere are changed: mc, 700 particles");
+  await input.fill("-3");
+  await input.press("Enter");
+  await until(page, () => document.querySelector("#notice")?.textContent.includes("num_particles"));
+  check(true, "what it refuses is told");
+  await page.click("#save");
+  await until(page, () => document.querySelector("#notice")?.textContent.includes("saved on the robot"));
+  const saved = readdirSync(join(folder, "out/studio")).filter((name) => name.endsWith(".tum"));
+  check(saved.length === 1, `its poses are saved on its side: ${saved}`);
+  await page.click("#play");
+  await until(page, () => !window.studio.store.state.is_playing);
+  const still = (await state(page)).number;
+  await page.waitForTimeout(600);
+  check((await state(page)).number === still, "the picture pauses");
+  await page.click("#play");
+  await until(page, (n) => window.studio.store.state.number > n + 10, still);
+  check(true, "and goes on where the robot is by now");
+  await page.click("#record");
+  await until(page, () => window.studio.store.state.recorder?.num_frames > 20);
+  await page.click("#record");
+  if (pictures) await page.screenshot({ path: join(pictures, "connected.png") });
+  await page.click("#open-recorded");
+  await until(page, () => window.studio.store.scene.mode === "replay");
+  check(true, "a robot elsewhere is recorded and replayed here");
+  await page.context().close();
+}
+
+/** SLAM: a map, a hand over the camera, a kidnap, other parameters. */
 async function maps(browser, url) {
   const page = await open(browser, url);
   await page.selectOption("#scene", "sim:room");
   await until(page, () => window.studio.store.arrays.landmarks?.length > 900);
   check(true, "a camera without a map makes one");
+  await until(page, () => window.studio.store.state.number > 110);
+  await page.click("#cover");
+  await until(page, () => window.studio.store.state.is_lost);
+  check(true, "with a hand over it, it is lost");
+  await page.click("#cover");
+  await until(page, () => !window.studio.store.state.is_lost && !window.studio.store.state.controls.is_covered);
+  await page.click("#kidnap");
+  await until(page, () => window.studio.store.state.controls.is_held && window.studio.store.state.is_lost);
+  await until(page, () => !window.studio.store.state.controls.is_held && !window.studio.store.state.is_lost);
+  const error = (await state(page)).values[0][0];
+  check(error < 0.2, `carried elsewhere, it finds itself again (${error.toFixed(3)} m)`);
+  if (pictures) await page.screenshot({ path: join(pictures, "slam.png") });
+  await page.click("#tab-algorithms");
+  await page.selectOption("#preset", "orb-sdvl");
+  await until(page, () => window.studio.store.scene.preset === "orb-sdvl" && window.studio.store.state.number < 40);
+  check(true, "another preset starts it anew");
+  if (pictures) await page.screenshot({ path: join(pictures, "slam-parameters.png") });
   await page.context().close();
+}
+
+/** Any source: here a simulation, and a bag. */
+async function sources(browser, bag) {
+  for (const args of [["sim:robocup"], [bag, "--map", "robocup-spl-2010"]]) {
+    const page = await open(browser, await studio(...args));
+    await until(page, () => window.studio.store.state.contenders?.[0]?.is_localized);
+    check(true, `a robot is followed through ${args[0].startsWith("sim:") ? args[0] : "a bag"}`);
+    await page.context().close();
+  }
 }
 
 async function main() {
@@ -216,7 +331,10 @@ async function main() {
     await page.context().close();
     await renderers(browser, url);
     await maps(browser, url);
-    await replays(browser);
+    const recording = await replays(browser);
+    await records(browser);
+    await commandsAway(browser);
+    await sources(browser, recording);
     check(errors.length === 0, `no error on the console ${errors.join("; ")}`);
   } finally {
     await browser.close();

@@ -139,6 +139,20 @@ pub enum Command {
         /// Whether.
         is_on: bool,
     },
+    /// Records what is shown, into a file whose name the program chooses; or ends the recording.
+    Record {
+        /// Whether.
+        is_on: bool,
+    },
+    /// Writes on the robot's side what a run has found so far.
+    Save {},
+    /// Computes a recording again with the parameters as they are set, and shows both.
+    Recompute {
+        /// Seed of everything random.
+        seed: u64,
+    },
+    /// Shows what was recorded only.
+    Recorded {},
     /// Goes to a moment of a recording.
     Seek {
         /// Number of the frame, from 0.

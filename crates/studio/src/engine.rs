@@ -1,11 +1,14 @@
 //! Runs a session: commands as they come, steps at their pace, and nothing at all while nobody watches.
 
 use std::{
+    path::PathBuf,
     sync::mpsc::{Receiver, RecvTimeoutError},
     time::Duration,
 };
 
-use crate::{Clock, Command, Hub, Session, StudioError};
+use serde_json::{Value, json};
+
+use crate::{Clock, Command, Hub, Message, Session, StudioError, recording::Tape};
 
 /// Steps that are late by more than this are not made up for, seconds.
 const MAX_LATE_SECS: f64 = 0.1;
@@ -23,89 +26,141 @@ pub trait Engine: Send {
     /// # Errors
     /// If there is no such session or it cannot be opened.
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError>;
+
+    /// Takes in a recording that has been made; the id by which it can be opened.
+    fn add_recording(&mut self, path: PathBuf) -> String;
 }
 
-/// Shows a session to the pages, with what the people there should know.
-struct Screen<'a> {
+/// What is shown: a session, with what the people there should know besides.
+struct Stage<'a> {
+    engine: Box<dyn Engine>,
+    session: Box<dyn Session>,
+    tape: Tape,
     hub: &'a Hub,
     clock: &'a Clock,
     notice: Option<String>,
     notice_until_secs: f64,
+    /// The last recording, for the page.
+    recorded: Option<Value>,
 }
 
-impl Screen<'_> {
-    fn show(&mut self, session: &mut dyn Session, problem: Option<StudioError>) {
-        let now_secs = self.clock.secs();
-        if let Some(problem) = problem {
-            self.notice = Some(problem.to_string());
-            self.notice_until_secs = now_secs + NOTICE_SECS;
-        } else if now_secs > self.notice_until_secs {
-            self.notice = None;
-        }
-        match session.update(self.notice.as_deref()) {
-            Ok(update) => self.hub.publish(update),
-            Err(error) => self.hub.complain(&error.to_string()),
-        }
-    }
-}
-
-/// Runs until the hub is closed. A session that somebody opens takes the place of the one before.
+/// Runs until the hub is closed. A session that somebody opens takes the place of the one before. What pages record goes to `tape`.
 pub fn run_engine(
-    mut engine: Box<dyn Engine>,
-    mut session: Box<dyn Session>,
+    engine: Box<dyn Engine>,
+    session: Box<dyn Session>,
+    tape: Tape,
     hub: &Hub,
     commands: &Receiver<Command>,
     clock: &Clock,
 ) {
     let mut due_secs = clock.secs();
-    let mut screen = Screen { hub, clock, notice: None, notice_until_secs: 0.0 };
+    let mut stage =
+        Stage { engine, session, tape, hub, clock, notice: None, notice_until_secs: 0.0, recorded: None };
     while !hub.is_closed() {
         if hub.num_viewers() == 0 {
             // Blocks without cost; a new page says hello.
             match commands.recv() {
-                Ok(command) => react(engine.as_mut(), &mut session, command, commands, &mut screen),
-                Err(_) => return,
+                Ok(command) => stage.react(command, commands),
+                Err(_) => break,
             }
             due_secs = clock.secs();
             continue;
         }
-        let wait_secs = session.step_secs().map(|_| (due_secs - clock.secs()).max(0.0));
+        let wait_secs = stage.session.step_secs().map(|_| (due_secs - clock.secs()).max(0.0));
         let wait = Duration::from_secs_f64(wait_secs.unwrap_or(IDLE_SECS).min(IDLE_SECS));
         match commands.recv_timeout(wait) {
-            Ok(command) => react(engine.as_mut(), &mut session, command, commands, &mut screen),
-            Err(RecvTimeoutError::Disconnected) => return,
+            Ok(command) => stage.react(command, commands),
+            Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
         }
         let now_secs = clock.secs();
-        match session.step_secs() {
+        match stage.session.step_secs() {
             Some(step_secs) if now_secs >= due_secs => {
-                let problem = session.step().err();
-                screen.show(session.as_mut(), problem);
+                let problem = stage.session.step().err();
+                if problem.is_some() || stage.session.has_news() {
+                    stage.show(problem);
+                }
                 due_secs = (due_secs + step_secs).max(now_secs - MAX_LATE_SECS);
             }
             Some(_) => {}
             None => due_secs = now_secs,
         }
     }
+    stage.stop_tape();
 }
 
-/// Takes in a command and all that wait behind it, and shows at once what came of them.
-fn react(
-    engine: &mut dyn Engine,
-    session: &mut Box<dyn Session>,
-    first: Command,
-    commands: &Receiver<Command>,
-    screen: &mut Screen<'_>,
-) {
-    let mut problem = None;
-    let waiting = std::iter::from_fn(|| commands.try_recv().ok()).take(MAX_BATCH);
-    for command in std::iter::once(first).chain(waiting) {
-        let done = match &command {
-            Command::Hello {} => Ok(()),
-            Command::Open { scene } => engine.open(scene).map(|opened| *session = opened),
-            command => session.handle(command),
-        };
-        problem = done.err().or(problem);
+impl Stage<'_> {
+    /// Takes in a command and all that wait behind it, and shows at once what came of them.
+    fn react(&mut self, first: Command, commands: &Receiver<Command>) {
+        let mut problem = None;
+        let waiting = std::iter::from_fn(|| commands.try_recv().ok()).take(MAX_BATCH);
+        for command in std::iter::once(first).chain(waiting) {
+            problem = self.handle(&command).err().or(problem);
+        }
+        self.show(problem);
     }
-    screen.show(session.as_mut(), problem);
+
+    fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
+        match command {
+            Command::Hello {} => Ok(()),
+            Command::Open { scene } => {
+                let opened = self.engine.open(scene)?;
+                self.stop_tape();
+                self.session = opened;
+                Ok(())
+            }
+            Command::Record { is_on: true } => {
+                let scene = Message::read(&self.session.update(None)?.scene)?.header;
+                let scene = scene.get("scene").and_then(Value::as_str).unwrap_or("scene");
+                self.recorded = None;
+                Ok(self.tape.start(scene)?)
+            }
+            Command::Record { is_on: false } => {
+                self.stop_tape();
+                Ok(())
+            }
+            command => self.session.handle(command),
+        }
+    }
+
+    fn stop_tape(&mut self) {
+        let stopped = self.tape.stop();
+        self.keep(stopped.map_err(StudioError::from));
+    }
+
+    /// A recording that has ended can be opened; one that failed is told.
+    fn keep(&mut self, ended: Result<Option<PathBuf>, StudioError>) {
+        match ended {
+            Ok(Some(path)) => {
+                let file = path.display().to_string();
+                let scene = self.engine.add_recording(path);
+                self.recorded = Some(json!({ "is_on": false, "file": file, "scene": scene }));
+            }
+            Ok(None) => {}
+            Err(error) => self.tell(&error),
+        }
+    }
+
+    fn tell(&mut self, problem: &StudioError) {
+        self.notice = Some(problem.to_string());
+        self.notice_until_secs = self.clock.secs() + NOTICE_SECS;
+    }
+
+    fn show(&mut self, problem: Option<StudioError>) {
+        match problem {
+            Some(problem) => self.tell(&problem),
+            None if self.clock.secs() > self.notice_until_secs => self.notice = None,
+            None => {}
+        }
+        let recorder = self.tape.status().or_else(|| self.recorded.clone());
+        let aside = json!({ "notice": self.notice, "recorder": recorder });
+        let update = match self.session.update(Some(&aside)) {
+            Ok(update) => update,
+            Err(error) => return self.hub.complain(&error.to_string()),
+        };
+        let input = self.session.input();
+        let taped = self.tape.offer(&update, input.as_ref());
+        self.hub.publish(update);
+        self.keep(taped.map_err(StudioError::from));
+    }
 }

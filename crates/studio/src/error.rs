@@ -14,13 +14,13 @@ use crate::{MessageError, recording::RecordingError};
 pub enum StudioError {
     /// The world cannot be built.
     #[error(transparent)]
-    Scenario(#[from] ScenarioError),
+    Scenario(Box<ScenarioError>),
     /// An algorithm cannot be built.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Pipeline(Box<PipelineError>),
     /// A parameter is wrong.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(Box<ConfigError>),
     /// An image cannot be analyzed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -29,7 +29,7 @@ pub enum StudioError {
     Image(#[from] ImageCodecError),
     /// A recording cannot be read.
     #[error(transparent)]
-    Recording(#[from] RecordingError),
+    Recording(Box<RecordingError>),
     /// A message cannot be made or read.
     #[error(transparent)]
     Message(#[from] MessageError),
@@ -62,6 +62,18 @@ pub enum StudioError {
         reason: String,
     },
 }
+
+/// Large ones are boxed, so that a result is small.
+macro_rules! boxed {
+    ($($variant:ident: $error:ty),*) => {
+        $(impl From<$error> for StudioError {
+            fn from(error: $error) -> Self {
+                Self::$variant(Box::new(error))
+            }
+        })*
+    };
+}
+boxed!(Scenario: ScenarioError, Pipeline: PipelineError, Recording: RecordingError, Config: ConfigError);
 
 impl StudioError {
     /// A command that makes no sense here.

@@ -19,6 +19,8 @@ mod scenes;
 pub mod server;
 mod session;
 pub mod slam;
+pub mod source;
+pub mod tuning;
 mod update;
 pub mod view;
 
@@ -27,7 +29,7 @@ pub use command::Command;
 pub use engine::{Engine, run_engine};
 pub use error::StudioError;
 pub use message::{Message, MessageBuilder, MessageError, MessageKind};
-pub use scenes::Scenes;
+pub use scenes::{NamedSource, Scenes, SourceOpener};
 pub use server::hub::Hub;
 pub use session::Session;
 pub use update::Update;

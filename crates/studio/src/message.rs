@@ -1,7 +1,7 @@
 //! Messages to pages, in recordings and between programs: a JSON header with binary arrays behind it.
 //!
 //! ```text
-//! byte 0      kind: 1 scene, 2 state, 3 image
+//! byte 0      kind: 1 scene, 2 state, 3 image, 4 input
 //! byte 1..4   0
 //! byte 4..8   length of the header, unsigned 32 bit, little endian
 //! header      JSON, padded with spaces so that the arrays begin at a multiple of 4
@@ -29,6 +29,8 @@ pub enum MessageKind {
     State = 2,
     /// A camera image with what belongs on it.
     Image = 3,
+    /// What an algorithm was given, in recordings only.
+    Input = 4,
 }
 
 /// Bytes that are not a message.
@@ -129,7 +131,8 @@ impl Message {
             Some(1) => MessageKind::Scene,
             Some(2) => MessageKind::State,
             Some(3) => MessageKind::Image,
-            _ => return Err(shape("a first byte from 1 to 3")),
+            Some(4) => MessageKind::Input,
+            _ => return Err(shape("a first byte from 1 to 4")),
         };
         let length = bytes.get(4..PREFIX).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
         let end = length.and_then(|length| PREFIX.checked_add(length as usize));
@@ -148,8 +151,39 @@ impl Message {
     /// The bytes, with what has been changed in the header.
     #[must_use]
     pub fn write(self) -> Vec<u8> {
+        self.into_builder().finish()
+    }
+
+    /// To add arrays.
+    #[must_use]
+    pub fn into_builder(self) -> MessageBuilder {
         let Self { kind, header, arrays, body } = self;
-        MessageBuilder { kind, header, arrays, body }.finish()
+        MessageBuilder { kind, header, arrays, body }
+    }
+
+    /// The bytes of the same message with another content of one of its arrays of bytes.
+    #[must_use]
+    pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8]) -> Vec<u8> {
+        let mut builder = MessageBuilder {
+            kind: self.kind,
+            header: self.header.clone(),
+            arrays: Map::new(),
+            body: Vec::new(),
+        };
+        builder.bytes(name, bytes);
+        for other in self.arrays.keys().filter(|other| *other != name) {
+            match self.floats(other) {
+                Some(values) if self.is_floats(other) => {
+                    builder.floats(other, values.into_iter().map(f64::from));
+                }
+                _ => builder.bytes(other, self.bytes(other).unwrap_or_default()),
+            }
+        }
+        builder.finish()
+    }
+
+    fn is_floats(&self, name: &str) -> bool {
+        self.arrays.get(name).and_then(|place| place.get(2)?.as_str()) == Some("f32")
     }
 
     /// The numbers of an array; `None` if there is no such array or it is cut off.
@@ -178,6 +212,13 @@ impl Message {
     }
 }
 
+/// Puts the entries of a table over those of another one.
+pub(crate) fn lay_over(below: &mut Value, more: &Value) {
+    if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
+        below.extend(more.clone());
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,6 +238,21 @@ mod tests {
         assert_eq!(bytes.len() % 4, 0);
         assert_eq!(message.clone().write(), bytes);
         assert_eq!(Message::read(&message.write()).unwrap().floats("numbers"), Some(vec![0.5, -2.0]));
+    }
+
+    #[test]
+    fn an_array_is_replaced_and_the_others_stay() {
+        let mut builder = MessageBuilder::new(MessageKind::Image, &serde_json::json!({ "a": 1 })).unwrap();
+        builder.bytes("jpeg", &[9; 400]);
+        builder.floats("numbers", [0.5, f64::NAN, -2.0]);
+        builder.bytes("other", &[4, 5]);
+        let message = Message::read(&builder.finish()).unwrap();
+        let replaced = Message::read(&message.with_bytes("jpeg", &[1, 2, 3])).unwrap();
+        assert_eq!(replaced.bytes("jpeg"), Some(&[1, 2, 3][..]));
+        assert_eq!(replaced.bytes("other"), Some(&[4, 5][..]));
+        let numbers = replaced.floats("numbers").unwrap();
+        assert!(numbers[0] == 0.5 && numbers[1].is_nan() && numbers[2] == -2.0);
+        assert_eq!(replaced.header, message.header);
     }
 
     #[test]

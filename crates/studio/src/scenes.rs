@@ -1,6 +1,6 @@
 //! What pages can choose to see.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use visloc_sim::TOURS;
@@ -9,32 +9,67 @@ use crate::{
     Clock, Engine, Session, StudioError,
     playground::{PLACES, Playground},
     recording::Replay,
-    slam::{SequenceSource, SlamSession},
+    server::{Remote, RemoteSession},
+    slam::{ImagesOpener, SequenceSource, SlamSession},
+    source::{FramesOpener, SourceSession},
 };
 
 /// Before the number of a recording.
 const RECORDING: &str = "recording-";
-
 /// Before the name of a simulated tour.
 const TOUR: &str = "sim:";
-/// Before the number of a dataset.
-const SEQUENCE: &str = "sequence-";
+/// Before the number of a source.
+const SOURCE: &str = "source-";
+/// The robot elsewhere.
+const ROBOT: &str = "robot";
 
-/// Opens playgrounds, cameras without a map, and recordings.
-#[derive(Debug, Clone)]
+/// A source that the user has named.
+#[derive(Clone)]
+pub struct NamedSource {
+    /// What the user wrote.
+    pub name: String,
+    /// Whether it goes on by itself.
+    pub is_live: bool,
+    /// How it is opened.
+    pub opener: SourceOpener,
+}
+
+/// How a source is opened.
+#[derive(Clone)]
+pub enum SourceOpener {
+    /// As frames of a robot on a map.
+    Frames(FramesOpener),
+    /// As images of a camera without a map.
+    Images(ImagesOpener),
+}
+
+/// Opens playgrounds, cameras without a map, sources, recordings, and a robot elsewhere.
+#[derive(Clone)]
 pub struct Scenes {
     clock: Clock,
     slam_clock: visloc_slam::Clock,
     seed: u64,
     recordings: Vec<PathBuf>,
-    sequences: Vec<PathBuf>,
+    folder: PathBuf,
+    sources: Vec<NamedSource>,
+    robot: Option<Remote>,
+    log: fn(&str),
 }
 
 impl Scenes {
     /// Everything that needs no files. `seed` is that of everything random; `slam_clock` measures the stages of SLAM.
     #[must_use]
     pub fn new(clock: Clock, slam_clock: visloc_slam::Clock, seed: u64) -> Self {
-        Self { clock, slam_clock, seed, recordings: Vec::new(), sequences: Vec::new() }
+        Self {
+            clock,
+            slam_clock,
+            seed,
+            recordings: Vec::new(),
+            folder: std::env::temp_dir(),
+            sources: Vec::new(),
+            robot: None,
+            log: |_| {},
+        }
     }
 
     /// Recordings, too.
@@ -43,60 +78,102 @@ impl Scenes {
         Self { recordings, ..self }
     }
 
-    /// Folders of datasets, too.
+    /// Where recordings are kept, and results of computing them again meanwhile.
     #[must_use]
-    pub fn with_sequences(self, sequences: Vec<PathBuf>) -> Self {
-        Self { sequences, ..self }
+    pub fn with_folder(self, folder: PathBuf) -> Self {
+        Self { folder, ..self }
     }
 
-    /// The id of what is shown first: the first recording or dataset, if there is one.
+    /// Sources, too.
+    #[must_use]
+    pub fn with_sources(self, sources: Vec<NamedSource>) -> Self {
+        Self { sources, ..self }
+    }
+
+    /// A robot elsewhere, too; `log` gets what the person who runs the program should know.
+    #[must_use]
+    pub fn with_robot(self, robot: Remote, log: fn(&str)) -> Self {
+        Self { robot: Some(robot), log, ..self }
+    }
+
+    /// The id of what is shown first: what the user has named, if anything.
     #[must_use]
     pub fn first(&self) -> String {
-        match (self.recordings.is_empty(), self.sequences.is_empty()) {
-            (false, _) => format!("{RECORDING}0"),
-            (true, false) => format!("{SEQUENCE}0"),
-            (true, true) => PLACES[0].id.to_owned(),
+        let files = [(SOURCE, self.sources.len()), (RECORDING, self.recordings.len())];
+        if self.robot.is_some() {
+            return ROBOT.to_owned();
         }
+        let named = files.iter().find(|(_, count)| *count > 0);
+        named.map_or_else(|| PLACES[0].id.to_owned(), |(prefix, _)| format!("{prefix}0"))
     }
 
     /// All of them for the page: id, group and label.
     fn list(&self) -> Value {
         let scene = |id: &str, group: &str, label: &str| json!({ "id": id, "group": group, "label": label });
+        let robot = self.robot.iter().map(|robot| scene(ROBOT, "Robot", &robot.address));
+        let source = |(i, source): (usize, &NamedSource)| {
+            scene(&format!("{SOURCE}{i}"), "Sources", short(Path::new(&source.name)))
+        };
+        let sources = self.sources.iter().enumerate().map(source);
         let places = PLACES.iter().map(|place| scene(place.id, "Playground", place.label));
         let tours =
             TOURS.iter().map(|(name, ..)| scene(&format!("{TOUR}{name}"), "SLAM", &format!("SLAM: {name}")));
-        let files = |paths: &[PathBuf], prefix: &str, group: &str| -> Vec<Value> {
-            let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
-            let entry = |(i, path)| scene(&format!("{prefix}{i}"), group, &name(path).unwrap_or_default());
-            paths.iter().enumerate().map(entry).collect()
-        };
-        let recordings = files(&self.recordings, RECORDING, "Recordings");
-        let sequences = files(&self.sequences, SEQUENCE, "SLAM");
-        recordings.into_iter().chain(places).chain(tours).chain(sequences).collect()
+        let recording =
+            |(i, path): (usize, &PathBuf)| scene(&format!("{RECORDING}{i}"), "Recordings", short(path));
+        let recordings = self.recordings.iter().enumerate().map(recording);
+        robot.chain(sources).chain(recordings).chain(places).chain(tours).collect()
     }
 
     fn slam(&self, scene: &str, from: SequenceSource) -> Result<Box<dyn Session>, StudioError> {
         let more = json!({ "scene": scene, "scenes": self.list() });
         Ok(Box::new(SlamSession::open(from, more, self.slam_clock, self.seed)?))
     }
+
+    fn source(&self, scene: &str, source: &NamedSource) -> Result<Box<dyn Session>, StudioError> {
+        let NamedSource { name, is_live, opener } = source.clone();
+        match opener {
+            SourceOpener::Images(open) => self.slam(scene, SequenceSource::Other(name, open, is_live)),
+            SourceOpener::Frames(open) => {
+                let more = json!({ "scene": scene, "scenes": self.list() });
+                let clock = self.clock.clone();
+                Ok(Box::new(SourceSession::open(&name, open, is_live, &more, clock, self.seed)?))
+            }
+        }
+    }
 }
 
-/// The file that an id names.
-fn file<'a>(scene: &str, prefix: &str, files: &'a [PathBuf]) -> Option<&'a PathBuf> {
-    files.get(scene.strip_prefix(prefix)?.parse::<usize>().ok()?)
+/// The last part of a path.
+fn short(path: &Path) -> &str {
+    path.file_name().and_then(|name| name.to_str()).unwrap_or_default()
+}
+
+/// What an id with a number names.
+fn named<'a, T>(scene: &str, prefix: &str, all: &'a [T]) -> Option<&'a T> {
+    all.get(scene.strip_prefix(prefix)?.parse::<usize>().ok()?)
 }
 
 impl Engine for Scenes {
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
-        if let Some(path) = file(scene, RECORDING, &self.recordings) {
-            return Ok(Box::new(Replay::open(path, scene, self.list())?));
+        if let Some(robot) = self.robot.as_ref().filter(|_| scene == ROBOT) {
+            let session =
+                RemoteSession::open(robot.clone(), ROBOT, self.list(), self.clock.clone(), self.log)?;
+            return Ok(Box::new(session));
         }
-        if let Some(path) = file(scene, SEQUENCE, &self.sequences) {
-            return self.slam(scene, SequenceSource::Folder(path.clone()));
+        if let Some(source) = named(scene, SOURCE, &self.sources) {
+            return self.source(scene, source);
+        }
+        if let Some(path) = named(scene, RECORDING, &self.recordings) {
+            let replay = Replay::open(path, scene, self.list())?;
+            return Ok(Box::new(replay.with_scratch(&self.folder, self.clock.clone())));
         }
         if let Some(name) = scene.strip_prefix(TOUR) {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()));
         }
         Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), self.list())?))
+    }
+
+    fn add_recording(&mut self, path: PathBuf) -> String {
+        self.recordings.push(path);
+        format!("{RECORDING}{}", self.recordings.len() - 1)
     }
 }

@@ -1,6 +1,8 @@
 //! The trait of everything that a page can watch.
 
-use crate::{Command, StudioError, Update};
+use serde_json::Value;
+
+use crate::{Command, StudioError, Update, recording::Input};
 
 /// Something that goes on in steps and can be watched. Sessions read no clock of their own and start no threads.
 pub trait Session: Send {
@@ -19,9 +21,20 @@ pub trait Session: Send {
     /// If it cannot go on; the session stays as it is.
     fn step(&mut self) -> Result<(), StudioError>;
 
-    /// What there is to see now. `notice` is for the people at the pages.
+    /// What there is to see now. `more` is a table that is laid over the state: what the engine has to say to the people at the
+    /// pages.
     ///
     /// # Errors
     /// If it cannot be encoded.
-    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError>;
+    fn update(&mut self, more: Option<&Value>) -> Result<Update, StudioError>;
+
+    /// Whether the last step has brought anything to be shown: what comes from elsewhere may not have come yet.
+    fn has_news(&self) -> bool {
+        true
+    }
+
+    /// What the algorithms were given for the last frame, so that a recording can be recomputed; `None` if nobody knows.
+    fn input(&self) -> Option<Input<'_>> {
+        None
+    }
 }

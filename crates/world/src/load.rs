@@ -118,6 +118,17 @@ impl Map {
         }
     }
 
+    /// The map as text that [`Map::parse`] reads back to the same map.
+    ///
+    /// # Errors
+    /// If it cannot be written; never for a map that was read.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        match self {
+            Self::Field(field) => toml::to_string(field.dimensions()),
+            Self::Office(office) => office.plan().to_toml(),
+        }
+    }
+
     /// The name that the map gives itself.
     #[must_use]
     pub fn name(&self) -> &str {
@@ -145,7 +156,9 @@ mod tests {
     #[test]
     fn built_in_maps_load() {
         for (name, _) in BUILT_IN_MAPS {
-            assert_eq!(Map::load(name).unwrap().name(), name);
+            let map = Map::load(name).unwrap();
+            assert_eq!(map.name(), name);
+            assert_eq!(Map::parse("again", &map.to_toml().unwrap()).unwrap(), map);
         }
     }
 

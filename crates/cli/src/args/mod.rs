@@ -64,7 +64,7 @@ pub enum Command {
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
     /// Open the page: drive a robot, kidnap it, watch algorithms find it
-    Studio(StudioArgs),
+    Studio(Box<StudioArgs>),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
     /// Write what a source delivers as a ROS 2 bag

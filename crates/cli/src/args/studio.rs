@@ -4,7 +4,7 @@ use std::{net::IpAddr, path::PathBuf};
 
 use clap::Args;
 
-use super::SeedArg;
+use super::{SeedArg, SourceArgs, TopicArgs};
 
 /// Arguments of `visloc studio`.
 #[derive(Debug, Args)]
@@ -19,9 +19,19 @@ use super::SeedArg;
                        visloc localize sim:kidnaps --record out/kidnaps.mcap\n  \
                        visloc studio --replay out/kidnaps.mcap\n  \
                        visloc studio --scene sim:room\n  \
+                       visloc studio recording.mcap --map robocup-spl-2010\n  \
+                       visloc studio clip.mp4 --camera camera.toml\n  \
+                       visloc studio ros2:/camera/image_raw --map my-field.toml\n  \
                        visloc studio --listen 0.0.0.0 --no-open"
 )]
 pub struct StudioArgs {
+    /// Follow a robot or a camera through any source (see: visloc sources): with --map, or with sim:SCENARIO, on a known map, else
+    /// without one
+    #[arg(value_name = "SOURCE")]
+    pub source: Option<String>,
+    /// The map that SOURCE moves on: a name (visloc maps) or a file
+    #[arg(long, value_name = "NAME|FILE", requires = "source")]
+    pub map: Option<String>,
     /// What to show first: robocup-2010, robocup-2024, office, office-large, or
     /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
     #[arg(long, value_name = "NAME")]
@@ -29,15 +39,18 @@ pub struct StudioArgs {
     /// Play a recording that was made with --record; can be given several times
     #[arg(long, value_name = "FILE")]
     pub replay: Vec<PathBuf>,
-    /// Follow the camera of a dataset without a map (as visloc slam FOLDER); can be given several times
-    #[arg(long, value_name = "FOLDER")]
-    pub sequence: Vec<PathBuf>,
+    /// Follow a camera without a map (as visloc slam SOURCE); can be given several times
+    #[arg(long, value_name = "SOURCE")]
+    pub sequence: Vec<String>,
     /// Watch a robot elsewhere, where visloc localize or slam runs with --publish
-    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["replay", "sequence", "scene"])]
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "scene")]
     pub connect: Option<String>,
     /// What the robot elsewhere asks for; it printed it
     #[arg(long, value_name = "TOKEN", requires = "connect")]
     pub token: Option<String>,
+    /// Where the page's button puts recordings
+    #[arg(long, value_name = "DIR", default_value = "out/studio")]
+    pub recordings: PathBuf,
     /// Port of the page; 0 for any free one
     #[arg(long, default_value_t = 7878)]
     pub port: u16,
@@ -47,6 +60,10 @@ pub struct StudioArgs {
     /// Do not open the browser
     #[arg(long)]
     pub no_open: bool,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: TopicArgs,
     #[command(flatten)]
     pub seed: SeedArg,
 }

@@ -62,7 +62,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut live = live_output(args, &options)?;
 
     let mut progress = Progress::new(source.frames.num_frames());
-    let mut show = Show::new(Broadcast::open(&args.broadcast)?, &source.map, &args.source);
+    let mut show = Show::new(Broadcast::open(&args.broadcast)?, &args.source);
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.

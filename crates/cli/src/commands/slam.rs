@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_geom::Camera;
-use visloc_slam::Schedule;
+use visloc_slam::{Schedule, SlamConfig};
 use visloc_sources::{OpenImages, SourceAddress};
 
 use super::settings::{bag_topics, slam_config};
@@ -15,8 +15,8 @@ use crate::{
     run::source_options,
     say,
     slam::{
-        FramePictures, Lookers, RunOptions, SlamLive, SlamReport, SlamRun, SlamShow, SlamWatcher, draw,
-        open_input, run, write_log, write_ply,
+        FramePictures, Lookers, RunOptions, Shown, SlamLive, SlamReport, SlamRun, SlamShow, SlamWatcher,
+        draw, open_input, run, write_log, write_ply,
     },
 };
 
@@ -35,7 +35,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;
-    let mut show = open_show(args, source.camera(), truth.as_ref())?;
+    let mut show = open_show(args, &config, source.camera(), truth.as_ref())?;
     let lookers = Lookers {
         pictures: pictures.as_mut(),
         watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
@@ -69,12 +69,17 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
 }
 
 /// What shows the run to others, if anybody asks for it.
-fn open_show(args: &SlamArgs, camera: &Camera, truth: Option<&CameraTrajectory>) -> Result<Option<SlamShow>> {
+fn open_show(
+    args: &SlamArgs,
+    config: &SlamConfig,
+    camera: &Camera,
+    truth: Option<&CameraTrajectory>,
+) -> Result<Option<SlamShow>> {
     if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
         return Ok(None);
     }
-    let title = args.source.clone();
-    Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, camera, &title, truth.cloned())))
+    let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.seed };
+    Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, &shown)?))
 }
 
 fn run_options(args: &SlamArgs) -> Result<RunOptions> {

@@ -10,13 +10,22 @@ use std::{
 
 use anyhow::{Context, Result};
 use visloc_slam::Clock as SlamClock;
+use visloc_sources::{SourceAddress, SourceOptions, open_frames, open_images};
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes, run_engine,
+    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
+    recording::Tape,
+    run_engine,
     server::{Remote, Server},
+    slam::{ImagesOpener, OpenCamera},
+    source::{FramesOpener, OpenRun},
 };
+use visloc_world::Map;
 
+use super::settings::bag_topics;
 use crate::{
     args::StudioArgs,
+    host::host,
+    run::source_options,
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
@@ -49,24 +58,76 @@ fn start_engine(
     clock: Clock,
 ) -> Result<()> {
     let hub = Arc::clone(hub);
-    let thread = thread::Builder::new().name("studio-engine".to_owned());
-    if let Some(address) = args.connect.clone() {
-        let remote = Remote { address, token: args.token.clone() };
-        thread.spawn(move || {
-            if let Err(error) = remote.watch(&hub, &commands) {
-                log(&error.to_string());
-            }
-        })
-    } else {
-        let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
-            .with_recordings(args.replay.clone())
-            .with_sequences(args.sequence.clone());
-        let first = args.scene.clone().unwrap_or_else(|| scenes.first());
-        let session = scenes.open(&first)?;
-        thread.spawn(move || run_engine(Box::new(scenes), session, &hub, &commands, &clock))
+    let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
+    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
+        .with_recordings(args.replay.clone())
+        .with_folder(args.recordings.clone())
+        .with_sources(named_sources(args)?);
+    if let Some(robot) = robot {
+        scenes = scenes.with_robot(robot, log);
     }
-    .context("cannot start the engine")?;
+    let tape = Tape::new(&args.recordings);
+    let first = args.scene.clone().unwrap_or_else(|| scenes.first());
+    let session = scenes.open(&first)?;
+    thread::Builder::new()
+        .name("studio-engine".to_owned())
+        .spawn(move || run_engine(Box::new(scenes), session, tape, &hub, &commands, &clock))
+        .context("cannot start the engine")?;
     Ok(())
+}
+
+/// The sources that the user names.
+fn named_sources(args: &StudioArgs) -> Result<Vec<NamedSource>> {
+    let options = SourceOptions {
+        num_threads: thread::available_parallelism().map_or(1, usize::from),
+        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    };
+    let mut sources = Vec::new();
+    if let Some(name) = &args.source {
+        let address = SourceAddress::parse(name)?;
+        let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
+        sources.push(NamedSource {
+            name: name.clone(),
+            is_live: address.kind().is_live,
+            opener: if is_robot {
+                SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options)?)
+            } else {
+                SourceOpener::Images(images_opener(name, &options))
+            },
+        });
+    }
+    for name in &args.sequence {
+        let is_live = SourceAddress::parse(name)?.kind().is_live;
+        let opener = SourceOpener::Images(images_opener(name, &options));
+        sources.push(NamedSource { name: name.clone(), is_live, opener });
+    }
+    Ok(sources)
+}
+
+fn frames_opener(name: &str, map: Option<&str>, options: &SourceOptions) -> Result<FramesOpener> {
+    let map = map.map(Map::load).transpose()?;
+    let (name, options) = (name.to_owned(), options.clone());
+    Ok(Arc::new(move |seed| {
+        let options = SourceOptions { seed, ..options.clone() };
+        let open = open_frames(&name, &options, host()).map_err(|error| refused(&name, &error))?;
+        open.warnings.iter().for_each(|warning| log(warning));
+        let map = map.clone().or(open.map).ok_or_else(|| refused(&name, &"expected --map NAME|FILE"))?;
+        Ok(OpenRun { frames: open.frames, map })
+    }))
+}
+
+fn images_opener(name: &str, options: &SourceOptions) -> ImagesOpener {
+    let (name, options) = (name.to_owned(), options.clone());
+    Arc::new(move |seed| {
+        let options = SourceOptions { seed, ..options.clone() };
+        let open = open_images(&name, &options, host()).map_err(|error| refused(&name, &error))?;
+        open.warnings.iter().for_each(|warning| log(warning));
+        Ok(OpenCamera { images: open.images, truth: open.truth })
+    })
+}
+
+fn refused(name: &str, reason: &dyn std::fmt::Display) -> StudioError {
+    StudioError::Input { origin: name.to_owned(), reason: reason.to_string() }
 }
 
 fn log(line: &str) {

@@ -1,10 +1,14 @@
 //! One algorithm at work.
 
 use anyhow::Result;
-use visloc_base::{Frame, RngTree, SkippedInput, Timestamp};
+use visloc_base::{Frame, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
 use visloc_geom::PlanarPose;
 use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior};
+use visloc_studio::{
+    Clock, Command, StudioError,
+    tuning::{Lineup, Overrides, RunSettings},
+};
 use visloc_vision::{DropReason, Percept};
 use visloc_world::Map;
 
@@ -89,7 +93,9 @@ pub struct RunnerSettings<'a> {
 /// An algorithm with its output files and records.
 pub struct Runner {
     name: String,
-    pipeline: Pipeline,
+    /// Of one algorithm.
+    lineup: Lineup,
+    clock: Clock,
     files: OutputFiles,
     records: Vec<FrameRecord>,
     rejected: Vec<SkippedInput>,
@@ -103,14 +109,19 @@ impl Runner {
     /// If there is no such algorithm or a parameter is wrong.
     pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
         let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
-        let rng = RngTree::new(*seed).subtree("pipeline", 0);
-        let mut pipeline = Pipeline::new(map, algorithm, *algorithm_toml, pipeline, rng)?;
-        if !start.is_uniform() {
-            pipeline.reset_to(start);
-        }
+        let overrides = Overrides::from_toml(algorithm_toml.unwrap_or_default())?;
+        let lineup = Lineup::new(RunSettings {
+            map: map.clone(),
+            seed: *seed,
+            start: start.clone(),
+            pipeline: *pipeline,
+            algorithms: vec![((*algorithm).to_owned(), overrides)],
+        })?;
+        let watch = Stopwatch::start();
         Ok(Self {
             name: (*algorithm).to_owned(),
-            pipeline,
+            lineup,
+            clock: Clock::new(move || watch.secs()),
             files,
             records: Vec::new(),
             rejected: Vec::new(),
@@ -123,22 +134,16 @@ impl Runner {
     /// # Errors
     /// If an output file cannot be written. A frame that cannot be analyzed is left out and counted.
     pub fn step(&mut self, frame: &Frame) -> Result<()> {
-        let watch = Stopwatch::start();
-        let (quality, num_pixels) = match self.pipeline.analyze(frame) {
-            Ok(percept) => {
-                self.pixels.count(percept);
-                (percept.quality, percept.pixels.len())
-            }
-            Err(error) => {
-                let (at, origin) = (Some(frame.at), "image analysis".to_owned());
-                self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
-                return Ok(());
-            }
-        };
-        let analysis_ms = watch.ms();
-        let watch = Stopwatch::start();
-        let estimate = self.pipeline.localize(frame);
-        let localizer_ms = watch.ms();
+        let Some(contender) = self.lineup.contenders_mut().first_mut() else { return Ok(()) };
+        if let Err(error) = contender.step(frame, &self.clock) {
+            let (at, origin) = (Some(frame.at), "image analysis".to_owned());
+            self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
+            return Ok(());
+        }
+        let (pipeline, view) = (contender.pipeline(), contender.view());
+        let percept = pipeline.analyzer().percept();
+        self.pixels.count(percept);
+        let estimate = pipeline.localizer().estimate();
         let record = FrameRecord {
             at: frame.at,
             world_from_robot: estimate.world_from_robot,
@@ -146,11 +151,11 @@ impl Runner {
             likelihood: estimate.likelihood,
             sigma: [0, 1, 2].map(|i| estimate.covariance[(i, i)].max(0.0).sqrt()),
             num_hypotheses: estimate.hypotheses.len(),
-            quality,
-            num_pixels,
-            num_individuals: self.pipeline.localizer().num_weighed(),
-            analysis_ms,
-            localizer_ms,
+            quality: percept.quality,
+            num_pixels: percept.pixels.len(),
+            num_individuals: pipeline.localizer().num_weighed(),
+            analysis_ms: view.analysis_ms,
+            localizer_ms: view.localizer_ms,
         };
         self.records.push(record);
         self.files.append(&record)
@@ -159,7 +164,32 @@ impl Runner {
     /// Begins again with what is known about the pose.
     #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
     pub fn reset_to(&mut self, prior: &StartPrior) {
-        self.pipeline.reset_to(prior);
+        self.lineup.reset_to(prior);
+    }
+
+    /// Does what somebody who watches asks for: other parameters, another seed, or to forget the place; whether that was it.
+    ///
+    /// # Errors
+    /// If it is impossible; then nothing has changed.
+    pub fn handle(&mut self, command: &Command) -> Result<bool> {
+        match command {
+            Command::Reset { seed } => {
+                self.lineup.reset(*seed)?;
+                Ok(true)
+            }
+            Command::Algorithms { names } if names.len() != 1 => Err(StudioError::Command {
+                what: "algorithms".to_owned(),
+                expected: "one: this run writes the results of one".to_owned(),
+                found: names.len().to_string(),
+            }
+            .into()),
+            command => Ok(self.lineup.handle(command)?),
+        }
+    }
+
+    /// The algorithm with its parameters.
+    pub fn lineup(&self) -> &Lineup {
+        &self.lineup
     }
 
     /// Completes the output files.
@@ -184,7 +214,7 @@ impl Runner {
 
     /// Image analysis and localizer, for pictures.
     pub fn pipeline(&self) -> &Pipeline {
-        &self.pipeline
+        self.lineup.contenders()[0].pipeline()
     }
 
     /// All frames so far.

@@ -1,13 +1,17 @@
-//! Shows a run to a recording and to pages.
+//! Shows a run to a recording and to pages, and does what people there ask for.
 
 use std::{thread, time::Duration};
 
-use anyhow::Result;
-use visloc_studio::view::{ContenderView, RunViewer};
-use visloc_world::Map;
+use anyhow::{Context, Result};
+use visloc_base::StampedPose;
+use visloc_data::trajectory::{write_tum_header, write_tum_pose};
+use visloc_studio::{Command, StudioError, recording::Input, view::RunViewer};
 
-use super::{FrameView, Runner, Spectator};
-use crate::{broadcast::Broadcast, stopwatch::Stopwatch};
+use super::{FrameView, Runner, Spectator, write_text};
+use crate::{
+    broadcast::{Broadcast, saved_path},
+    stopwatch::Stopwatch,
+};
 
 /// Longest wait for a frame: a gap in a recording need not be sat out.
 const MOST_WAIT_SECS: f64 = 1.0;
@@ -20,9 +24,9 @@ pub struct Show {
 }
 
 impl Show {
-    /// Shows a run on a map.
-    pub fn new(broadcast: Broadcast, map: &Map, title: &str) -> Self {
-        Self { broadcast, viewer: RunViewer::new(map, title), watch: Stopwatch::start() }
+    /// Shows a run.
+    pub fn new(broadcast: Broadcast, title: &str) -> Self {
+        Self { broadcast, viewer: RunViewer::new(title), watch: Stopwatch::start() }
     }
 
     /// Ends the recording.
@@ -32,9 +36,45 @@ impl Show {
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
     }
+
+    /// The notice that answers a command.
+    fn obey(&self, command: &Command, runner: &mut Runner) -> Result<Option<String>> {
+        if matches!(command, Command::Save {}) {
+            let path = saved_path("trajectory", "tum");
+            let mut text = Vec::new();
+            write_tum_header(&mut text)?;
+            for record in runner.records() {
+                let world_from_robot = record.world_from_robot;
+                write_tum_pose(&mut text, &StampedPose { at: record.at, world_from_robot, height_m: 0.0 })?;
+            }
+            write_text(&path, std::str::from_utf8(&text).context("trajectory")?)?;
+            return Ok(Some(format!("saved on the robot: {}", path.display())));
+        }
+        if runner.handle(command)? {
+            let is_reset = matches!(command, Command::Reset { .. } | Command::Forget {});
+            return Ok(is_reset.then(|| "the robot's pose is forgotten".to_owned()));
+        }
+        let refused = StudioError::Command {
+            what: "command".to_owned(),
+            expected: "one for a run: parameters, reset, forget, save, pause".to_owned(),
+            found: format!("{command:?}"),
+        };
+        Err(refused.into())
+    }
 }
 
 impl Spectator for Show {
+    fn before_frame(&mut self, runners: &mut [Runner]) {
+        let Some(runner) = runners.first_mut() else { return };
+        for command in self.broadcast.commands() {
+            match self.obey(&command, runner) {
+                Ok(Some(notice)) => self.broadcast.tell(&notice),
+                Ok(None) => {}
+                Err(error) => self.broadcast.tell(&format!("{error:#}")),
+            }
+        }
+    }
+
     fn after_frame(&mut self, view: &FrameView<'_>) {
         if self.broadcast.is_live() {
             let ahead_secs = view.secs - self.watch.secs();
@@ -42,20 +82,13 @@ impl Spectator for Show {
                 thread::sleep(Duration::from_secs_f64(ahead_secs.min(MOST_WAIT_SECS)));
             }
         }
-        if !self.broadcast.is_wanted() {
-            return;
+        let Some(runner) = view.runners.first() else { return };
+        if self.broadcast.is_wanted() {
+            let aside = self.broadcast.aside();
+            let update = self.viewer.update(view.frame, view.truth, runner.lineup(), &aside);
+            let input = Input::Robot { frame: view.frame, truth: view.truth.as_ref() };
+            self.broadcast.send(update, &input);
         }
-        let contenders: Vec<ContenderView<'_>> = view.runners.iter().map(contender).collect();
-        self.broadcast.send(self.viewer.update(view.frame, view.truth, &contenders));
-    }
-}
-
-fn contender(runner: &Runner) -> ContenderView<'_> {
-    let last = runner.records().last();
-    ContenderView {
-        name: runner.name(),
-        pipeline: runner.pipeline(),
-        analysis_ms: last.map_or(0.0, |record| record.analysis_ms),
-        localizer_ms: last.map_or(0.0, |record| record.localizer_ms),
+        self.viewer.next_frame();
     }
 }

@@ -69,12 +69,13 @@ pub fn run(
     lookers: Lookers<'_>,
 ) -> Result<SlamRun> {
     let Lookers { mut pictures, mut watcher, mut show } = lookers;
-    let start = |camera: &Camera| -> Result<Slam> {
-        let mut slam = Slam::with_schedule(camera, config, options.seed, options.schedule)?;
+    let start = |camera: &Camera, config: &SlamConfig, seed: u64| -> Result<Slam> {
+        let mut slam = Slam::with_schedule(camera, config, seed, options.schedule)?;
         slam.set_clock(Clock::new(thread_cpu_secs));
         Ok(slam)
     };
-    let mut slam = start(source.camera())?;
+    let (mut config, mut seed) = (config.clone(), options.seed);
+    let mut slam = start(source.camera(), &config, seed)?;
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
     let progress = Progress::new(source.num_images());
@@ -93,9 +94,16 @@ pub fn run(
             num_dropped += 1;
             continue;
         }
-        if watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset) {
+        let is_reset = watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset);
+        let wished = show.as_deref_mut().and_then(|show| show.obey(&slam));
+        let is_wished = wished.is_some();
+        if let Some(settings) = wished {
+            // Somebody who watches has other parameters or another seed in mind.
+            (config, seed) = settings;
+        }
+        if is_reset || is_wished {
             SlamRecord::add_mapped(&mut records[num_before..], slam.finish());
-            slam = start(source.camera())?;
+            slam = start(source.camera(), &config, seed)?;
             num_before = records.len();
         }
         let is_shown = pictures.is_some() || show.is_some();

@@ -22,4 +22,4 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::SlamReport;
-pub use show::SlamShow;
+pub use show::{Shown, SlamShow};

@@ -1,26 +1,63 @@
-//! Shows a run to a recording and to pages.
+//! Shows a run to a recording and to pages, and does what people there ask for.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use serde_json::json;
-use visloc_base::CameraTrajectory;
+use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_data::sequence::write_camera_trajectory;
 use visloc_geom::Camera;
-use visloc_slam::Slam;
-use visloc_studio::slam::{SlamFrame, SlamViewer};
+use visloc_slam::{Slam, SlamConfig};
+use visloc_studio::{
+    Command, StudioError,
+    recording::Input,
+    slam::{SlamFrame, SlamSettings, SlamViewer},
+};
 
-use crate::broadcast::Broadcast;
+use super::write_ply;
+use crate::broadcast::{Broadcast, saved_path};
+
+/// What is shown of a run.
+pub struct Shown<'a> {
+    /// Name of the source.
+    pub title: &'a str,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// Where the camera was, if that is known.
+    pub truth: Option<&'a CameraTrajectory>,
+    /// Parameters.
+    pub config: &'a SlamConfig,
+    /// Seed of everything random.
+    pub seed: u64,
+}
 
 /// Shows each frame to others.
 pub struct SlamShow {
     broadcast: Broadcast,
     viewer: SlamViewer,
+    camera: Camera,
+    title: String,
+    truth: Option<CameraTrajectory>,
+    settings: SlamSettings,
+    seed: u64,
 }
 
 impl SlamShow {
     /// Shows a run of a camera.
-    pub fn new(broadcast: Broadcast, camera: &Camera, title: &str, truth: Option<CameraTrajectory>) -> Self {
-        let scenes = json!([{ "id": "run", "group": "Run", "label": title }]);
-        let more = json!({ "scene": "run", "scenes": scenes });
-        Self { broadcast, viewer: SlamViewer::new(camera, title, truth, more) }
+    ///
+    /// # Errors
+    /// If the parameters cannot be written.
+    pub fn new(broadcast: Broadcast, shown: &Shown<'_>) -> Result<Self> {
+        let Shown { title, camera, truth, config, seed } = *shown;
+        let settings = SlamSettings::of(config)?;
+        let viewer = viewer(title, camera, truth, &settings, seed)?;
+        Ok(Self {
+            broadcast,
+            viewer,
+            camera: *camera,
+            title: title.to_owned(),
+            truth: truth.cloned(),
+            settings,
+            seed,
+        })
     }
 
     /// Takes in a frame, and shows it if anybody wants to see it.
@@ -30,8 +67,64 @@ impl SlamShow {
             return;
         }
         let secs = self.viewer.secs(frame.at);
-        let update = self.viewer.update(slam, frame, &json!({ "is_playing": true }));
-        self.broadcast.send(update.map(|update| (update, secs)));
+        let update = self.viewer.update(slam, frame, &self.broadcast.aside());
+        let input = Input::Camera { at: frame.at, image: frame.image, camera: &self.camera };
+        self.broadcast.send(update.map(|update| (update, secs)), &input);
+    }
+
+    /// Does what people ask for; parameters and seed if the run is to begin anew.
+    pub fn obey(&mut self, slam: &Slam) -> Option<(SlamConfig, u64)> {
+        let mut is_new = false;
+        for command in self.broadcast.commands() {
+            match self.take(&command, slam) {
+                Ok(is_restart) => is_new |= is_restart,
+                Err(error) => self.broadcast.tell(&format!("{error:#}")),
+            }
+        }
+        is_new.then(|| (self.settings.config().clone(), self.seed))
+    }
+
+    /// Whether the run is to begin anew.
+    fn take(&mut self, command: &Command, slam: &Slam) -> Result<bool> {
+        match command {
+            Command::Save {} => {
+                self.save(slam)?;
+                return Ok(false);
+            }
+            Command::Reset { seed } => self.seed = *seed,
+            Command::Forget {} => {}
+            command => match self.settings.changed(command)? {
+                Some(settings) => self.settings = settings,
+                None => {
+                    return Err(StudioError::Command {
+                        what: "command".to_owned(),
+                        expected: "one for a run: parameters, reset, save, pause".to_owned(),
+                        found: format!("{command:?}"),
+                    }
+                    .into());
+                }
+            },
+        }
+        // Numbers of frames go on, so that a recording has one course.
+        let fields = fields(&self.title, &self.settings, self.seed)?;
+        self.viewer.start_anew(self.truth.clone(), fields);
+        self.broadcast.tell("the run begins anew: the map is forgotten");
+        Ok(true)
+    }
+
+    fn save(&mut self, slam: &Slam) -> Result<()> {
+        let (map, way) = (saved_path("map", "ply"), saved_path("trajectory", "tum"));
+        if let Some(folder) = map.parent() {
+            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+        }
+        write_ply(&map, slam.map())?;
+        let mut trajectory = CameraTrajectory::new();
+        for pose in slam.trajectory() {
+            let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
+        }
+        write_camera_trajectory(&way, trajectory.poses())?;
+        self.broadcast.tell(&format!("saved on the robot: {}, {}", map.display(), way.display()));
+        Ok(())
     }
 
     /// Ends the recording.
@@ -41,4 +134,25 @@ impl SlamShow {
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
     }
+}
+
+fn viewer(
+    title: &str,
+    camera: &Camera,
+    truth: Option<&CameraTrajectory>,
+    settings: &SlamSettings,
+    seed: u64,
+) -> Result<SlamViewer> {
+    Ok(SlamViewer::new(camera, title, truth.cloned(), fields(title, settings, seed)?))
+}
+
+/// What the scene message has besides.
+fn fields(title: &str, settings: &SlamSettings, seed: u64) -> Result<serde_json::Value> {
+    let mut fields = settings.scene_fields()?;
+    let scenes = json!([{ "id": "run", "group": "Run", "label": title }]);
+    let own = json!({ "mode": "watch", "scene": "run", "scenes": scenes, "seed": seed });
+    if let (Some(fields), Some(own)) = (fields.as_object_mut(), own.as_object()) {
+        fields.extend(own.clone());
+    }
+    Ok(fields)
 }

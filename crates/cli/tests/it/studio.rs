@@ -13,7 +13,15 @@ fn runs_are_recorded() {
     let mut run = RecordingIndex::open(&workspace.path("out/run.mcap")).unwrap();
     assert_eq!(run.num_frames(), 9);
     assert_eq!(run.state(8).unwrap().header["contenders"][0]["name"], "evolutionary");
+    assert!(run.has_input(), "it can be computed again");
+    workspace.must(&["localize", "out/run.mcap", "--map", "robocup-spl-2010", "--estimates", "again.csv"]);
+    let again = std::fs::read_to_string(workspace.path("again.csv")).unwrap();
+    assert_eq!(again.lines().count(), 1 + 9, "a recording is a bag as well");
     workspace.must(&["slam", "sim:room", "--end", "12", "--record", "slam.mcap"]);
+    workspace.must(&["slam", "sim:room", "--end", "12", "--trajectory", "first.tum"]);
+    workspace.must(&["slam", "slam.mcap", "--trajectory", "again.tum"]);
+    let poses = |name: &str| std::fs::read_to_string(workspace.path(name)).unwrap();
+    assert_eq!(poses("first.tum"), poses("again.tum"), "of the same images the same poses");
     let mut slam = RecordingIndex::open(&workspace.path("slam.mcap")).unwrap();
     assert_eq!(slam.num_frames(), 12);
     assert!(slam.state(11).unwrap().floats("landmarks").is_some());

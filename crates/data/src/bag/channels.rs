@@ -1,6 +1,6 @@
 //! A recording that is being written: topics and their messages.
 
-use std::{fs::File, io::BufWriter, path::PathBuf};
+use std::{collections::BTreeMap, fs::File, io::BufWriter, path::PathBuf};
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
@@ -42,6 +42,41 @@ impl ChannelWriter {
         }
         let data = to_cdr(message).map_err(|reason| self.encode_error(at, reason))?;
         let channel_id = self.channel(topic, type_name)?;
+        self.write(channel_id, at, &data)
+    }
+
+    /// Appends bytes in an encoding of their own.
+    pub(super) fn send_raw(
+        &mut self,
+        (topic, encoding): (&str, &str),
+        at: Timestamp,
+        data: &[u8],
+    ) -> Result<(), BagError> {
+        let known = self.channels.iter_mut().find(|(_, info)| info.topic == topic);
+        let channel_id = match known {
+            Some((id, info)) => {
+                info.num_messages += 1;
+                *id
+            }
+            None => {
+                let added = self.writer.add_channel(0, topic, encoding, &BTreeMap::new());
+                let id = added.map_err(|error| write_error(&self.path, &error))?;
+                self.channels.push((
+                    id,
+                    TopicInfo {
+                        topic: topic.to_string(),
+                        type_name: String::new(),
+                        message_encoding: encoding.into(),
+                        num_messages: 1,
+                    },
+                ));
+                id
+            }
+        };
+        self.write(channel_id, at, data)
+    }
+
+    fn write(&mut self, channel_id: u16, at: Timestamp, data: &[u8]) -> Result<(), BagError> {
         let first = self.span.map_or(at, |(first, _)| first);
         self.span = Some((first, at));
         // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
@@ -49,7 +84,7 @@ impl ChannelWriter {
         let header =
             MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
         self.sequence = self.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &data).map_err(|error| write_error(&self.path, &error))
+        self.writer.write_to_known_channel(&header, data).map_err(|error| write_error(&self.path, &error))
     }
 
     /// Completes the file.

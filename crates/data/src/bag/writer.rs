@@ -7,7 +7,7 @@ use std::{
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_base::{Frame, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
+use visloc_base::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
 use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
@@ -53,6 +53,8 @@ pub struct BagWriterOptions {
     pub image_encoding: ImageEncoding,
     /// How the parts of the file are compressed; not at all unless set.
     pub chunk_compression: ChunkCompression,
+    /// Whether messages are gathered in chunks, as usual. Without them each stands at its own place in the file.
+    pub has_chunks: bool,
 }
 
 impl Default for BagWriterOptions {
@@ -60,6 +62,7 @@ impl Default for BagWriterOptions {
         Self {
             image_encoding: ImageEncoding::Jpeg { quality: 90 },
             chunk_compression: ChunkCompression::None,
+            has_chunks: true,
         }
     }
 }
@@ -95,25 +98,36 @@ impl BagWriter {
         options: BagWriterOptions,
     ) -> Result<Self, BagError> {
         let path = path.as_ref();
-        let is_file = path.extension().is_some_and(|extension| extension == "mcap");
-        let (path, folder) = if is_file {
-            (path.to_path_buf(), None)
-        } else {
-            fs::create_dir_all(path).map_err(|source| BagError::Io {
-                path: path.to_path_buf(),
-                action: "make the folder",
-                source,
-            })?;
-            let name = path.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
-            (path.join(format!("{name}_0.mcap")), Some(path.to_path_buf()))
-        };
+        if path.extension().is_some_and(|extension| extension == "mcap") {
+            return Self::create_file(path, topics, options);
+        }
+        fs::create_dir_all(path).map_err(|source| BagError::Io {
+            path: path.to_path_buf(),
+            action: "make the folder",
+            source,
+        })?;
+        let name = path.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
+        let writer = Self::create_file(&path.join(format!("{name}_0.mcap")), topics, options)?;
+        Ok(Self { folder: Some(path.to_path_buf()), ..writer })
+    }
+
+    /// As [`BagWriter::create_with`], one file whatever its name ends in.
+    ///
+    /// # Errors
+    /// If the file cannot be made.
+    pub fn create_file(path: &Path, topics: BagTopics, options: BagWriterOptions) -> Result<Self, BagError> {
         let compression = match options.chunk_compression {
             ChunkCompression::None => None,
             ChunkCompression::Zstd => Some(Compression::Zstd),
             ChunkCompression::Lz4 => Some(Compression::Lz4),
         };
-        let write_options = WriteOptions::new().profile("ros2").library("visloc").compression(compression);
-        Ok(Self { folder, topics, options, channels: ChannelWriter::create(path, write_options)? })
+        let write_options = WriteOptions::new()
+            .profile("ros2")
+            .library("visloc")
+            .compression(compression)
+            .use_chunks(options.has_chunks);
+        let channels = ChannelWriter::create(path.to_path_buf(), write_options)?;
+        Ok(Self { folder: None, topics, options, channels })
     }
 
     /// Appends a frame: one message on each topic for which it has a value and which has a name.
@@ -164,6 +178,23 @@ impl BagWriter {
         self.send_image(picture.at, &picture.image, &camera_frame)
     }
 
+    /// Appends a gray picture with its calibration, as PNG whatever the encoding of others.
+    ///
+    /// # Errors
+    /// If the image cannot be encoded or the file not be written.
+    pub fn write_gray(&mut self, at: Timestamp, image: &GrayImage, camera: &Camera) -> Result<(), BagError> {
+        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        self.send(TopicRole::CameraInfo, at, &camera_info_message(at, camera, &camera_frame))?;
+        let data = image_codec::encode_gray_png(image);
+        let data = data.map_err(|error| self.channels.encode_error(at, error.to_string()))?;
+        let header = Header::new(at, &camera_frame);
+        self.send(
+            TopicRole::Image,
+            at,
+            &messages::CompressedImage { header, format: "mono8; png compressed".into(), data },
+        )
+    }
+
     /// Appends a message of a result, stamped with the time of its image.
     ///
     /// # Errors
@@ -178,6 +209,19 @@ impl BagWriter {
             ResultMessage::Reliability(message) => self.channels.send(channel, at, message),
             ResultMessage::Diagnostics(message) => self.channels.send(channel, at, message),
         }
+    }
+
+    /// Appends bytes of another kind than messages of ROS, on a topic of their own; `encoding` tells other tools what they are.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_raw(
+        &mut self,
+        (topic, encoding): (&str, &str),
+        at: Timestamp,
+        bytes: &[u8],
+    ) -> Result<(), BagError> {
+        self.channels.send_raw((topic, encoding), at, bytes)
     }
 
     /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read.

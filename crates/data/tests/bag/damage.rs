@@ -51,7 +51,11 @@ fn every_cut_of_a_compressed_file_is_handled() {
     let folder = tempfile::tempdir().unwrap();
     for chunk_compression in [ChunkCompression::None, ChunkCompression::Zstd, ChunkCompression::Lz4] {
         let path = folder.path().join("cut.mcap");
-        let options = BagWriterOptions { chunk_compression, image_encoding: ImageEncoding::Raw };
+        let options = BagWriterOptions {
+            chunk_compression,
+            image_encoding: ImageEncoding::Raw,
+            ..BagWriterOptions::default()
+        };
         write(&path, &(0..2).map(frame).collect::<Vec<_>>(), options);
         let bytes = fs::read(&path).unwrap();
         for length in (0..bytes.len()).step_by(37) {

@@ -41,6 +41,23 @@ pub enum TourError {
     Size(u32, u32),
 }
 
+/// A picture by its number in time, and that of the place on the way where it is taken: after a kidnap they differ.
+#[derive(Debug, Clone, Copy)]
+struct Stamp {
+    at: usize,
+    place: usize,
+}
+
+impl Stamp {
+    fn secs(self) -> f64 {
+        self.at as f64 / FRAMES_PER_SEC
+    }
+
+    fn place_secs(self) -> f64 {
+        self.place as f64 / FRAMES_PER_SEC
+    }
+}
+
 /// A camera carried through a textured room, with the truth. The same tour and seed give the same bits, with any number of
 /// threads.
 ///
@@ -59,7 +76,9 @@ pub struct CameraTour {
     camera: Camera,
     random: RngTree,
     tremor_rad: f64,
-    stamps: Vec<usize>,
+    stamps: Vec<Stamp>,
+    is_covered: bool,
+    num_kidnaps: u64,
     next: usize,
     ready: VecDeque<GrayFrame>,
     workers: Vec<(Renderer, Vec<Surface>)>,
@@ -84,7 +103,9 @@ impl CameraTour {
             camera: Camera::default(),
             tremor_rad: random.stream("tremor", 0).random_range(0.0..std::f64::consts::TAU),
             random,
-            stamps: (0..num_frames).collect(),
+            stamps: (0..num_frames).map(|i| Stamp { at: i, place: i }).collect(),
+            is_covered: false,
+            num_kidnaps: 0,
             next: 0,
             ready: VecDeque::new(),
             workers: Vec::new(),
@@ -142,16 +163,42 @@ impl CameraTour {
     #[must_use]
     pub fn truth(&self) -> CameraTrajectory {
         let mut truth = CameraTrajectory::new();
-        for frame in &self.stamps {
-            let secs = *frame as f64 / FRAMES_PER_SEC;
-            let world_from_camera = pose(self.kind, secs, self.tremor_rad);
+        for stamp in &self.stamps {
+            let world_from_camera = pose(self.kind, stamp.place_secs(), self.tremor_rad);
             // Times increase.
-            let _ = truth.push(CameraPose { at: START + secs, world_from_camera });
+            let _ = truth.push(CameraPose { at: START + stamp.secs(), world_from_camera });
         }
         truth
     }
 
+    /// Whether a hand covers the camera from the next picture on.
+    pub fn cover(&mut self, is_covered: bool) {
+        self.is_covered = is_covered;
+        self.forget_drawn();
+    }
+
+    /// Somebody carries the camera back to a place where it has been, and it goes on from there. The seed decides where; the truth
+    /// is another one from then on. Without a past nothing happens.
+    pub fn kidnap(&mut self) {
+        self.forget_drawn();
+        let Some(now) = self.stamps.get(self.next).copied().filter(|stamp| stamp.place > 0) else { return };
+        self.num_kidnaps += 1;
+        let back = self.random.stream("kidnap", self.num_kidnaps).random_range(1..=now.place);
+        for stamp in &mut self.stamps[self.next..] {
+            stamp.place -= back.min(stamp.place);
+        }
+    }
+
+    /// What has been drawn ahead is drawn anew.
+    fn forget_drawn(&mut self) {
+        self.next -= self.ready.len();
+        self.ready.clear();
+    }
+
     fn gain(&self, secs: f64) -> f32 {
+        if self.is_covered {
+            return COVERED_GAIN;
+        }
         if self.covered_secs().is_some_and(|(from, to)| (from..to).contains(&secs)) {
             return COVERED_GAIN;
         }
@@ -166,15 +213,15 @@ impl CameraTour {
         let images: Vec<GrayFrame> = workers
             .par_iter_mut()
             .zip(frames)
-            .map(|((renderer, moving), frame)| {
-                let secs = *frame as f64 / FRAMES_PER_SEC;
+            .map(|((renderer, moving), stamp)| {
+                let secs = stamp.secs();
                 tour.place.moving(secs, moving);
-                let at = |shift: f64| pose(tour.kind, secs + shift, tour.tremor_rad);
+                let at = |shift: f64| pose(tour.kind, stamp.place_secs() + shift, tour.tremor_rad);
                 let shot = Shot {
                     sensor: Sensor { vignetting: 0.2, shot_noise: 0.0006, read_noise: 0.003 },
                     gain: tour.gain(secs),
                     motion: CameraMotion::between(&at(-0.5 * SHUTTER_SECS), &at(0.5 * SHUTTER_SECS)),
-                    noise_seed: tour.random.stream_seed("sensor-noise", *frame as u64),
+                    noise_seed: tour.random.stream_seed("sensor-noise", stamp.at as u64),
                 };
                 let image = renderer.render(&tour.place.scene, moving, &at(0.0), &shot);
                 GrayFrame { at: START + secs, image: GrayImage::from_rgb(&image) }

@@ -18,6 +18,7 @@ export class Bar {
     byId("scene").onchange = (event) => socket.send("open", { scene: event.target.value });
     byId("reset").onclick = () => this.reset();
     byId("seed").onchange = () => this.reset();
+    byId("record").onclick = () => socket.send("record", { is_on: !this.store.state?.recorder?.is_on });
     byId("theme").onclick = toggleTheme;
     byId("help").onclick = () => byId("help-dialog").showModal();
     byId("kidnap").onclick = () => socket.send("kidnap");
@@ -59,6 +60,7 @@ export class Bar {
     const { scene } = this.store;
     document.body.dataset.mode = scene.mode;
     document.body.dataset.world = scene.world?.kind ?? "";
+    document.body.toggleAttribute("data-hands", this.hasHands());
     this.mapKey(scene.world?.kind === "space");
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");
@@ -73,6 +75,12 @@ export class Bar {
     }
     select.value = scene.scene;
     if (document.activeElement !== byId("seed")) byId("seed").value = scene.seed ?? 1;
+  }
+
+  /** Whether people can take what is shown into their hands. */
+  hasHands() {
+    const { scene } = this.store;
+    return scene?.mode === "playground" || Boolean(scene?.has_hands);
   }
 
   /** What the colors of a map of landmarks mean. */
@@ -93,11 +101,12 @@ export class Bar {
     byId("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
     setText(byId("time"), `${state.secs.toFixed(1)} s`);
     if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
-    this.notice(state.notice);
+    this.notice(state.is_waiting ? "Waiting for the first image of the source." : state.notice);
     const link = byId("link");
     if (state.is_stale) link.dataset.state = "closed";
     else if (link.dataset.state === "closed") link.dataset.state = "open";
     setText(link, state.is_stale ? "robot out of reach" : "live");
+    this.recorder(state.recorder);
     const controls = state.controls;
     if (!controls) return;
     setPressed(byId("lift"), controls.is_held);
@@ -105,6 +114,26 @@ export class Bar {
     setPressed(byId("cover"), controls.is_covered);
     setPressed(byId("likelihood"), controls.has_likelihood);
     setPressed(byId("autopilot"), controls.is_autopilot);
+  }
+
+  /** What is being recorded, or was recorded last. */
+  recorder(recorder) {
+    const isOn = Boolean(recorder?.is_on);
+    setPressed(byId("record"), isOn);
+    setText(byId("record-label"), isOn ? `Stop, ${recorder.num_frames}` : "Record");
+    const box = byId("recorded-file");
+    const isDone = recorder && !isOn && recorder.file !== this.dismissed && this.store.scene?.scene !== recorder.scene;
+    box.hidden = !isDone;
+    if (!isDone || box.dataset.file === recorder.file) return;
+    box.dataset.file = recorder.file;
+    const dismiss = () => {
+      this.dismissed = recorder.file;
+      box.hidden = true;
+    };
+    const open = make("button", { type: "button", className: "primary", textContent: "Replay", id: "open-recorded" });
+    open.onclick = () => this.socket.send("open", { scene: recorder.scene });
+    const close = make("button", { type: "button", textContent: "Close", onclick: dismiss });
+    box.replaceChildren(make("span", { textContent: recorder.file }), open, close);
   }
 
   notice(text) {
@@ -128,8 +157,12 @@ export class Bar {
     }
     if (!isDown || event.repeat) return;
     const ids = { Space: "play", Period: "step", KeyT: "theme", Slash: "help", Minus: "help" };
-    const more = { KeyK: "kidnap", KeyL: "lift", KeyC: "cover", KeyP: "autopilot", KeyM: "likelihood", KeyR: "reset" };
-    const id = event.key === "?" ? "help" : ids[event.code] ?? (isPlayground ? more[event.code] : undefined);
+    const inHands = { KeyK: "kidnap", KeyC: "cover" };
+    const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
+    const isReplay = this.store.scene?.mode === "replay";
+    const id = event.key === "?" ? "help" : ids[event.code] ?? (this.hasHands() ? inHands[event.code] : undefined)
+      ?? (isPlayground ? onPlayground[event.code] : undefined)
+      ?? (isReplay ? undefined : { KeyR: "reset", KeyV: "record" }[event.code]);
     if (!id || (event.code === "Space" && target.matches?.("button, input"))) return;
     event.preventDefault();
     byId(id).click();

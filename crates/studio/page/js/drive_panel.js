@@ -89,7 +89,7 @@ export class DrivePanel {
 
   follow() {
     const controls = this.store.state.controls;
-    if (!controls) return;
+    if (this.store.scene?.mode !== "playground" || !controls) return;
     this.felt.checked = controls.is_felt;
     const isActive = [this.head.input, this.tilt.input].includes(document.activeElement);
     if (!isActive) this.auto.checked = controls.head === null;

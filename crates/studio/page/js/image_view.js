@@ -75,7 +75,8 @@ export class ImageView {
     const wanted = [2 * width, 2 * height].map((value) => (width > 500 ? value / 2 : value));
     if (canvas.width !== wanted[0] || canvas.height !== wanted[1]) [canvas.width, canvas.height] = wanted;
     const scale = canvas.width / width;
-    context.imageSmoothingEnabled = false;
+    // Over a slow link the image has fewer pixels.
+    context.imageSmoothingEnabled = bitmap.width < width;
     context.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
     // Pixel centers are whole numbers.
     const at = (value) => (value + 0.5) * scale;
@@ -90,14 +91,16 @@ export class ImageView {
     this.legend(arrays, counts);
   }
 
+  /** One color after the other: setting a color costs more than a dot. */
   dropped(values, at, counts) {
     const { context } = this;
-    for (let i = 0; i + 2 < values.length; i += 3) {
-      const reason = values[i + 2];
-      counts[reason] = (counts[reason] ?? 0) + 1;
+    for (let i = 2; i < values.length; i += 3) counts[values[i]] = (counts[values[i]] ?? 0) + 1;
+    counts.forEach((_, reason) => {
       context.fillStyle = DROP_COLORS[reason];
-      context.fillRect(at(values[i]) - 1.2, at(values[i + 1]) - 1.2, 2.4, 2.4);
-    }
+      for (let i = 0; i + 2 < values.length; i += 3) {
+        if (values[i + 2] === reason) context.fillRect(at(values[i]) - 1.2, at(values[i + 1]) - 1.2, 2.4, 2.4);
+      }
+    });
   }
 
   dots(values, at, color, radius) {

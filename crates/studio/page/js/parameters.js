@@ -1,6 +1,7 @@
 // Algorithms, and every parameter with unit, default and meaning.
 
 import { LANES } from "./actors.js";
+import { Again } from "./again.js";
 import { byId, make } from "./dom.js";
 
 const MAX_LANES = 4;
@@ -20,14 +21,22 @@ export class AlgorithmsPanel {
     this.reset = make("button", { type: "button", textContent: "Defaults", title: "All parameters of this part as they were" });
     this.reset.onclick = () => socket.send("defaults", this.part === null ? {} : { algorithm: this.part });
     this.body = make("div", { id: "parameters" });
-    byId("panel-algorithms").replaceChildren(this.lanes,
+    this.again = new Again(store, socket);
+    byId("panel-algorithms").replaceChildren(this.again.box, this.lanes,
       make("div", { className: "search" }, this.parts, this.reset, this.filter), this.body);
     store.on("scene", () => this.rebuild());
   }
 
   rebuild() {
     const { scene } = this.store;
-    if (!scene.contenders) return;
+    if (!scene.pipeline) return;
+    this.parts.hidden = Boolean(scene.presets);
+    if (scene.presets) {
+      this.part = null;
+      this.lanes.replaceChildren(this.preset(scene));
+      this.list();
+      return;
+    }
     this.lanes.replaceChildren(...scene.contenders.map((contender, i) => this.lane(contender, i)), this.adder());
     const names = scene.contenders.map((contender, i) => [String(i), contender.name]);
     this.parts.replaceChildren(...[...names, ["all", "Image, map, tracks"]]
@@ -35,6 +44,15 @@ export class AlgorithmsPanel {
     if (this.part !== null && this.part >= names.length) this.part = 0;
     this.parts.value = this.part === null ? "all" : String(this.part);
     this.list();
+  }
+
+  /** Sets of parameters to start from. */
+  preset({ presets, preset }) {
+    const select = make("select", { "aria-label": "Preset", id: "preset" });
+    select.append(...presets.map(({ name, summary }) => (
+      make("option", { value: name, textContent: `${name}: ${summary}`, selected: name === preset }))));
+    select.onchange = () => this.choose([select.value]);
+    return make("label", { className: "lane" }, make("span", { textContent: "Preset" }), select);
   }
 
   names() {
@@ -59,6 +77,7 @@ export class AlgorithmsPanel {
     add.onclick = () => this.choose([...this.names(), next]);
     const forget = make("button", { type: "button", textContent: "Forget the place", title: "All algorithms begin anywhere again" });
     forget.onclick = () => this.socket.send("forget");
+    forget.hidden = this.store.scene.mode === "replay";
     return make("div", { className: "lane" }, add, forget);
   }
 

@@ -1,28 +1,31 @@
 // Tabs of the panel at the side.
 
-import { byId, make } from "./dom.js";
+import { byId, make, setText } from "./dom.js";
 
-const TABS = [["drive", "Drive", "playground"], ["world", "World", "playground"],
-  ["algorithms", "Algorithms", "playground"], ["facts", "Numbers", ""]];
+/** Id, label, and whether the tab has anything to say about a scene. */
+const TABS = [["drive", "Drive", (scene) => scene.mode === "playground"],
+  ["world", "World", (scene) => scene.mode === "playground"],
+  ["algorithms", "Algorithms", (scene) => Boolean(scene.pipeline)], ["facts", "Numbers", () => true]];
 
 export class Tabs {
   constructor(store) {
-    this.buttons = TABS.map(([id, label, mode]) => {
+    this.buttons = TABS.map(([id, label, isFor]) => {
       const button = make("button", { type: "button", role: "tab", textContent: label, id: `tab-${id}`, "aria-controls": `panel-${id}` });
       button.onclick = () => this.show(id);
       button.onkeydown = (event) => this.key(event, id);
       byId(`panel-${id}`).setAttribute("aria-labelledby", `tab-${id}`);
-      return { id, mode, button };
+      return { id, isFor, button };
     });
     byId("tabs").replaceChildren(...this.buttons.map(({ button }) => button));
-    store.on("scene", () => this.fit(store.scene.mode));
+    store.on("scene", () => this.fit(store.scene));
     this.show("drive");
   }
 
-  fit(mode) {
-    for (const { button, mode: wanted } of this.buttons) button.hidden = Boolean(wanted) && wanted !== mode;
+  fit(scene) {
+    for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene);
+    setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
-    if (shown?.button.hidden) this.show("facts");
+    if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }
 
   show(id) {

@@ -24,7 +24,7 @@ export class WorldPanel {
 
   follow() {
     const controls = this.store.state.controls;
-    if (!controls) return;
+    if (this.store.scene?.mode !== "playground" || !controls) return;
     for (const [name, entry] of Object.entries(this.rows)) {
       if (document.activeElement !== entry.input || !entry.isDown) entry.input.value = controls[name];
       setText(entry.value, entry.format(Number(entry.input.value)));

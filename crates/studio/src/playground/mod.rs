@@ -1,13 +1,10 @@
 //! A simulated robot that people drive and kidnap, with several algorithms that look for it in the same images.
 //!
-//! `session` is the whole, `driver` moves the robot, `contender` is one algorithm with its parameters, `likelihood` how well
-//! every place explains the image, `world` what people
-//! change around the robot.
+//! `session` is the whole, `driver` moves the robot, `likelihood` how well every place explains the image, `world` what people
+//! change around the robot. The algorithms with their parameters are a [`crate::tuning::Lineup`].
 
-mod contender;
 mod driver;
 mod likelihood;
-mod overrides;
 mod scene;
 mod session;
 mod world;

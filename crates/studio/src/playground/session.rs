@@ -6,24 +6,25 @@ use nalgebra::Point2;
 use serde_json::{Value, json};
 use visloc_base::SourceFrame;
 use visloc_geom::{PlanarPose, nao::HeadAngles};
-use visloc_locate::PipelineConfig;
-use visloc_settings::overlay;
+use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_sim::{LiveSimulation, Scenario};
 
 use super::{
-    contender::{Contender, Setting, line_up},
     driver::Driver,
     likelihood::LikelihoodMap,
-    overrides::Overrides,
     scene::Scene,
     world::{WorldSettings, check_exposure, in_range},
 };
-use crate::{Clock, Command, Session, StudioError, Update, view::ContenderView, view::LocalizationView};
+use crate::{
+    Clock, Command, Session, StudioError, Update,
+    message::lay_over,
+    recording::Input,
+    tuning::{Lineup, Overrides, RunSettings},
+    view::LocalizationView,
+};
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
-/// Most algorithms at once.
-const MAX_ALGORITHMS: usize = 4;
 /// Coordinates beyond this are no place, meters.
 const MAX_COORDINATE_M: f64 = 200.0;
 /// Fastest pace, as multiple of reality.
@@ -53,13 +54,10 @@ pub struct Playground {
     place: Place,
     scenes: Value,
     scenario: Scenario,
-    seed: u64,
     simulation: LiveSimulation,
     settings: WorldSettings,
     driver: Driver,
-    contenders: Vec<Contender>,
-    pipeline: PipelineConfig,
-    pipeline_overrides: Overrides,
+    lineup: Lineup,
     likelihood: Option<LikelihoodMap>,
     is_playing: bool,
     speed: f64,
@@ -67,7 +65,8 @@ pub struct Playground {
     number: u64,
     render_ms: f64,
     clock: Clock,
-    scene: Option<Arc<[u8]>>,
+    /// With the number of changes of the lineup that it shows.
+    scene: Option<(u64, Arc<[u8]>)>,
 }
 
 impl Playground {
@@ -84,20 +83,21 @@ impl Playground {
         let mut simulation = LiveSimulation::new(&scenario, seed)?;
         let mut driver = Driver::default();
         let frame = simulation.step(&driver.controls(&simulation));
-        let pipeline = PipelineConfig::default();
-        let setting = Setting { map: simulation.map(), pipeline: &pipeline, seed };
-        let contender = |name: &&str| Contender::new(name, Overrides::default(), setting);
-        let contenders: Result<Vec<_>, _> = FIRST_ALGORITHMS.iter().map(contender).collect();
+        let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
+        let lineup = Lineup::new(RunSettings {
+            map: simulation.map().clone(),
+            seed,
+            start: StartPrior::Uniform,
+            pipeline: PipelineConfig::default(),
+            algorithms: algorithms.to_vec(),
+        })?;
         let mut playground = Self {
             place: *place,
             scenes,
-            seed,
             settings: WorldSettings::of(&scenario),
             scenario,
             driver,
-            contenders: contenders?,
-            pipeline,
-            pipeline_overrides: Overrides::default(),
+            lineup,
             likelihood: None,
             is_playing: true,
             speed: 1.0,
@@ -116,13 +116,10 @@ impl Playground {
     fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
         let mut simulation = LiveSimulation::new(&self.scenario, seed)?;
         self.settings.apply(&WorldSettings::of(&self.scenario), &self.scenario, &mut simulation)?;
-        let setting = Setting { map: simulation.map(), pipeline: &self.pipeline, seed };
-        let again = |old: &Contender| Contender::new(old.name(), old.overrides().clone(), setting);
-        let contenders: Result<Vec<_>, _> = self.contenders.iter().map(again).collect();
-        self.contenders = contenders?;
+        self.lineup.reset(seed)?;
         self.simulation = simulation;
         self.driver = self.driver.anew();
-        (self.seed, self.number, self.scene) = (seed, 0, None);
+        self.number = 0;
         self.take_frame();
         self.weigh()
     }
@@ -135,64 +132,7 @@ impl Playground {
 
     /// All algorithms take in the frame.
     fn weigh(&mut self) -> Result<(), StudioError> {
-        for contender in &mut self.contenders {
-            contender.step(&self.frame.frame, &self.clock)?;
-        }
-        Ok(())
-    }
-
-    fn set_algorithms(&mut self, names: &[String]) -> Result<(), StudioError> {
-        if names.is_empty() || names.len() > MAX_ALGORITHMS {
-            let expected = format!("1 to {MAX_ALGORITHMS}");
-            return Err(StudioError::command("algorithms", expected, names.len()));
-        }
-        let setting = Setting { map: self.simulation.map(), pipeline: &self.pipeline, seed: self.seed };
-        line_up(&mut self.contenders, names, setting)?;
-        self.scene = None;
-        Ok(())
-    }
-
-    fn setting(&self) -> Setting<'_> {
-        Setting { map: self.simulation.map(), pipeline: &self.pipeline, seed: self.seed }
-    }
-
-    /// Changes parameters of one algorithm.
-    fn change(&mut self, algorithm: usize, overrides: Overrides) -> Result<(), StudioError> {
-        let num = self.contenders.len();
-        let old = self.contenders.get(algorithm);
-        let old = old.ok_or_else(|| StudioError::command("algorithm", format!("below {num}"), algorithm))?;
-        let changed = old.changed(overrides, self.setting())?;
-        self.contenders[algorithm] = changed;
-        self.scene = None;
-        Ok(())
-    }
-
-    /// Changes parameters that all algorithms share.
-    fn change_pipeline(&mut self, overrides: Overrides) -> Result<(), StudioError> {
-        let pipeline = overlay(&PipelineConfig::default(), &overrides.toml()?)
-            .map_err(|error| StudioError::command("parameter", "a possible value", error.reason))?;
-        let setting = Setting { map: self.simulation.map(), pipeline: &pipeline, seed: self.seed };
-        let changed = |old: &Contender| old.changed(old.overrides().clone(), setting);
-        let contenders: Result<Vec<_>, _> = self.contenders.iter().map(changed).collect();
-        self.contenders = contenders?;
-        (self.pipeline, self.pipeline_overrides, self.scene) = (pipeline, overrides, None);
-        Ok(())
-    }
-
-    fn set_parameter(
-        &mut self,
-        algorithm: Option<usize>,
-        path: &str,
-        value: &Value,
-    ) -> Result<(), StudioError> {
-        match algorithm {
-            None => self.change_pipeline(self.pipeline_overrides.with(path, value)),
-            Some(algorithm) => {
-                let known = self.contenders.get(algorithm);
-                let overrides = known.map(|it| it.overrides().with(path, value)).unwrap_or_default();
-                self.change(algorithm, overrides)
-            }
-        }
+        self.lineup.step(&self.frame.frame, &self.clock)
     }
 
     fn set_world(&mut self, settings: WorldSettings) -> Result<(), StudioError> {
@@ -290,21 +230,18 @@ impl Playground {
     }
 
     fn scene_message(&mut self) -> Result<Arc<[u8]>, StudioError> {
-        if let Some(scene) = &self.scene {
+        let num_changes = self.lineup.num_changes();
+        if let Some((_, scene)) = self.scene.as_ref().filter(|(shown, _)| *shown == num_changes) {
             return Ok(Arc::clone(scene));
         }
         let scene = Scene {
             place: self.place.id,
-            map: self.simulation.map(),
-            seed: self.seed,
             step_secs: self.simulation.step_secs(),
-            contenders: &self.contenders,
-            pipeline: &self.pipeline,
-            pipeline_overrides: &self.pipeline_overrides,
+            settings: self.lineup.settings(),
             others: &self.scenes,
         };
         let bytes: Arc<[u8]> = scene.message()?.into();
-        self.scene = Some(Arc::clone(&bytes));
+        self.scene = Some((num_changes, Arc::clone(&bytes)));
         Ok(bytes)
     }
 }
@@ -331,24 +268,15 @@ impl Session for Playground {
                 self.speed = *factor;
             }
             Command::Reset { seed } => self.reset(*seed)?,
-            Command::Algorithms { names } => self.set_algorithms(names)?,
-            Command::Parameter { algorithm, path, value } => {
-                self.set_parameter(*algorithm, path, value).map_err(|error| StudioError::Parameter {
-                    path: path.clone(),
-                    value: value.clone(),
-                    reason: error.to_string(),
-                })?;
-            }
-            Command::Defaults { algorithm: Some(algorithm) } => {
-                self.change(*algorithm, Overrides::default())?;
-            }
-            Command::Defaults { algorithm: None } => self.change_pipeline(Overrides::default())?,
             Command::Likelihood { is_on } => {
-                let map = || LikelihoodMap::new(self.simulation.map(), &self.pipeline);
+                let map = || LikelihoodMap::new(self.simulation.map(), &self.lineup.settings().pipeline);
                 self.likelihood = is_on.then(map).transpose()?;
             }
-            Command::Forget {} => self.contenders.iter_mut().for_each(Contender::forget),
-            command => self.handle_world(command)?,
+            command => {
+                if !self.lineup.handle(command)? {
+                    self.handle_world(command)?;
+                }
+            }
         }
         Ok(())
     }
@@ -365,10 +293,10 @@ impl Session for Playground {
     }
 
     #[allow(clippy::cast_precision_loss)]
-    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
+    fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
         let controls = self.controls();
-        let contenders: Vec<ContenderView<'_>> = self.contenders.iter().map(Contender::view).collect();
+        let contenders = self.lineup.views();
         let view = LocalizationView {
             map: self.simulation.map(),
             number: self.number,
@@ -382,16 +310,20 @@ impl Session for Playground {
         let likelihood = self.likelihood.as_mut().zip(contenders.first());
         let likelihood =
             likelihood.map(|(map, contender)| map.values(contender.pipeline.analyzer().percept()));
-        let more = json!({
-            "seed": self.seed,
+        let mut more = json!({
+            "seed": self.lineup.settings().seed,
             "is_playing": self.is_playing,
             "speed": self.speed,
             "others": others,
             "render_ms": self.render_ms,
             "controls": controls,
-            "notice": notice,
         });
+        lay_over(&mut more, aside.unwrap_or(&Value::Null));
         let state = view.state(more, likelihood)?;
         Ok(Update { scene, state: state.into(), image: Some(view.image()?.into()) })
+    }
+
+    fn input(&self) -> Option<Input<'_>> {
+        Some(Input::Robot { frame: &self.frame.frame, truth: self.frame.truth.as_ref() })
     }
 }

@@ -10,13 +10,23 @@ use std::{
 };
 
 use thiserror::Error;
+use visloc_base::{Frame, Truth};
+use visloc_data::{
+    bag::{
+        BagTopics,
+        messages::{CompressedImage, from_cdr},
+    },
+    image_codec,
+};
 
+use super::input::read_input;
 use crate::{Message, MessageError};
 
 /// Topics of a recording.
 pub(super) const SCENE_TOPIC: &str = "/studio/scene";
 pub(super) const IMAGE_TOPIC: &str = "/studio/image";
 pub(super) const STATE_TOPIC: &str = "/studio/state";
+pub(super) const INPUT_TOPIC: &str = "/studio/input";
 
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
 const OP_CHANNEL: u8 = 0x04;
@@ -73,6 +83,8 @@ struct Entry {
     scene: Place,
     image: Option<Place>,
     state: Place,
+    /// Numbers and image that the algorithms were given.
+    input: Option<(Place, Place)>,
 }
 
 /// A recording whose frames can be read in any order.
@@ -146,6 +158,24 @@ impl RecordingIndex {
         place.map(|place| self.bytes(place)).transpose()
     }
 
+    /// What the algorithms were given for a frame, and the truth; `None` if the recording does not hold it, or it is damaged.
+    ///
+    /// # Errors
+    /// As [`RecordingIndex::scene`].
+    pub fn input(&mut self, frame: usize) -> Result<Option<(Frame, Option<Truth>)>, RecordingError> {
+        let Some((numbers, image)) = self.entries[self.within(frame)].input else { return Ok(None) };
+        let numbers = self.message(numbers)?;
+        let Ok(image) = from_cdr::<CompressedImage>(&self.bytes(image)?) else { return Ok(None) };
+        let Ok(image) = image_codec::decode(&image.data) else { return Ok(None) };
+        Ok(read_input(&numbers, image))
+    }
+
+    /// Whether the recording holds what the algorithms were given for all of its frames.
+    #[must_use]
+    pub fn has_input(&self) -> bool {
+        self.entries.iter().all(|entry| entry.input.is_some())
+    }
+
     fn within(&self, frame: usize) -> usize {
         frame.min(self.entries.len() - 1)
     }
@@ -178,10 +208,14 @@ struct Walk {
     file: BufReader<File>,
     num_bytes: u64,
     at: u64,
-    /// Channel and topic, in the order of [`SCENE_TOPIC`], [`IMAGE_TOPIC`], [`STATE_TOPIC`].
-    channels: [Option<u16>; 3],
+    /// Names of the topics, and their channels.
+    topics: [String; 5],
+    channels: [Option<u16>; 5],
     scene: Option<Place>,
     image: Option<Place>,
+    /// Of the next state.
+    numbers: Option<Place>,
+    picture: Option<Place>,
     entries: Vec<Entry>,
     has_chunks: bool,
 }
@@ -192,9 +226,13 @@ impl Walk {
             file,
             num_bytes,
             at: 0,
-            channels: [None; 3],
+            topics: [SCENE_TOPIC, IMAGE_TOPIC, STATE_TOPIC, INPUT_TOPIC, &BagTopics::default().image]
+                .map(str::to_owned),
+            channels: [None; 5],
             scene: None,
             image: None,
+            numbers: None,
+            picture: None,
             entries: Vec::new(),
             has_chunks: false,
         }
@@ -246,8 +284,7 @@ impl Walk {
         let mut topic = vec![0; topic_bytes as usize];
         self.file.read_exact(&mut topic).ok()?;
         self.at += u64::from(topic_bytes);
-        let known = [SCENE_TOPIC, IMAGE_TOPIC, STATE_TOPIC];
-        if let Some(place) = known.iter().position(|known| known.as_bytes() == topic) {
+        if let Some(place) = self.topics.iter().position(|known| known.as_bytes() == topic) {
             self.channels[place] = Some(id);
         }
         Some(())
@@ -263,9 +300,12 @@ impl Walk {
             Some(0) => self.scene = Some(place),
             Some(1) => self.image = Some(place),
             Some(2) => {
-                let entry = |scene| Entry { scene, image: self.image, state: place };
+                let input = self.numbers.take().zip(self.picture.take());
+                let entry = |scene| Entry { scene, image: self.image, state: place, input };
                 self.entries.extend(self.scene.map(entry));
             }
+            Some(3) => self.numbers = Some(place),
+            Some(4) => self.picture = Some(place),
             _ => {}
         }
         Some(())

@@ -1,28 +1,29 @@
 //! Writes a recording.
 
 use std::{
-    collections::BTreeMap,
-    fs::{self, File},
-    io::BufWriter,
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
 
-use mcap::{WriteOptions, Writer, records::MessageHeader};
+use visloc_base::Timestamp;
+use visloc_data::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
 
-use super::index::{IMAGE_TOPIC, RecordingError, SCENE_TOPIC, STATE_TOPIC};
+use super::{
+    index::{IMAGE_TOPIC, INPUT_TOPIC, RecordingError, SCENE_TOPIC, STATE_TOPIC},
+    input::{Input, input_message},
+};
 use crate::Update;
 
 /// What the messages are, for other tools.
 const ENCODING: &str = "visloc-studio";
 
-/// Writes updates to a file.
+/// Writes updates to a file, with what the algorithms were given.
 pub struct Recorder {
     path: PathBuf,
-    writer: Writer<BufWriter<File>>,
-    channels: [u16; 3],
+    writer: BagWriter,
     scene: Option<Arc<[u8]>>,
-    num_updates: u32,
+    num_updates: usize,
 }
 
 impl Recorder {
@@ -35,60 +36,76 @@ impl Recorder {
         if let Some(folder) = path.parent() {
             fs::create_dir_all(folder).map_err(|error| refused(error.to_string()))?;
         }
-        let file = File::create(path).map_err(|error| refused(error.to_string()))?;
-        let options = WriteOptions::new()
-            .use_chunks(false)
-            .compression(None)
-            .profile("")
-            .library(concat!("visloc ", env!("CARGO_PKG_VERSION")));
-        let written = |error: mcap::McapError| refused(error.to_string());
-        let mut writer = options.create(BufWriter::new(file)).map_err(written)?;
-        let mut channels = [0; 3];
-        for (channel, topic) in channels.iter_mut().zip([SCENE_TOPIC, IMAGE_TOPIC, STATE_TOPIC]) {
-            *channel = writer.add_channel(0, topic, ENCODING, &BTreeMap::new()).map_err(written)?;
-        }
-        Ok(Self { path: path.to_path_buf(), writer, channels, scene: None, num_updates: 0 })
+        let options = BagWriterOptions {
+            image_encoding: ImageEncoding::Png,
+            has_chunks: false,
+            ..BagWriterOptions::default()
+        };
+        let writer = BagWriter::create_file(path, BagTopics::default(), options)
+            .map_err(|error| refused(error.to_string()))?;
+        Ok(Self { path: path.to_path_buf(), writer, scene: None, num_updates: 0 })
     }
 
-    /// Appends an update of a moment, seconds since the first frame.
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// How many updates it has.
+    #[must_use]
+    pub fn num_updates(&self) -> usize {
+        self.num_updates
+    }
+
+    /// Appends an update of a moment, seconds since the first frame, and what the algorithms were given for it, if that is known.
     ///
     /// # Errors
     /// If the disk is full or the like.
-    pub fn add(&mut self, update: &Update, secs: f64) -> Result<(), RecordingError> {
-        let [scene, image, state] = self.channels;
+    pub fn add(
+        &mut self,
+        update: &Update,
+        secs: f64,
+        input: Option<&Input<'_>>,
+    ) -> Result<(), RecordingError> {
+        let at = input.map_or_else(|| Timestamp::default() + secs, Input::at);
+        let written = self.write(update, at, input);
+        self.num_updates += 1;
+        written.map_err(|error| RecordingError::Write { path: self.path.clone(), reason: error.to_string() })
+    }
+
+    fn write(&mut self, update: &Update, at: Timestamp, input: Option<&Input<'_>>) -> Result<(), BagError> {
         if !self.scene.as_ref().is_some_and(|known| Arc::ptr_eq(known, &update.scene)) {
-            self.write(scene, &update.scene, secs)?;
+            self.writer.write_raw((SCENE_TOPIC, ENCODING), at, &update.scene)?;
             self.scene = Some(Arc::clone(&update.scene));
         }
-        if let Some(bytes) = &update.image {
-            self.write(image, bytes, secs)?;
+        if let Some(input) = input {
+            self.write_input(input)?;
         }
-        self.write(state, &update.state, secs)?;
-        self.num_updates += 1;
-        Ok(())
+        if let Some(bytes) = &update.image {
+            self.writer.write_raw((IMAGE_TOPIC, ENCODING), at, bytes)?;
+        }
+        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &update.state)
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    fn write(&mut self, channel_id: u16, bytes: &[u8], secs: f64) -> Result<(), RecordingError> {
-        let log_time = (secs.max(0.0) * 1e9).round() as u64;
-        let header =
-            MessageHeader { channel_id, sequence: self.num_updates, log_time, publish_time: log_time };
-        let written = self.writer.write_to_known_channel(&header, bytes);
-        written.map_err(|error| self.refused(&error))
-    }
-
-    fn refused(&self, error: &mcap::McapError) -> RecordingError {
-        RecordingError::Write { path: self.path.clone(), reason: error.to_string() }
+    fn write_input(&mut self, input: &Input<'_>) -> Result<(), BagError> {
+        match input {
+            Input::Robot { frame, truth } => {
+                self.writer.write_frame(frame, *truth)?;
+                let Ok(message) = input_message(frame, *truth) else { return Ok(()) };
+                self.writer.write_raw((INPUT_TOPIC, ENCODING), frame.at, &message)
+            }
+            // Times and calibrations of ROS are exact, so the ordinary topics say all.
+            Input::Camera { at, image, camera } => self.writer.write_gray(*at, image, camera),
+        }
     }
 
     /// Ends the file.
     ///
     /// # Errors
     /// If the disk is full or the like.
-    pub fn finish(mut self) -> Result<(), RecordingError> {
-        match self.writer.finish() {
-            Ok(_) => Ok(()),
-            Err(error) => Err(self.refused(&error)),
-        }
+    pub fn finish(self) -> Result<(), RecordingError> {
+        let Self { path, writer, .. } = self;
+        writer.finish().map_err(|error| RecordingError::Write { path, reason: error.to_string() })
     }
 }

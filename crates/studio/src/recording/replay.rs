@@ -1,15 +1,23 @@
 //! Shows a recording.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use serde_json::{Value, json};
 
 use super::{
     annotations::annotate,
     index::{RecordingError, RecordingIndex},
-    timeline::{Row, row_of},
+    recompute::{Recompute, Recomputed, renamed_name},
+    timeline::{Lane, Row, row_of},
 };
-use crate::{Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update};
+use crate::{
+    Clock, Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update,
+    message::lay_over,
+    tuning::{Lineup, MAX_ALGORITHMS, RunSettings},
+};
 
 /// Frames are at least so far apart when a recording is played, seconds.
 const MIN_STEP_SECS: f64 = 1e-3;
@@ -17,10 +25,14 @@ const MIN_STEP_SECS: f64 = 1e-3;
 const MAX_STEP_SECS: f64 = 1.0;
 /// Fastest pace, as multiple of reality.
 const MAX_SPEED: f64 = 16.0;
+/// Frames that are computed again before the next picture.
+const FRAMES_A_STEP: usize = 8;
 
-/// A recording that is played, stepped and scrubbed.
-#[derive(Debug)]
+/// A recording that is played, stepped and scrubbed, and computed again with other parameters.
 pub struct Replay {
+    path: PathBuf,
+    folder: PathBuf,
+    clock: Clock,
     id: String,
     label: String,
     scenes: Value,
@@ -29,7 +41,15 @@ pub struct Replay {
     frame: usize,
     is_playing: bool,
     speed: f64,
+    /// Scene of a frame; forgotten when anything in it changes.
     scene: Option<(usize, Arc<[u8]>)>,
+    /// Algorithms and parameters for computing it again; none if the recording does not say what it was made with.
+    draft: Option<Lineup>,
+    computing: Option<Recompute>,
+    recomputed: Option<Recomputed>,
+    recorded_rows: Vec<Row>,
+    /// Algorithms that were computed again.
+    num_new: usize,
 }
 
 impl Replay {
@@ -39,20 +59,36 @@ impl Replay {
     /// If it is none or cannot be read.
     pub fn open(path: &Path, id: &str, scenes: Value) -> Result<Self, StudioError> {
         let mut index = RecordingIndex::open(path)?;
-        let rows: Result<Vec<Row>, RecordingError> =
-            (0..index.num_frames()).map(|frame| Ok(row_of(&index.state(frame)?.header))).collect();
+        let rows = rows_of(&mut index)?;
         let label = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        // Settings of another version are told when somebody wants to compute with them.
+        let settings = RunSettings::of_scene(&index.scene(0)?.header).ok().flatten();
         Ok(Self {
+            path: path.to_path_buf(),
+            folder: std::env::temp_dir(),
+            clock: Clock::still(),
             id: id.to_owned(),
             label: label.unwrap_or_default(),
             scenes,
-            rows: rows?,
+            recorded_rows: rows.clone(),
+            rows,
             index,
             frame: 0,
             is_playing: true,
             speed: 1.0,
             scene: None,
+            draft: settings.and_then(|settings| Lineup::new(settings).ok()),
+            computing: None,
+            recomputed: None,
+            num_new: 0,
         })
+    }
+
+    /// Where results of computing again are kept meanwhile, instead of the system's folder for such files; and the clock that
+    /// measures algorithms.
+    #[must_use]
+    pub fn with_scratch(self, folder: &Path, clock: Clock) -> Self {
+        Self { folder: folder.to_path_buf(), clock, ..self }
     }
 
     /// How many frames it has.
@@ -77,11 +113,23 @@ impl Replay {
         header.insert("recorded_mode".to_owned(), recorded_mode.unwrap_or_default());
         header.insert("scene".to_owned(), json!(self.id));
         header.insert("scenes".to_owned(), self.scenes.clone());
+        // Nobody takes what was recorded into their hands, and parameters that nothing is computed with are not to be set.
+        for key in ["has_hands", "pipeline", "presets", "preset"] {
+            header.remove(key);
+        }
+        let mut header = Value::Object(header);
+        if let Some(draft) = &self.draft {
+            lay_over(&mut header, &draft.settings().scene_fields()?);
+        }
         let names: Vec<&str> = self.rows[self.frame].lanes.iter().map(|lane| lane.name.as_str()).collect();
-        header.insert(
-            "recording".to_owned(),
-            json!({ "label": self.label, "lanes": names, "annotations": annotate(&self.rows) }),
-        );
+        let recording = json!({
+            "label": self.label,
+            "lanes": names,
+            "annotations": annotate(&self.rows),
+            "can_recompute": self.draft.is_some() && self.index.has_input(),
+            "is_recomputed": self.recomputed.is_some(),
+        });
+        lay_over(&mut header, &json!({ "recording": recording }));
         let mut message = MessageBuilder::new(MessageKind::Scene, &header)?;
         self.add_course(&mut message);
         let bytes: Arc<[u8]> = message.finish().into();
@@ -115,20 +163,97 @@ impl Replay {
         }
     }
 
-    fn state_message(&mut self, notice: Option<&str>) -> Result<Vec<u8>, StudioError> {
+    fn state_message(&mut self, more: Option<&Value>) -> Result<Vec<u8>, StudioError> {
         let mut state: Message = self.index.state(self.frame)?;
-        for (key, value) in [
-            ("number", json!(self.frame)),
-            ("num_frames", json!(self.num_frames())),
-            ("is_playing", json!(self.is_playing)),
-            ("speed", json!(self.speed)),
-            ("notice", json!(notice)),
-        ] {
-            state.header.insert(key.to_owned(), value);
+        let num_kept = self.num_kept();
+        if let Some(recomputed) = &mut self.recomputed {
+            state = recomputed.lay_over_state(self.frame, state, num_kept)?;
         }
-        state.header.remove("controls");
+        for key in ["controls", "notice", "recorder"] {
+            state.header.remove(key);
+        }
+        let progress = self.computing.as_ref().map(Recompute::progress);
+        let mut now = json!({
+            "number": self.frame,
+            "num_frames": self.num_frames(),
+            "is_playing": self.is_playing,
+            "speed": self.speed,
+            "recomputing": progress.map(|(done, all)| json!({ "done": done, "all": all })),
+        });
+        lay_over(&mut now, more.unwrap_or(&Value::Null));
+        if let Value::Object(now) = now {
+            state.header.extend(now);
+        }
         Ok(state.write())
     }
+
+    fn image_message(&mut self) -> Result<Option<Arc<[u8]>>, StudioError> {
+        let Some(image) = self.index.image(self.frame)? else { return Ok(None) };
+        let num_kept = self.num_kept();
+        Ok(Some(match &mut self.recomputed {
+            Some(recomputed) => recomputed.lay_over_image(self.frame, &image, num_kept)?.into(),
+            None => image.into(),
+        }))
+    }
+
+    /// How many recorded algorithms are shown beside the new ones.
+    fn num_kept(&self) -> usize {
+        let num_recorded = self.recorded_rows[self.frame].lanes.len();
+        let num_shown = self.rows[self.frame].lanes.len();
+        let num_new = self.recomputed.as_ref().map_or(0, |_| self.num_new);
+        num_recorded.min(num_shown.saturating_sub(num_new))
+    }
+
+    fn recompute(&mut self, seed: u64) -> Result<(), StudioError> {
+        let draft = self.draft.as_ref().ok_or_else(|| {
+            StudioError::command(
+                "recompute",
+                "a recording of localization that says what it was made with",
+                "another one, or one of another version",
+            )
+        })?;
+        let settings = RunSettings { seed, ..draft.settings().clone() };
+        self.drop_recomputed();
+        let file = format!(".recomputed-{}-{}.mcap", std::process::id(), self.id);
+        let out = self.folder.join(file);
+        self.computing = Some(Recompute::start(&self.path, settings.clone(), self.clock.clone(), out)?);
+        self.draft = Some(Lineup::new(settings)?);
+        self.is_playing = false;
+        Ok(())
+    }
+
+    /// Back to what was recorded.
+    fn drop_recomputed(&mut self) {
+        (self.computing, self.recomputed, self.scene) = (None, None, None);
+        self.rows.clone_from(&self.recorded_rows);
+    }
+
+    fn compute_on(&mut self) -> Result<(), StudioError> {
+        let Some(computing) = &mut self.computing else { return Ok(()) };
+        match computing.advance(FRAMES_A_STEP) {
+            Ok(false) => return Ok(()),
+            Ok(true) => {}
+            Err(error) => {
+                self.computing = None;
+                return Err(error);
+            }
+        }
+        let Some(computing) = self.computing.take() else { return Ok(()) };
+        let mut recomputed = computing.finish()?;
+        for (row, new) in self.rows.iter_mut().zip(rows_of(&mut recomputed.index)?) {
+            row.lanes.truncate(MAX_ALGORITHMS - new.lanes.len().min(MAX_ALGORITHMS));
+            self.num_new = new.lanes.len();
+            row.lanes
+                .extend(new.lanes.into_iter().map(|lane| Lane { name: renamed_name(&lane.name), ..lane }));
+        }
+        (self.recomputed, self.scene) = (Some(recomputed), None);
+        Ok(())
+    }
+}
+
+/// All frames in short.
+fn rows_of(index: &mut RecordingIndex) -> Result<Vec<Row>, RecordingError> {
+    (0..index.num_frames()).map(|frame| Ok(row_of(&index.state(frame)?.header))).collect()
 }
 
 impl Session for Replay {
@@ -152,7 +277,15 @@ impl Session for Replay {
             }
             Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
             Command::Reset { .. } => self.frame = 0,
+            Command::Recompute { seed } => self.recompute(*seed)?,
+            Command::Recorded {} => self.drop_recomputed(),
             command => {
+                if let Some(draft) = &mut self.draft
+                    && draft.handle(command)?
+                {
+                    self.scene = None;
+                    return Ok(());
+                }
                 return Err(StudioError::command("command", "one for a recording", format!("{command:?}")));
             }
         }
@@ -160,21 +293,27 @@ impl Session for Replay {
     }
 
     fn step_secs(&self) -> Option<f64> {
+        if self.computing.is_some() {
+            return Some(0.0);
+        }
         let next = self.rows.get(self.frame + 1).filter(|_| self.is_playing)?;
         let secs = (next.secs - self.rows[self.frame].secs).clamp(MIN_STEP_SECS, MAX_STEP_SECS);
         Some(if self.speed > 0.0 { secs / self.speed } else { 0.0 })
     }
 
     fn step(&mut self) -> Result<(), StudioError> {
+        if self.computing.is_some() {
+            return self.compute_on();
+        }
         self.frame = (self.frame + 1).min(self.last());
         self.is_playing = self.is_playing && self.frame < self.last();
         Ok(())
     }
 
-    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
+    fn update(&mut self, more: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
-        let state = self.state_message(notice)?.into();
-        let image = self.index.image(self.frame)?.map(Into::into);
+        let state = self.state_message(more)?.into();
+        let image = self.image_message()?;
         Ok(Update { scene, state, image })
     }
 }

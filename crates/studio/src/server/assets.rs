@@ -28,6 +28,7 @@ const ASSETS: &[Asset] = &[
     asset!("/style.css", CSS, "style.css"),
     asset!("/panels.css", CSS, "panels.css"),
     asset!("/js/actors.js", SCRIPT, "js/actors.js"),
+    asset!("/js/again.js", SCRIPT, "js/again.js"),
     asset!("/js/bar.js", SCRIPT, "js/bar.js"),
     asset!("/js/camera3d.js", SCRIPT, "js/camera3d.js"),
     asset!("/js/cards.js", SCRIPT, "js/cards.js"),

@@ -26,6 +26,7 @@ pub struct Hub {
     is_closed: AtomicBool,
     num_malformed: AtomicU64,
     num_left_out: AtomicU64,
+    num_refused: AtomicU64,
     num_complaints: AtomicU64,
 }
 
@@ -43,6 +44,7 @@ impl Hub {
             is_closed: AtomicBool::new(false),
             num_malformed: AtomicU64::new(0),
             num_left_out: AtomicU64::new(0),
+            num_refused: AtomicU64::new(0),
             num_complaints: AtomicU64::new(0),
         };
         (Arc::new(hub), receiver)
@@ -87,6 +89,20 @@ impl Hub {
     #[must_use]
     pub fn num_left_out(&self) -> u64 {
         self.num_left_out.load(Ordering::Relaxed)
+    }
+
+    /// How many wanted to watch or to command without the right to.
+    #[must_use]
+    pub fn num_refused(&self) -> u64 {
+        self.num_refused.load(Ordering::Relaxed)
+    }
+
+    /// Counts somebody who may not open the socket, and says so the first, second, fourth, eighth, ... time.
+    pub(crate) fn count_refused(&self, reason: &str) {
+        let num = self.num_refused.fetch_add(1, Ordering::Relaxed) + 1;
+        if num.is_power_of_two() {
+            (self.log)(&format!("{num} times somebody was refused; the last time: {reason}"));
+        }
     }
 
     /// The clock.

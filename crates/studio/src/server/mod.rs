@@ -6,8 +6,11 @@ pub mod hub;
 mod link;
 mod listen;
 mod remote;
+mod remote_session;
 mod routes;
+mod smaller;
 mod socket;
 
 pub use listen::{Server, ServerError};
 pub use remote::Remote;
+pub use remote_session::RemoteSession;

@@ -6,7 +6,10 @@ use std::{
 };
 
 use futures_util::{SinkExt as _, StreamExt as _};
-use tokio::{runtime::Builder, time::sleep};
+use tokio::{
+    runtime::Builder,
+    time::{interval, sleep},
+};
 use tokio_tungstenite::{
     MaybeTlsStream, WebSocketStream, connect_async_with_config,
     tungstenite::{self, Message as Frame, protocol::WebSocketConfig},
@@ -18,7 +21,7 @@ use crate::{Command, Message, MessageKind, StudioError, Update};
 /// Longest message that is taken, bytes.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 /// How often commands of pages are looked for.
-const COMMANDS_EVERY: Duration = Duration::from_millis(30);
+const COMMANDS_EVERY: Duration = Duration::from_millis(10);
 /// Waits between attempts to connect.
 const FIRST_WAIT: Duration = Duration::from_millis(500);
 const MAX_WAIT: Duration = Duration::from_secs(5);
@@ -42,6 +45,12 @@ impl Remote {
     fn url(&self) -> String {
         let token = self.token.as_ref().map(|token| format!("?token={token}")).unwrap_or_default();
         format!("ws://{}/socket{token}", self.address)
+    }
+
+    /// Shows the pages of a hub that a link is about to be opened.
+    pub(super) fn announce(&self, hub: &Hub) -> Result<(), StudioError> {
+        Picture::new(&self.address)?.tell(hub, &format!("connecting to {}", self.address));
+        Ok(())
     }
 
     /// Watches until the hub is closed. A link that breaks is opened again.
@@ -89,6 +98,7 @@ fn reason(error: &tungstenite::Error) -> String {
 async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, picture: &mut Picture) {
     let mut num_pings = 0;
     let mut silent = Duration::ZERO;
+    let mut commands_due = interval(COMMANDS_EVERY);
     loop {
         tokio::select! {
             incoming = socket.next() => {
@@ -102,7 +112,7 @@ async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, pict
                     Err(error) => hub.complain(&error.to_string()),
                 }
             }
-            () = sleep(COMMANDS_EVERY) => {
+            _ = commands_due.tick() => {
                 if hub.is_closed() {
                     return;
                 }
@@ -158,6 +168,7 @@ impl Picture {
         match Message::read(bytes)?.kind {
             MessageKind::Scene => self.scene = bytes.into(),
             MessageKind::Image => self.image = Some(bytes.into()),
+            MessageKind::Input => {}
             MessageKind::State => {
                 self.state = bytes.into();
                 self.show(hub, Arc::clone(&self.state));

@@ -95,6 +95,7 @@ fn check(shared: &Shared, uri: &Uri, headers: &HeaderMap) -> Result<(), Response
             Refusal::Origin => "pages of other origins may not open this socket",
             Refusal::Token => "the token is missing or wrong; it is in the address that visloc printed",
         };
+        shared.hub.count_refused(reason);
         (StatusCode::FORBIDDEN, reason).into_response()
     })
 }

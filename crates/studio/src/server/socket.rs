@@ -4,11 +4,15 @@ use std::{sync::Arc, time::Duration};
 
 use axum::extract::ws::{Message, WebSocket};
 
+use tokio::time::sleep;
+
 use super::{hub::Hub, link::Link};
-use crate::{Command, Update};
+use crate::Command;
 
 /// Whoever takes nothing for so long is gone.
 const SEND_TIMEOUT: Duration = Duration::from_secs(20);
+/// A page to which nothing has come for so long shows something that stands still.
+const STILL_AFTER: Duration = Duration::from_millis(400);
 /// What a page says when it has drawn an update.
 const DRAWN: &str = "drawn";
 
@@ -29,7 +33,15 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                 }
                 let update = updates.borrow_and_update().clone();
                 let Some(update) = update else { continue };
-                if !send(&mut socket, &mut link, &update, &hub).await {
+                let messages = link.messages(&update, hub.clock().secs());
+                if !send(&mut socket, messages).await {
+                    return;
+                }
+            }
+            () = sleep(STILL_AFTER), if link.owes_image() => {
+                let Some(update) = updates.borrow().clone() else { continue };
+                let messages = link.whole(&update, hub.clock().secs());
+                if !send(&mut socket, messages).await {
                     return;
                 }
             }
@@ -51,9 +63,9 @@ fn take(message: &Message, link: &mut Link, hub: &Hub) -> bool {
     true
 }
 
-/// Whether the page took it.
-async fn send(socket: &mut WebSocket, link: &mut Link, update: &Update, hub: &Hub) -> bool {
-    for message in link.messages(update, hub.clock().secs()) {
+/// Whether the page took them.
+async fn send(socket: &mut WebSocket, messages: Vec<Arc<[u8]>>) -> bool {
+    for message in messages {
         let bytes = axum::body::Bytes::from_owner(message);
         let sending = socket.send(Message::Binary(bytes));
         if !matches!(tokio::time::timeout(SEND_TIMEOUT, sending).await, Ok(Ok(()))) {

@@ -30,6 +30,11 @@ impl Display {
         Self { truth, shown_from_map: upright, num_frames: 0, is_aligned: false }
     }
 
+    /// Another truth, of a camera that somebody carries elsewhere.
+    pub fn set_truth(&mut self, truth: CameraTrajectory) {
+        self.truth = Some(truth);
+    }
+
     /// Takes in what has been found by now.
     pub fn follow(&mut self, slam: &Slam) {
         self.num_frames += 1;

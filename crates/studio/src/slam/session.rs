@@ -1,35 +1,28 @@
-//! A sequence in the studio.
-
-use std::path::PathBuf;
+//! SLAM in the studio.
 
 use serde_json::{Value, json};
-use visloc_base::{CameraTrajectory, GrayFrame, ImageSource};
-use visloc_data::sequence::{SequenceOptions, open_sequence};
-use visloc_sim::CameraTour;
-use visloc_slam::{Clock, FrameOutcome, Slam, SlamConfig};
+use visloc_base::GrayFrame;
+use visloc_slam::{Clock, FrameOutcome, PRESETS, Slam};
 
-use super::viewer::{SlamFrame, SlamViewer};
-use crate::{Command, Session, StudioError, Update};
+use super::{
+    images::{Images, SequenceSource},
+    parameters::SlamSettings,
+    viewer::{SlamFrame, SlamViewer},
+};
+use crate::{Command, Session, StudioError, Update, message::lay_over, recording::Input, source::Fed};
 
 /// Time between images until two of them tell it, seconds.
 const USUAL_STEP_SECS: f64 = 0.05;
 /// A gap in a sequence is waited for no longer than this, seconds.
 const MAX_STEP_SECS: f64 = 0.5;
+/// How often a source that has nothing is asked again, seconds.
+const POLL_SECS: f64 = 0.004;
 /// Fastest pace, as multiple of reality.
 const MAX_SPEED: f64 = 16.0;
 
-/// Where the images of a session come from.
-#[derive(Debug, Clone)]
-pub enum SequenceSource {
-    /// A simulated tour by its name.
-    Tour(String),
-    /// The folder of a dataset.
-    Folder(PathBuf),
-}
-
 /// A running system.
 struct Running {
-    source: Box<dyn ImageSource + Send>,
+    images: Images,
     slam: Slam,
     viewer: SlamViewer,
     last: Option<(GrayFrame, FrameOutcome)>,
@@ -41,10 +34,12 @@ pub struct SlamSession {
     more: Value,
     clock: Clock,
     seed: u64,
+    settings: SlamSettings,
     running: Running,
     step_secs: f64,
     is_playing: bool,
     is_over: bool,
+    has_news: bool,
     speed: f64,
 }
 
@@ -54,94 +49,40 @@ impl SlamSession {
     /// # Errors
     /// If there is no such sequence.
     pub fn open(from: SequenceSource, more: Value, clock: Clock, seed: u64) -> Result<Self, StudioError> {
-        let running = Running::start(&from, &more, clock, seed)?;
+        let settings = SlamSettings::preset(PRESETS[0].name)?;
+        let running = Running::start(&from, &more, clock, seed, &settings)?;
         let mut session = Self {
             from,
             more,
             clock,
             seed,
+            settings,
             running,
             step_secs: USUAL_STEP_SECS,
             is_playing: true,
             is_over: false,
+            has_news: false,
             speed: 1.0,
         };
         session.step()?;
         Ok(session)
     }
 
-    fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
-        self.running = Running::start(&self.from, &self.more, self.clock, seed)?;
-        (self.seed, self.is_over, self.is_playing) = (seed, false, true);
+    /// From the beginning.
+    fn restart(&mut self, seed: u64, settings: SlamSettings) -> Result<(), StudioError> {
+        self.running = Running::start(&self.from, &self.more, self.clock, seed, &settings)?;
+        (self.seed, self.settings) = (seed, settings);
+        (self.is_over, self.is_playing) = (false, true);
         self.step()
     }
-}
 
-impl Running {
-    fn start(from: &SequenceSource, more: &Value, clock: Clock, seed: u64) -> Result<Self, StudioError> {
-        let (source, truth, title) = open(from, seed)?;
-        let refused = |error: visloc_slam::ConfigError| StudioError::input("SLAM", error);
-        let mut slam = Slam::new(source.camera(), &SlamConfig::default(), seed).map_err(refused)?;
-        slam.set_clock(clock);
-        let viewer = SlamViewer::new(source.camera(), &title, truth, more.clone());
-        Ok(Self { source, slam, viewer, last: None })
-    }
-}
-
-type Opened = (Box<dyn ImageSource + Send>, Option<CameraTrajectory>, String);
-
-fn open(from: &SequenceSource, seed: u64) -> Result<Opened, StudioError> {
-    match from {
-        SequenceSource::Tour(name) => {
-            let tour = CameraTour::new(name, seed).map_err(|error| StudioError::input("tour", error))?;
-            let truth = tour.truth();
-            Ok((Box::new(tour), Some(truth), format!("sim:{name}")))
-        }
-        SequenceSource::Folder(folder) => {
-            let sequence = open_sequence(folder, &SequenceOptions::default())
-                .map_err(|error| StudioError::input(folder.display(), error))?;
-            Ok((Box::new(sequence.images), sequence.truth, folder.display().to_string()))
-        }
-    }
-}
-
-impl Session for SlamSession {
-    fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
-        match command {
-            Command::Play {} if self.is_over => self.reset(self.seed)?,
-            Command::Play {} => self.is_playing = true,
-            Command::Pause {} => self.is_playing = false,
-            Command::Step {} => {
-                self.is_playing = false;
-                self.step()?;
-            }
-            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
-            Command::Reset { seed } => self.reset(*seed)?,
-            command => {
-                return Err(StudioError::command("command", "one for a camera", format!("{command:?}")));
-            }
-        }
-        Ok(())
+    /// Whether images come by themselves: then what is not taken at once is out of date.
+    fn is_live(&self) -> bool {
+        matches!(self.from, SequenceSource::Other(_, _, true))
     }
 
-    fn step_secs(&self) -> Option<f64> {
-        let is_going = self.is_playing && !self.is_over;
-        is_going.then(|| if self.speed > 0.0 { self.step_secs / self.speed } else { 0.0 })
-    }
-
-    fn step(&mut self) -> Result<(), StudioError> {
-        let Running { source, slam, viewer, last } = &mut self.running;
-        let frame = match source.next_image() {
-            Some(Ok(frame)) => frame,
-            Some(Err(error)) => {
-                self.is_over = true;
-                return Err(StudioError::input("sequence", error));
-            }
-            None => {
-                self.is_over = true;
-                return Ok(());
-            }
-        };
+    fn take(&mut self, frame: GrayFrame) -> Result<(), StudioError> {
+        let Running { slam, viewer, last, .. } = &mut self.running;
         let outcome = slam
             .add_frame(frame.at, frame.image.clone())
             .map_err(|error| StudioError::input("image", error))?;
@@ -150,20 +91,111 @@ impl Session for SlamSession {
             self.step_secs = frame.at.secs_since(before.at).clamp(0.0, MAX_STEP_SECS);
         }
         *last = Some((frame, outcome));
+        self.has_news = true;
+        Ok(())
+    }
+}
+
+impl Running {
+    fn start(
+        from: &SequenceSource,
+        more: &Value,
+        clock: Clock,
+        seed: u64,
+        settings: &SlamSettings,
+    ) -> Result<Self, StudioError> {
+        let (images, truth, title) = Images::open(from, seed)?;
+        let refused = |error: visloc_slam::ConfigError| StudioError::input("SLAM", error);
+        let mut slam = Slam::new(images.camera(), settings.config(), seed).map_err(refused)?;
+        slam.set_clock(clock);
+        let mut fields = settings.scene_fields()?;
+        lay_over(&mut fields, &json!({ "seed": seed, "has_hands": images.hands().is_some() }));
+        lay_over(&mut fields, more);
+        let viewer = SlamViewer::new(images.camera(), &title, truth, fields);
+        Ok(Self { images, slam, viewer, last: None })
+    }
+}
+
+impl Session for SlamSession {
+    fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
+        match command {
+            Command::Play {} if self.is_over => self.restart(self.seed, self.settings.clone())?,
+            Command::Play {} => self.is_playing = true,
+            Command::Pause {} => self.is_playing = false,
+            Command::Step {} => {
+                self.is_playing = false;
+                self.step()?;
+            }
+            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
+            Command::Reset { seed } => self.restart(*seed, self.settings.clone())?,
+            Command::Kidnap { .. } if self.running.images.kidnap() => {}
+            Command::Cover { is_on } if self.running.images.cover(*is_on) => {}
+            command => {
+                let Some(settings) = self.settings.changed(command)? else {
+                    return Err(StudioError::command("command", "one for a camera", format!("{command:?}")));
+                };
+                self.restart(self.seed, settings)?;
+            }
+        }
         Ok(())
     }
 
-    fn update(&mut self, notice: Option<&str>) -> Result<Update, StudioError> {
-        let more = json!({
+    fn step_secs(&self) -> Option<f64> {
+        if self.is_over {
+            return None;
+        }
+        if self.is_live() || self.running.last.is_none() {
+            return Some(POLL_SECS);
+        }
+        self.is_playing.then(|| if self.speed > 0.0 { self.step_secs / self.speed } else { 0.0 })
+    }
+
+    fn step(&mut self) -> Result<(), StudioError> {
+        self.has_news = false;
+        let (next, truth) = self.running.images.poll();
+        if let Some(truth) = truth {
+            self.running.viewer.set_truth(truth);
+        }
+        match next {
+            Fed::Item(_) if self.is_live() && !self.is_playing && self.running.last.is_some() => Ok(()),
+            Fed::Item(frame) => self.take(frame),
+            Fed::NotYet => Ok(()),
+            Fed::End => {
+                (self.is_over, self.has_news) = (true, true);
+                Ok(())
+            }
+            Fed::Failed(error) => {
+                self.is_over = true;
+                Err(StudioError::input("sequence", error))
+            }
+        }
+    }
+
+    fn has_news(&self) -> bool {
+        self.has_news
+    }
+
+    fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
+        let hands = self.running.images.hands();
+        let mut more = json!({
             "seed": self.seed,
             "is_playing": self.is_playing && !self.is_over,
             "speed": self.speed,
-            "notice": notice,
+            "controls": hands.map(|(is_covered, is_held)| json!({ "is_covered": is_covered, "is_held": is_held })),
         });
+        lay_over(&mut more, aside.unwrap_or(&Value::Null));
         let Running { slam, viewer, last, .. } = &mut self.running;
-        let Some((frame, outcome)) = last else {
-            return Err(StudioError::input("sequence", "expected an image, found none"));
-        };
-        viewer.update(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome }, &more)
+        match last {
+            Some((frame, outcome)) => {
+                viewer.update(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome }, &more)
+            }
+            None => viewer.waiting(&more),
+        }
+    }
+
+    fn input(&self) -> Option<Input<'_>> {
+        let Running { images, last, .. } = &self.running;
+        let (frame, _) = last.as_ref()?;
+        Some(Input::Camera { at: frame.at, image: &frame.image, camera: images.camera() })
     }
 }

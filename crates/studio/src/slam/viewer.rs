@@ -13,7 +13,7 @@ use super::{
     display::Display,
     shapes::{camera_axes, candidates, keyframes, landmarks, links, missed, trajectory, xyz},
 };
-use crate::{MessageBuilder, MessageKind, StudioError, Update};
+use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over};
 
 /// Quality of the images that are sent.
 const JPEG_QUALITY: u8 = 80;
@@ -67,6 +67,17 @@ impl SlamViewer {
         }
     }
 
+    /// The system begins anew; numbers of frames and time go on. `more` is laid over the scene message instead of what was.
+    pub fn start_anew(&mut self, truth: Option<CameraTrajectory>, more: Value) {
+        (self.display, self.more, self.scene) = (Display::new(truth), more, None);
+        self.links.clear();
+    }
+
+    /// Another truth from now on, of a camera that somebody carries elsewhere.
+    pub fn set_truth(&mut self, truth: CameraTrajectory) {
+        self.display.set_truth(truth);
+    }
+
     /// Seconds from the first frame to this one.
     #[must_use]
     pub fn secs(&self, at: Timestamp) -> f64 {
@@ -100,6 +111,17 @@ impl SlamViewer {
         let state = self.state_message(slam, frame, more)?.into();
         let image = self.image_message(slam, frame)?.into();
         Ok(Update { scene, state, image: Some(image) })
+    }
+
+    /// What there is to see before the first image of a source that lets one wait.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn waiting(&mut self, more: &Value) -> Result<Update, StudioError> {
+        let mut header = json!({ "number": 0, "secs": 0.0, "is_waiting": true });
+        lay_over(&mut header, more);
+        let state = MessageBuilder::new(MessageKind::State, &header)?.finish().into();
+        Ok(Update { scene: self.scene_message()?, state, image: None })
     }
 
     fn scene_message(&mut self) -> Result<Arc<[u8]>, StudioError> {
@@ -241,11 +263,5 @@ impl SlamViewer {
             message.floats("missed", missed(slam.map(), &self.camera, camera_from_world, features));
         }
         Ok(message.finish())
-    }
-}
-
-fn lay_over(below: &mut Value, more: &Value) {
-    if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
-        below.extend(more.clone());
     }
 }

@@ -127,6 +127,21 @@ impl LocalizationView<'_> {
             message.floats("kept", kept(percept));
             message.floats("dropped", dropped(percept));
         }
+        self.add_theories(&mut message);
+        Ok(message.finish())
+    }
+
+    /// The image message without the image: only what each algorithm expects to see.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub(crate) fn theories(&self) -> Result<Vec<u8>, StudioError> {
+        let mut message = MessageBuilder::new(MessageKind::Image, &json!({ "number": self.number }))?;
+        self.add_theories(&mut message);
+        Ok(message.finish())
+    }
+
+    fn add_theories(&self, message: &mut MessageBuilder) {
         for (i, contender) in self.contenders.iter().enumerate() {
             let estimate = contender.pipeline.localizer().estimate();
             if estimate.reliability_up_to_symmetry > 0.0 {
@@ -135,7 +150,6 @@ impl LocalizationView<'_> {
                 message.floats(&format!("theory{i}"), theoretical_image(self.map, camera, pose, mount));
             }
         }
-        Ok(message.finish())
     }
 
     /// Where the camera looks, seen from the robot, and how wide, radians: heading, and angle between left and right border.

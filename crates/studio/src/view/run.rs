@@ -2,32 +2,46 @@
 
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{Value, json};
 use visloc_base::{Frame, Timestamp, Truth};
 use visloc_vision::DropReason;
-use visloc_world::Map;
 
-use super::{ContenderView, LocalizationView, world_geometry};
-use crate::{MessageBuilder, MessageKind, StudioError, Update};
+use super::{LocalizationView, world_geometry};
+use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over, tuning::Lineup};
 
 /// Shows algorithms at work.
 #[derive(Debug)]
 pub struct RunViewer {
-    map: Map,
     title: String,
-    scene: Option<Arc<[u8]>>,
+    /// What the scene message has besides.
+    more: Value,
+    /// With the number of changes of the lineup that it shows.
+    scene: Option<(u64, Arc<[u8]>)>,
     first_at: Option<Timestamp>,
     num_frames: u64,
 }
 
 impl RunViewer {
-    /// Shows a run on a map.
+    /// Shows a run.
     #[must_use]
-    pub fn new(map: &Map, title: &str) -> Self {
-        Self { map: map.clone(), title: title.to_owned(), scene: None, first_at: None, num_frames: 0 }
+    pub fn new(title: &str) -> Self {
+        let more = json!({
+            "mode": "watch",
+            "scene": "run",
+            "scenes": [{ "id": "run", "group": "Run", "label": title }],
+        });
+        Self { title: title.to_owned(), more, scene: None, first_at: None, num_frames: 0 }
     }
 
-    /// What there is to see after a frame, and the seconds since the first one; to be called for each frame that is shown.
+    /// With a table that is laid over the scene message.
+    #[must_use]
+    pub fn with(mut self, more: &Value) -> Self {
+        lay_over(&mut self.more, more);
+        self
+    }
+
+    /// What there is to see after a frame, and the seconds since the first one; to be called for each frame that is shown. `more` is
+    /// a table that is laid over the state message.
     ///
     /// # Errors
     /// If it cannot be encoded.
@@ -35,35 +49,52 @@ impl RunViewer {
         &mut self,
         frame: &Frame,
         truth: Option<Truth>,
-        contenders: &[ContenderView<'_>],
+        lineup: &Lineup,
+        more: &Value,
     ) -> Result<(Update, f64), StudioError> {
         let first_at = *self.first_at.get_or_insert(frame.at);
         let secs = frame.at.secs_since(first_at);
-        let scene = self.scene_message(contenders)?;
+        let scene = self.scene_message(lineup)?;
+        let (map, contenders) = (&lineup.settings().map, lineup.views());
         let view =
-            LocalizationView { map: &self.map, number: self.num_frames, secs, frame, truth, contenders };
-        self.num_frames += 1;
-        let state = view.state(json!({ "is_playing": true }), None)?.into();
+            LocalizationView { map, number: self.num_frames, secs, frame, truth, contenders: &contenders };
+        let mut state = json!({ "is_playing": true });
+        lay_over(&mut state, more);
+        let state = view.state(state, None)?.into();
         let image = view.image()?.into();
         Ok((Update { scene, state, image: Some(image) }, secs))
     }
 
-    fn scene_message(&mut self, contenders: &[ContenderView<'_>]) -> Result<Arc<[u8]>, StudioError> {
-        if let Some(scene) = &self.scene {
+    /// What there is to see before the first frame of a source that lets one wait.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn waiting(&mut self, lineup: &Lineup, more: &Value) -> Result<Update, StudioError> {
+        let mut header = json!({ "number": 0, "secs": 0.0, "is_waiting": true, "contenders": [] });
+        lay_over(&mut header, more);
+        let state = MessageBuilder::new(MessageKind::State, &header)?.finish().into();
+        Ok(Update { scene: self.scene_message(lineup)?, state, image: None })
+    }
+
+    /// One more frame; the next update is another moment.
+    pub fn next_frame(&mut self) {
+        self.num_frames += 1;
+    }
+
+    fn scene_message(&mut self, lineup: &Lineup) -> Result<Arc<[u8]>, StudioError> {
+        let num_changes = lineup.num_changes();
+        if let Some((_, scene)) = self.scene.as_ref().filter(|(shown, _)| *shown == num_changes) {
             return Ok(Arc::clone(scene));
         }
-        let names: Vec<&str> = contenders.iter().map(|contender| contender.name).collect();
-        let header = json!({
-            "mode": "watch",
+        let mut header = json!({
             "title": self.title,
-            "scene": "run",
-            "scenes": [{ "id": "run", "group": "Run", "label": self.title }],
-            "world": world_geometry(&self.map),
-            "names": names,
+            "world": world_geometry(&lineup.settings().map),
             "drop_reasons": DropReason::ALL.map(DropReason::name),
         });
+        lay_over(&mut header, &lineup.settings().scene_fields()?);
+        lay_over(&mut header, &self.more);
         let bytes: Arc<[u8]> = MessageBuilder::new(MessageKind::Scene, &header)?.finish().into();
-        self.scene = Some(Arc::clone(&bytes));
+        self.scene = Some((num_changes, Arc::clone(&bytes)));
         Ok(bytes)
     }
 }

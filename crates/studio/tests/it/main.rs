@@ -8,4 +8,5 @@ mod recording;
 mod remote;
 mod server;
 mod slam;
+mod source;
 mod support;

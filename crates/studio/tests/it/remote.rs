@@ -3,7 +3,10 @@
 use std::{sync::Arc, thread};
 
 use serde_json::json;
-use visloc_studio::{Command, MessageBuilder, MessageKind, Update, server::Remote};
+use visloc_studio::{
+    Clock, Command, MessageBuilder, MessageKind, Session as _, Update,
+    server::{Remote, RemoteSession},
+};
 
 use crate::server::{hub, serve, wait_for};
 
@@ -44,4 +47,32 @@ fn updates_come_over_and_commands_go_back_and_a_broken_link_is_mended() {
     wait_for("the link is mended", || number(&desk) == Some(42));
     desk.close();
     link.join().unwrap();
+}
+
+#[test]
+fn a_robot_elsewhere_is_a_scene_among_others() {
+    let (robot, robot_commands) = hub();
+    let server = serve(&robot, "127.0.0.1:0", Some("secret"));
+    let remote = Remote { address: server.address().to_string(), token: Some("secret".to_owned()) };
+    let scenes = json!([{ "id": "robot", "group": "Robot", "label": "robot" }]);
+    let mut session = RemoteSession::open(remote, "robot", scenes.clone(), Clock::still(), |_| {}).unwrap();
+    assert!(crate::support::state(&mut session)["notice"].as_str().unwrap().contains("connecting"));
+    robot.publish(update(7));
+    let mut session = std::cell::RefCell::new(session);
+    wait_for("the update comes over", || {
+        let mut session = session.borrow_mut();
+        session.step().unwrap();
+        session.has_news() && crate::support::state(&mut *session)["number"] == json!(7)
+    });
+    let session = session.get_mut();
+    session.step().unwrap();
+    assert!(!session.has_news(), "nothing new has come");
+    let scene = crate::support::scene(&session.update(None).unwrap());
+    assert_eq!((&scene["scene"], &scene["scenes"]), (&json!("robot"), &scenes));
+    let aside = json!({ "notice": null, "recorder": { "is_on": true } });
+    let state = visloc_studio::Message::read(&session.update(Some(&aside)).unwrap().state).unwrap().header;
+    assert_eq!(state["recorder"], aside["recorder"]);
+    assert!(!state.contains_key("notice"), "what the robot says is not hidden");
+    session.handle(&Command::Save {}).unwrap();
+    wait_for("the command goes there", || robot_commands.try_iter().any(|it| it == Command::Save {}));
 }

@@ -3,6 +3,7 @@
 use std::{
     io::{Read as _, Write as _},
     net::{SocketAddr, TcpStream},
+    path::PathBuf,
     sync::{Arc, mpsc::Receiver},
     thread,
     time::Duration,
@@ -11,7 +12,9 @@ use std::{
 use tokio_tungstenite::tungstenite::{
     self, Message as Frame, WebSocket, client::IntoClientRequest as _, http::HeaderValue,
 };
-use visloc_studio::{Clock, Command, Engine, Hub, Session, StudioError, Update, run_engine, server::Server};
+use visloc_studio::{
+    Clock, Command, Engine, Hub, Session, StudioError, Update, recording::Tape, run_engine, server::Server,
+};
 
 use crate::support::playground;
 
@@ -117,6 +120,7 @@ fn without_the_token_nobody_comes_in() {
         assert!(is_forbidden(open(&server, None, wrong)), "{wrong}");
     }
     assert!(commands.try_recv().is_err(), "no command was taken");
+    assert_eq!(hub.num_refused(), 4);
     assert!(open(&server, None, &format!("?token={token}")).is_ok());
     let own = serve(&hub, "127.0.0.1:0", Some("secret"));
     assert!(is_forbidden(open(&own, None, "")), "a token that was asked for is needed at home, too");
@@ -193,6 +197,10 @@ impl Engine for OnePlayground {
     fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
         Ok(Box::new(playground(scene, 1)))
     }
+
+    fn add_recording(&mut self, _: PathBuf) -> String {
+        "recording-0".to_owned()
+    }
 }
 
 #[test]
@@ -205,6 +213,7 @@ fn pages_drive_the_engine_and_it_rests_without_them() {
         run_engine(
             Box::new(OnePlayground),
             Box::new(playground("robocup-2010", 1)),
+            Tape::new(&std::env::temp_dir()),
             &engine_hub,
             &commands,
             &Clock::still(),

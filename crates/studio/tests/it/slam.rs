@@ -1,13 +1,16 @@
 //! SLAM in the studio.
 
+use std::sync::Arc;
+
 use serde_json::json;
+use visloc_sim::CameraTour;
 use visloc_slam::Clock;
 use visloc_studio::{
-    Message, Session,
-    slam::{SequenceSource, SlamSession},
+    Message, Session, StudioError,
+    slam::{OpenCamera, SequenceSource, SlamSession},
 };
 
-use crate::support::{scene, state, steps};
+use crate::support::{command_of, scene, state, steps, tell};
 
 #[test]
 fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
@@ -30,5 +33,77 @@ fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
 fn an_unknown_sequence_is_refused() {
     let open = |from| SlamSession::open(from, json!({}), Clock::none(), 1).err().unwrap().to_string();
     assert!(open(SequenceSource::Tour("moon".to_owned())).contains("room"));
-    assert!(open(SequenceSource::Folder("/nowhere".into())).contains("/nowhere"));
+    let nowhere =
+        |_| Err(StudioError::Input { origin: "/nowhere".to_owned(), reason: "not there".to_owned() });
+    let other = SequenceSource::Other("/nowhere".to_owned(), Arc::new(nowhere), false);
+    assert!(open(other).contains("/nowhere"));
+}
+
+fn room() -> SlamSession {
+    let from = SequenceSource::Tour("room".to_owned());
+    SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::none(), 1).unwrap()
+}
+
+#[test]
+fn a_covered_camera_is_lost_and_a_kidnapped_one_finds_itself_again() {
+    let mut session = room();
+    steps(&mut session, 90);
+    assert_eq!(state(&mut session)["is_lost"], json!(false));
+    tell(&mut session, json!({ "type": "cover", "is_on": true }));
+    steps(&mut session, 5);
+    assert_eq!(state(&mut session)["is_lost"], json!(true));
+    assert_eq!(state(&mut session)["controls"]["is_covered"], json!(true));
+    tell(&mut session, json!({ "type": "kidnap" }));
+    tell(&mut session, json!({ "type": "cover", "is_on": false }));
+    assert_eq!(state(&mut session)["controls"]["is_held"], json!(true));
+    steps(&mut session, 60);
+    let state = state(&mut session);
+    assert_eq!((&state["is_lost"], &state["controls"]["is_held"]), (&json!(false), &json!(false)));
+    let error_m = state["values"][0][0].as_f64().unwrap();
+    assert!(error_m < 0.15, "{error_m} m: it is where the truth is after the kidnap");
+}
+
+#[test]
+fn presets_and_parameters_start_it_anew() {
+    let mut session = room();
+    steps(&mut session, 10);
+    let names = |session: &mut SlamSession| scene(&session.update(None).unwrap());
+    assert_eq!(names(&mut session)["preset"], json!("sdvl"));
+    tell(&mut session, json!({ "type": "algorithms", "names": ["orb-sdvl"] }));
+    assert_eq!(
+        (&names(&mut session)["preset"], &state(&mut session)["number"]),
+        (&json!("orb-sdvl"), &json!(0))
+    );
+    let change = json!({ "type": "parameter", "path": "tracking.max_matches", "value": 111 });
+    tell(&mut session, change);
+    assert_eq!(names(&mut session)["pipeline"]["changed"], json!(["tracking.max_matches"]));
+    for wrong in [
+        json!({ "type": "parameter", "path": "tracking.max_matches", "value": -1 }),
+        json!({ "type": "parameter", "path": "no.such", "value": 1 }),
+        json!({ "type": "algorithms", "names": ["moon"] }),
+        json!({ "type": "walk_to", "x_m": 0, "y_m": 0 }),
+    ] {
+        assert!(session.handle(&command_of(wrong.clone())).is_err(), "{wrong}");
+    }
+    assert_eq!(names(&mut session)["pipeline"]["changed"], json!(["tracking.max_matches"]), "as it was");
+}
+
+#[test]
+fn images_of_any_source_are_followed_to_their_end() {
+    let open = |seed| {
+        let tour = CameraTour::new("room", seed).unwrap().with_size((160, 120)).unwrap().with_frames(0, 8, 1);
+        Ok(OpenCamera { truth: Some(tour.truth()), images: Box::new(tour) })
+    };
+    let from = SequenceSource::Other("any".to_owned(), Arc::new(open), false);
+    let mut session = SlamSession::open(from, json!({}), Clock::none(), 1).unwrap();
+    while session.step_secs().is_some() {
+        session.step().unwrap();
+        std::thread::yield_now();
+    }
+    assert_eq!(
+        (&state(&mut session)["number"], &state(&mut session)["is_playing"]),
+        (&json!(7), &json!(false))
+    );
+    assert!(scene(&session.update(None).unwrap())["has_hands"] == json!(false));
+    assert!(session.handle(&command_of(json!({ "type": "kidnap" }))).is_err());
 }

@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
+use visloc_settings::Parameter;
 
 use crate::StudioError;
 
 /// Changed parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Overrides {
+pub struct Overrides {
     values: BTreeMap<String, Value>,
 }
 
 impl Overrides {
     /// The same with one more.
+    #[must_use]
     pub fn with(&self, path: &str, value: &Value) -> Self {
         let mut values = self.values.clone();
         values.insert(path.to_owned(), value.clone());
@@ -21,8 +23,32 @@ impl Overrides {
     }
 
     /// All paths.
+    #[must_use]
     pub fn paths(&self) -> Vec<&str> {
         self.values.keys().map(String::as_str).collect()
+    }
+
+    /// What a text of TOML changes.
+    ///
+    /// # Errors
+    /// If it is no TOML, or has a value that JSON lacks.
+    pub fn from_toml(text: &str) -> Result<Self, StudioError> {
+        let refused = |error: &dyn std::fmt::Display| StudioError::command("parameters", "TOML", error);
+        let table: toml::Table = toml::from_str(text).map_err(|error| refused(&error))?;
+        let root = serde_json::to_value(table).map_err(|error| refused(&error))?;
+        let mut values = BTreeMap::new();
+        flatten(&root, "", &mut values);
+        Ok(Self { values })
+    }
+
+    /// What is different in `values` from `defaults`.
+    #[must_use]
+    pub fn between(defaults: &[Parameter], values: Vec<Parameter>) -> Self {
+        let is_default = |it: &Parameter| {
+            defaults.iter().any(|default| default.path == it.path && default.value == it.value)
+        };
+        let changed = values.into_iter().filter(|it| !it.value.is_null() && !is_default(it));
+        Self { values: changed.map(|it| (it.path, it.value)).collect() }
     }
 
     /// As TOML, to be laid over defaults.
@@ -37,6 +63,17 @@ impl Overrides {
             insert(&mut root, path, value)?;
         }
         toml::to_string(&root).map_err(|error| StudioError::command("parameters", "TOML", error))
+    }
+}
+
+fn flatten(value: &Value, path: &str, out: &mut BTreeMap<String, Value>) {
+    let Some(table) = value.as_object() else {
+        out.insert(path.to_owned(), value.clone());
+        return;
+    };
+    for (key, below) in table {
+        let path = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+        flatten(below, &path, out);
     }
 }
 
@@ -64,6 +101,8 @@ mod tests {
             .with("motion.noise_m_per_m", &json!(0.5))
             .with("num_particles", &json!(600));
         assert_eq!(overrides.toml().unwrap(), "num_particles = 600\n\n[motion]\nnoise_m_per_m = 0.5\n");
+        assert_eq!(Overrides::from_toml(&overrides.toml().unwrap()).unwrap(), overrides);
+        assert!(Overrides::from_toml("= 3").is_err());
         assert!(Overrides::default().with("a", &json!(null)).toml().is_err());
         assert!(Overrides::default().with("a", &json!(1)).with("a.b", &json!(1)).toml().is_err());
     }

@@ -1,0 +1,144 @@
+//! What an algorithm was given, so that a recording can be recomputed.
+//!
+//! The image stands on the recording's ordinary ROS topic, as PNG: every pixel exact. All numbers stand here once more as they
+//! were: those of ROS messages are quaternions and lose the last bit, and an algorithm that draws random numbers may turn that bit
+//! into another estimate.
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use visloc_base::{Frame, GrayImage, GroundContact, RgbImage, Timestamp, Truth};
+use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
+
+use crate::{Message, MessageBuilder, MessageError, MessageKind};
+
+/// Key of the array of numbers.
+const NUMBERS: &str = "numbers";
+/// Bytes of a number.
+const NUM_BYTES: usize = 8;
+
+/// What an algorithm is given at a moment.
+#[derive(Debug, Clone, Copy)]
+pub enum Input<'a> {
+    /// All that a robot senses.
+    Robot {
+        /// What a localizer may know.
+        frame: &'a Frame,
+        /// Where the robot was, if that is known.
+        truth: Option<&'a Truth>,
+    },
+    /// The image of one camera.
+    Camera {
+        /// When it was taken.
+        at: Timestamp,
+        /// The image.
+        image: &'a GrayImage,
+        /// Its camera.
+        camera: &'a Camera,
+    },
+}
+
+impl Input<'_> {
+    /// When the image was taken.
+    #[must_use]
+    pub fn at(&self) -> Timestamp {
+        match self {
+            Self::Robot { frame, .. } => frame.at,
+            Self::Camera { at, .. } => *at,
+        }
+    }
+}
+
+/// The lens as TOML, which keeps every bit.
+#[derive(Serialize, Deserialize)]
+struct Lens {
+    lens: Distortion,
+}
+
+/// The exact numbers of a frame as a message; without the image.
+pub(super) fn input_message(frame: &Frame, truth: Option<&Truth>) -> Result<Vec<u8>, MessageError> {
+    let camera = &frame.camera;
+    let (kind, forces) = match frame.ground_contact {
+        None => ("none", Vec::new()),
+        Some(GroundContact::Contact(false)) => ("lifted", Vec::new()),
+        Some(GroundContact::Contact(true)) => ("standing", Vec::new()),
+        Some(GroundContact::Pressure(forces)) => ("pressure", forces.to_vec()),
+    };
+    let lens = toml::to_string(&Lens { lens: camera.distortion() }).unwrap_or_default();
+    let header = json!({
+        "at_nanos": frame.at.nanos(),
+        "size_px": camera.size_px(),
+        "lens": lens,
+        "has_odometry": frame.odometry.is_some(),
+        "feet": kind,
+        "has_truth": truth.is_some(),
+    });
+    let (fx, fy) = camera.focal_px();
+    let (cx, cy) = camera.center_px();
+    let mut numbers = vec![fx, fy, cx, cy];
+    numbers.extend(frame.robot_from_camera.rotation().iter());
+    numbers.extend(frame.robot_from_camera.translation().iter());
+    let planar = |pose: &PlanarPose| [pose.x_m, pose.y_m, pose.yaw_rad];
+    numbers.extend(frame.odometry.iter().flat_map(planar));
+    numbers.extend(forces);
+    numbers.extend(truth.iter().flat_map(|truth| planar(&truth.world_from_robot)));
+    numbers.extend(truth.iter().map(|truth| truth.height_m));
+    let mut message = MessageBuilder::new(MessageKind::Input, &header)?;
+    let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
+    message.bytes(NUMBERS, &bytes);
+    Ok(message.finish())
+}
+
+/// Numbers one after the other; `None` where they end.
+struct Numbers<'a>(std::slice::Chunks<'a, u8>);
+
+impl Numbers<'_> {
+    fn next(&mut self) -> Option<f64> {
+        Some(f64::from_le_bytes(self.0.next()?.try_into().ok()?))
+    }
+
+    fn take<const N: usize>(&mut self) -> Option<[f64; N]> {
+        let mut out = [0.0; N];
+        for number in &mut out {
+            *number = self.next()?;
+        }
+        Some(out)
+    }
+
+    fn planar(&mut self) -> Option<PlanarPose> {
+        let [x_m, y_m, yaw_rad] = self.take()?;
+        Some(PlanarPose { x_m, y_m, yaw_rad })
+    }
+}
+
+/// The frame of a message and its image; `None` if something is missing or no number.
+pub(super) fn read_input(message: &Message, image: RgbImage) -> Option<(Frame, Option<Truth>)> {
+    let header = &message.header;
+    let flag = |key: &str| header.get(key)?.as_bool();
+    let word = |key: &str| header.get(key)?.as_str();
+    let side = |i: usize| u32::try_from(header.get("size_px")?.get(i)?.as_u64()?).ok();
+    let mut numbers = Numbers(message.bytes(NUMBERS)?.chunks(NUM_BYTES));
+    let [fx, fy, cx, cy] = numbers.take()?;
+    let rotation = Matrix3::from_column_slice(&numbers.take::<9>()?);
+    let translation = Vector3::from(numbers.take::<3>()?);
+    let is_finite = rotation.iter().chain(translation.iter()).all(|number| number.is_finite());
+    let Lens { lens } = toml::from_str(word("lens")?).ok()?;
+    let camera = Camera::new((side(0)?, side(1)?), (fx, fy), (cx, cy), lens).ok()?;
+    let is_whole = camera.size_px() == (image.width(), image.height());
+    let odometry = if flag("has_odometry")? { Some(numbers.planar()?) } else { None };
+    let ground_contact = match word("feet")? {
+        "none" => None,
+        "lifted" => Some(GroundContact::Contact(false)),
+        "standing" => Some(GroundContact::Contact(true)),
+        _ => Some(GroundContact::Pressure(numbers.take()?)),
+    };
+    let truth = if flag("has_truth")? {
+        Some(Truth { world_from_robot: numbers.planar()?, height_m: numbers.next()? })
+    } else {
+        None
+    };
+    let robot_from_camera = Rigid3::new(Rotation3::from_matrix_unchecked(rotation), translation);
+    let at = Timestamp::from_nanos(header.get("at_nanos")?.as_i64()?);
+    (is_finite && is_whole)
+        .then_some((Frame { at, image, camera, robot_from_camera, odometry, ground_contact }, truth))
+}

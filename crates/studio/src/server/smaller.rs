@@ -1,0 +1,172 @@
+//! Images for slow links: fewer pixels and fewer bytes for each.
+
+use std::sync::Arc;
+
+use visloc_base::RgbImage;
+use visloc_data::image_codec::{decode, encode_jpeg};
+
+use crate::Message;
+
+/// Array of the image's bytes in its message.
+const JPEG: &str = "jpeg";
+
+/// A step down: pixels on a side that become one, and quality of the JPEG.
+const STEPS: [(usize, u8); 4] = [(1, 85), (1, 50), (2, 55), (4, 50)];
+/// The smallest.
+pub(super) const MAX_LEVEL: usize = STEPS.len() - 1;
+
+/// An image message with a smaller image; level 0 is as it was made. What is drawn over the image stays, in pixels of the original.
+/// A message that cannot be read stays as it is.
+pub(super) fn smaller(message: &Arc<[u8]>, level: usize) -> Arc<[u8]> {
+    let reduced = || {
+        let (factor, quality) = *STEPS.get(level)?;
+        let read = Message::read(message).ok()?;
+        let image = decode(read.bytes(JPEG)?).ok()?;
+        let jpeg = encode_jpeg(&shrunk(&image, factor)?, quality).ok()?;
+        Some(read.with_bytes(JPEG, &jpeg).into())
+    };
+    if level == 0 { Arc::clone(message) } else { reduced().unwrap_or_else(|| Arc::clone(message)) }
+}
+
+/// Each square of pixels becomes its mean.
+#[allow(clippy::cast_possible_truncation)]
+fn shrunk(image: &RgbImage, factor: usize) -> Option<RgbImage> {
+    if factor <= 1 {
+        return Some(image.clone());
+    }
+    let (from_width, from_height) = (image.width() as usize, image.height() as usize);
+    let [width, height] = [from_width, from_height].map(|side| (side / factor).max(1));
+    let data = image.data();
+    let mean = |x: usize, y: usize, channel: usize| {
+        let rows = (y * factor..(y + 1) * factor).filter(|row| *row < from_height);
+        let (mut sum, mut count) = (0_usize, 0_usize);
+        for row in rows {
+            for column in (x * factor..(x + 1) * factor).filter(|column| *column < from_width) {
+                sum += usize::from(data[(row * from_width + column) * 3 + channel]);
+                count += 1;
+            }
+        }
+        (sum / count.max(1)) as u8
+    };
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let bytes = pixels.flat_map(|(x, y)| [0, 1, 2].map(|channel| mean(x, y, channel))).collect();
+    RgbImage::from_raw(width as u32, height as u32, bytes).ok()
+}
+
+/// Chooses how small images are, by how long they took.
+#[derive(Debug)]
+pub(super) struct ImageSize {
+    level: usize,
+    num_slow: u32,
+    num_fast: u32,
+    /// So many fast ones before a larger image is tried.
+    patience: u32,
+}
+
+/// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
+pub(super) const FAST_SECS: f64 = 0.15;
+/// One that takes so many times as long is enough to be sure, with the steps that it is worth.
+const CERTAIN: [(f64, usize); 2] = [(8.0, 3), (4.0, 2)];
+/// So many slow ones in a row before images become smaller: one alone may be a busy page.
+const SLOW_IN_A_ROW: u32 = 2;
+/// Fast ones before a larger image is tried: at first, and at most after tries that went wrong.
+const PATIENCE: (u32, u32) = (16, 512);
+
+impl Default for ImageSize {
+    fn default() -> Self {
+        Self { level: 0, num_slow: 0, num_fast: 0, patience: PATIENCE.0 }
+    }
+}
+
+impl ImageSize {
+    /// 0 as it was made, to [`MAX_LEVEL`], the smallest.
+    pub fn level(&self) -> usize {
+        self.level
+    }
+
+    /// An image of this size has been drawn, so many seconds after it was sent.
+    pub fn note(&mut self, took_secs: f64) {
+        if took_secs > FAST_SECS {
+            self.num_slow += 1;
+            // A larger one was tried in vain: the next try comes later.
+            if self.num_fast < self.patience && self.num_slow == 1 {
+                self.patience = (2 * self.patience).min(PATIENCE.1);
+            }
+            self.num_fast = 0;
+            let certain = CERTAIN.iter().find(|(times, _)| took_secs > times * FAST_SECS);
+            let steps = certain.map_or(usize::from(self.num_slow >= SLOW_IN_A_ROW), |(_, steps)| *steps);
+            if steps > 0 {
+                (self.level, self.num_slow) = ((self.level + steps).min(MAX_LEVEL), 0);
+            }
+            return;
+        }
+        self.num_slow = 0;
+        self.num_fast += 1;
+        if self.num_fast >= self.patience {
+            self.num_fast = 0;
+            if self.level == 0 {
+                self.patience = PATIENCE.0;
+            } else {
+                self.level -= 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{MessageBuilder, MessageKind};
+
+    use super::*;
+
+    #[test]
+    fn each_step_is_smaller_and_what_is_drawn_over_it_stays() {
+        let noise = |i: u32| (i.wrapping_mul(2_654_435_761) >> 24) as u8;
+        let image = RgbImage::from_raw(160, 120, (0..160 * 120 * 3).map(noise).collect()).unwrap();
+        let header = serde_json::json!({ "size_px": [160, 120] });
+        let mut message = MessageBuilder::new(MessageKind::Image, &header).unwrap();
+        message.bytes(JPEG, &encode_jpeg(&image, 85).unwrap());
+        message.floats("kept", [7.0, 8.0, 1.0]);
+        let message: Arc<[u8]> = message.finish().into();
+        let mut last = message.len() + 1;
+        for (level, (factor, _)) in STEPS.iter().enumerate() {
+            let bytes = smaller(&message, level);
+            assert!(bytes.len() < last, "level {level}: {} of {last}", bytes.len());
+            last = bytes.len();
+            let read = Message::read(&bytes).unwrap();
+            assert_eq!(read.floats("kept").unwrap(), [7.0, 8.0, 1.0]);
+            assert_eq!(read.header["size_px"], header["size_px"]);
+            let width = decode(read.bytes(JPEG).unwrap()).unwrap().width();
+            assert_eq!(width as usize, 160 / factor);
+        }
+        let odd: Arc<[u8]> = Arc::from([3; 10]);
+        assert_eq!(smaller(&odd, 2), odd, "what cannot be read stays as it is");
+    }
+
+    #[test]
+    fn a_slow_link_gets_smaller_images_and_a_mended_one_the_whole_ones_again() {
+        let mut size = ImageSize::default();
+        size.note(0.3);
+        size.note(0.02);
+        assert_eq!(size.level(), 0, "one image that is a little slow is nothing");
+        (0..20).for_each(|_| size.note(0.3));
+        assert_eq!(size.level(), MAX_LEVEL);
+        (0..PATIENCE.1 * 8).for_each(|_| size.note(0.02));
+        assert_eq!(size.level(), 0);
+        size.note(2.0);
+        assert_eq!(size.level(), MAX_LEVEL, "one that is very slow is enough");
+    }
+
+    #[test]
+    fn a_link_that_bears_one_size_is_hardly_troubled_by_larger_ones() {
+        let mut size = ImageSize::default();
+        let (mut num_slow, mut levels) = (0, [0; STEPS.len()]);
+        for _ in 0..4000 {
+            let is_slow = size.level() < 2;
+            levels[size.level()] += 1;
+            num_slow += u32::from(is_slow);
+            size.note(if is_slow { 0.2 } else { 0.02 });
+        }
+        assert!(levels[2] > 3800 && num_slow < 60, "{levels:?}, {num_slow}");
+    }
+}

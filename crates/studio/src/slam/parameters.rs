@@ -1,0 +1,102 @@
+//! Preset and parameters of SLAM, as people change them.
+
+use serde_json::{Value, json};
+use visloc_settings::parameters;
+use visloc_slam::{ConfigError, PRESETS, SlamConfig};
+
+use crate::{
+    Command, StudioError,
+    tuning::{Overrides, with_defaults},
+};
+
+/// A preset, and what is different from it.
+#[derive(Debug, Clone)]
+pub struct SlamSettings {
+    preset: String,
+    overrides: Overrides,
+    config: SlamConfig,
+}
+
+impl SlamSettings {
+    /// A preset as it is.
+    ///
+    /// # Errors
+    /// If there is no such preset.
+    pub fn preset(name: &str) -> Result<Self, StudioError> {
+        let config = SlamConfig::preset(name).map_err(|error| refused(&error))?;
+        Ok(Self { preset: name.to_owned(), overrides: Overrides::default(), config })
+    }
+
+    /// Parameters that somebody has put together, shown as what is different from the first preset.
+    ///
+    /// # Errors
+    /// If they cannot be written.
+    pub fn of(config: &SlamConfig) -> Result<Self, StudioError> {
+        let settings = Self::preset(PRESETS[0].name)?;
+        let defaults = parameters(&settings.config).map_err(unwritable)?;
+        let overrides = Overrides::between(&defaults, parameters(config).map_err(unwritable)?);
+        Ok(Self { overrides, config: config.clone(), ..settings })
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn config(&self) -> &SlamConfig {
+        &self.config
+    }
+
+    /// What a command makes of them; `None` if it is about something else.
+    ///
+    /// # Errors
+    /// If a name or a value is impossible.
+    pub fn changed(&self, command: &Command) -> Result<Option<Self>, StudioError> {
+        match command {
+            Command::Algorithms { names } => match names.as_slice() {
+                [name] => Self::preset(name).map(Some),
+                names => Err(StudioError::command("presets", "one", names.len())),
+            },
+            Command::Parameter { path, value, .. } => {
+                let changed = self.with(self.overrides.with(path, value));
+                changed.map(Some).map_err(|error| StudioError::Parameter {
+                    path: path.clone(),
+                    value: value.clone(),
+                    reason: error.to_string(),
+                })
+            }
+            Command::Defaults { .. } => Self::preset(&self.preset).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    fn with(&self, overrides: Overrides) -> Result<Self, StudioError> {
+        let base = SlamConfig::preset(&self.preset).map_err(|error| refused(&error))?;
+        let config = base.with_toml(&overrides.toml()?).map_err(|error| refused(&error))?;
+        Ok(Self { preset: self.preset.clone(), overrides, config })
+    }
+
+    /// For the scene message: `presets`, `preset`, and `pipeline` with all parameters.
+    ///
+    /// # Errors
+    /// If a parameter cannot be written.
+    pub fn scene_fields(&self) -> Result<Value, StudioError> {
+        let defaults = SlamConfig::preset(&self.preset).map_err(|error| refused(&error))?;
+        let defaults = parameters(&defaults).map_err(unwritable)?;
+        let values = parameters(&self.config).map_err(unwritable)?;
+        let presets = PRESETS.map(|preset| json!({ "name": preset.name, "summary": preset.summary }));
+        Ok(json!({
+            "presets": presets,
+            "preset": self.preset,
+            "pipeline": {
+                "parameters": with_defaults(values, &defaults),
+                "changed": self.overrides.paths(),
+            },
+        }))
+    }
+}
+
+fn refused(error: &ConfigError) -> StudioError {
+    StudioError::input("SLAM", error)
+}
+
+fn unwritable(error: visloc_settings::SettingsError) -> StudioError {
+    StudioError::command("parameters", "a table", error.reason)
+}

@@ -1,0 +1,211 @@
+//! Algorithms at work on frames of a source.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use visloc_base::{FrameSource, SourceFrame};
+use visloc_locate::{PipelineConfig, StartPrior};
+use visloc_world::Map;
+
+use super::{Fed, Feed};
+use crate::{
+    Clock, Command, Session, StudioError, Update,
+    message::lay_over,
+    recording::Input,
+    tuning::{Lineup, Overrides, RunSettings},
+    view::RunViewer,
+};
+
+/// Algorithms that run until somebody chooses others.
+const FIRST_ALGORITHMS: [&str; 1] = ["evolutionary"];
+/// Frames that are read ahead.
+const NUM_AHEAD: usize = 2;
+/// How often a source that has nothing is asked again, seconds.
+const POLL_SECS: f64 = 0.004;
+/// A gap in a recording is waited for no longer than this, seconds.
+const MAX_STEP_SECS: f64 = 0.5;
+/// Fastest pace, as multiple of reality.
+const MAX_SPEED: f64 = 16.0;
+
+/// A source that has been opened.
+pub struct OpenRun {
+    /// The frames.
+    pub frames: Box<dyn FrameSource>,
+    /// The map that they belong to.
+    pub map: Map,
+}
+
+/// Opens a source from its beginning, with the seed of whatever is random in it. A live one goes on where it is.
+pub type FramesOpener = Arc<dyn Fn(u64) -> Result<OpenRun, StudioError> + Send + Sync>;
+
+/// Algorithms on frames of a source that is played and stepped.
+pub struct SourceSession {
+    open: FramesOpener,
+    is_live: bool,
+    title: String,
+    more: Value,
+    feed: Feed<SourceFrame>,
+    lineup: Lineup,
+    viewer: RunViewer,
+    clock: Clock,
+    frame: Option<SourceFrame>,
+    next: Option<SourceFrame>,
+    is_playing: bool,
+    is_over: bool,
+    has_news: bool,
+    speed: f64,
+}
+
+impl SourceSession {
+    /// Opens a source; `more` is laid over the scene message. Waits for the first frame of a recorded source.
+    ///
+    /// # Errors
+    /// If it cannot be opened.
+    pub fn open(
+        title: &str,
+        open: FramesOpener,
+        is_live: bool,
+        more: &Value,
+        clock: Clock,
+        seed: u64,
+    ) -> Result<Self, StudioError> {
+        let (feed, map) = start(&open, is_live, seed)?;
+        let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
+        let lineup = Lineup::new(RunSettings {
+            map,
+            seed,
+            start: StartPrior::Uniform,
+            pipeline: PipelineConfig::default(),
+            algorithms: algorithms.to_vec(),
+        })?;
+        let mut own = json!({ "mode": "source", "is_live": is_live });
+        lay_over(&mut own, more);
+        Ok(Self {
+            open,
+            is_live,
+            title: title.to_owned(),
+            viewer: RunViewer::new(title).with(&own),
+            more: own,
+            feed,
+            lineup,
+            clock,
+            frame: None,
+            next: None,
+            is_playing: true,
+            is_over: false,
+            has_news: false,
+            speed: 1.0,
+        })
+    }
+
+    fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
+        (self.feed, _) = start(&self.open, self.is_live, seed)?;
+        self.lineup.reset(seed)?;
+        self.viewer = RunViewer::new(&self.title).with(&self.more);
+        (self.frame, self.next) = (None, None);
+        (self.is_over, self.is_playing) = (false, true);
+        Ok(())
+    }
+
+    /// Looks for the frame after this one.
+    fn look_ahead(&mut self) -> Result<(), StudioError> {
+        if self.next.is_some() || self.is_over {
+            return Ok(());
+        }
+        match self.feed.poll() {
+            Fed::Item(frame) => self.next = Some(frame),
+            Fed::NotYet => {}
+            Fed::End => (self.is_over, self.has_news) = (true, true),
+            Fed::Failed(error) => {
+                self.is_over = true;
+                return Err(StudioError::input(&self.title, error));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn start(open: &FramesOpener, is_live: bool, seed: u64) -> Result<(Feed<SourceFrame>, Map), StudioError> {
+    let open = Arc::clone(open);
+    let opened = move || open(seed).map(|run| (run.frames, run.map));
+    Feed::start(opened, |frames| frames.next_frame(), if is_live { 0 } else { NUM_AHEAD })
+}
+
+impl Session for SourceSession {
+    fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
+        match command {
+            Command::Play {} if self.is_over => self.reset(self.lineup.settings().seed)?,
+            Command::Play {} => self.is_playing = true,
+            Command::Pause {} => self.is_playing = false,
+            Command::Step {} => {
+                self.is_playing = false;
+                self.step()?;
+            }
+            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
+            Command::Reset { seed } => self.reset(*seed)?,
+            command => {
+                if !self.lineup.handle(command)? {
+                    return Err(StudioError::command("command", "one for a source", format!("{command:?}")));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn step_secs(&self) -> Option<f64> {
+        if self.is_over && self.next.is_none() {
+            return None;
+        }
+        if self.is_live {
+            // A live source is read on while the picture rests: what comes then is out of date later.
+            return Some(POLL_SECS);
+        }
+        let secs = match (&self.frame, &self.next) {
+            (Some(frame), Some(next)) => next.frame.at.secs_since(frame.frame.at).clamp(0.0, MAX_STEP_SECS),
+            _ => POLL_SECS,
+        };
+        self.is_playing.then(|| if self.speed > 0.0 { secs / self.speed } else { 0.0 })
+    }
+
+    fn step(&mut self) -> Result<(), StudioError> {
+        self.has_news = false;
+        self.look_ahead()?;
+        let Some(next) = self.next.take() else { return Ok(()) };
+        if self.is_live && !self.is_playing && self.frame.is_some() {
+            return Ok(());
+        }
+        if self.frame.is_some() {
+            self.viewer.next_frame();
+        }
+        self.has_news = true;
+        let stepped = self.lineup.step(&next.frame, &self.clock);
+        self.frame = Some(next);
+        self.look_ahead()?;
+        stepped
+    }
+
+    fn has_news(&self) -> bool {
+        self.has_news
+    }
+
+    fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
+        let mut more = json!({
+            "is_playing": self.is_playing && !self.is_over,
+            "speed": self.speed,
+            "seed": self.lineup.settings().seed,
+        });
+        lay_over(&mut more, aside.unwrap_or(&Value::Null));
+        match &self.frame {
+            Some(frame) => {
+                let update = self.viewer.update(&frame.frame, frame.truth, &self.lineup, &more);
+                update.map(|(update, _)| update)
+            }
+            None => self.viewer.waiting(&self.lineup, &more),
+        }
+    }
+
+    fn input(&self) -> Option<Input<'_>> {
+        let SourceFrame { frame, truth } = self.frame.as_ref()?;
+        Some(Input::Robot { frame, truth: truth.as_ref() })
+    }
+}

@@ -1,0 +1,116 @@
+//! One algorithm with its parameters.
+
+use visloc_base::{Frame, RngTree};
+use visloc_locate::{Pipeline, PosePrior, StartPrior};
+
+use super::{overrides::Overrides, settings::RunSettings};
+use crate::{Clock, StudioError, view::ContenderView};
+
+/// From this reliability on, what an algorithm knows outlives a change of its parameters.
+const WORTH_KEEPING: f64 = 0.3;
+/// A pose that is kept is at least so uncertain, meters and radians.
+const MIN_SPREAD: (f64, f64) = (0.03, 0.03);
+/// Hypotheses that are kept.
+const MAX_KEPT: usize = 6;
+
+/// An algorithm that looks for the robot.
+pub struct Contender {
+    name: String,
+    overrides: Overrides,
+    pipeline: Pipeline,
+    analysis_ms: f64,
+    localizer_ms: f64,
+}
+
+impl Contender {
+    /// An algorithm that knows nothing but what the settings say about the start.
+    ///
+    /// # Errors
+    /// If there is no such algorithm, or a parameter is wrong.
+    pub fn new(name: &str, overrides: Overrides, settings: &RunSettings) -> Result<Self, StudioError> {
+        let rng = RngTree::new(settings.seed).subtree("pipeline", 0);
+        let mut pipeline =
+            Pipeline::new(&settings.map, name, Some(&overrides.toml()?), &settings.pipeline, rng)?;
+        if !settings.start.is_uniform() {
+            pipeline.reset_to(&settings.start);
+        }
+        Ok(Self { name: name.to_owned(), overrides, pipeline, analysis_ms: 0.0, localizer_ms: 0.0 })
+    }
+
+    /// The same algorithm with other parameters. It begins where this one believes to be, if that is worth something.
+    ///
+    /// # Errors
+    /// As [`Contender::new`].
+    pub fn changed(&self, overrides: Overrides, settings: &RunSettings) -> Result<Self, StudioError> {
+        let mut changed = Self::new(&self.name, overrides, settings)?;
+        changed.pipeline.reset_to(&self.knowledge());
+        Ok(changed)
+    }
+
+    fn knowledge(&self) -> StartPrior {
+        let estimate = self.pipeline.localizer().estimate();
+        if estimate.reliability_up_to_symmetry < WORTH_KEEPING {
+            return StartPrior::Uniform;
+        }
+        let prior = |hypothesis: &visloc_locate::Hypothesis| {
+            let spread = |i: usize| hypothesis.covariance[(i, i)].max(0.0).sqrt();
+            PosePrior {
+                world_from_robot: hypothesis.world_from_robot,
+                position_spread_m: spread(0).hypot(spread(1)).max(MIN_SPREAD.0),
+                heading_spread_rad: spread(2).max(MIN_SPREAD.1),
+                weight: hypothesis.probability,
+            }
+        };
+        let priors: Vec<_> = estimate.hypotheses.iter().take(MAX_KEPT).map(prior).collect();
+        if priors.is_empty() { StartPrior::Uniform } else { StartPrior::Poses(priors) }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What is different from its defaults.
+    #[must_use]
+    pub fn overrides(&self) -> &Overrides {
+        &self.overrides
+    }
+
+    /// Image analysis and localizer.
+    #[must_use]
+    pub fn pipeline(&self) -> &Pipeline {
+        &self.pipeline
+    }
+
+    /// Takes in a frame.
+    ///
+    /// # Errors
+    /// If the image does not belong to its camera; the frame can be left out and the run go on.
+    pub fn step(&mut self, frame: &Frame, clock: &Clock) -> Result<(), StudioError> {
+        let pipeline = &mut self.pipeline;
+        let (analyzed, analysis_ms) = clock.measure(|| pipeline.analyze(frame).map(|_| ()));
+        analyzed?;
+        let ((), localizer_ms) = clock.measure(|| {
+            pipeline.localize(frame);
+        });
+        (self.analysis_ms, self.localizer_ms) = (analysis_ms, localizer_ms);
+        Ok(())
+    }
+
+    /// Begins again with what is known about the pose.
+    pub fn reset_to(&mut self, prior: &StartPrior) {
+        self.pipeline.reset_to(prior);
+    }
+
+    /// For the page.
+    #[must_use]
+    pub fn view(&self) -> ContenderView<'_> {
+        ContenderView {
+            name: &self.name,
+            pipeline: &self.pipeline,
+            analysis_ms: self.analysis_ms,
+            localizer_ms: self.localizer_ms,
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! All algorithms of a run, as people choose and change them.
+
+use serde_json::Value;
+use visloc_base::Frame;
+use visloc_locate::StartPrior;
+
+use super::{contender::Contender, overrides::Overrides, settings::RunSettings};
+use crate::{Clock, Command, StudioError, view::ContenderView};
+
+/// Most algorithms at once.
+pub const MAX_ALGORITHMS: usize = 4;
+
+/// Algorithms that run side by side on the same frames.
+pub struct Lineup {
+    settings: RunSettings,
+    contenders: Vec<Contender>,
+    num_changes: u64,
+}
+
+impl Lineup {
+    /// The algorithms of the settings, which know nothing yet.
+    ///
+    /// # Errors
+    /// If there is no algorithm of a name, or a parameter is wrong.
+    pub fn new(settings: RunSettings) -> Result<Self, StudioError> {
+        let contenders = started(&settings)?;
+        Ok(Self { settings, contenders, num_changes: 0 })
+    }
+
+    /// What they run with.
+    #[must_use]
+    pub fn settings(&self) -> &RunSettings {
+        &self.settings
+    }
+
+    /// How often settings have changed: a scene message of another number is out of date.
+    #[must_use]
+    pub fn num_changes(&self) -> u64 {
+        self.num_changes
+    }
+
+    /// The algorithms, in the order of the settings.
+    #[must_use]
+    pub fn contenders(&self) -> &[Contender] {
+        &self.contenders
+    }
+
+    /// The algorithms, to step them one by one.
+    pub fn contenders_mut(&mut self) -> &mut [Contender] {
+        &mut self.contenders
+    }
+
+    /// For the page.
+    #[must_use]
+    pub fn views(&self) -> Vec<ContenderView<'_>> {
+        self.contenders.iter().map(Contender::view).collect()
+    }
+
+    /// All take in a frame.
+    ///
+    /// # Errors
+    /// If the image does not belong to its camera.
+    pub fn step(&mut self, frame: &Frame, clock: &Clock) -> Result<(), StudioError> {
+        self.contenders.iter_mut().try_for_each(|contender| contender.step(frame, clock))
+    }
+
+    /// Everything from the beginning, with the parameters as they are.
+    ///
+    /// # Errors
+    /// As [`Lineup::new`]; then nothing has changed.
+    pub fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
+        let settings = RunSettings { seed, ..self.settings.clone() };
+        self.contenders = started(&settings)?;
+        self.change_to(settings);
+        Ok(())
+    }
+
+    /// All begin again with what is known about the pose.
+    pub fn reset_to(&mut self, prior: &StartPrior) {
+        self.contenders.iter_mut().for_each(|contender| contender.reset_to(prior));
+    }
+
+    /// Does what a command says about algorithms, parameters and what they know; whether it was such a command.
+    ///
+    /// # Errors
+    /// If a name or a value is impossible; then nothing has changed.
+    pub fn handle(&mut self, command: &Command) -> Result<bool, StudioError> {
+        match command {
+            Command::Algorithms { names } => self.line_up(names)?,
+            Command::Parameter { algorithm, path, value } => {
+                self.set(*algorithm, path, value).map_err(|error| StudioError::Parameter {
+                    path: path.clone(),
+                    value: value.clone(),
+                    reason: error.to_string(),
+                })?;
+            }
+            Command::Defaults { algorithm: Some(algorithm) } => {
+                self.change(*algorithm, Overrides::default())?;
+            }
+            Command::Defaults { algorithm: None } => self.change_pipeline(&Overrides::default())?,
+            Command::Forget {} => self.reset_to(&StartPrior::Uniform),
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn change_to(&mut self, settings: RunSettings) {
+        self.settings = settings;
+        self.num_changes += 1;
+    }
+
+    fn set(&mut self, algorithm: Option<usize>, path: &str, value: &Value) -> Result<(), StudioError> {
+        match algorithm {
+            None => self.change_pipeline(&self.settings.pipeline_overrides()?.with(path, value)),
+            Some(algorithm) => {
+                let known = self.contenders.get(algorithm);
+                let overrides = known.map(|it| it.overrides().with(path, value)).unwrap_or_default();
+                self.change(algorithm, overrides)
+            }
+        }
+    }
+
+    /// Changes parameters of one algorithm.
+    fn change(&mut self, algorithm: usize, overrides: Overrides) -> Result<(), StudioError> {
+        let num = self.contenders.len();
+        let old = self.contenders.get(algorithm);
+        let old = old.ok_or_else(|| StudioError::command("algorithm", format!("below {num}"), algorithm))?;
+        let changed = old.changed(overrides.clone(), &self.settings)?;
+        self.contenders[algorithm] = changed;
+        let mut settings = self.settings.clone();
+        settings.algorithms[algorithm].1 = overrides;
+        self.change_to(settings);
+        Ok(())
+    }
+
+    /// Changes parameters that all algorithms share.
+    fn change_pipeline(&mut self, overrides: &Overrides) -> Result<(), StudioError> {
+        let settings = self.settings.with_pipeline(overrides)?;
+        let changed = |old: &Contender| old.changed(old.overrides().clone(), &settings);
+        self.contenders = self.contenders.iter().map(changed).collect::<Result<_, _>>()?;
+        self.change_to(settings);
+        Ok(())
+    }
+
+    /// Replaces the algorithms by those of these names. Who stays keeps what it knows.
+    fn line_up(&mut self, names: &[String]) -> Result<(), StudioError> {
+        if names.is_empty() || names.len() > MAX_ALGORITHMS {
+            let expected = format!("1 to {MAX_ALGORITHMS}");
+            return Err(StudioError::command("algorithms", expected, names.len()));
+        }
+        let mut stays = vec![false; self.contenders.len()];
+        let mut chosen = Vec::new();
+        for name in names {
+            let place = (0..stays.len()).find(|i| !stays[*i] && self.contenders[*i].name() == name);
+            chosen.push(match place {
+                Some(place) => {
+                    stays[place] = true;
+                    Choice::Stays(place)
+                }
+                None => Choice::New(Box::new(Contender::new(name, Overrides::default(), &self.settings)?)),
+            });
+        }
+        let mut old: Vec<Option<Contender>> = self.contenders.drain(..).map(Some).collect();
+        let taken = |choice| match choice {
+            Choice::Stays(place) => old.get_mut(place).and_then(Option::take),
+            Choice::New(contender) => Some(*contender),
+        };
+        self.contenders = chosen.into_iter().filter_map(taken).collect();
+        let algorithms = self.contenders.iter().map(|it| (it.name().to_owned(), it.overrides().clone()));
+        let settings = RunSettings { algorithms: algorithms.collect(), ..self.settings.clone() };
+        self.change_to(settings);
+        Ok(())
+    }
+}
+
+/// Who runs next.
+enum Choice {
+    /// One who runs already, by its place.
+    Stays(usize),
+    New(Box<Contender>),
+}
+
+fn started(settings: &RunSettings) -> Result<Vec<Contender>, StudioError> {
+    let contender =
+        |(name, overrides): &(String, Overrides)| Contender::new(name, overrides.clone(), settings);
+    settings.algorithms.iter().map(contender).collect()
+}
