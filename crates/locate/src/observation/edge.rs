@@ -1,8 +1,8 @@
 //! A straight border in space, and how far a pixel lies from its image.
 
-use nalgebra::{Matrix3, Point3, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix3, Point3, Vector2, Vector3};
 
-use super::features::{CameraState, Residual, small_rotation};
+use super::features::{CameraState, CameraVector, Residual, small_rotation};
 
 /// The camera of one state in the world.
 #[derive(Debug, Clone, Copy)]
@@ -27,7 +27,7 @@ impl Eye {
     pub fn new(state: &CameraState, robot_from_camera: &Matrix3<f64>, eye_in_robot: &Vector3<f64>) -> Self {
         let (sin, cos) = state.world_from_robot.yaw_rad.sin_cos();
         let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let lever = turn * eye_in_robot;
+        let lever = turn * (eye_in_robot + Vector3::z() * state.raise_m);
         Self {
             at: Point3::new(state.world_from_robot.x_m, state.world_from_robot.y_m, 0.0) + lever,
             lever,
@@ -56,7 +56,9 @@ impl Eye {
         let by_heading =
             by_eye.y * self.lever.x - by_eye.x * self.lever.y + plane.y * ray.x - plane.x * ray.y;
         let by_tilt = ray_in_camera.cross(&plane_in_camera);
-        let jacobian = Vector6::new(by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z) / scale;
+        let jacobian =
+            CameraVector::from([by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z, by_eye.z])
+                / scale;
         Some((Residual { error_px: plane.dot(&ray) / scale, jacobian }, line / scale))
     }
 }

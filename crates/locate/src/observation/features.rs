@@ -1,7 +1,7 @@
 //! What the refinement of a pose needs of a map: how far each feature of an image lies from its counterpart, and how that
 //! distance changes with the pose.
 
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Matrix3, SVector, Vector3};
 use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
@@ -14,6 +14,30 @@ pub struct CameraState {
     /// Error of the camera's direction: a rotation vector in the camera frame, radians. The true camera frame, seen from
     /// the reported one.
     pub tilt_rad: Vector3<f64>,
+    /// Error of the camera's height: how much higher it is than reported, meters.
+    pub raise_m: f64,
+}
+
+/// What a refinement may change, in this order: x and y (meters), heading (radians), the camera's tilt (three angles, radians), its
+/// height (meters).
+pub type CameraVector = SVector<f64, 7>;
+
+impl CameraState {
+    /// The camera of a robot at this place, as its joints report it.
+    #[must_use]
+    pub fn reported(world_from_robot: PlanarPose) -> Self {
+        Self { world_from_robot, tilt_rad: Vector3::zeros(), raise_m: 0.0 }
+    }
+}
+
+impl From<&CameraVector> for CameraState {
+    fn from(v: &CameraVector) -> Self {
+        Self {
+            world_from_robot: PlanarPose::new(v[0], v[1], v[2]),
+            tilt_rad: v.fixed_rows::<3>(3).into_owned(),
+            raise_m: v[6],
+        }
+    }
 }
 
 /// A feature and its counterpart on the map.
@@ -21,7 +45,7 @@ pub struct CameraState {
 pub struct FeatureMatch {
     /// Features of one group are judged together: 0 for borders on the ground, 1 for goals or doors.
     pub group: usize,
-    /// Signed distance in the image, and its derivative by (x, y, heading, tilt); `None` if the feature has no
+    /// Signed distance in the image, and its derivative by (x, y, heading, tilt, height); `None` if the feature has no
     /// counterpart within the gate.
     pub residual: Option<Residual>,
     /// How far a feature without counterpart agrees with the map all the same, 0 to 1: seen from this pose it may show
@@ -34,8 +58,8 @@ pub struct FeatureMatch {
 pub struct Residual {
     /// The distance in the undistorted image, pixels.
     pub error_px: f64,
-    /// Its derivative by x and y (meters), heading (radians) and the camera's tilt (three angles, radians).
-    pub jacobian: Vector6<f64>,
+    /// Its derivative.
+    pub jacobian: CameraVector,
 }
 
 /// Matches the features of an image to a map.

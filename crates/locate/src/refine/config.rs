@@ -30,8 +30,12 @@ pub struct RefinementConfig {
     pub tilt_noise_rad: f64,
     /// Standard deviation of the camera's direction that changes slowly, radians.
     pub tilt_bias_rad: f64,
-    /// Time in which the slow part changes, seconds.
+    /// Time in which the slow part changes, seconds; that of the height too.
     pub tilt_bias_secs: f64,
+    /// Standard deviation of the camera's place that changes with every image, each axis, meters.
+    pub eye_noise_m: f64,
+    /// Standard deviation of the camera's height that changes slowly, meters.
+    pub raise_bias_m: f64,
     /// Position noise of the odometry, meters per square root of a meter.
     pub odometry_noise_m: f64,
     /// Heading noise of the odometry, radians per square root of a meter.
@@ -84,12 +88,14 @@ impl Default for RefinementConfig {
             max_fits: 8,
             has_look_alikes: false,
             pixel_noise_px: 1.0,
-            max_independent_pixels: 12.0,
+            max_independent_pixels: 15.0,
             gate_px: 8.0,
             agreement_px: 3.0,
             tilt_noise_rad: 0.004,
-            tilt_bias_rad: 0.007,
+            tilt_bias_rad: 0.005,
             tilt_bias_secs: 8.0,
+            eye_noise_m: 0.002,
+            raise_bias_m: 0.004,
             odometry_noise_m: 0.02,
             odometry_noise_rad: 0.03,
             odometry_turn_noise_rad: 0.02,
@@ -137,6 +143,8 @@ impl RefinementConfig {
             ("refinement.tilt_noise_rad", self.tilt_noise_rad),
             ("refinement.tilt_bias_rad", self.tilt_bias_rad),
             ("refinement.tilt_bias_secs", self.tilt_bias_secs),
+            ("refinement.eye_noise_m", self.eye_noise_m),
+            ("refinement.raise_bias_m", self.raise_bias_m),
             ("refinement.odometry_noise_m", self.odometry_noise_m),
             ("refinement.odometry_noise_rad", self.odometry_noise_rad),
             ("refinement.odometry_turn_noise_rad", self.odometry_turn_noise_rad),

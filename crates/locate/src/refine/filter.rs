@@ -1,26 +1,31 @@
 //! The filter of one track.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use visloc_geom::{PlanarPose, angle};
 
 use super::RefinementConfig;
-use crate::observation::features::{CameraState, FeatureModel};
+use crate::observation::features::{CameraState, CameraVector, FeatureModel};
 
-/// Length of the state: pose (3), slow tilt of the camera (3), motion (4).
-const STATE: usize = 10;
+/// Length of the state: pose (3), slow tilt of the camera (3), its height (1), motion (4).
+const STATE: usize = 11;
+/// Length of what an image sees of it: pose, tilt and height.
+const CAMERA: usize = 7;
 /// First of the tilt angles.
 const TILT: usize = 3;
+/// The slow error of the camera's height.
+const RAISE: usize = 6;
 /// First of the motion parameters: with odometry the relative errors of its three axes, without it the velocity
 /// of the body (m/s, m/s, rad/s).
-const MOTION: usize = 6;
+const MOTION: usize = 7;
 /// With odometry its systematic turn, radians per meter.
-const DRIFT: usize = 9;
+const DRIFT: usize = 10;
 
 /// Group of the features that belong to landmarks.
 const LANDMARKS: usize = 1;
 
 type State = SVector<f64, STATE>;
 type Covariance = SMatrix<f64, STATE, STATE>;
+type CameraMatrix = SMatrix<f64, CAMERA, CAMERA>;
 
 /// The features that a pose explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +76,14 @@ impl Agreement {
     }
 }
 
-/// Normal equations of one image over (x, y, heading, tilt).
+/// Normal equations of one image over (x, y, heading, tilt, height).
 struct Fit {
-    information: Matrix6<f64>,
-    gradient: Vector6<f64>,
+    information: CameraMatrix,
+    gradient: CameraVector,
     agreement: Agreement,
 }
 
-/// Pose, camera tilt and motion of one hypothesis with their covariance.
+/// Pose, camera tilt and height, and motion of one hypothesis with their covariance.
 #[derive(Debug, Clone)]
 pub(super) struct PoseFilter {
     mean: State,
@@ -96,22 +101,23 @@ impl PoseFilter {
         for (i, variance) in [m, m, rad].into_iter().enumerate() {
             filter.covariance[(i, i)] = variance;
         }
-        for i in TILT..MOTION {
+        for i in TILT..RAISE {
             filter.covariance[(i, i)] = config.tilt_bias_rad.powi(2);
         }
+        filter.covariance[(RAISE, RAISE)] = config.raise_bias_m.powi(2);
         filter.forget_motion(true, config);
         filter
     }
 
-    /// The same motion and tilt at another pose.
+    /// The same motion, tilt and height at another pose.
     pub fn moved_to(&self, pose: &PlanarPose, config: &RefinementConfig) -> Self {
         let mut filter = Self::new(pose, config);
         filter.has_odometry = self.has_odometry;
-        filter.mean.fixed_rows_mut::<7>(TILT).copy_from(&self.mean.fixed_rows::<7>(TILT));
+        filter.mean.fixed_rows_mut::<8>(TILT).copy_from(&self.mean.fixed_rows::<8>(TILT));
         filter
             .covariance
-            .fixed_view_mut::<7, 7>(TILT, TILT)
-            .copy_from(&self.covariance.fixed_view::<7, 7>(TILT, TILT));
+            .fixed_view_mut::<8, 8>(TILT, TILT)
+            .copy_from(&self.covariance.fixed_view::<8, 8>(TILT, TILT));
         filter
     }
 
@@ -202,8 +208,9 @@ impl PoseFilter {
         change[(1, 2)] = cos * motion.x - sin * motion.y;
         let kept = (-secs / config.tilt_bias_secs).exp();
         for i in TILT..MOTION {
+            let spread = if i == RAISE { config.raise_bias_m } else { config.tilt_bias_rad };
             change[(i, i)] = kept;
-            noise[i] = config.tilt_bias_rad.powi(2) * (1.0 - kept * kept);
+            noise[i] = spread.powi(2) * (1.0 - kept * kept);
             self.mean[i] *= kept;
         }
         self.mean[0] += cos * motion.x - sin * motion.y;
@@ -212,19 +219,22 @@ impl PoseFilter {
         self.covariance = change * self.covariance * change.transpose() + Covariance::from_diagonal(&noise);
     }
 
-    /// Fits pose and tilt to the features of an image: one Gauss-Newton step for each gate.
+    /// Fits pose, tilt and height to the features of an image: one Gauss-Newton step for each gate.
     pub fn update(
         &mut self,
         model: &dyn FeatureModel,
         gates_px: &[f64],
         config: &RefinementConfig,
     ) -> Agreement {
-        let prior = self.mean.fixed_rows::<6>(0).into_owned();
-        // Covariance of the state with (pose, tilt of this image).
-        let cross = self.covariance.fixed_columns::<6>(0).into_owned();
-        let mut spread: Matrix6<f64> = cross.fixed_rows::<6>(0).into_owned();
-        for i in TILT..MOTION {
+        let prior = self.mean.fixed_rows::<CAMERA>(0).into_owned();
+        // Covariance of the state with (pose, tilt and height of this image).
+        let cross = self.covariance.fixed_columns::<CAMERA>(0).into_owned();
+        let mut spread: CameraMatrix = cross.fixed_rows::<CAMERA>(0).into_owned();
+        for i in TILT..RAISE {
             spread[(i, i)] += config.tilt_noise_rad.powi(2);
+        }
+        for i in [0, 1, RAISE] {
+            spread[(i, i)] += config.eye_noise_m.powi(2);
         }
         let mut at = prior;
         let mut step = None;
@@ -233,7 +243,9 @@ impl PoseFilter {
             let stride = if i + 1 < gates_px.len() { COARSE_STRIDE } else { 1 };
             let fit = fit(model, &at, (*gate_px, stride), config);
             let pull = fit.gradient + fit.information * (at - prior);
-            let Some(solved) = (Matrix6::identity() + fit.information * spread).try_inverse() else { break };
+            let Some(solved) = (CameraMatrix::identity() + fit.information * spread).try_inverse() else {
+                break;
+            };
             at = prior + spread * (solved * pull);
             step = Some((solved * pull, solved * fit.information));
         }
@@ -253,17 +265,14 @@ impl PoseFilter {
 /// Matches one feature in `stride` from one state and adds up their normal equations.
 fn fit(
     model: &dyn FeatureModel,
-    at: &Vector6<f64>,
+    at: &CameraVector,
     (gate_px, stride): (f64, usize),
     config: &RefinementConfig,
 ) -> Fit {
-    let state = CameraState {
-        world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
-        tilt_rad: at.fixed_rows::<3>(3).into_owned(),
-    };
+    let state = CameraState::from(at);
     let mut fit = Fit {
-        information: Matrix6::zeros(),
-        gradient: Vector6::zeros(),
+        information: CameraMatrix::zeros(),
+        gradient: CameraVector::zeros(),
         agreement: Agreement::new(model.full_shares()),
     };
     let mut total_weight = 0.0;

@@ -1,6 +1,5 @@
 //! Filters and tracks on a world of which everything is known.
 
-use nalgebra::Vector6;
 use visloc_base::{Rng, RngTree, Timestamp, gaussian};
 use visloc_geom::{PlanarPose, angle, nao};
 use visloc_vision::Percept;
@@ -13,7 +12,7 @@ use super::{
 };
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
-    observation::features::{CameraState, FeatureMatch, FeatureModel, Residual},
+    observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},
 };
 
 /// Features that tell x, y and heading, each many times. Seen from `places` (all of them alike) they are all explained,
@@ -68,7 +67,7 @@ impl FeatureModel for Alike {
         for (i, noise) in self.noise.iter().enumerate() {
             let axis = i % 3;
             let error_px = SCALE[axis] * offset[axis] + noise;
-            let mut jacobian = Vector6::zeros();
+            let mut jacobian = CameraVector::zeros();
             jacobian[axis] = SCALE[axis];
             let is_near = offset.iter().zip(SCALE).all(|(o, scale)| (o * scale).abs() < gate_px);
             let residual = (is_near && error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });

@@ -1,6 +1,6 @@
 //! The camera's direction and height.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use visloc_geom::PlanarPose;
 
 use super::{DriveRecord, MountCorrection, RobotCalibrationError, record::MappedView};
@@ -23,9 +23,6 @@ pub struct MountEstimate {
 const MIN_VIEWS: usize = 20;
 /// Gates of the rounds, pixels.
 const GATES_PX: [f64; 8] = [25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 8.0, 8.0];
-/// Step of the numeric derivative by the height, meters, and the largest change that is still the same counterpart, pixels.
-const HEIGHT_STEP_M: f64 = 0.005;
-const MAX_CHANGE_PX: f64 = 3.0;
 /// What is known before: pose of each view, meters and radians; tilt, radians; height, meters.
 const POSE_SPREAD: [f64; 3] = [0.1, 0.1, 0.05];
 const TILT_SPREAD_RAD: f64 = 0.1;
@@ -121,8 +118,7 @@ fn residuals(
     let mut percept = view.percept.clone();
     percept.robot_from_camera = correction(mount).apply(&percept.robot_from_camera);
     model.condition_on(&percept);
-    let state =
-        CameraState { world_from_robot: PlanarPose::new(pose.x, pose.y, pose.z), tilt_rad: Vector3::zeros() };
+    let state = CameraState::reported(PlanarPose::new(pose.x, pose.y, pose.z));
     let mut found = Vec::new();
     model.visit_matches(&state, gate_px, 1, &mut |feature| found.push(feature.residual));
     found
@@ -135,20 +131,15 @@ fn rows(
     gate_px: f64,
     model: &mut dyn FeatureModel,
 ) -> Vec<Row> {
-    let raised = residuals(view, pose, &(mount + Mount::z() * HEIGHT_STEP_M), 2.0 * gate_px, model);
-    let here = residuals(view, pose, mount, gate_px, model);
-    let both = here.into_iter().zip(raised).filter_map(|(here, raised)| Some((here?, raised?)));
-    both.filter(|(here, raised)| (raised.error_px - here.error_px).abs() < MAX_CHANGE_PX)
-        .map(|(here, raised)| {
-            let j: Vector6<f64> = here.jacobian;
-            let by_height = (raised.error_px - here.error_px) / HEIGHT_STEP_M;
-            Row {
-                error_px: here.error_px,
-                by_pose: Vector3::new(j[0], j[1], j[2]),
-                by_mount: Vector3::new(j[3], j[5], by_height),
-            }
-        })
-        .collect()
+    let row = |residual: Residual| {
+        let j = residual.jacobian;
+        Row {
+            error_px: residual.error_px,
+            by_pose: Vector3::new(j[0], j[1], j[2]),
+            by_mount: Vector3::new(j[3], j[5], j[6]),
+        }
+    };
+    residuals(view, pose, mount, gate_px, model).into_iter().flatten().map(row).collect()
 }
 
 fn reduce(

@@ -84,7 +84,7 @@ impl<'a> Scene<'a> {
 fn fitted_camera(percept: &Percept, field: &Field, truth: &PlanarPose) -> Rigid3<Robot, CameraFrame> {
     let mut model = FieldFeatureModel::new(field);
     model.condition_on(percept);
-    let mut state = CameraState { world_from_robot: *truth, tilt_rad: Vector3::zeros() };
+    let mut state = CameraState::reported(*truth);
     for gate_px in FIT_GATES_PX {
         let mut information = Matrix3::identity() / (TILT_RAD * TILT_RAD);
         let mut gradient = -state.tilt_rad / (TILT_RAD * TILT_RAD);

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
-use visloc_base::{RngTree, gaussian};
+use visloc_base::{Rng, RngTree, gaussian};
 use visloc_geom::nao::{self, HeadAngles, Torso};
 use visloc_geom::{CameraFrame, Rigid3, Robot};
 
@@ -18,8 +18,29 @@ pub(crate) struct Body {
     random: RngTree,
     /// Where in their cycles the swings start, radians.
     phases_rad: [f64; 5],
-    /// Slow errors of the angles: strength (radians), period, start phase.
-    biases: [(f64, f64, f64); 3],
+    /// Slow errors of the angles (radians) and of the height (meters).
+    biases: [SlowError; 3],
+    height_bias: SlowError,
+}
+
+/// An error that comes and goes.
+#[derive(Debug)]
+struct SlowError {
+    strength: f64,
+    period_secs: f64,
+    start_rad: f64,
+}
+
+impl SlowError {
+    /// A random one of at most this strength.
+    fn draw(most: f64, rng: &mut Rng) -> Self {
+        let strength = most * rng.random_range(0.5..=1.0);
+        Self { strength, period_secs: rng.random_range(12.0..50.0), start_rad: rng.random_range(0.0..TAU) }
+    }
+
+    fn at(&self, secs: f64) -> f64 {
+        self.strength * (phase(secs, self.period_secs) + self.start_rad).sin()
+    }
 }
 
 impl Body {
@@ -30,10 +51,8 @@ impl Body {
             setup: setup.clone(),
             random: *random,
             phases_rad: std::array::from_fn(|_| rng.random_range(0.0..TAU)),
-            biases: std::array::from_fn(|_| {
-                let strength = bias_rad * rng.random_range(0.5..=1.0);
-                (strength, rng.random_range(12.0..50.0), rng.random_range(0.0..TAU))
-            }),
+            biases: std::array::from_fn(|_| SlowError::draw(bias_rad, rng)),
+            height_bias: SlowError::draw(setup.kinematics.height_bias_m, rng),
         }
     }
 
@@ -104,10 +123,10 @@ impl Body {
         let errors = &self.setup.kinematics;
         let rng = &mut self.random.stream("kinematics", index);
         let angles: [f64; 3] = std::array::from_fn(|axis| {
-            let (strength, period_secs, start) = self.biases[axis];
-            strength * (phase(secs, period_secs) + start).sin() + gaussian(rng, errors.noise_deg.to_radians())
+            self.biases[axis].at(secs) + gaussian(rng, errors.noise_deg.to_radians())
         });
-        let shift: [f64; 3] = std::array::from_fn(|_| gaussian(rng, errors.noise_m));
+        let mut shift: [f64; 3] = std::array::from_fn(|_| gaussian(rng, errors.noise_m));
+        shift[2] += self.height_bias.at(secs);
         let wrong = Rotation3::from_euler_angles(angles[0], angles[1], angles[2]);
         let rotation = Rotation3::from_matrix_unchecked(*truth.rotation());
         Rigid3::new(wrong * rotation, truth.translation() + Vector3::from(shift))

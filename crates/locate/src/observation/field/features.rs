@@ -242,7 +242,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector6;
+    use crate::observation::features::CameraVector;
     use rand::RngExt;
     use visloc_base::RngTree;
     use visloc_geom::{Camera, nao};
@@ -314,19 +314,13 @@ mod tests {
             let mut model = FieldFeatureModel::new(&field());
             percept.borders = seen_from(&pose, &percept, &model);
             model.condition_on(&percept);
-            let at = |step: Vector6<f64>| CameraState {
-                world_from_robot: PlanarPose::new(
-                    pose.x_m + step[0],
-                    pose.y_m + step[1],
-                    pose.yaw_rad + step[2],
-                ),
-                tilt_rad: step.fixed_rows::<3>(3).into_owned(),
-            };
-            let here = residuals(&model, &at(Vector6::zeros()));
+            let pose = CameraVector::from([pose.x_m, pose.y_m, pose.yaw_rad, 0.0, 0.0, 0.0, 0.0]);
+            let at = |step: CameraVector| CameraState::from(&(pose + step));
+            let here = residuals(&model, &at(CameraVector::zeros()));
             let matched = here.iter().flatten().filter(|r| r.error_px.abs() < 0.1).count();
             (total, total_matched) = (total + here.len(), total_matched + matched);
-            for axis in 0..6 {
-                let mut step = Vector6::zeros();
+            for axis in 0..pose.len() {
+                let mut step = CameraVector::zeros();
                 step[axis] = 1e-6;
                 let (after, before) = (residuals(&model, &at(step)), residuals(&model, &at(-step)));
                 for ((here, after), before) in here.iter().zip(after).zip(before) {

@@ -1,4 +1,4 @@
-use nalgebra::{Point2, Point3, Rotation3, Vector3, Vector6};
+use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
 use visloc_base::{Rng, RngTree, Timestamp};
 use visloc_geom::{Camera, PlanarPose, Rigid3};
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     Estimate, Localizer, ObservationModel, StepInput,
-    observation::features::{CameraState, FeatureModel, Residual},
+    observation::features::{CameraState, CameraVector, FeatureModel, Residual},
     refine::Refined,
     registry::build_layered,
 };
@@ -181,10 +181,6 @@ fn models(office: &Office) -> (OfficeObservationModel, OfficeFeatureModel) {
     (pixels, features)
 }
 
-fn state(pose: &PlanarPose, tilt_rad: Vector3<f64>) -> CameraState {
-    CameraState { world_from_robot: *pose, tilt_rad }
-}
-
 #[test]
 fn borders_seen_from_a_pose_fall_on_their_counterparts() {
     let (office, mut rng) = (office(), RngTree::new(5).stream("poses", 0));
@@ -193,7 +189,7 @@ fn borders_seen_from_a_pose_fall_on_their_counterparts() {
     for _ in 0..100 {
         let pose = free_pose(&office, &mut rng);
         model.condition_on(&with_borders(&office, &pose));
-        model.visit_matches(&state(&pose, Vector3::zeros()), 8.0, 1, &mut |feature| {
+        model.visit_matches(&CameraState::reported(pose), 8.0, 1, &mut |feature| {
             count += 1;
             matched += usize::from(feature.residual.is_some_and(|r| r.error_px.abs() < 1e-6));
         });
@@ -206,11 +202,9 @@ fn borders_seen_from_a_pose_fall_on_their_counterparts() {
 fn derivatives_of_the_residuals_are_those_of_differences() {
     let (office, mut rng) = (office(), RngTree::new(6).stream("poses", 0));
     let (_, mut model) = models(&office);
-    let residuals = |model: &OfficeFeatureModel, at: &Vector6<f64>| {
-        let pose = PlanarPose::new(at[0], at[1], at[2]);
+    let residuals = |model: &OfficeFeatureModel, at: &CameraVector| {
         let mut all = Vec::new();
-        let state = state(&pose, at.fixed_rows::<3>(3).into_owned());
-        model.visit_matches(&state, 8.0, 1, &mut |feature| all.push(feature.residual));
+        model.visit_matches(&CameraState::from(at), 8.0, 1, &mut |feature| all.push(feature.residual));
         all
     };
     let mut count = 0;
@@ -218,10 +212,10 @@ fn derivatives_of_the_residuals_are_those_of_differences() {
         let pose = free_pose(&office, &mut rng);
         model.condition_on(&with_borders(&office, &pose));
         // Where all residuals are 0, the derivatives are exact.
-        let at = Vector6::new(pose.x_m, pose.y_m, pose.yaw_rad, 0.0, 0.0, 0.0);
-        for axis in 0..6 {
+        let at = CameraVector::from([pose.x_m, pose.y_m, pose.yaw_rad, 0.0, 0.0, 0.0, 0.0]);
+        for axis in 0..at.len() {
             const STEP: f64 = 1e-6;
-            let mut step = Vector6::zeros();
+            let mut step = CameraVector::zeros();
             step[axis] = STEP;
             let here = residuals(&model, &at);
             let (ahead, behind) = (residuals(&model, &(at + step)), residuals(&model, &(at - step)));
