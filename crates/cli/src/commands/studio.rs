@@ -3,20 +3,25 @@
 use std::{
     io::{self, Write as _},
     net::{IpAddr, Ipv4Addr, SocketAddr},
+    path::Path,
     process::{Command, Stdio},
     sync::{Arc, mpsc::Receiver},
     thread,
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
 use visloc_slam::Clock as SlamClock;
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes, run_engine,
+    Clock, Command as VisitorCommand, Engine as _, Hub, Scenes, Update,
+    recording::RecordingIndex,
+    run_engine,
     server::{Remote, Server},
 };
 
 use crate::{
     args::StudioArgs,
+    broadcast::Recording,
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
@@ -26,6 +31,12 @@ use crate::{
 /// # Errors
 /// If the address is taken, or what is to be shown cannot be opened.
 pub fn execute(args: &StudioArgs) -> Result<()> {
+    if let Some(target) = &args.export {
+        let [source] = &args.replay[..] else {
+            bail!("--export: expected one recording in --replay, found {}", args.replay.len());
+        };
+        return export(source, target);
+    }
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
     let (hub, commands) = Hub::new(clock.clone(), log);
@@ -66,6 +77,22 @@ fn start_engine(
         thread.spawn(move || run_engine(Box::new(scenes), session, &hub, &commands, &clock))
     }
     .context("cannot start the engine")?;
+    Ok(())
+}
+
+/// Writes a recording as another file.
+fn export(source: &Path, target: &Path) -> Result<()> {
+    let mut index = RecordingIndex::open(source)?;
+    let mut file = Recording::create(target)?;
+    for frame in 0..index.num_frames() {
+        let state = index.state(frame)?;
+        let secs = state.header.get("secs").and_then(Value::as_f64).unwrap_or(0.0);
+        let scene = index.scene(frame)?.write().into();
+        let image = index.image(frame)?.map(Into::into);
+        file.add(&Update { scene, state: state.write().into(), image }, secs)?;
+    }
+    file.finish()?;
+    say::line!("{}: {} frames", target.display(), index.num_frames());
     Ok(())
 }
 
