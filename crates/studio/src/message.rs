@@ -152,6 +152,11 @@ impl Message {
         MessageBuilder { kind, header, arrays, body }.finish()
     }
 
+    /// Names of all arrays.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.arrays.keys().map(String::as_str)
+    }
+
     /// The numbers of an array; `None` if there is no such array or it is cut off.
     #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {

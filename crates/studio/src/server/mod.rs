@@ -7,6 +7,7 @@ mod link;
 mod listen;
 mod remote;
 mod routes;
+mod smaller;
 mod socket;
 
 pub use listen::{Server, ServerError};

@@ -9,6 +9,8 @@ use crate::{Command, Update};
 
 /// Whoever takes nothing for so long is gone.
 const SEND_TIMEOUT: Duration = Duration::from_secs(20);
+/// Longest wait for an image that was left out, seconds.
+const MAX_SLEEP_SECS: f64 = 60.0;
 /// What a page says when it has drawn an update.
 const DRAWN: &str = "drawn";
 
@@ -33,7 +35,26 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                     return;
                 }
             }
+            // Nothing newer came: the page gets the image that was left out.
+            () = sleep_until(link.image_due_secs(), &hub) => {
+                let update = updates.borrow_and_update().clone();
+                let Some(update) = update else { continue };
+                if !send(&mut socket, &mut link, &update, &hub).await {
+                    return;
+                }
+            }
         }
+    }
+}
+
+/// Until a time of the hub's clock; for ever if there is none.
+async fn sleep_until(due_secs: Option<f64>, hub: &Hub) {
+    match due_secs {
+        Some(due_secs) => {
+            let wait_secs = (due_secs - hub.clock().secs()).clamp(0.0, MAX_SLEEP_SECS);
+            tokio::time::sleep(Duration::from_secs_f64(wait_secs)).await;
+        }
+        None => std::future::pending().await,
     }
 }
 
