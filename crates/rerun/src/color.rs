@@ -5,6 +5,8 @@
 pub struct Color(pub [u8; 4]);
 
 impl Color {
+    /// Behind the world.
+    pub const BACKGROUND: Self = Self::rgb(0x0f_14_1a);
     /// The robot.
     pub const TRUTH: Self = Self::rgb(0xff_ff_ff);
     /// What the truth of a camera looks like beside its estimate.

@@ -92,7 +92,7 @@ impl Layout {
 fn eye([x0, y0, x1, y1]: [f64; 4]) -> [[f64; 3]; 2] {
     let (x, y) = ((x0 + x1) / 2.0, (y0 + y1) / 2.0);
     let far = (0.5 * (x1 - x0)).max(0.75 * (y1 - y0)).max(1.0);
-    [[x, y - 1.15 * far, 1.3 * far], [x, y - 0.05 * far, 0.0]]
+    [[x, y - 1.0 * far, 1.15 * far], [x, y - 0.05 * far, 0.0]]
 }
 
 #[cfg(test)]

@@ -23,7 +23,8 @@ pub(super) fn log(stream: &RecordingStream, entry: Entry) -> Result<(), Recordin
         Shape::UpIsZ => write(&ViewCoordinates::RIGHT_HAND_Z_UP()),
         Shape::Jpeg(bytes) => write(&EncodedImage::from_file_contents(bytes)),
         Shape::Dots { places, classes, color, radius } => {
-            let dots = Points2D::new(places).with_radii([Size::new_ui_points(radius)]);
+            let dots =
+                Points2D::new(places).with_radii([Size::new_ui_points(radius)]).with_show_labels(false);
             if classes.is_empty() {
                 write(&dots.with_colors([rgba(color)]))
             } else {

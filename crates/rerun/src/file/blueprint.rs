@@ -11,26 +11,27 @@ use re_sdk_types::{
     Archetype as _,
     blueprint::{
         archetypes::{
-            ContainerBlueprint, EyeControls3D, PanelBlueprint, PlotLegend, ScalarAxis, TimePanelBlueprint,
-            ViewBlueprint, ViewContents, ViewportBlueprint, VisibleTimeRanges,
+            Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
+            ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
+            VisibleTimeRanges,
         },
         components::{
-            AutoLayout, AutoViews, ColumnShare, ContainerKind, Corner2D, Eye3DKind, IncludedContent,
-            PanelState, QueryExpression, RootContainer, RowShare, TimelineName, ViewClass,
+            AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, Corner2D, Eye3DKind,
+            IncludedContent, PanelState, QueryExpression, RootContainer, RowShare, TimelineName, ViewClass,
         },
     },
-    components::{Name, Position3D, Range1D},
+    components::{Color as Rgba, Name, Position3D, Range1D, Visible},
     datatypes::{Bool, Float32, TimeInt, TimeRange, TimeRangeBoundary, Utf8, VisibleTimeRange},
     external::uuid::Uuid,
 };
 
 use super::writer::{FRAME, TIME};
-use crate::{Layout, ViewKind, layout::View};
+use crate::{Color, Layout, ViewKind, layout::View};
 
 type Done = Result<(), RecordingStreamError>;
 
 /// Sends a layout along with a recording. It is active at once, and stays the one of the application.
-pub(super) fn send(recording: &RecordingStream, application: &str, layout: &Layout) -> Done {
+pub(super) fn send(recording: &RecordingStream, application: &'static str, layout: &Layout) -> Done {
     let (stream, storage) =
         RecordingStreamBuilder::new(application).recording_id("layout").blueprint().memory()?;
     stream.set_log_time_enabled(false);
@@ -115,6 +116,13 @@ impl Writer {
                 .with_position(position(place))
                 .with_look_target(position(target));
             self.write(&format!("{path}/EyeControls3D"), &eye)?;
+            // Our colors are those for the dark, whatever theme the viewer has.
+            let [red, green, blue, _] = Color::BACKGROUND.0;
+            let background =
+                Background::new(BackgroundKind::SolidColor).with_color(Rgba::from_rgb(red, green, blue));
+            self.write(&format!("{path}/Background"), &background)?;
+            let grid = LineGrid3D::new().with_visible(Visible(Bool(false)));
+            self.write(&format!("{path}/LineGrid3D"), &grid)?;
         }
         if let Some(range) = view.range {
             self.write(&format!("{path}/ScalarAxis"), &ScalarAxis::new().with_range(Range1D::from(range)))?;

@@ -83,7 +83,7 @@ impl RerunFile {
         }
         let flushed = self.stream.flush_blocking();
         flushed.map_err(|error| self.refused(&error.to_string()))?;
-        self.stream.disconnect();
+        self.stream.finalize_deferred_sinks();
         Ok(())
     }
 
