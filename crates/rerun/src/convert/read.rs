@@ -14,7 +14,7 @@ pub(super) fn text<'a>(table: &'a Value, key: &str) -> Option<&'a str> {
 }
 
 /// The entries of a list.
-pub(super) fn list<'a>(table: Option<&'a Value>) -> impl Iterator<Item = &'a Value> {
+pub(super) fn list(table: Option<&Value>) -> impl Iterator<Item = &Value> {
     table.and_then(Value::as_array).into_iter().flatten()
 }
 
