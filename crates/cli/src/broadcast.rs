@@ -22,7 +22,7 @@ pub struct Broadcast {
 /// A file that a run is recorded in; its name says for which program.
 pub enum Recording {
     /// The studio.
-    Studio(Recorder),
+    Studio(Box<Recorder>),
     /// The Rerun viewer: `.rrd`.
     Rerun(RerunFile),
 }
@@ -97,7 +97,7 @@ impl Recording {
         let is_for_rerun = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rrd"));
         Ok(match is_for_rerun {
             true => Self::Rerun(RerunFile::create(path)?),
-            false => Self::Studio(Recorder::create(path)?),
+            false => Self::Studio(Box::new(Recorder::create(path)?)),
         })
     }
 
