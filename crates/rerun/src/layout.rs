@@ -39,6 +39,8 @@ pub struct View {
     pub histories: Vec<String>,
     /// Where the eye begins and what it looks at, meters.
     pub eye: Option<[[f64; 3]; 2]>,
+    /// Width and height of the image, pixels: what lies beyond is not shown at first.
+    pub image_size: Option<[f64; 2]>,
     /// Least and largest value that are shown, for plots with a fixed scale.
     pub range: Option<[f64; 2]>,
 }
@@ -46,7 +48,7 @@ pub struct View {
 impl View {
     fn new(name: &str, kind: ViewKind, origin: &str) -> Self {
         let (name, origin) = (name.to_owned(), origin.to_owned());
-        Self { name, kind, origin, histories: Vec::new(), eye: None, range: None }
+        Self { name, kind, origin, histories: Vec::new(), eye: None, image_size: None, range: None }
     }
 }
 
@@ -64,9 +66,15 @@ pub struct PlotPlace {
 impl Layout {
     /// The world at the left with events and numbers below it, the image and the plots at the right.
     ///
-    /// `bounds_m` are the least x and y and the largest x and y of the world.
+    /// `bounds_m` are the least x and y and the largest x and y of the world, `image_size` the width and height of the image, pixels.
     #[must_use]
-    pub fn new(title: &str, bounds_m: [f64; 4], histories: Vec<String>, plots: &[PlotPlace]) -> Self {
+    pub fn new(
+        title: &str,
+        bounds_m: [f64; 4],
+        image_size: Option<[f64; 2]>,
+        histories: Vec<String>,
+        plots: &[PlotPlace],
+    ) -> Self {
         let space =
             View { histories, eye: Some(eye(bounds_m)), ..View::new(title, ViewKind::Space, "world") };
         let view = |name, kind, origin| Self::View(View::new(name, kind, origin));
@@ -80,10 +88,8 @@ impl Layout {
             (2.0, view("Numbers", ViewKind::Text, "numbers")),
         ]);
         let left = Self::Column(vec![(5.0, Self::View(space)), (2.0, below)]);
-        let right = Self::Column(vec![
-            (4.0, view("Camera", ViewKind::Picture, "camera/image")),
-            (3.0, Self::Column(plots.collect())),
-        ]);
+        let camera = View { image_size, ..View::new("Camera", ViewKind::Picture, "camera/image") };
+        let right = Self::Column(vec![(4.0, Self::View(camera)), (3.0, Self::Column(plots.collect()))]);
         Self::Row(vec![(4.0, left), (3.0, right)])
     }
 }
@@ -92,7 +98,7 @@ impl Layout {
 fn eye([x0, y0, x1, y1]: [f64; 4]) -> [[f64; 3]; 2] {
     let (x, y) = ((x0 + x1) / 2.0, (y0 + y1) / 2.0);
     let far = (0.5 * (x1 - x0)).max(0.75 * (y1 - y0)).max(1.0);
-    [[x, y - 1.0 * far, 1.15 * far], [x, y - 0.05 * far, 0.0]]
+    [[x, y - 1.1 * far, 1.25 * far], [x, y - 0.1 * far, 0.0]]
 }
 
 #[cfg(test)]
@@ -113,7 +119,8 @@ mod tests {
         let plots: Vec<PlotPlace> = (0..3)
             .map(|i| PlotPlace { title: format!("{i}"), path: format!("plots/{i}"), range: None })
             .collect();
-        let layout = Layout::new("Field", [-3.0, -2.0, 3.0, 2.0], vec!["world/truth/way".to_owned()], &plots);
+        let layout =
+            Layout::new("Field", [-3.0, -2.0, 3.0, 2.0], None, vec!["world/truth/way".to_owned()], &plots);
         let mut found = Vec::new();
         views(&layout, &mut found);
         let origins: Vec<&str> = found.iter().map(|view| view.origin.as_str()).collect();

@@ -22,6 +22,8 @@ const children = [];
 const TOKEN = "links";
 const SLOW_BYTES = 100_000 / 8;
 const SAMPLE_SECS = 10;
+/** Length of a run that is timed. */
+const RUN_SECS = 20;
 const BROWSER = {
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -162,31 +164,31 @@ async function slow(minutes) {
   memories(programs, samples, 60 / SAMPLE_SECS);
 }
 
-/** One run of 20 s; median times of image analysis and of both, milliseconds. */
+/** Time that a program's main thread has had a processor, milliseconds; what waits for one does not count. */
+function processorMs(pid, before) {
+  try {
+    return Number(readFileSync(`/proc/${pid}/task/${pid}/schedstat`, "utf8").split(" ")[0]) / 1e6;
+  } catch {
+    return before;
+  }
+}
+
+/** One run of 20 s: medians of image analysis and of both, milliseconds a frame, and processor time of the thread that does it. */
 async function timed(kind, browser) {
   const json = join(folder, "run.json");
-  const publishes = kind !== "not published";
-  let child;
-  if (publishes) {
-    const run = await robot("run", 20, "--json", json);
-    child = run.child;
-    if (kind === "page elsewhere") await RawPage.open(run.address);
-    if (kind === "page here") {
-      const desk = await studio("desk", "--connect", run.host, "--token", TOKEN);
-      const page = await browser.newPage();
-      await page.goto(desk.address);
-      await child.finished;
-      await page.close();
-      desk.child.kill();
-    }
-  } else {
-    const scenario = join(folder, "walk-20.toml");
-    child = spawn(visloc, ["localize", `sim:${scenario}`, "--json", json], { stdio: "ignore" });
-    child.finished = new Promise((resolve) => { child.on("close", resolve); });
-  }
+  const { child, host, address } = await robot("run", RUN_SECS, "--json", json);
+  let thread = 0;
+  const timer = setInterval(() => { thread = processorMs(child.pid, thread); }, 50);
+  if (kind === "page elsewhere") await RawPage.open(address);
+  const desk = kind === "page here" ? await studio("desk", "--connect", host, "--token", TOKEN) : null;
+  const page = desk && await browser.newPage();
+  await page?.goto(desk.address);
   await child.finished;
-  const [result] = JSON.parse(readFileSync(json)).algorithms;
-  return { both: result.iteration_ms.median, image: result.analysis_ms.median };
+  clearInterval(timer);
+  await page?.close();
+  desk?.child.kill();
+  const result = JSON.parse(readFileSync(json));
+  return { both: result.iteration_ms.median, image: result.analysis_ms.median, thread: thread / result.frames };
 }
 
 async function slowdown(pairs) {
@@ -200,7 +202,7 @@ async function slowdown(pairs) {
       const load = loadavg()[0].toFixed(1);
       const time = await timed(kind, browser);
       times.get(kind).push(time);
-      console.log(`${kind}: image ${time.image.toFixed(3)} ms, all ${time.both.toFixed(3)} ms, load before ${load}`);
+      console.log(`${kind}: image ${time.image.toFixed(3)} ms, all ${time.both.toFixed(3)} ms, whole thread ${time.thread.toFixed(2)} ms a frame, load before ${load}`);
     }
   }
   await browser.close();
@@ -208,7 +210,8 @@ async function slowdown(pairs) {
   for (const kind of kinds) {
     const all = times.get(kind);
     const ratios = all.map((time, i) => 100 * (time.both / base[i].both - 1));
-    console.log(`${kind}: median of ${all.length} runs ${median(all.map((time) => time.both)).toFixed(3)} ms, `
+    console.log(`${kind}: median of ${all.length} runs ${median(all.map((time) => time.both)).toFixed(3)} ms, whole thread `
+      + `${median(all.map((time) => time.thread)).toFixed(2)} ms a frame; `
       + `against no page in the same round: median ${median(ratios).toFixed(1)} %, from ${Math.min(...ratios).toFixed(1)} to ${Math.max(...ratios).toFixed(1)} %`);
   }
 }

@@ -9,9 +9,9 @@ use visloc_studio::{
 };
 
 use super::{
-    camera, events, numbers,
+    camera, events, numbers as table,
     plots::{self, Plot},
-    read::{lanes, text},
+    read::{lanes, numbers, text},
     robot, space, world,
 };
 use crate::{Entry, Layout};
@@ -74,7 +74,7 @@ impl Converter {
             entries.extend(space::entries(&state));
             entries.extend(plots::entries(&scene.plots, plots::scene_values(&row)));
         }
-        entries.push(numbers::entry(&state));
+        entries.push(table::entry(&state));
         if let Some(bytes) = update.image.as_ref().filter(|bytes| self.image.as_ref() != Some(bytes)) {
             let image = Message::read(bytes)?;
             let shown = if is_robot { camera::robot(&image, &scene.lanes) } else { camera::features(&image) };
@@ -107,7 +107,9 @@ impl Converter {
         let places: Vec<_> = plots.iter().map(|plot| plot.place.clone()).collect();
         let header = Value::Object(message.header.clone());
         let title = text(&header, "title").unwrap_or("World");
-        let layout = Layout::new(title, world::bounds(&message), histories, &places);
+        let image = update.image.as_ref().map(|bytes| Message::read(bytes)).transpose()?;
+        let image_size = image.and_then(|image| numbers(image.header.get("size_px")));
+        let layout = Layout::new(title, world::bounds(&message), image_size, histories, &places);
         let mut entries = world::entries(&message);
         entries.push(camera::classes(&message));
         entries.extend(plots.iter().map(Plot::curves));

@@ -13,7 +13,7 @@ use re_sdk_types::{
         archetypes::{
             Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend,
             ScalarAxis, TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
-            VisibleTimeRanges,
+            VisibleTimeRanges, VisualBounds2D,
         },
         components::{
             AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, Corner2D, Eye3DKind,
@@ -21,7 +21,7 @@ use re_sdk_types::{
         },
     },
     components::{Color as Rgba, Name, Position3D, Range1D, Visible},
-    datatypes::{Bool, Float32, TimeInt, TimeRange, TimeRangeBoundary, Utf8, VisibleTimeRange},
+    datatypes::{Bool, Float32, Range2D, TimeInt, TimeRange, TimeRangeBoundary, Utf8, VisibleTimeRange},
     external::uuid::Uuid,
 };
 
@@ -123,6 +123,10 @@ impl Writer {
             self.write(&format!("{path}/Background"), &background)?;
             let grid = LineGrid3D::new().with_visible(Visible(Bool(false)));
             self.write(&format!("{path}/LineGrid3D"), &grid)?;
+        }
+        if let Some([width, height]) = view.image_size {
+            let range = Range2D { x_range: [0.0, width].into(), y_range: [0.0, height].into() };
+            self.write(&format!("{path}/VisualBounds2D"), &VisualBounds2D::new(range))?;
         }
         if let Some(range) = view.range {
             self.write(&format!("{path}/ScalarAxis"), &ScalarAxis::new().with_range(Range1D::from(range)))?;
