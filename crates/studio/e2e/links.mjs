@@ -31,7 +31,10 @@ const BROWSER = {
 };
 
 const sleep = (secs) => new Promise((resolve) => { setTimeout(resolve, 1000 * secs); });
-const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
+const median = (values) => {
+  const sorted = [...values].sort((a, b) => a - b);
+  return (sorted[(sorted.length - 1) >> 1] + sorted[sorted.length >> 1]) / 2;
+};
 
 /** Starts a program and waits for the first line that a pattern is found in. */
 async function start(name, args, pattern) {

@@ -24,7 +24,7 @@ pub(super) fn entries(state: &Message) -> Vec<Entry> {
     let at = |name: &str, shape| Entry::now(format!("world/{name}"), shape);
     vec![
         at("slam/landmarks", landmarks),
-        at("slam/candidates", lines(pairs(state, "candidates"), orange.dimmed(0.45), Screen(0.5))),
+        at("slam/candidates", lines(pairs(state, "candidates"), orange.dimmed(0.32), Screen(0.5))),
         at("slam/keyframes", lines(keyframes, violet, Screen(0.8))),
         at("slam/links", lines(pairs(state, "links"), violet.dimmed(0.45), Screen(0.5))),
         at("slam/way", lines(way(state, "trajectory"), blue, Meters(0.018))),
