@@ -214,7 +214,9 @@ mod tests {
         message.floats("trajectory", (0..9).map(f64::from));
         let update = Update { scene, state: message.finish().into(), image: None };
         let (_, entries) = Converter::new().update(&update, 0.0).unwrap();
-        let [Shape::Values(values)] = shapes(&entries, "plots/position-error")[..] else { panic!() };
+        let [Shape::Curves(_), Shape::Values(values)] = shapes(&entries, "plots/position-error")[..] else {
+            panic!()
+        };
         assert!(values[0].is_nan());
         let [Shape::Points { places, .. }] = shapes(&entries, "world/slam/landmarks")[..] else { panic!() };
         assert_eq!(places[..], [[1.0, 2.0, 3.0]]);
