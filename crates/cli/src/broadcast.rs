@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::Result;
 use serde_json::{Value, json};
+use visloc_rerun::RerunFile;
 use visloc_studio::{
     Clock, Command, Hub, StudioError, Update,
     recording::{Input, Recorder},
@@ -25,9 +26,17 @@ const MAX_FILES: u32 = 100_000;
 
 /// Where updates go.
 pub struct Broadcast {
-    recorder: Option<Recorder>,
+    recording: Option<Recording>,
     publisher: Option<Publisher>,
     error: Option<anyhow::Error>,
+}
+
+/// A file that a run is recorded in; its name says for which program.
+pub enum Recording {
+    /// The studio.
+    Studio(Box<Recorder>),
+    /// The Rerun viewer: `.rrd`.
+    Rerun(RerunFile),
 }
 
 /// A server that other programs watch.
@@ -47,9 +56,9 @@ impl Broadcast {
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs) -> Result<Self> {
-        let recorder = args.record.as_deref().map(create).transpose()?;
+        let recording = args.record.as_deref().map(Recording::create).transpose()?;
         let publisher = args.publish.map(|address| publish(address, args.token.clone())).transpose()?;
-        Ok(Self { recorder, publisher, error: None })
+        Ok(Self { recording, publisher, error: None })
     }
 
     /// Whether frames are to come at the time at which they were taken.
@@ -92,15 +101,15 @@ impl Broadcast {
     /// Whether anybody wants to see the next frame. While nobody does, it costs nothing.
     pub fn is_wanted(&self) -> bool {
         let is_watched = |publisher: &Publisher| publisher.hub.num_viewers() > 0;
-        (self.recorder.is_some() && self.error.is_none()) || self.publisher.as_ref().is_some_and(is_watched)
+        (self.recording.is_some() && self.error.is_none()) || self.publisher.as_ref().is_some_and(is_watched)
     }
 
     /// Shows an update of a moment, seconds since the first frame, and what the algorithms were given for it. What goes wrong is
     /// told at the end: a run is not stopped by it.
     pub fn send(&mut self, update: Result<(Update, f64), StudioError>, input: &Input<'_>) {
         let sent = update.map_err(anyhow::Error::from).and_then(|(update, secs)| {
-            if let Some(recorder) = &mut self.recorder {
-                recorder.add(&update, secs, Some(input))?;
+            if let Some(recording) = &mut self.recording {
+                recording.add(&update, secs, Some(input))?;
             }
             if let Some(publisher) = &self.publisher {
                 publisher.show(update);
@@ -117,8 +126,8 @@ impl Broadcast {
     /// # Errors
     /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
-        if let Some(recorder) = self.recorder {
-            recorder.finish()?;
+        if let Some(recording) = self.recording {
+            recording.finish()?;
         }
         self.error.map_or(Ok(()), Err)
     }
@@ -149,8 +158,43 @@ pub fn saved_path(what: &str, extension: &str) -> PathBuf {
     (1..MAX_FILES).map(path).find(|path| !path.exists()).unwrap_or_else(|| path(MAX_FILES))
 }
 
-fn create(path: &Path) -> Result<Recorder> {
-    Ok(Recorder::create(path)?)
+impl Recording {
+    /// Creates a file, and its folder.
+    ///
+    /// # Errors
+    /// If that is not possible, or this program was built without such files.
+    pub fn create(path: &Path) -> Result<Self> {
+        let is_for_rerun = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rrd"));
+        Ok(match is_for_rerun {
+            true => Self::Rerun(RerunFile::create(path)?),
+            false => Self::Studio(Box::new(Recorder::create(path)?)),
+        })
+    }
+
+    /// Appends an update of a moment, seconds since the first frame, and what the algorithms were given for it, which files for Rerun
+    /// leave out.
+    ///
+    /// # Errors
+    /// If the disk is full or the like.
+    pub fn add(&mut self, update: &Update, secs: f64, input: Option<&Input<'_>>) -> Result<()> {
+        match self {
+            Self::Studio(recorder) => recorder.add(update, secs, input)?,
+            Self::Rerun(file) => file.add(update, secs)?,
+        }
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// If the disk is full or the like.
+    pub fn finish(self) -> Result<()> {
+        match self {
+            Self::Studio(recorder) => recorder.finish()?,
+            Self::Rerun(file) => file.finish()?,
+        }
+        Ok(())
+    }
 }
 
 fn publish(address: SocketAddr, token: Option<String>) -> Result<Publisher> {

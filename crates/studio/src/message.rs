@@ -186,6 +186,11 @@ impl Message {
         self.arrays.get(name).and_then(|place| place.get(2)?.as_str()) == Some("f32")
     }
 
+    /// Names of all arrays.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.arrays.keys().map(String::as_str)
+    }
+
     /// The numbers of an array; `None` if there is no such array or it is cut off.
     #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {

@@ -24,7 +24,8 @@ pub struct JsonArg {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "For the studio")]
 pub struct BroadcastArgs {
-    /// Record everything that there is to see, for visloc studio --replay
+    /// Record everything that there is to see: .mcap for visloc studio --replay, .rrd for the Rerun viewer (if visloc was
+    /// built with it)
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
     /// Let visloc studio --connect watch from another computer; frames come at their stamps then

@@ -39,6 +39,9 @@ pub struct StudioArgs {
     /// Play a recording that was made with --record; can be given several times
     #[arg(long, value_name = "FILE")]
     pub replay: Vec<PathBuf>,
+    /// Write the recording of --replay as another file instead of opening the page: .rrd for the Rerun viewer
+    #[arg(long, value_name = "FILE", requires = "replay", conflicts_with_all = ["source", "sequence", "scene", "connect"])]
+    pub export: Option<PathBuf>,
     /// Follow a camera without a map (as visloc slam SOURCE); can be given several times
     #[arg(long, value_name = "SOURCE")]
     pub sequence: Vec<String>,

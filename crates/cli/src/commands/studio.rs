@@ -3,17 +3,19 @@
 use std::{
     io::{self, Write as _},
     net::{IpAddr, Ipv4Addr, SocketAddr},
+    path::Path,
     process::{Command, Stdio},
     sync::{Arc, mpsc::Receiver},
     thread,
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
 use visloc_slam::Clock as SlamClock;
 use visloc_sources::{SourceAddress, SourceOptions, open_frames, open_images};
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
-    recording::Tape,
+    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
+    recording::{RecordingIndex, Tape},
     run_engine,
     server::{Remote, Server},
     slam::{ImagesOpener, OpenCamera},
@@ -24,6 +26,7 @@ use visloc_world::Map;
 use super::settings::bag_topics;
 use crate::{
     args::StudioArgs,
+    broadcast::Recording,
     host::host,
     run::source_options,
     say,
@@ -35,6 +38,12 @@ use crate::{
 /// # Errors
 /// If the address is taken, or what is to be shown cannot be opened.
 pub fn execute(args: &StudioArgs) -> Result<()> {
+    if let Some(target) = &args.export {
+        let [source] = &args.replay[..] else {
+            bail!("--export: expected one recording in --replay, found {}", args.replay.len());
+        };
+        return export(source, target);
+    }
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
     let (hub, commands) = Hub::new(clock.clone(), log);
@@ -73,6 +82,22 @@ fn start_engine(
         .name("studio-engine".to_owned())
         .spawn(move || run_engine(Box::new(scenes), session, tape, &hub, &commands, &clock))
         .context("cannot start the engine")?;
+    Ok(())
+}
+
+/// Writes a recording as another file.
+fn export(source: &Path, target: &Path) -> Result<()> {
+    let mut index = RecordingIndex::open(source)?;
+    let mut file = Recording::create(target)?;
+    for frame in 0..index.num_frames() {
+        let state = index.state(frame)?;
+        let secs = state.header.get("secs").and_then(Value::as_f64).unwrap_or(0.0);
+        let scene = index.scene(frame)?.write().into();
+        let image = index.image(frame)?.map(Into::into);
+        file.add(&Update { scene, state: state.write().into(), image }, secs, None)?;
+    }
+    file.finish()?;
+    say::line!("{}: {} frames", target.display(), index.num_frames());
     Ok(())
 }
 

@@ -27,6 +27,30 @@ fn runs_are_recorded() {
     assert!(slam.state(11).unwrap().floats("landmarks").is_some());
 }
 
+/// In a program that is built without the viewer's files; else they are written, see `rerun.rs` of the crate of that name.
+#[cfg(not(feature = "rerun"))]
+#[test]
+fn files_of_the_rerun_viewer_say_what_to_build() {
+    let workspace = Workspace::new();
+    let error = workspace.refused(&["localize", "sim:tour", "--frames", "3", "--record", "run.rrd"]);
+    assert!(error.contains("--features rerun") && error.contains("run.rrd"), "{error}");
+    assert!(!workspace.path("run.rrd").exists());
+}
+
+#[cfg(feature = "rerun")]
+#[test]
+fn runs_are_written_for_the_rerun_viewer_directly_and_from_recordings() {
+    let workspace = Workspace::new();
+    workspace.must(&["localize", "sim:tour", "--frames", "9", "--record", "run.rrd"]);
+    workspace.must(&["localize", "sim:tour", "--frames", "9", "--record", "run.mcap"]);
+    workspace.must(&["studio", "--replay", "run.mcap", "--export", "again.rrd"]);
+    workspace.must(&["slam", "sim:room", "--end", "12", "--record", "slam.rrd"]);
+    for name in ["run.rrd", "again.rrd", "slam.rrd"] {
+        let bytes = std::fs::read(workspace.path(name)).unwrap();
+        assert!(bytes.starts_with(b"RRF"), "{name}: {:?}", &bytes[..4]);
+    }
+}
+
 #[test]
 fn what_cannot_be_shown_is_refused_at_once() {
     let workspace = Workspace::new();

@@ -1,7 +1,7 @@
 //! How much one page is sent.
 //!
-//! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, so what a page shows is
-//! never older than the time of two updates, however slow link or page are; what it has no time for is left out. Images take a
+//! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, one if that takes
+//! long, so what a page shows is never older than the time of an update on its way, however slow link or page are; what it has no time for is left out. Images take a
 //! quarter of the time at most: after one that took long the next ones are left out first. When that happens again, images become
 //! smaller, step by step, and larger again when they come through quickly. What stands still is sent whole in the end.
 
@@ -12,6 +12,8 @@ use crate::Update;
 
 /// Updates on their way.
 const MAX_IN_FLIGHT: usize = 2;
+/// After an update that took longer than this only one is on its way, seconds.
+const SLOW_SECS: f64 = 0.4;
 /// After a slower one no image is sent for its time, times this.
 const REST: f64 = 3.0;
 
@@ -24,6 +26,8 @@ pub(super) struct Link {
     image_size: ImageSize,
     /// Whether the last image was left out or made smaller.
     owes_image: bool,
+    /// Whether the last update took long.
+    is_slow: bool,
 }
 
 #[derive(Debug)]
@@ -35,7 +39,7 @@ struct Sent {
 impl Link {
     /// Whether the page is ready for more.
     pub fn is_ready(&self) -> bool {
-        self.in_flight.len() < MAX_IN_FLIGHT
+        self.in_flight.len() < if self.is_slow { 1 } else { MAX_IN_FLIGHT }
     }
 
     /// The messages of an update that this page gets now, the state last.
@@ -70,6 +74,7 @@ impl Link {
     pub fn drawn(&mut self, now_secs: f64) {
         let Some(sent) = self.in_flight.pop_front() else { return };
         let took_secs = now_secs - sent.at_secs;
+        self.is_slow = took_secs > SLOW_SECS;
         if !sent.has_image {
             return;
         }

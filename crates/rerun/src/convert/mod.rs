@@ -1,0 +1,15 @@
+//! From the studio's messages to shapes.
+
+mod camera;
+mod converter;
+mod ears;
+mod events;
+mod numbers;
+mod plots;
+mod read;
+mod rings;
+mod robot;
+mod space;
+mod world;
+
+pub use converter::{Converter, Moment};
