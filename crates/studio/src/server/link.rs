@@ -1,9 +1,10 @@
 //! How much one page is sent.
 //!
-//! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, one if that takes
-//! long, so what a page shows is never older than the time of an update on its way, however slow link or page are; what it has no time for is left out. Images take a
-//! quarter of the time at most: after one that took long the next ones are left out first. When that happens again, images become
-//! smaller, step by step, and larger again when they come through quickly. What stands still is sent whole in the end.
+//! A page says when it has drawn an update. No more than [`MAX_IN_FLIGHT`] are on their way at a time, one if that takes long, so what a
+//! page shows is never older than the time of an update on its way, however slow link or page are; what it has no time for is left
+//! out. Images take a quarter of the time at most: after one that took long the next ones are left out first. When that happens
+//! again, images become smaller, step by step, and larger again when they come through quickly. What stands still is sent whole in
+//! the end.
 
 use std::{collections::VecDeque, sync::Arc};
 
