@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 use visloc_base::RgbImage;
 
-use super::{EdgeSegment, OfficeTable, SurfaceClass};
+use super::{EdgeSegment, SurfaceClass};
 use crate::{DoorSide, FeatureKind};
 
 /// An edge and what it is part of.
@@ -25,15 +25,15 @@ const MIN_SHARE: f64 = 0.6;
 /// Looks at both sides of an edge.
 pub(super) fn label(
     image: &RgbImage,
-    table: &OfficeTable,
+    class_of: &impl Fn([u8; 3]) -> SurfaceClass,
     segment: &EdgeSegment,
     min_wall_share: f64,
 ) -> Option<FeatureKind> {
     let along = segment.direction();
     // To the right of somebody who goes along the edge, in the image with y down.
     let right = Vector2::new(-along.y, along.x);
-    let (right_class, right_brightness) = side_class(image, table, segment, &right);
-    let (left_class, left_brightness) = side_class(image, table, segment, &-right);
+    let (right_class, right_brightness) = side_class(image, class_of, segment, &right);
+    let (left_class, left_brightness) = side_class(image, class_of, segment, &-right);
     let kind = kind_between(left_class, right_class, &right)?;
     let (wall, floor) = match left_class {
         SurfaceClass::Floor => (right_brightness, left_brightness),
@@ -62,7 +62,7 @@ fn kind_between(left: SurfaceClass, right: SurfaceClass, to_right: &Vector2<f64>
 /// The class that most of the pixels on one side belong to, and their mean brightness, 0 to 255.
 fn side_class(
     image: &RgbImage,
-    table: &OfficeTable,
+    class_of: &impl Fn([u8; 3]) -> SurfaceClass,
     segment: &EdgeSegment,
     side: &Vector2<f64>,
 ) -> (SurfaceClass, f64) {
@@ -76,7 +76,7 @@ fn side_class(
             let Some(rgb) = pixel(image, on_edge + side * offset) else { continue };
             total += 1;
             brightness += u32::from(rgb[0].max(rgb[1]).max(rgb[2]));
-            let class = table.class(rgb);
+            let class = class_of(rgb);
             if class == SurfaceClass::Unknown {
                 continue;
             }
