@@ -119,24 +119,26 @@ impl OfficeAnalyzer {
             self.light.update(&frame.image, &self.segments, config.light_follow);
         }
         let class_of = |rgb| self.table.class(self.light.in_white(rgb));
-        for segment in &self.segments {
-            let kind = label(&frame.image, &class_of, segment, config.min_wall_share);
-            let reason = match kind {
-                None => Some(DropReason::UnknownColors),
-                Some(kind) if config.filters.upright => {
-                    let lean_deg = view.lean_deg(segment);
-                    if kind.is_door_edge() {
-                        (lean_deg > config.max_lean_deg).then_some(DropReason::NotUpright)
-                    } else {
-                        (lean_deg < config.min_floor_lean_deg).then_some(DropReason::Upright)
+        let (percept, lines) = (&mut self.percept, &mut self.lines);
+        for edge in &self.segments {
+            label(&frame.image, &class_of, edge, config.min_wall_share, |segment, kind| {
+                let reason = match kind {
+                    None => Some(DropReason::UnknownColors),
+                    Some(kind) if config.filters.upright => {
+                        let lean_deg = view.lean_deg(&segment);
+                        if kind.is_door_edge() {
+                            (lean_deg > config.max_lean_deg).then_some(DropReason::NotUpright)
+                        } else {
+                            (lean_deg < config.min_floor_lean_deg).then_some(DropReason::Upright)
+                        }
                     }
+                    Some(_) => None,
+                };
+                match reason {
+                    Some(reason) => drop_line(percept, kind, &segment, reason),
+                    None => lines.push(Labelled { segment, kind }),
                 }
-                Some(_) => None,
-            };
-            match reason {
-                Some(reason) => drop_line(&mut self.percept, kind, segment, reason),
-                None => self.lines.push(Labelled { segment: *segment, kind }),
-            }
+            });
         }
         fuse(&mut self.lines, config.max_gap_px * scale);
         if config.filters.short {
