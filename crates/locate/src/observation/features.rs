@@ -67,12 +67,6 @@ pub trait FeatureModel: Send + Sync {
         [0.85, 0.6]
     }
 
-    /// Of what landmarks should show in the image from here: how much of it is there, and how much there should be, in
-    /// pieces of about the same size. Nothing if the map cannot tell.
-    fn coverage(&self, _: &CameraState) -> (f64, f64) {
-        (0.0, 0.0)
-    }
-
     /// The pose from which everything looks the same, if the map has such a symmetry.
     fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;
 }

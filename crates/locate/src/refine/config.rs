@@ -61,9 +61,6 @@ pub struct RefinementConfig {
     pub evidence_deadband: f64,
     /// Largest difference that counts: one image with something strange in it must not decide.
     pub max_evidence_difference: f64,
-    /// What landmarks count that should be in view and are not, as a share of agreement. Off (0) where things stand before
-    /// them.
-    pub missing_evidence: f64,
     /// Poses that are weighed for one image in search of places while the robot is not localized.
     pub search_poses: usize,
     /// Share of the evidence that is kept from image to image.
@@ -109,7 +106,6 @@ impl Default for RefinementConfig {
             evidence_per_image: 6.0,
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
-            missing_evidence: 0.0,
             search_poses: 300,
             evidence_kept: 1.0,
             hopeless: 20.0,
@@ -169,7 +165,6 @@ impl RefinementConfig {
             ("refinement.lost_agreement", self.lost_agreement),
             ("refinement.evidence_deadband", self.evidence_deadband),
             ("refinement.max_evidence_difference", self.max_evidence_difference),
-            ("refinement.missing_evidence", self.missing_evidence),
             ("refinement.evidence_kept", self.evidence_kept),
         ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;

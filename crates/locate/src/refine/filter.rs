@@ -29,8 +29,6 @@ pub(super) struct Agreement {
     full_shares: [f64; 2],
     /// Sum of the agreements and number of the features, for each group.
     groups: [(f64, f64); 2],
-    /// Share of the landmarks that should be in view and are not, 0 to 1; little if few should be.
-    missing: f64,
 }
 
 /// Coarse steps of a fit take one feature in so many, and so does the agreement at its end.
@@ -41,15 +39,13 @@ const SIDEWAYS: f64 = 0.5;
 /// Shift in an image of ordinary size and angle of view by a step of one meter, and by a turn.
 const PX_PER_M: f64 = 100.0;
 const PX_PER_RAD: f64 = 370.0;
-/// So many pieces of landmarks that should be in view are full evidence.
-const MANY_EXPECTED: f64 = 12.0;
 /// Fewer features of a landmark than this neither confirm nor contradict.
 const MIN_LANDMARK_FEATURES: f64 = 3.0;
 
 impl Agreement {
     /// Of no features yet.
     fn new(full_shares: [f64; 2]) -> Self {
-        Self { full_shares, groups: [(0.0, 0.0); 2], missing: 0.0 }
+        Self { full_shares, groups: [(0.0, 0.0); 2] }
     }
 
     /// How well landmarks in view are explained, -1 to 1: positive if more of their features find a counterpart than
@@ -58,11 +54,6 @@ impl Agreement {
         let (sum, count) = self.groups[LANDMARKS];
         let by_chance = 0.5 * self.full_shares[LANDMARKS];
         (count >= MIN_LANDMARK_FEATURES).then(|| ((sum / count - by_chance) / by_chance).clamp(-1.0, 1.0))
-    }
-
-    /// What the image says for the pose: how well it explains the features, less what should be in view and is not.
-    pub fn evidence(&self, config: &RefinementConfig) -> f64 {
-        self.value() - config.missing_evidence * self.missing
     }
 
     /// How well the features are explained, 0 to 1; lines and goals count the same, as in the documents, but a group of
@@ -255,19 +246,7 @@ impl PoseFilter {
                 self.covariance = (covariance + covariance.transpose()) * 0.5;
             }
         }
-        let mut agreement = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement;
-        if config.missing_evidence > 0.0 {
-            let (found, expected) = model.coverage(&camera_state(&at));
-            agreement.missing = (expected - found) / expected.max(MANY_EXPECTED);
-        }
-        agreement
-    }
-}
-
-fn camera_state(at: &Vector6<f64>) -> CameraState {
-    CameraState {
-        world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
-        tilt_rad: at.fixed_rows::<3>(3).into_owned(),
+        fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement
     }
 }
 
@@ -278,7 +257,10 @@ fn fit(
     (gate_px, stride): (f64, usize),
     config: &RefinementConfig,
 ) -> Fit {
-    let state = camera_state(at);
+    let state = CameraState {
+        world_from_robot: PlanarPose::new(at[0], at[1], at[2]),
+        tilt_rad: at.fixed_rows::<3>(3).into_owned(),
+    };
     let mut fit = Fit {
         information: Matrix6::zeros(),
         gradient: Vector6::zeros(),

@@ -37,8 +37,6 @@ pub(super) struct Track {
     pub filter: PoseFilter,
     /// Agreement of the last image that it was fitted to.
     pub last_agreement: f64,
-    /// What that image says for it.
-    last_evidence: f64,
     /// By how much the best track that was fitted to that image explained it better.
     deficit: f64,
     /// The image that it was last fitted to.
@@ -181,7 +179,6 @@ impl Tracks {
             track.confirm(&agreement, view);
             track.fitted_in = self.turn;
             track.last_agreement = agreement.value();
-            track.last_evidence = agreement.evidence(config);
             track.agreement += follow * (track.last_agreement - track.agreement);
             track.ask(known, model);
         }
@@ -192,10 +189,10 @@ impl Tracks {
     /// would speak against all that were fitted to it.
     fn compete(&mut self, weight: f64, config: &RefinementConfig) {
         let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
-        let best = fitted.map(|track| track.last_evidence).fold(f64::NEG_INFINITY, f64::max);
+        let best = fitted.map(|track| track.last_agreement).fold(0.0, f64::max);
         for track in &mut self.tracks {
             if track.fitted_in == self.turn {
-                track.deficit = best - track.last_evidence;
+                track.deficit = best - track.last_agreement;
             }
             let worse = track.deficit.min(config.max_evidence_difference);
             let lost = (worse - config.evidence_deadband).max(0.0);
@@ -251,10 +248,8 @@ impl Tracks {
             Some(track) => track.filter.moved_to(place, config),
             None => PoseFilter::new(place, config),
         };
-        let agreement = filter.update(model, &BIRTH_GATES_PX, config);
-        let evidence = agreement.evidence(config);
-        let agreement = agreement.value();
-        let best_fitted = self.tracks.first().map_or(evidence, |track| track.last_evidence);
+        let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
+        let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2)
             || knows(&self.tracks, model, &filter.pose(), 1.0, config)
@@ -267,8 +262,7 @@ impl Tracks {
             own_share: 1.0,
             filter,
             last_agreement: agreement,
-            last_evidence: evidence,
-            deficit: (best_fitted - evidence).max(0.0),
+            deficit: (best_fitted - agreement).max(0.0),
             fitted_in: self.turn,
             agreement,
             confirmed: 0.0,

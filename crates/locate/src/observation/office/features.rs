@@ -23,15 +23,6 @@ const DOORS: usize = 1;
 /// Shares of the pixels of floor and doors that are as good as all: the rest is what stands around.
 const FULL_SHARES: [f64; 2] = [0.95, 0.9];
 
-/// Doors are expected to be found up to this distance, meters, in pieces of this length, pixels ...
-const EXPECTED_M: f64 = 7.0;
-const EXPECTED_PX: f64 = 14.0;
-/// ... and a piece is found if a pixel of its kind is this near: the analysis takes one in up to 16, pixels.
-const FOUND_PX: f64 = 12.0;
-/// What is nearer to the image's border is not expected, pixels, nor what is less below the horizon, tangent.
-const MARGIN_PX: f64 = 10.0;
-const BELOW_HORIZON: f64 = 0.03;
-
 /// A border pixel as it is needed for matching.
 #[derive(Debug, Clone, Copy)]
 struct Border {
@@ -100,16 +91,6 @@ impl OfficeFeatureModel {
             }
         });
         &seen[..count]
-    }
-
-    /// Whether the analysis would report a border at a pixel: well inside of the image and below the horizon.
-    fn is_expected(&self, px: &Point2<f64>, eye: &Eye) -> bool {
-        let (width, height) = self.size_px;
-        let is_inside =
-            (MARGIN_PX..width - MARGIN_PX).contains(&px.x) && (MARGIN_PX..height - MARGIN_PX).contains(&px.y);
-        let (k, (fx, fy)) = (&self.intrinsics, self.focal_px);
-        let ray = Vector3::new((px.x - k[(0, 2)]) / fx, (px.y - k[(1, 2)]) / fy, 1.0);
-        is_inside && (eye.world_from_camera * ray).z < -BELOW_HORIZON
     }
 
     /// The nearest border of the pixel's kind.
@@ -214,31 +195,5 @@ impl FeatureModel for OfficeFeatureModel {
 
     fn full_shares(&self) -> [f64; 2] {
         FULL_SHARES
-    }
-
-    fn coverage(&self, state: &CameraState) -> (f64, f64) {
-        let eye = Eye::new(state, &self.robot_from_camera, &self.eye_in_robot);
-        let mut seen = [Seen::NOTHING; MAX_SEEN];
-        let (mut found, mut expected) = (0.0, 0.0);
-        for line in self.look(state, &eye, 0.0, &mut seen) {
-            let is_of_door = line.kind.is_door_edge() || line.kind == FeatureKind::DoorFoot;
-            if !is_of_door || (line.edge.point - eye.at).xy().norm() > EXPECTED_M {
-                continue;
-            }
-            let num_pieces = (line.along.norm() / EXPECTED_PX).floor();
-            let mut i = 0.5;
-            while i < num_pieces {
-                let px = line.start + line.along * (i / num_pieces);
-                i += 1.0;
-                if self.is_expected(&px, &eye) {
-                    expected += 1.0;
-                    let is_near = |border: &Border| {
-                        border.kind == line.kind && (border.px - px).norm_squared() < FOUND_PX * FOUND_PX
-                    };
-                    found += f64::from(u8::from(self.borders.iter().any(is_near)));
-                }
-            }
-        }
-        (found, expected)
     }
 }
