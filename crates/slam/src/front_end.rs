@@ -10,7 +10,7 @@ use crate::{
     image::Pyramid,
     lie::CameraFromWorld,
     map::{KeyframeId, Map},
-    mapping::KeyframeRule,
+    mapping::{KeyframeDecision, KeyframeRule},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
     relocate::Relocator,
     schedule::{FrameJob, Job, Order, Update},
@@ -49,7 +49,7 @@ pub(crate) struct FrontEnd {
     phase: Phase,
     num_bad: usize,
     started_at: usize,
-    /// The newest keyframe.
+    /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
     anchor: KeyframeId,
     /// Whether the mapper still works on a start or a keyframe.
     awaits_keyframe: bool,
@@ -222,9 +222,15 @@ impl FrontEnd {
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
         let width = f64::from(self.camera.size_px().0);
-        let wants_keyframe = !self.awaits_keyframe
-            && self.rule.asks_for(&self.config.mapping, &self.map, self.anchor, &report, width);
-        let makes_keyframe = wants_keyframe && report.quality == Quality::Good;
+        let decision = if self.awaits_keyframe {
+            KeyframeDecision::Stay
+        } else {
+            self.rule.decide(&self.config.mapping, &self.map, self.anchor, &report, width)
+        };
+        if let KeyframeDecision::GoBackTo(earlier) = decision {
+            self.anchor = earlier;
+        }
+        let makes_keyframe = decision == KeyframeDecision::Make && report.quality == Quality::Good;
         let anchor_from_world = self.map.pose_of(self.anchor);
         let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
         self.frames[report.frame.number].place = Some((self.anchor, from_anchor));

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use nalgebra::Point2;
 use visloc_base::{CameraTrajectory, SkippedInput};
-use visloc_geom::Camera;
+use visloc_geom::{Camera, Distortion};
 
 use super::{
     Calibration, FileSequence, ImageFile, SequenceError, SequenceRange,
@@ -244,8 +245,11 @@ fn unlikely(camera: &Camera) -> Vec<String> {
         warnings
             .push(format!("wrong calibration? fx is {fx:.1} px and fy {fy:.1}: pixels are nearly square"));
     }
-    let view_deg = 2.0 * (width / (2.0 * fx)).atan().to_degrees();
-    if !(8.0..=140.0).contains(&view_deg) {
+    let (left, right) = (Point2::new(0.0, height / 2.0), Point2::new(width, height / 2.0));
+    let view_deg = camera.bearing(&left).angle(&camera.bearing(&right)).to_degrees();
+    let max_view_deg =
+        if matches!(camera.distortion(), Distortion::KannalaBrandt(_)) { 175.0 } else { 140.0 };
+    if !(8.0..=max_view_deg).contains(&view_deg) {
         warnings.push(format!(
             "wrong calibration? with fx = {fx:.1} px the camera sees {view_deg:.0} degrees across"
         ));

@@ -7,6 +7,10 @@ use crate::{
     map::{KeyframeId, LandmarkId, Map},
 };
 
+/// Misses in a row that are too many for a landmark that was hardly ever found. One that was found often may be hidden for
+/// longer: a robot that comes back needs it.
+const MANY_MISSES: u32 = 30;
+
 /// Removes landmarks that are missed too often, and young ones that few keyframes saw again. Source for the second rule:
 /// Mur-Artal, Montiel and Tardos, "ORB-SLAM", 2015, section VI-B.
 pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
@@ -14,7 +18,7 @@ pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
     let is_bad = |map: &Map, id: LandmarkId| {
         let landmark = map.landmark(id);
         landmark.is_converged()
-            && (landmark.num_missed > 30
+            && (landmark.num_missed > MANY_MISSES + landmark.num_found / 2
                 || (landmark.num_visible >= 15 && landmark.num_found * 4 < landmark.num_visible)
                 || (frame.saturating_sub(landmark.made_at) > 60 && landmark.observations.len() < 2))
     };

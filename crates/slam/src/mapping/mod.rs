@@ -12,5 +12,5 @@ pub use adjust::{AdjustReport, adjust_all, adjust_local};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use depth_filter::DepthFilter;
 pub use epipolar::{EpipolarSearch, View};
-pub use keyframes::KeyframeRule;
+pub use keyframes::{KeyframeDecision, KeyframeRule};
 pub use mapper::{Mapper, MappingReport};
