@@ -27,7 +27,7 @@ pub enum ExperimentCommand {
     /// On the field: tours, kidnaps, other robots, white goals; are reliability and covariance honest?
     Robocup(RobocupArgs),
     /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
-    Office(FewArgs),
+    Office(OfficeArgs),
     /// SLAM: what bundle adjustment, outlier rejection and descriptors are worth
     SlamConfigs(SlamStudyArgs),
     /// SLAM among moving things, with and without outlier rejection
@@ -121,7 +121,13 @@ pub struct RobocupArgs {
 
 /// Arguments of `visloc experiment office`.
 #[derive(Debug, Args)]
-pub struct FewArgs {
+pub struct OfficeArgs {
+    /// Scenarios of the simulator, or recordings (.mcap) with map.yaml beside them [default: the simulator's office scenarios]
+    #[arg(value_name = "PLACE")]
+    pub places: Vec<String>,
+    /// Name of an algorithm (see: visloc algorithms); may be given several times [default: mce, evolutionary]
+    #[arg(long = "algorithm", value_name = "NAME")]
+    pub algorithms: Vec<String>,
     /// Runs of each cell of the table; each takes a quarter of a minute
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: u64,

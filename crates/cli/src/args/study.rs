@@ -46,6 +46,8 @@ pub enum StudyName {
     RandomDiscard,
     /// Which pixels do the filters drop, and rightly so?
     Filters,
+    /// In a building: which borders do the detectors of straight edges find, in light that changes?
+    Segments,
 }
 
 impl From<StudyName> for Study {
@@ -57,6 +59,7 @@ impl From<StudyName> for Study {
             StudyName::FalsePositive => Self::FalsePositive,
             StudyName::RandomDiscard => Self::RandomDiscard,
             StudyName::Filters => Self::Filters,
+            StudyName::Segments => Self::Segments,
         }
     }
 }

@@ -52,7 +52,14 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
         }
         ExperimentCommand::Robocup(args) => robocup(args),
         ExperimentCommand::Office(args) => {
-            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs);
+            let mut settings = OfficeSettings::default();
+            if !args.places.is_empty() {
+                settings.scenarios.clone_from(&args.places);
+            }
+            if !args.algorithms.is_empty() {
+                settings.algorithms.clone_from(&args.algorithms);
+            }
+            let experiment = OfficeExperiment::new(settings, args.runs);
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
         ExperimentCommand::SlamConfigs(args) => slam(SlamStudy::Configs, args),
@@ -172,7 +179,9 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
         }
         "office" => {
-            let experiment = OfficeExperiment::new(OfficeSettings::default(), args.runs.unwrap_or(5));
+            let settings: OfficeSettings = serde_json::from_value(manifest.settings.clone())
+                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let experiment = OfficeExperiment::new(settings, args.runs.unwrap_or(5));
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         "slam-configs" | "slam-dynamic" | "slam-kidnap" | "slam-compare" => {

@@ -3,13 +3,16 @@
 use serde::{Deserialize, Serialize};
 use visloc_base::RngTree;
 
-use super::walk::{Walk, follow};
+use super::{
+    place,
+    walk::{Walk, follow},
+};
 use crate::{Cell, Experiment, ExperimentError};
 
 /// What decides the records.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OfficeSettings {
-    /// Scenarios of the simulator, by name.
+    /// Scenarios of the simulator by name, or recordings (.mcap) with `map.yaml` beside them.
     pub scenarios: Vec<String>,
     /// The algorithms, by name.
     pub algorithms: Vec<String>,
@@ -19,10 +22,10 @@ pub struct OfficeSettings {
 
 impl Default for OfficeSettings {
     fn default() -> Self {
-        let names = |names: [&str; 2]| names.map(str::to_owned).to_vec();
+        let names = |names: &[&str]| names.iter().copied().map(str::to_owned).collect();
         Self {
-            scenarios: names(["office-walk", "office"]),
-            algorithms: names(["mce", "evolutionary"]),
+            scenarios: names(&["office-walk", "office", "office-light", "office-large"]),
+            algorithms: names(&["mce", "evolutionary"]),
             max_frames: 3600,
         }
     }
@@ -39,6 +42,8 @@ pub struct OfficeRecord {
     pub first_localized_secs: Option<f64>,
     /// For each kidnap, time until the answer was right and stayed so; `None` if it never was.
     pub recovery_secs: Vec<Option<f64>>,
+    /// For each kidnap, time until nothing but the true place explained what was seen; `None` if others always did.
+    pub told_secs: Vec<Option<f64>>,
     /// Share of the images on the ground, before the first localization, in which the true place was among the
     /// hypotheses; `None` if there were no such images.
     pub true_among_hypotheses: Option<f64>,
@@ -60,7 +65,8 @@ impl OfficeExperiment {
         let mut cells = Vec::new();
         for scenario in &settings.scenarios {
             for algorithm in &settings.algorithms {
-                cells.push(Cell { label: format!("{scenario}, {algorithm}"), num_runs });
+                let label = format!("{}, {algorithm}", place::short_name(scenario));
+                cells.push(Cell { label, num_runs });
             }
         }
         Self { settings, cells }

@@ -7,6 +7,8 @@
 
 mod experiment;
 mod likelihood;
+mod oracle;
+mod place;
 mod report;
 mod walk;
 

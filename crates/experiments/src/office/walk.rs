@@ -1,13 +1,13 @@
 //! One robot followed by one algorithm.
 
 use rand::RngExt;
-use visloc_base::{FrameSource, PlanarTrajectory, RngTree, StampedPose};
+use visloc_base::{PlanarTrajectory, RngTree, StampedPose};
 use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
 use visloc_geom::PlanarPose;
 use visloc_locate::{Estimate, Pipeline, PipelineConfig};
-use visloc_sim::{Scenario, Simulation};
+use visloc_world::Map;
 
-use super::OfficeRecord;
+use super::{OfficeRecord, oracle::Oracle, place};
 use crate::ExperimentError;
 
 /// A hypothesis so near to the truth stands for it.
@@ -31,6 +31,8 @@ pub(super) struct Followed {
     /// Whether the true place was among the hypotheses, image by image before the first localization.
     is_among: Vec<bool>,
     max_hypotheses: usize,
+    /// For each kidnap, time until the place could be told from all others.
+    told_secs: Vec<Option<f64>>,
 }
 
 /// Follows the walk with the seed of a run. All algorithms get the same images.
@@ -40,24 +42,29 @@ pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Follo
         run,
         reason: error.to_string(),
     };
-    let scenario = Scenario::load(walk.scenario).map_err(|error| refused(&error))?;
+    let office = place::building(walk.scenario)?;
     let seed = seeds.stream(walk.scenario, run).random_range(0..=u64::MAX);
-    let simulation = Simulation::new(&scenario, seed).map_err(|error| refused(&error))?;
-    let mut simulation = simulation.with_num_frames(scenario.num_frames().min(walk.max_frames));
+    let mut frames = place::frames(walk.scenario, seed, walk.max_frames)?;
+    let mut oracle = Oracle::new(&office, seeds.stream("oracle", run)).map_err(|error| refused(&error))?;
     let rng = seeds.subtree(walk.algorithm, run);
-    let map = simulation.map().clone();
+    let map = Map::Office(office);
     let mut pipeline = Pipeline::new(&map, walk.algorithm, None, &PipelineConfig::default(), rng)
         .map_err(|error| refused(&error))?;
+    let options = EvaluationOptions::default();
     let mut followed = Followed {
         truth: PlanarTrajectory::new(),
         estimates: Vec::new(),
         evaluation: Evaluation::default(),
         is_among: Vec::new(),
         max_hypotheses: 0,
+        told_secs: Vec::new(),
     };
-    while let Some(next) = simulation.next_frame() {
+    while let Some(next) = frames.next_frame() {
         let next = next.map_err(|error| refused(&error))?;
-        pipeline.analyze(&next.frame).map_err(|error| refused(&error))?;
+        let percept = pipeline.analyze(&next.frame).map_err(|error| refused(&error))?;
+        if let Some(truth) = next.truth {
+            oracle.note(percept, &truth.world_from_robot, truth.height_m > options.max_ground_height_m);
+        }
         let estimate = pipeline.localize(&next.frame);
         let Some(truth) = next.truth else { continue };
         let (at, world_from_robot) = (next.frame.at, truth.world_from_robot);
@@ -70,7 +77,8 @@ pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Follo
         // The simulator's stamps are in order.
         let _ = followed.truth.push(StampedPose { at, world_from_robot, height_m: truth.height_m });
     }
-    followed.evaluation = evaluate(&followed.truth, &followed.estimates, &EvaluationOptions::default());
+    followed.told_secs = oracle.into_told_secs();
+    followed.evaluation = evaluate(&followed.truth, &followed.estimates, &options);
     Ok(followed)
 }
 
@@ -95,6 +103,7 @@ impl Followed {
             error_deg: evaluation.heading_error_deg.mean,
             first_localized_secs: evaluation.time_to_localize_s,
             recovery_secs: evaluation.kidnaps.iter().map(|kidnap| kidnap.recovery_s).collect(),
+            told_secs: self.told_secs.clone(),
             true_among_hypotheses: (!self.is_among.is_empty())
                 .then(|| among as f64 / self.is_among.len() as f64),
             max_hypotheses: self.max_hypotheses,

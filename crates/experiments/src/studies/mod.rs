@@ -9,6 +9,7 @@ mod false_positive;
 mod filters;
 mod occlusion;
 mod random_discard;
+mod segments;
 mod symmetry;
 mod truth;
 
@@ -31,6 +32,8 @@ pub enum Study {
     RandomDiscard,
     /// Which pixels do the filters drop, and rightly so?
     Filters,
+    /// In a building: which borders do the detectors of straight edges find, in light that changes?
+    Segments,
 }
 
 /// What a study shows.
@@ -55,6 +58,7 @@ impl Study {
             Self::FalsePositive => false_positive::conduct(seed),
             Self::RandomDiscard => random_discard::conduct(seed),
             Self::Filters => filters::conduct(seed),
+            Self::Segments => segments::conduct(seed),
         }
     }
 }

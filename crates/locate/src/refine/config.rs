@@ -65,6 +65,8 @@ pub struct RefinementConfig {
     pub evidence_deadband: f64,
     /// Largest difference that counts: one image with something strange in it must not decide.
     pub max_evidence_difference: f64,
+    /// Poses that are weighed for one image in search of places while the robot is not localized.
+    pub search_poses: usize,
     /// Share of the evidence that is kept from image to image.
     pub evidence_kept: f64,
     /// A track whose odds fall below the best one's by this is given up, as a logarithm.
@@ -110,6 +112,7 @@ impl Default for RefinementConfig {
             evidence_per_image: 6.0,
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
+            search_poses: 300,
             evidence_kept: 1.0,
             hopeless: 20.0,
             merge_distance_m: 0.25,
@@ -135,6 +138,8 @@ impl RefinementConfig {
         for (key, count) in counts {
             require((1..=1000).contains(&count), key, "1 to 1000", count)?;
         }
+        let poses = self.search_poses;
+        require((1..=100_000).contains(&poses), "refinement.search_poses", "1 to 100000", poses)?;
         for (key, value) in [
             ("refinement.pixel_noise_px", self.pixel_noise_px),
             ("refinement.max_independent_pixels", self.max_independent_pixels),

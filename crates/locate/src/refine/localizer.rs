@@ -21,9 +21,9 @@ const MAX_STEP_SECS: f64 = 1.0;
 
 /// A hypothesis less probable than this is not worth a track.
 const MIN_PROBABILITY: f64 = 0.02;
-/// Poses weighed and places kept in one step, while localized and while not.
+/// Poses weighed and places kept in one step while localized, and places kept while not.
 const SEARCH: (usize, usize) = (40, 1);
-const DEEP_SEARCH: (usize, usize) = (300, 6);
+const DEEP_PLACES: usize = 6;
 /// Candidates that are fitted in one step.
 const CANDIDATES: usize = 1;
 const DEEP_CANDIDATES: usize = 5;
@@ -175,7 +175,7 @@ impl Refined {
         let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
         self.candidates.extend(probable.map(|h| h.world_from_robot));
         let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
-        let effort = if is_localized { SEARCH } else { DEEP_SEARCH };
+        let effort = if is_localized { SEARCH } else { (self.config.search_poses, DEEP_PLACES) };
         let (tracks, model, config) = (&self.tracks, self.model.as_ref(), &self.config);
         let is_known = |pose: &PlanarPose| config.has_look_alikes && tracks.know(model, pose, config);
         self.candidates.extend(self.places.search(percept, model, effort, is_known, rng));

@@ -316,6 +316,9 @@ fn knows(
 }
 
 fn is_near(a: &PlanarPose, b: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
-    a.distance_m(b) < factor * config.merge_distance_m
+    let max_m = factor * config.merge_distance_m;
+    // Most of many tracks are far away along x: that is quickly told.
+    (a.x_m - b.x_m).abs() < max_m
+        && a.distance_m(b) < max_m
         && a.heading_difference_rad(b) < factor * config.merge_turn_rad
 }

@@ -101,6 +101,44 @@ fn detectors_find_what_is_there_and_little_else() {
     }
 }
 
+/// From the light of a blue sky to bulbs at a third of it and back, in ten seconds: the robot finds its place and keeps it,
+/// and without following the light's color it would see half of the lines only.
+#[test]
+fn changing_light_does_not_matter() {
+    use visloc_sim::LightFade;
+    let mut scenario = Scenario::load("office-walk").unwrap();
+    scenario.light.color = [0.8, 0.98, 1.3];
+    scenario.light.fade = Some(LightFade { share: 0.33, color: [1.25, 0.95, 0.55], period_secs: 10.0 });
+    let simulation = Simulation::new(&scenario, 2).unwrap().with_threads(2).with_num_frames(900);
+    let map = simulation.map().clone();
+    let frames = collect(&mut { simulation }).unwrap();
+    let followed = run(&mut Replay::new(&frames), &map, "evolutionary", FeatureChoice::Rich, 1).unwrap();
+    let median_m = followed.evaluation.position_error_m.median.unwrap();
+    assert!(median_m < 0.05, "{median_m}");
+    let at_the_end = followed.evaluation.frame_errors.last().unwrap();
+    assert!(at_the_end.is_localized, "{at_the_end:?}");
+    let office = office(&map);
+    let colors = OfficeColors {
+        wall: office.plan().wall_color.rgb,
+        floor: office.plan().floor_color.rgb,
+        doors: office.door_colors().iter().map(|color| color.rgb).collect(),
+    };
+    // Bulbs at their dimmest: from four to six seconds.
+    let dimmest = &frames[120..180];
+    let length_px = |light_follow: f64| {
+        let config = OfficeAnalysisConfig { light_follow, ..OfficeAnalysisConfig::default() };
+        let mut analyzer = OfficeAnalyzer::new(config, &colors).unwrap();
+        let mut rng = RngTree::new(1).stream("analysis", 0);
+        let length = |source: &SourceFrame| {
+            analyzer.analyze(&source.frame, &mut rng).unwrap();
+            analyzer.lines().iter().map(|line| line.segment.length_px()).sum::<f64>()
+        };
+        dimmest.iter().map(length).sum::<f64>()
+    };
+    let (following, white) = (length_px(0.1), length_px(0.0));
+    assert!(following > 1.5 * white, "{following} {white}");
+}
+
 type Line = (visloc_vision::FeatureKind, [nalgebra::Point2<f64>; 2]);
 
 /// Pixels near a line of their kind, and lines near a pixel of theirs, point by point.

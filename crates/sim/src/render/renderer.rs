@@ -39,6 +39,8 @@ pub struct Shot {
     pub sensor: Sensor,
     /// Brightness as a factor; 1 shows the mean light of the scene well.
     pub gain: f32,
+    /// Color of all light, red, green and blue; white is 1, 1, 1.
+    pub light_color: [f32; 3],
     /// Motion while the shutter is open.
     pub motion: CameraMotion,
     /// Seed of the noise.
@@ -49,7 +51,13 @@ impl Shot {
     /// Neither noise nor blur.
     #[must_use]
     pub fn ideal() -> Self {
-        Self { sensor: Sensor::ideal(), gain: 1.0, motion: CameraMotion::default(), noise_seed: 0 }
+        Self {
+            sensor: Sensor::ideal(),
+            gain: 1.0,
+            light_color: [1.0; 3],
+            motion: CameraMotion::default(),
+            noise_seed: 0,
+        }
     }
 }
 
@@ -130,7 +138,7 @@ impl Renderer {
             self.shading = (shot.sensor.vignetting, shot.sensor.lens_shading(&self.rays));
         }
         let mut image = RgbImage::new(self.rays.width as u32, self.rays.height as u32);
-        let exposure = MEAN_EXPOSURE * shot.gain;
+        let exposure = shot.light_color.map(|share| MEAN_EXPOSURE * shot.gain * share);
         shot.sensor.develop(&self.light, &self.shading.1, exposure, shot.noise_seed, &mut image);
         image
     }

@@ -32,12 +32,13 @@ impl Sensor {
         (0..rays.x.len()).map(|i| 1.0 - self.vignetting * (radius2(i) / corner2).min(1.0)).collect()
     }
 
-    /// Develops an image. `exposure` is the light that becomes full scale, inverted; the noise depends on the seed only.
+    /// Develops an image. `exposure` is the light of each color that becomes full scale, inverted; the noise depends on the
+    /// seed only.
     pub(super) fn develop(
         &self,
         light: &[[f32; 4]],
         shading: &[f32],
-        exposure: f32,
+        exposure: [f32; 3],
         seed: u64,
         image: &mut RgbImage,
     ) {
@@ -45,8 +46,8 @@ impl Sensor {
         let bytes = image.data_mut().as_chunks_mut::<3>().0;
         if self.shot_noise <= 0.0 && self.read_noise <= 0.0 {
             for ((pixel, color), share) in bytes.iter_mut().zip(light).zip(shading) {
-                let gain = exposure * share;
-                *pixel = [tone.byte(color[0] * gain), tone.byte(color[1] * gain), tone.byte(color[2] * gain)];
+                let gain = exposure.map(|exposure| exposure * share);
+                *pixel = [0, 1, 2].map(|i| tone.byte(color[i] * gain[i]));
             }
             return;
         }
@@ -54,15 +55,15 @@ impl Sensor {
         let read_variance = self.read_noise * self.read_noise;
         let mut state = seed;
         for ((pixel, color), share) in bytes.iter_mut().zip(light).zip(shading) {
-            let gain = exposure * share;
+            let gain = exposure.map(|exposure| exposure * share);
             state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
             let bits = scramble(state);
-            let noisy = |part: f32, bits: u64| {
-                let value = part * gain;
+            let noisy = |i: usize, bits: u64| {
+                let value = color[i] * gain[i];
                 let sigma = (self.shot_noise * value + read_variance).sqrt();
                 tone.byte(value + sigma * normals[bits as usize % NUM_NORMALS])
             };
-            *pixel = [noisy(color[0], bits), noisy(color[1], bits >> 16), noisy(color[2], bits >> 32)];
+            *pixel = [noisy(0, bits), noisy(1, bits >> 16), noisy(2, bits >> 32)];
         }
     }
 }
@@ -117,7 +118,7 @@ mod tests {
         let camera = Camera::pinhole((64, 48), (60.0, 60.0), (31.5, 23.5)).unwrap();
         let shading = sensor.lens_shading(&Rays::new(&camera));
         let mut image = RgbImage::new(64, 48);
-        sensor.develop(&vec![[value; 4]; 64 * 48], &shading, 1.0, seed, &mut image);
+        sensor.develop(&vec![[value; 4]; 64 * 48], &shading, [1.0; 3], seed, &mut image);
         image.into_raw()
     }
 

@@ -14,7 +14,7 @@ use super::{
 use crate::scene::{Lamp, Room};
 
 /// Scenarios that are part of the program: name and text.
-pub const BUILT_IN_SCENARIOS: [(&str, &str); 11] = [
+pub const BUILT_IN_SCENARIOS: [(&str, &str); 12] = [
     ("demo", include_str!("../../../../scenarios/demo.toml")),
     ("tour", include_str!("../../../../scenarios/tour.toml")),
     ("kidnaps", include_str!("../../../../scenarios/kidnaps.toml")),
@@ -22,6 +22,7 @@ pub const BUILT_IN_SCENARIOS: [(&str, &str); 11] = [
     ("crowd", include_str!("../../../../scenarios/crowd.toml")),
     ("tour-2024", include_str!("../../../../scenarios/tour-2024.toml")),
     ("office", include_str!("../../../../scenarios/office.toml")),
+    ("office-light", include_str!("../../../../scenarios/office-light.toml")),
     ("office-walk", include_str!("../../../../scenarios/office-walk.toml")),
     ("office-large", include_str!("../../../../scenarios/office-large.toml")),
     ("office-repeated", include_str!("../../../../scenarios/office-repeated.toml")),
@@ -211,6 +212,16 @@ impl Scenario {
         }
         check.range("light.unevenness", f64::from(self.light.unevenness), 0.0..=1.0)?;
         check.range("light.ambient", f64::from(self.light.ambient), 0.0..=100.0)?;
+        for part in self.light.color {
+            check.range("light.color", f64::from(part), 0.01..=10.0)?;
+        }
+        if let Some(fade) = &self.light.fade {
+            check.range("light.fade.share", f64::from(fade.share), 0.01..=100.0)?;
+            check.range("light.fade.period_secs", fade.period_secs, 0.1..=1e6)?;
+            for part in fade.color {
+                check.range("light.fade.color", f64::from(part), 0.01..=10.0)?;
+            }
+        }
         for count in self.light.lamps {
             check.that(count <= 20, "light.lamps", "at most 20 along each side", count)?;
         }

@@ -14,4 +14,4 @@ pub use camera::CameraSetup;
 pub use load::{BUILT_IN_SCENARIOS, Scenario, ScenarioError};
 pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};
 pub use robot::{FootSetup, GaitSetup, HeadSetup, KinematicsSetup, Mount, OdometrySetup, RobotSetup};
-pub use world::{Ball, BoxPiece, FurniturePiece, LightSetup, OtherRobot, Panel, PersonSetup};
+pub use world::{Ball, BoxPiece, FurniturePiece, LightFade, LightSetup, OtherRobot, Panel, PersonSetup};

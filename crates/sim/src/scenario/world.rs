@@ -15,11 +15,57 @@ pub struct LightSetup {
     pub unevenness: f32,
     /// Light from everywhere, as multiple of the lamps' mean light on the floor.
     pub ambient: f32,
+    /// Color of all light, red, green and blue; white is 1, 1, 1. The camera has no white balance.
+    pub color: [f32; 3],
+    /// How the light changes while the robot walks.
+    pub fade: Option<LightFade>,
+}
+
+/// The table `[light.fade]`: the light goes from what `[light]` says to what stands here and back again, and so on.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightFade {
+    /// Strength at the other end, as multiple of that of `[light]`.
+    pub share: f32,
+    /// Color at the other end.
+    #[serde(default = "white")]
+    pub color: [f32; 3],
+    /// There and back, seconds.
+    pub period_secs: f64,
+}
+
+fn white() -> [f32; 3] {
+    [1.0; 3]
+}
+
+/// All light at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LightNow {
+    /// Strength, as multiple of that of `[light]`.
+    pub share: f32,
+    /// Red, green and blue.
+    pub color: [f32; 3],
 }
 
 impl Default for LightSetup {
     fn default() -> Self {
-        Self { lamps: [4, 3], unevenness: 0.2, ambient: 0.6 }
+        Self { lamps: [4, 3], unevenness: 0.2, ambient: 0.6, color: white(), fade: None }
+    }
+}
+
+impl LightSetup {
+    /// The light at a time since the start.
+    pub(crate) fn at(&self, secs: f64) -> LightNow {
+        let Some(fade) = &self.fade else { return LightNow { share: 1.0, color: self.color } };
+        let there = 0.5 - 0.5 * (secs / fade.period_secs * std::f64::consts::TAU).cos();
+        #[allow(clippy::cast_possible_truncation)]
+        let there = there as f32;
+        // Eyes and exposures see ratios, so strength and color change by equal ratios.
+        let between = |from: f32, to: f32| from.powf(1.0 - there) * to.powf(there);
+        LightNow {
+            share: between(1.0, fade.share),
+            color: std::array::from_fn(|i| between(self.color[i], fade.color[i])),
+        }
     }
 }
 

@@ -67,6 +67,11 @@ impl Scene {
     /// Adds a shape as part of something.
     pub fn add_labelled(&mut self, shape: Shape, texture: TextureId, label: Label) {
         self.add(shape, texture);
+        self.label_last(label);
+    }
+
+    /// Says what the shape that was added last is a part of.
+    pub(super) fn label_last(&mut self, label: Label) {
         if let Some(surface) = self.surfaces.last_mut() {
             surface.label = label;
         }

@@ -22,6 +22,12 @@ pub enum Label {
     Ball,
     /// Another robot.
     Robot,
+    /// The floor of a building.
+    Floor,
+    /// A wall of a building, its baseboard included.
+    Wall,
+    /// A closed door.
+    Door,
 }
 
 impl Label {

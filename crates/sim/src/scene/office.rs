@@ -5,7 +5,7 @@ use rand::RngExt as _;
 use visloc_base::Rng;
 use visloc_world::office::{Door, Office, SurfaceColor, Wall};
 
-use super::{Color, Lamp, Lighting, Paint, Pattern, Scene, Shape, Surface};
+use super::{Color, Label, Lamp, Lighting, Paint, Pattern, Scene, Shape, Surface};
 
 /// Floor and ceiling are laid in squares, so that light and texture stay fine, meters.
 const TILE_M: f64 = 4.0;
@@ -52,6 +52,7 @@ impl Scene {
                 let middle = ((corner.x + TILE_M / 2.0) as f32, (corner.y + TILE_M / 2.0) as f32);
                 let size = (TILE_M as f32, TILE_M as f32);
                 self.add_painted(Shape::level(middle, size, 0.0), &floor, FLOOR_PX_PER_M, rng);
+                self.label_last(Label::Floor);
                 let shape = Shape::Quad {
                     corner: Point3::new(corner.x as f32, corner.y as f32, height_m),
                     right: Vector3::new(TILE_M as f32, 0.0, 0.0),
@@ -76,6 +77,7 @@ impl Scene {
         let mut i = 0.0;
         while i < pieces {
             self.add_painted(Shape::upright(at(i), at(i + 1.0), 0.0, height_m), &paint, WALL_PX_PER_M, rng);
+            self.label_last(Label::Wall);
             i += 1.0;
         }
     }
@@ -91,6 +93,9 @@ impl Scene {
         };
         let shape = Shape::upright(at(door.left), at(door.right), 0.0, door.height_m as f32);
         self.add_painted(shape, &paint, DOOR_PX_PER_M, rng);
+        if !door.is_open {
+            self.label_last(Label::Door);
+        }
     }
 }
 

@@ -258,7 +258,9 @@ impl LiveSimulation {
         let exposure_stops = self.scenario.camera.exposure_stops + controls.exposure_stops;
         let gain = if controls.is_covered { 0.0 } else { exposure_stops.exp2() as f32 };
         let noise_seed = self.random.stream_seed("sensor-noise", self.index);
-        let shot = Shot { sensor: self.sensor, gain, motion, noise_seed };
+        let light = self.scenario.light.at(self.secs());
+        let gain = gain * light.share;
+        let shot = Shot { sensor: self.sensor, gain, light_color: light.color, motion, noise_seed };
         let world_from_camera = placed(&self.robot) * *robot_from_camera;
         self.renderer.render(&self.world.scene, &self.moving, &world_from_camera, &shot)
     }

@@ -172,6 +172,7 @@ impl Simulation {
                 let shot = Shot {
                     sensor,
                     gain: state.gain,
+                    light_color: state.light_color,
                     motion: state.motion,
                     noise_seed: random.stream_seed("sensor-noise", index as u64),
                 };

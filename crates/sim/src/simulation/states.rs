@@ -18,6 +18,7 @@ pub(super) struct State {
     pub(super) world_from_camera: Rigid3<World, CameraFrame>,
     pub(super) motion: CameraMotion,
     pub(super) gain: f32,
+    pub(super) light_color: [f32; 3],
     pub(super) robot_from_camera: Rigid3<Robot, CameraFrame>,
     pub(super) odometry: PlanarPose,
     pub(super) ground_contact: GroundContact,
@@ -52,6 +53,7 @@ impl Carrier {
         let frame = |index: usize| {
             let secs = index as f64 / scenario.frames_per_sec;
             let moment = self.plan.at(secs);
+            let light = scenario.light.at(secs);
             let true_mount = self.body.robot_from_camera(secs, moment.swing);
             let stride = (self.body.stride_rad(secs), moment.swing);
             State {
@@ -66,7 +68,8 @@ impl Carrier {
                     &self.world_from_camera(secs - half_shutter_secs),
                     &self.world_from_camera(secs + half_shutter_secs),
                 ),
-                gain: drift.gain(secs),
+                gain: drift.gain(secs) * light.share,
+                light_color: light.color,
                 robot_from_camera: self.body.reported(&true_mount, secs, index as u64),
                 odometry: odometry.step(moment.pose(), moment.activity),
                 ground_contact: GroundContact::Pressure(feet.pressure(moment.activity, stride, index as u64)),

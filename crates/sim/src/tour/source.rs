@@ -220,6 +220,7 @@ impl CameraTour {
                 let shot = Shot {
                     sensor: Sensor { vignetting: 0.2, shot_noise: 0.0006, read_noise: 0.003 },
                     gain: tour.gain(secs),
+                    light_color: [1.0; 3],
                     motion: CameraMotion::between(&at(-0.5 * SHUTTER_SECS), &at(0.5 * SHUTTER_SECS)),
                     noise_seed: tour.random.stream_seed("sensor-noise", stamp.at as u64),
                 };

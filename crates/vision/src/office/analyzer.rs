@@ -8,7 +8,7 @@ use visloc_geom::{Horizon, Plane};
 use super::{
     ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig,
     OfficeAnalysisConfigError, OfficeColors, OfficeTable, SegmentDetector, fusion::fuse, grid::Grid,
-    label::label,
+    label::label, light::LightColor,
 };
 use crate::{
     AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
@@ -24,6 +24,7 @@ const MAX_BORDERS: usize = 120;
 pub struct OfficeAnalyzer {
     config: OfficeAnalysisConfig,
     table: OfficeTable,
+    light: LightColor,
     gradient: GradientDetector,
     contour: ContourDetector,
     segments: Vec<EdgeSegment>,
@@ -46,6 +47,7 @@ impl OfficeAnalyzer {
         Ok(Self {
             config,
             table: OfficeTable::new(colors),
+            light: LightColor::white(colors),
             gradient: GradientDetector::default(),
             contour: ContourDetector::default(),
             segments: Vec::new(),
@@ -86,6 +88,12 @@ impl OfficeAnalyzer {
         &self.lines
     }
 
+    /// Red, green and blue of the light, as the images of late show it; green is 1.
+    #[must_use]
+    pub fn light_color(&self) -> [f64; 3] {
+        self.light.rgb()
+    }
+
     /// All straight edges of the last image, as the detector found them.
     #[must_use]
     pub fn segments(&self) -> &[EdgeSegment] {
@@ -107,24 +115,30 @@ impl OfficeAnalyzer {
             }
         }
         self.lines.clear();
-        for segment in &self.segments {
-            let kind = label(&frame.image, &self.table, segment, config.min_wall_share);
-            let reason = match kind {
-                None => Some(DropReason::UnknownColors),
-                Some(kind) if config.filters.upright => {
-                    let lean_deg = view.lean_deg(segment);
-                    if kind.is_door_edge() {
-                        (lean_deg > config.max_lean_deg).then_some(DropReason::NotUpright)
-                    } else {
-                        (lean_deg < config.min_floor_lean_deg).then_some(DropReason::Upright)
+        if config.light_follow > 0.0 {
+            self.light.update(&frame.image, &self.segments, config.light_follow);
+        }
+        let class_of = |rgb| self.table.class(self.light.in_white(rgb));
+        let (percept, lines) = (&mut self.percept, &mut self.lines);
+        for edge in &self.segments {
+            label(&frame.image, &class_of, edge, config.min_wall_share, |segment, kind| {
+                let reason = match kind {
+                    None => Some(DropReason::UnknownColors),
+                    Some(kind) if config.filters.upright => {
+                        let lean_deg = view.lean_deg(&segment);
+                        if kind.is_door_edge() {
+                            (lean_deg > config.max_lean_deg).then_some(DropReason::NotUpright)
+                        } else {
+                            (lean_deg < config.min_floor_lean_deg).then_some(DropReason::Upright)
+                        }
                     }
+                    Some(_) => None,
+                };
+                match reason {
+                    Some(reason) => drop_line(percept, kind, &segment, reason),
+                    None => lines.push(Labelled { segment, kind }),
                 }
-                Some(_) => None,
-            };
-            match reason {
-                Some(reason) => drop_line(&mut self.percept, kind, segment, reason),
-                None => self.lines.push(Labelled { segment: *segment, kind }),
-            }
+            });
         }
         fuse(&mut self.lines, config.max_gap_px * scale);
         if config.filters.short {

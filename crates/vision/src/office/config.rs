@@ -56,6 +56,8 @@ pub struct OfficeAnalysisConfig {
     pub min_floor_lean_deg: f64,
     /// Gray counts as wall beside the floor from this share of the floor's brightness on: darker things stand on the floor.
     pub min_wall_share: f64,
+    /// Share of a new image in the running estimate of the light's color, 0 to 1; with 0 the light is taken for white.
+    pub light_follow: f64,
     /// What is farther away than this is dropped, meters.
     pub max_distance_m: f64,
     /// Side of the cells of the grid at the horizon, pixels.
@@ -83,6 +85,7 @@ impl Default for OfficeAnalysisConfig {
             max_lean_deg: 5.0,
             min_floor_lean_deg: 15.0,
             min_wall_share: 0.43,
+            light_follow: 0.1,
             max_distance_m: 12.0,
             min_cell_px: 4.0,
             max_cell_px: 16.0,
@@ -123,6 +126,10 @@ impl OfficeAnalysisConfig {
             if !(found > 0.0 && found.is_finite()) {
                 return Err(OfficeAnalysisConfigError { key, expected: "a number above 0", found });
             }
+        }
+        if !(0.0..=1.0).contains(&self.light_follow) {
+            let (key, found) = ("light_follow", self.light_follow);
+            return Err(OfficeAnalysisConfigError { key, expected: "0 to 1", found });
         }
         for (key, found) in [("min_cell_px", self.min_cell_px), ("max_cell_px", self.max_cell_px)] {
             if !(1.0..=1000.0).contains(&found) {

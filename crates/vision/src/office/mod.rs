@@ -1,7 +1,7 @@
 //! Image analysis of a building from inside: borders of doors and of the floor.
 //!
 //! Source: 2017 section 5.3.1. Data flow: `segments` or `contours` (two detectors) find straight edges -> `label` looks at
-//! the colors on both sides -> `fusion` joins what belongs together -> [`OfficeAnalyzer`] cuts at the horizon and keeps the
+//! the colors on both sides, as `light` shows them in white light -> `fusion` joins what belongs together -> [`OfficeAnalyzer`] cuts at the horizon and keeps the
 //! pixels where the lines cross a `grid`.
 
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -14,6 +14,7 @@ mod fusion;
 mod gray;
 mod grid;
 mod label;
+mod light;
 mod segment;
 mod segments;
 

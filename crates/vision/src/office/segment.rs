@@ -65,6 +65,23 @@ impl EdgeSegment {
         Self { start: onto(ends[0]), end: onto(ends[1]), moments }
     }
 
+    /// The part between two shares of its length, 0 to 1.
+    pub(super) fn part(&self, from: f64, to: f64) -> Self {
+        if from <= 0.0 && to >= 1.0 {
+            return *self;
+        }
+        let along = self.end - self.start;
+        let (start, end) = (self.start + along * from, self.start + along * to);
+        let num_points = (end - start).norm().ceil().max(1.0);
+        let mut moments = Moments::default();
+        let mut i = 0.0;
+        while i <= num_points {
+            moments.add(start + (end - start) * (i / num_points));
+            i += 1.0;
+        }
+        Self { start, end, moments }
+    }
+
     /// Both edges as one.
     pub(super) fn joined(&self, other: &Self) -> Self {
         let moments = self.moments.plus(&other.moments);

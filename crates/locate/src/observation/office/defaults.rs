@@ -10,6 +10,7 @@ pub fn refinement_defaults() -> RefinementConfig {
     RefinementConfig {
         max_tracks: 400,
         max_fits: 24,
+        search_poses: 150,
         has_look_alikes: true,
         evidence_per_image: 4.0,
         evidence_deadband: 0.01,

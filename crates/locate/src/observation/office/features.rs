@@ -81,7 +81,8 @@ impl OfficeFeatureModel {
         let view = View::tilted(eye, &self.intrinsics);
         let (width, height) = self.size_px;
         let mut count = 0;
-        self.sights.visit_seen(&state.world_from_robot.position(), &view, |line, [a, b]| {
+        let place = state.world_from_robot.position();
+        self.sights.visit_seen(&place, &view, (width, margin_px), |line, [a, b]| {
             let is_beside = a.x.max(b.x) < -margin_px || a.x.min(b.x) > width + margin_px;
             let is_above = a.y.max(b.y) < -margin_px || a.y.min(b.y) > height + margin_px;
             if count < MAX_SEEN && !is_beside && !is_above {

@@ -9,7 +9,10 @@ use std::ops::Range;
 use nalgebra::{Point2, Vector2};
 use visloc_world::office::{FreeSpace, Office, Wall};
 
-use super::lines::TheoreticalLine;
+use super::{
+    lines::TheoreticalLine,
+    outline::{Outlines, Sector},
+};
 
 /// Side of a cell, meters.
 const CELL_M: f64 = 0.5;
@@ -42,6 +45,8 @@ pub(super) struct SightIndex {
     rows: usize,
     cells: Vec<Cell>,
     entries: Vec<Entry>,
+    /// Where the entries' lines are, to leave out at once what is beside the image.
+    outlines: Outlines,
     walls: Vec<u32>,
 }
 
@@ -58,6 +63,7 @@ impl SightIndex {
             rows,
             cells: vec![Cell::default(); columns * rows],
             entries: Vec::new(),
+            outlines: Outlines::default(),
             walls: Vec::new(),
         };
         for i in 0..index.cells.len() {
@@ -84,6 +90,7 @@ impl SightIndex {
                 let (seen, all) = sightings(&places, line, &near);
                 if seen > 0 {
                     self.entries.push(Entry { line: i as u32, is_certain: seen == all });
+                    self.outlines.push(line);
                     has_doubt |= seen != all;
                 }
             }
@@ -100,14 +107,35 @@ impl SightIndex {
     /// The lines that can be seen from the cell of a place, and the walls that may hide those that are not certain.
     #[inline]
     pub fn around(&self, x_m: f64, y_m: f64) -> (&[Entry], &[u32]) {
-        let (column, row) = ((x_m - self.min.x) / CELL_M, (y_m - self.min.y) / CELL_M);
-        if !(column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64) {
-            return (&[], &[]);
-        }
-        let cell = &self.cells[row as usize * self.columns + column as usize];
-        let slice = |range: &Range<u32>| range.start as usize..range.end as usize;
-        (&self.entries[slice(&cell.entries)], &self.walls[slice(&cell.walls)])
+        let Some(cell) = self.cell(x_m, y_m) else { return (&[], &[]) };
+        (&self.entries[range(&cell.entries)], &self.walls[range(&cell.walls)])
     }
+
+    /// Visits those of the lines around a place that may lie in a sector, in their order, with the walls that may hide
+    /// them. A few that are visited lie beside it; none that lies in it is left out.
+    #[inline]
+    pub fn visit_in_sector(
+        &self,
+        place: &Point2<f64>,
+        sector: &Sector,
+        mut visit: impl FnMut(&Entry, &[u32]),
+    ) {
+        let Some(cell) = self.cell(place.x, place.y) else { return };
+        let walls = &self.walls[range(&cell.walls)];
+        let entries = &self.entries[range(&cell.entries)];
+        self.outlines.visit_in(range(&cell.entries), sector, |i| visit(&entries[i], walls));
+    }
+
+    #[inline]
+    fn cell(&self, x_m: f64, y_m: f64) -> Option<&Cell> {
+        let (column, row) = ((x_m - self.min.x) / CELL_M, (y_m - self.min.y) / CELL_M);
+        let is_inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
+        is_inside.then(|| &self.cells[row as usize * self.columns + column as usize])
+    }
+}
+
+fn range(range: &Range<u32>) -> Range<usize> {
+    range.start as usize..range.end as usize
 }
 
 /// Whether a line is seen from a place, as far as its own wall and other walls let it.

@@ -8,6 +8,7 @@ mod features;
 mod index;
 mod lines;
 mod model;
+mod outline;
 mod propose;
 mod sights;
 mod view;

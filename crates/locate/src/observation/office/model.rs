@@ -10,7 +10,7 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::office::Office;
 
-use super::{index::faces, propose::Clues, sights::Sights, view::View};
+use super::{index::faces, outline::Sector, propose::Clues, sights::Sights, view::View};
 use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
 
 /// Parameters of the observation model of a building.
@@ -105,7 +105,8 @@ impl OfficeObservationModel {
         mut visit: impl FnMut(FeatureKind, [Point2<f64>; 2]),
     ) {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
-        self.sights.visit_seen(&world_from_robot.position(), &view, |line, ends| {
+        let sector = (self.size_px.0, self.max_distance_px);
+        self.sights.visit_seen(&world_from_robot.position(), &view, sector, |line, ends| {
             if self.is_in_image(ends) {
                 visit(line.kind, *ends);
             }
@@ -129,19 +130,19 @@ impl OfficeObservationModel {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
         let max2 = (self.max_distance_px * self.max_distance_px) as f32;
         let mut smallest2 = [max2; MAX_PIXELS];
-        let (entries, walls) = self.sights.index.around(world_from_robot.x_m, world_from_robot.y_m);
-        for entry in entries {
+        let sector = Sector::new(&view, self.size_px.0, self.max_distance_px);
+        self.sights.index.visit_in_sector(&world_from_robot.position(), &sector, |entry, walls| {
             let line = &self.sights.lines[entry.line as usize];
-            let Some(group) = self.groups.iter().find(|group| group.kind == line.kind) else { continue };
+            let Some(group) = self.groups.iter().find(|group| group.kind == line.kind) else { return };
             if !faces(&view.eye, line) {
-                continue;
+                return;
             }
-            let Some(ends) = view.project(line) else { continue };
+            let Some(ends) = view.project(line) else { return };
             if self.is_in_image(&ends) && self.sights.is_visible(&view.eye, line, entry.is_certain, walls) {
                 let pixels = group.from..group.to;
                 nearer(&ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
             }
-        }
+        });
         let mut sums = [(0.0, 0), (0.0, 0)];
         for group in &self.groups {
             let sum = &mut sums[usize::from(!group.kind.is_door_edge())];
@@ -165,7 +166,8 @@ fn nearer([start, end]: &[Point2<f64>; 2], u: &[f32], v: &[f32], smallest2: &mut
         let (px, py) = (u - x, v - y);
         let t = ((px * dx + py * dy) * inverse_length2).clamp(0.0, 1.0);
         let (off_x, off_y) = (px - t * dx, py - t * dy);
-        *smallest2 = smallest2.min(off_x * off_x + off_y * off_y);
+        let off2 = off_x * off_x + off_y * off_y;
+        *smallest2 = if off2 < *smallest2 { off2 } else { *smallest2 };
     }
 }
 

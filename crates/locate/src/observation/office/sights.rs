@@ -6,6 +6,7 @@ use visloc_world::office::Office;
 use super::{
     index::{SightIndex, faces, is_seen},
     lines::{TheoreticalLine, theoretical_lines},
+    outline::Sector,
     view::View,
 };
 
@@ -39,15 +40,17 @@ impl Sights {
         is_seen(eye, line, walls.iter().map(|i| &self.office.walls()[*i as usize]))
     }
 
-    /// Visits the lines before the camera of a robot at this place with their ends in undistorted pixels.
+    /// Visits the lines before the camera of a robot at this place, as far as they are not beside an image of so many pixels
+    /// with a margin, with their ends in undistorted pixels.
+    #[inline]
     pub fn visit_seen(
         &self,
         robot: &Point2<f64>,
         view: &View,
+        (width_px, margin_px): (f64, f64),
         mut visit: impl FnMut(&TheoreticalLine, &[Point2<f64>; 2]),
     ) {
-        let (entries, walls) = self.index.around(robot.x, robot.y);
-        for entry in entries {
+        self.index.visit_in_sector(robot, &Sector::new(view, width_px, margin_px), |entry, walls| {
             let line = &self.lines[entry.line as usize];
             if faces(&view.eye, line)
                 && let Some(ends) = view.project(line)
@@ -55,6 +58,6 @@ impl Sights {
             {
                 visit(line, &ends);
             }
-        }
+        });
     }
 }

@@ -1,6 +1,6 @@
 //! Theoretical lines in the image of one pose.
 
-use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
+use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, RowVector4, Vector2};
 use visloc_geom::PlanarPose;
 
 use super::lines::TheoreticalLine;
@@ -44,6 +44,12 @@ impl View {
         let mut ideal_from_world = turn.insert_column(3, 0.0);
         ideal_from_world.set_column(3, &(turn * -eye.at.coords));
         Self { eye: eye.at.xy(), ideal_from_world }
+    }
+
+    /// A row of the projection of homogeneous points of the world.
+    #[inline]
+    pub fn row(&self, row: usize) -> RowVector4<f64> {
+        self.ideal_from_world.row(row).into_owned()
     }
 
     /// Both ends of a line in undistorted pixels, the part behind the camera cut off; `None` if all of it is.
