@@ -14,7 +14,8 @@ use serde_json::Value;
 use visloc_slam::Clock as SlamClock;
 use visloc_sources::{SourceAddress, SourceOptions, open_frames, open_images};
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
+    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
+    Update,
     recording::{RecordingIndex, Tape},
     run_engine,
     server::{Remote, Server},

@@ -155,6 +155,7 @@ mod tests {
             let state = CameraState {
                 world_from_robot: PlanarPose::new(around.x, around.y, rng.random_range(-3.0..3.0)),
                 tilt_rad: nalgebra::Vector3::new(0.02, -0.01, 0.01),
+                raise_m: 0.01,
             };
             let eye = Eye::new(&state, &robot_from_camera, &nalgebra::Vector3::new(0.05, 0.0, 0.45));
             let view = View::tilted(&eye, &intrinsics);
