@@ -4,7 +4,7 @@ use anyhow::Result;
 use visloc_base::{Frame, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
 use visloc_geom::PlanarPose;
-use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior};
+use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters};
 use visloc_studio::{
     Clock, Command, StudioError,
     tuning::{Lineup, Overrides, RunSettings},
@@ -109,6 +109,8 @@ impl Runner {
     /// If there is no such algorithm or a parameter is wrong.
     pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
         let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
+        // A mistake is told with its line in the user's own text.
+        algorithm_parameters(map, algorithm, *algorithm_toml)?;
         let overrides = Overrides::from_toml(algorithm_toml.unwrap_or_default())?;
         let lineup = Lineup::new(RunSettings {
             map: map.clone(),

@@ -348,6 +348,8 @@ fn the_covariance_of_one_update_is_honest() {
         pixel_noise_px: 0.5,
         max_independent_pixels: 1000.0,
         gate_px: 50.0,
+        // The camera of these images is where it is reported.
+        eye_noise_m: 1e-9,
         ..RefinementConfig::default()
     };
     let mut rng = RngTree::new(8).stream("noise", 0);
