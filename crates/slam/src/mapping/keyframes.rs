@@ -80,7 +80,8 @@ impl KeyframeRule {
     }
 }
 
-/// Share of the shift that asks for a keyframe within which an earlier keyframe counts as the same view.
+/// Share of the shift that asks for a keyframe, and of the shift to the reference, within which an earlier keyframe counts as the same
+/// view.
 const RETURN_SHIFT: f64 = 0.7;
 /// Share of the landmarks in view that an earlier keyframe must see, to count as the same view: not all, since it was made before
 /// many of them.
@@ -92,6 +93,8 @@ fn covering(map: &Map, reference: KeyframeId, report: &TrackReport, max_shift_px
     let seen: Vec<LandmarkId> = report.frame.features.iter().map(|feature| feature.landmark).collect();
     let min_shared = (RETURN_SHARE * report.num_converged as f64).ceil().max(10.0) as u32;
     let shift = |id: &KeyframeId| mean_shift_px(map, *id, &report.frame).unwrap_or(f64::INFINITY);
+    // A camera that goes ahead leaves its reference, but earlier keyframes even more.
+    let max_shift_px = max_shift_px.min(RETURN_SHIFT * shift(&reference));
     map.sharing(&seen, min_shared)
         .into_iter()
         .map(|(id, _)| id)
