@@ -80,8 +80,7 @@ impl KeyframeRule {
     }
 }
 
-/// Share of the shift that asks for a keyframe, and of the shift to the reference, within which an earlier keyframe counts as the same
-/// view.
+/// Share of the shift that asks for a keyframe within which an earlier keyframe counts as the same view.
 const RETURN_SHIFT: f64 = 0.7;
 /// Share of the landmarks in view that an earlier keyframe must see, to count as the same view: not all, since it was made before
 /// many of them.
@@ -94,7 +93,7 @@ fn covering(map: &Map, reference: KeyframeId, report: &TrackReport, max_shift_px
     let min_shared = (RETURN_SHARE * report.num_converged as f64).ceil().max(10.0) as u32;
     let shift = |id: &KeyframeId| mean_shift_px(map, *id, &report.frame).unwrap_or(f64::INFINITY);
     // A camera that goes ahead leaves its reference, but earlier keyframes even more.
-    let max_shift_px = max_shift_px.min(RETURN_SHIFT * shift(&reference));
+    let max_shift_px = max_shift_px.min(shift(&reference));
     map.sharing(&seen, min_shared)
         .into_iter()
         .map(|(id, _)| id)
@@ -113,4 +112,107 @@ fn mean_shift_px(map: &Map, keyframe: KeyframeId, frame: &Frame) -> Option<f64> 
     };
     let shifts: Vec<f64> = frame.features.iter().filter_map(shift).collect();
     (shifts.len() >= 10).then(|| shifts.iter().sum::<f64>() / shifts.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::{Matrix2, Point2, Vector3};
+    use visloc_base::{GrayImage, Timestamp};
+
+    use super::*;
+    use crate::{
+        image::Pyramid,
+        lie::CameraFromWorld,
+        map::{LandmarkState, NewKeyframe, Observation},
+        mapping::DepthFilter,
+        track::{Feature, LocalMap},
+    };
+
+    const WIDTH_PX: f64 = 640.0;
+    /// Columns of ten landmarks each, so many pixels apart.
+    const STEP_PX: f64 = 4.0;
+
+    /// A camera that has moved sideways by so many columns sees the next thirty.
+    fn seen_from(column: usize) -> impl Iterator<Item = (usize, Point2<f64>)> {
+        (column * 10..(column + 30) * 10).map(move |i| {
+            let x = (i / 10 - column) as f64 * STEP_PX;
+            (i, Point2::new(x, (i % 10) as f64 * 20.0))
+        })
+    }
+
+    fn frame(number: usize) -> Frame {
+        Frame {
+            number,
+            at: Timestamp::default(),
+            pyramid: Arc::new(Pyramid::new(GrayImage::new(40, 30), 1)),
+            camera_from_world: CameraFromWorld::identity(),
+            features: Vec::new(),
+            turned_from: None,
+        }
+    }
+
+    /// A map whose keyframes, one for every hundredth frame, were taken from these columns.
+    fn map_of(columns: &[usize]) -> (Map, Vec<Option<LandmarkId>>) {
+        let mut map = Map::new();
+        let mut ids: Vec<Option<LandmarkId>> = vec![None; 1000];
+        for (k, column) in columns.iter().enumerate() {
+            let Frame { at, pyramid, camera_from_world, .. } = frame(0);
+            let made = NewKeyframe { frame: k * 100, at, pyramid, camera_from_world, turned_from: None };
+            let keyframe = map.add_keyframe(made);
+            for (i, px) in seen_from(*column) {
+                let (ray, covariance_px) = (Vector3::z(), Matrix2::identity());
+                let observation = Observation { keyframe, px, ray, level: 0, covariance_px };
+                match ids[i] {
+                    Some(id) => map.add_observation(id, observation),
+                    None => {
+                        let filter = DepthFilter::new(1.0, 0.1);
+                        ids[i] = Some(map.add_landmark(observation, filter, LandmarkState::Converged));
+                    }
+                }
+            }
+        }
+        (map, ids)
+    }
+
+    /// What the rule says about a frame from a column, long after the newest keyframe.
+    fn decision(columns: &[usize], reference: usize, from: usize, most_matched: usize) -> KeyframeDecision {
+        let (map, ids) = map_of(columns);
+        let mut frame = frame(columns.len() * 100);
+        let feature = |(i, px): (usize, Point2<f64>)| {
+            let (landmark, covariance_px) = (ids[i]?, Matrix2::identity());
+            Some(Feature { landmark, px, ray: Vector3::z(), level: 0, covariance_px })
+        };
+        frame.features = seen_from(from).filter_map(feature).collect();
+        let num_converged = frame.features.len();
+        let report = TrackReport {
+            frame,
+            quality: Quality::Good,
+            tried: Vec::new(),
+            num_searched: num_converged,
+            num_matched: num_converged,
+            num_converged,
+            local_map: LocalMap::default(),
+        };
+        let reference = KeyframeId(reference as u32);
+        let mut rule = KeyframeRule { most_matched, since: 0 };
+        rule.decide(&MappingConfig::default(), &map, reference, &report, WIDTH_PX)
+    }
+
+    #[test]
+    fn a_camera_that_comes_back_goes_back_to_its_keyframes() {
+        // 6 % of the image are ten columns.
+        assert_eq!(decision(&[0, 12, 24], 2, 14, 0), KeyframeDecision::GoBackTo(KeyframeId(1)));
+        assert_eq!(decision(&[0, 12, 24], 2, 20, 0), KeyframeDecision::Stay);
+        assert_eq!(decision(&[0, 30], 1, 14, 0), KeyframeDecision::Make, "nothing is near");
+    }
+
+    #[test]
+    fn a_camera_that_goes_ahead_makes_keyframes() {
+        assert_eq!(decision(&[0, 6], 1, 17, 0), KeyframeDecision::Make);
+        // It has lost landmarks; the older keyframe is near, but farther behind than the newer one.
+        assert_eq!(decision(&[4, 6], 1, 8, 400), KeyframeDecision::Make);
+        assert_eq!(decision(&[8, 6], 1, 8, 400), KeyframeDecision::GoBackTo(KeyframeId(0)));
+    }
 }
