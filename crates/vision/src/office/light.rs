@@ -197,7 +197,7 @@ mod tests {
         let mut image = image([1.0; 3]);
         for y in 0..96 {
             for x in 0..96 {
-                image.set(x, y, if x < 48 { [40, 110, 60] } else { [70, 90, 120] });
+                image.set(x, y, if x < 48 { [40, 110, 60] } else { [150, 200, 140] });
             }
         }
         let mut segments = Vec::new();
