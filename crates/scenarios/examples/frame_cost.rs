@@ -1,8 +1,8 @@
 //! What a frame costs, image by image, on a machine that has other things to do: the same frames are followed several
 //! times, which gives the same bits, and of each frame the shortest time counts.
 //!
-//! `cargo run --release -p visloc-scenarios --example frame_cost -- SCENARIO[:SEED[:FRAMES]]...`; the algorithm is
-//! `evolutionary` with its defaults.
+//! `cargo run --release -p visloc-scenarios --example frame_cost -- SCENARIO[:SEED[:FRAMES]]... RECORDING.mcap=MAP...`; the
+//! algorithm is `evolutionary` with its defaults. Given as `MAP`: the name of a map or its file.
 
 // The other examples and tests never look at a clock.
 #![allow(clippy::disallowed_methods, clippy::cast_precision_loss)]
@@ -10,6 +10,7 @@
 use std::time::Instant;
 
 use visloc_base::{RngTree, SourceFrame};
+use visloc_data::bag::{BagReader, BagTopics};
 use visloc_locate::{Pipeline, PipelineConfig};
 use visloc_scenarios::collect;
 use visloc_sim::{Scenario, Simulation};
@@ -24,13 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "", "frames", "analysis: mean, 99 %", "localizer: mean, median, 99 %", "both: mean, 99 %, ratio"
     );
     for run in std::env::args().skip(1) {
-        let mut parts = run.split(':');
-        let scenario = Scenario::load(parts.next().unwrap_or("office"))?;
-        let seed = parts.next().map_or(Ok(1), str::parse)?;
-        let num_frames = parts.next().map_or(Ok(1500), str::parse)?;
-        let simulation = Simulation::new(&scenario, seed)?;
-        let map = simulation.map().clone();
-        let frames = collect(&mut simulation.with_num_frames(num_frames))?;
+        let (map, frames) = load(&run)?;
         let mut shortest = vec![[f64::INFINITY; 2]; frames.len()];
         for _ in 0..TIMES {
             follow(&map, &frames, &mut shortest)?;
@@ -42,7 +37,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let (analysis, localizer, both) = (sorted(&|t| t[0]), sorted(&|t| t[1]), sorted(&|t| t[0] + t[1]));
         println!(
-            "{run:<24} {:>7} {:>10.3} {:>8.3} ms {:>9.3} {:>8.3} {:>8.3} ms {:>8.3} {:>8.3} ms {:>8.2}",
+            "{:<24} {:>7} {:>10.3} {:>8.3} ms {:>9.3} {:>8.3} {:>8.3} ms {:>8.3} {:>8.3} ms {:>8.2}",
+            run.rsplit('/').next().unwrap_or(&run),
             frames.len(),
             mean(&analysis),
             quantile(&analysis, 0.99),
@@ -55,6 +51,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     Ok(())
+}
+
+/// The map and all frames of a scenario or a recording.
+fn load(run: &str) -> Result<(Map, Vec<SourceFrame>), Box<dyn std::error::Error>> {
+    if let Some((recording, map)) = run.split_once('=') {
+        let mut bag = BagReader::open(recording, BagTopics::default())?;
+        return Ok((Map::load(map)?, collect(&mut bag)?));
+    }
+    let mut parts = run.split(':');
+    let scenario = Scenario::load(parts.next().unwrap_or("office"))?;
+    let seed = parts.next().map_or(Ok(1), str::parse)?;
+    let num_frames = parts.next().map_or(Ok(1500), str::parse)?;
+    let simulation = Simulation::new(&scenario, seed)?;
+    let map = simulation.map().clone();
+    let frames = collect(&mut simulation.with_num_frames(num_frames))?;
+    Ok((map, frames))
 }
 
 /// Follows the frames once, and keeps the shortest time of analysis and localizer for each, milliseconds.

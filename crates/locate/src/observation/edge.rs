@@ -35,30 +35,63 @@ impl Eye {
         }
     }
 
-    /// Signed distance of a pixel from the image of an edge; also the unit normal of that image. The pixel is a direction
-    /// in the camera frame with z = 1.
-    pub fn residual(
-        &self,
-        ray_in_camera: &Vector3<f64>,
-        edge: &Edge,
-        focal_px: (f64, f64),
-    ) -> Option<(Residual, Vector2<f64>)> {
-        // The plane through the eye and the edge.
+    /// The direction of a pixel, given as a direction in the camera frame with z = 1.
+    #[inline]
+    pub fn ray(&self, in_camera: &Vector3<f64>) -> Ray {
+        Ray { in_camera: *in_camera, in_world: self.world_from_camera * in_camera }
+    }
+
+    /// Signed distance of a pixel from the image of an edge; `None` for an edge that points at the eye.
+    #[inline]
+    pub fn offset(&self, ray: &Ray, edge: &Edge, focal_px: (f64, f64)) -> Option<Offset> {
         let plane = edge.along.cross(&(edge.point - self.at));
         let plane_in_camera = self.world_from_camera.tr_mul(&plane);
         let line = Vector2::new(plane_in_camera.x / focal_px.0, plane_in_camera.y / focal_px.1);
         let scale = line.norm();
-        if scale < 1e-9 {
-            return None;
-        }
-        let ray = self.world_from_camera * ray_in_camera;
-        let by_eye = edge.along.cross(&ray);
+        let is_seen = scale >= 1e-9;
+        is_seen.then(|| Offset {
+            error_px: plane.dot(&ray.in_world) / scale,
+            along: edge.along,
+            plane,
+            plane_in_camera,
+            line,
+            scale,
+        })
+    }
+
+    /// The distance with its derivative.
+    pub fn residual(&self, ray: &Ray, offset: &Offset) -> Residual {
+        let (plane, in_world) = (&offset.plane, &ray.in_world);
+        let by_eye = offset.along.cross(in_world);
         let by_heading =
-            by_eye.y * self.lever.x - by_eye.x * self.lever.y + plane.y * ray.x - plane.x * ray.y;
-        let by_tilt = ray_in_camera.cross(&plane_in_camera);
+            by_eye.y * self.lever.x - by_eye.x * self.lever.y + plane.y * in_world.x - plane.x * in_world.y;
+        let by_tilt = ray.in_camera.cross(&offset.plane_in_camera);
         let jacobian =
             CameraVector::from([by_eye.x, by_eye.y, by_heading, by_tilt.x, by_tilt.y, by_tilt.z, by_eye.z])
-                / scale;
-        Some((Residual { error_px: plane.dot(&ray) / scale, jacobian }, line / scale))
+                / offset.scale;
+        Residual { error_px: offset.error_px, jacobian }
     }
+}
+
+/// The direction of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ray {
+    /// In the camera frame, with z = 1.
+    in_camera: Vector3<f64>,
+    /// In the world's axes.
+    pub in_world: Vector3<f64>,
+}
+
+/// Where a pixel lies beside the image of an edge.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Offset {
+    /// Signed distance, pixels.
+    pub error_px: f64,
+    along: Vector3<f64>,
+    /// Normal of the plane through the eye and the edge.
+    pub plane: Vector3<f64>,
+    plane_in_camera: Vector3<f64>,
+    /// Normal of the edge's image, not of unit length.
+    pub line: Vector2<f64>,
+    scale: f64,
 }

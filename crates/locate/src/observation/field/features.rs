@@ -16,7 +16,7 @@ use super::{
     suggest::{self, GroundBorder},
 };
 use crate::observation::{
-    edge::{Edge, Eye},
+    edge::{Edge, Eye, Offset, Ray},
     features::{CameraState, FeatureMatch, FeatureModel, Residual},
 };
 use rand::RngExt;
@@ -99,38 +99,24 @@ impl FieldFeatureModel {
 
     /// The nearest border with its white on the same side, and how far the pixel agrees with the map without one.
     fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> (Option<Residual>, f64) {
-        let ray = eye.world_from_camera * border.ray;
-        if ray.z >= 0.0 {
+        let ray = eye.ray(&border.ray);
+        if ray.in_world.z >= 0.0 {
             return (None, 0.0);
         }
-        let ground = (eye.at + ray * (-eye.at.z / ray.z)).xy();
-        let mut best: Option<Residual> = None;
-        for nearest in self.tables.ground.nearest_indices(&ground) {
-            for outline in self.tables.ground.both_borders(nearest) {
-                let (point, along) = outline.nearest_point(&ground);
-                let inward = outline.inward(&point);
-                if along == Vector2::zeros()
-                    && (ground - point).dot(&outline.along_at_end()).abs() > END_TOLERANCE_M
-                {
-                    continue;
-                }
-                let along =
-                    if along == Vector2::zeros() { outline.along_at_end() } else { along.normalize() };
-                let edge = Edge { point: Point3::new(point.x, point.y, 0.0), along: along.push(0.0) };
-                let Some((residual, normal)) = eye.residual(&border.ray, &edge, self.focal_px) else {
-                    continue;
-                };
+        let ground = (eye.at + ray.in_world * (-eye.at.z / ray.in_world.z)).xy();
+        let mut nearest = Nearest::within(gate_px);
+        for index in self.tables.ground.nearest_indices(&ground) {
+            for outline in self.tables.ground.both_borders(index) {
+                let Some((edge, inward)) = outline.edge_near(&ground) else { continue };
+                let Some(offset) = eye.offset(&ray, &edge, self.focal_px) else { continue };
                 // The side of the white in the image, from the plane's value a little inside of the border.
-                let plane = edge.along.cross(&(edge.point - eye.at));
-                let white_side = plane.xy().dot(&inward).signum();
-                let is_same_side = white_side * normal.dot(&border.inward) > 0.0;
-                let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
-                if is_same_side && is_nearer && residual.error_px.abs() < gate_px {
-                    best = Some(residual);
+                let is_same_side = offset.plane.xy().dot(&inward) * offset.line.dot(&border.inward) > 0.0;
+                if is_same_side {
+                    nearest.take(offset);
                 }
             }
         }
-        (best, self.agreement_outside(&ground))
+        (nearest.residual(eye, &ray), self.agreement_outside(&ground))
     }
 
     /// Agreement of a pixel of the ground that matches nothing.
@@ -147,21 +133,41 @@ impl FieldFeatureModel {
     }
 
     fn match_goal(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
-        let ray = eye.world_from_camera * border.ray;
-        let mut best: Option<Residual> = None;
+        let ray = eye.ray(&border.ray);
+        let mut nearest = Nearest::within(gate_px);
         for goal in self.tables.goals.iter().filter(|goal| goal.matches(border.kind)) {
-            goal.visit_edges(&eye.at, &ray, &border.inward, END_TOLERANCE_M, |point, along| {
-                let Some((residual, _)) = eye.residual(&border.ray, &Edge { point, along }, self.focal_px)
-                else {
-                    return;
-                };
-                let is_nearer = best.is_none_or(|b| residual.error_px.abs() < b.error_px.abs());
-                if is_nearer && residual.error_px.abs() < gate_px {
-                    best = Some(residual);
+            goal.visit_edges(&eye.at, &ray.in_world, &border.inward, END_TOLERANCE_M, |point, along| {
+                if let Some(offset) = eye.offset(&ray, &Edge { point, along }, self.focal_px) {
+                    nearest.take(offset);
                 }
             });
         }
-        best
+        nearest.residual(eye, &ray)
+    }
+}
+
+/// The border nearest to a pixel in the image; only for this one derivatives are computed.
+struct Nearest {
+    /// Only nearer ones are taken, pixels.
+    within_px: f64,
+    offset: Option<Offset>,
+}
+
+impl Nearest {
+    fn within(gate_px: f64) -> Self {
+        Self { within_px: gate_px, offset: None }
+    }
+
+    #[inline]
+    fn take(&mut self, offset: Offset) {
+        if offset.error_px.abs() < self.within_px {
+            self.within_px = offset.error_px.abs();
+            self.offset = Some(offset);
+        }
+    }
+
+    fn residual(&self, eye: &Eye, ray: &Ray) -> Option<Residual> {
+        self.offset.as_ref().map(|offset| eye.residual(ray, offset))
     }
 }
 
@@ -230,12 +236,22 @@ impl FeatureModel for FieldFeatureModel {
 }
 
 impl Outline {
-    /// Direction of a segment, for points beyond its ends; zero for a circle, which has none.
-    fn along_at_end(&self) -> Vector2<f64> {
-        match self {
-            Self::Segment { along, .. } => along.normalize(),
-            Self::Circle { .. } => Vector2::zeros(),
-        }
+    /// The outline near a point on the ground as an edge, with the direction towards its white; `None` beyond its ends.
+    #[inline]
+    fn edge_near(&self, ground: &Point2<f64>) -> Option<(Edge, Vector2<f64>)> {
+        let (point, along) = self.nearest_point(ground);
+        let along = match self {
+            Self::Segment { unit, .. } => {
+                let is_beyond = along == Vector2::zeros();
+                if is_beyond && (ground - point).dot(unit).abs() > END_TOLERANCE_M {
+                    return None;
+                }
+                *unit
+            }
+            Self::Circle { .. } => along.normalize(),
+        };
+        let edge = Edge { point: Point3::new(point.x, point.y, 0.0), along: along.push(0.0) };
+        Some((edge, self.inward(&point)))
     }
 }
 

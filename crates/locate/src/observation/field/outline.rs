@@ -11,6 +11,8 @@ pub(super) enum Outline {
     Segment {
         start: Point2<f64>,
         along: Vector2<f64>,
+        /// The direction of `along`.
+        unit: Vector2<f64>,
         inverse_length2: f64,
         /// Unit vector towards the white.
         inward: Vector2<f64>,
@@ -28,7 +30,13 @@ impl Outline {
     fn segment(segment: &Segment, inward: Vector2<f64>) -> Self {
         let along = segment.end - segment.start;
         let inverse_length2 = 1.0 / along.norm_squared();
-        Self::Segment { start: segment.start, along, inverse_length2, inward: inward.normalize() }
+        Self::Segment {
+            start: segment.start,
+            along,
+            unit: along.normalize(),
+            inverse_length2,
+            inward: inward.normalize(),
+        }
     }
 
     /// Unit vector from the outline at a point on it towards the white.

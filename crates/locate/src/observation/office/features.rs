@@ -104,8 +104,9 @@ impl OfficeFeatureModel {
                 best = Some(&candidate.edge);
             }
         }
-        let (residual, _) = eye.residual(&border.ray, best?, self.focal_px)?;
-        Some(residual)
+        let ray = eye.ray(&border.ray);
+        let offset = eye.offset(&ray, best?, self.focal_px)?;
+        Some(eye.residual(&ray, &offset))
     }
 }
 
