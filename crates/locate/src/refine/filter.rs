@@ -1,19 +1,17 @@
 //! The filter of one track.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use visloc_geom::{PlanarPose, angle};
 
 use super::RefinementConfig;
 use crate::observation::features::{CameraState, CameraVector, FeatureModel};
 
-/// Length of the state: pose (3), slow tilt of the camera (3), its height (1), motion (4).
+/// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4).
 const STATE: usize = 11;
 /// Length of what an image sees of it: pose, tilt and height.
 const CAMERA: usize = 7;
-/// First of the tilt angles.
-const TILT: usize = 3;
-/// The slow error of the camera's height.
-const RAISE: usize = 6;
+/// First of what changes slowly: three angles of the camera's tilt, then its height.
+const SLOW: usize = 3;
 /// First of the motion parameters: with odometry the relative errors of its three axes, without it the velocity
 /// of the body (m/s, m/s, rad/s).
 const MOTION: usize = 7;
@@ -101,10 +99,8 @@ impl PoseFilter {
         for (i, variance) in [m, m, rad].into_iter().enumerate() {
             filter.covariance[(i, i)] = variance;
         }
-        for i in TILT..RAISE {
-            filter.covariance[(i, i)] = config.tilt_bias_rad.powi(2);
-        }
-        filter.covariance[(RAISE, RAISE)] = config.raise_bias_m.powi(2);
+        let slow = Matrix4::from_diagonal(&slow_noise(config).map(square));
+        filter.covariance.fixed_view_mut::<4, 4>(SLOW, SLOW).copy_from(&slow);
         filter.forget_motion(true, config);
         filter
     }
@@ -113,11 +109,11 @@ impl PoseFilter {
     pub fn moved_to(&self, pose: &PlanarPose, config: &RefinementConfig) -> Self {
         let mut filter = Self::new(pose, config);
         filter.has_odometry = self.has_odometry;
-        filter.mean.fixed_rows_mut::<8>(TILT).copy_from(&self.mean.fixed_rows::<8>(TILT));
+        filter.mean.fixed_rows_mut::<8>(SLOW).copy_from(&self.mean.fixed_rows::<8>(SLOW));
         filter
             .covariance
-            .fixed_view_mut::<8, 8>(TILT, TILT)
-            .copy_from(&self.covariance.fixed_view::<8, 8>(TILT, TILT));
+            .fixed_view_mut::<8, 8>(SLOW, SLOW)
+            .copy_from(&self.covariance.fixed_view::<8, 8>(SLOW, SLOW));
         filter
     }
 
@@ -207,11 +203,10 @@ impl PoseFilter {
         change[(0, 2)] = -sin * motion.x - cos * motion.y;
         change[(1, 2)] = cos * motion.x - sin * motion.y;
         let kept = (-secs / config.tilt_bias_secs).exp();
-        for i in TILT..MOTION {
-            let spread = if i == RAISE { config.raise_bias_m } else { config.tilt_bias_rad };
-            change[(i, i)] = kept;
-            noise[i] = spread.powi(2) * (1.0 - kept * kept);
-            self.mean[i] *= kept;
+        for (i, spread) in slow_noise(config).iter().enumerate() {
+            change[(SLOW + i, SLOW + i)] = kept;
+            noise[SLOW + i] = square(*spread) * (1.0 - kept * kept);
+            self.mean[SLOW + i] *= kept;
         }
         self.mean[0] += cos * motion.x - sin * motion.y;
         self.mean[1] += sin * motion.x + cos * motion.y;
@@ -229,13 +224,8 @@ impl PoseFilter {
         let prior = self.mean.fixed_rows::<CAMERA>(0).into_owned();
         // Covariance of the state with (pose, tilt and height of this image).
         let cross = self.covariance.fixed_columns::<CAMERA>(0).into_owned();
-        let mut spread: CameraMatrix = cross.fixed_rows::<CAMERA>(0).into_owned();
-        for i in TILT..RAISE {
-            spread[(i, i)] += config.tilt_noise_rad.powi(2);
-        }
-        for i in [0, 1, RAISE] {
-            spread[(i, i)] += config.eye_noise_m.powi(2);
-        }
+        let spread: CameraMatrix =
+            cross.fixed_rows::<CAMERA>(0) + CameraMatrix::from_diagonal(&image_noise(config).map(square));
         let mut at = prior;
         let mut step = None;
         for (i, gate_px) in gates_px.iter().enumerate() {
@@ -260,6 +250,22 @@ impl PoseFilter {
         }
         fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement
     }
+}
+
+/// Standard deviations of what changes slowly: tilt and height of the camera.
+fn slow_noise(config: &RefinementConfig) -> Vector4<f64> {
+    let tilt = config.tilt_bias_rad;
+    Vector4::new(tilt, tilt, tilt, config.raise_bias_m)
+}
+
+/// Standard deviations of what changes with every image: place, tilt and height of the camera.
+fn image_noise(config: &RefinementConfig) -> CameraVector {
+    let (eye, tilt) = (config.eye_noise_m, config.tilt_noise_rad);
+    CameraVector::from([eye, eye, 0.0, tilt, tilt, tilt, eye])
+}
+
+fn square(value: f64) -> f64 {
+    value * value
 }
 
 /// Matches one feature in `stride` from one state and adds up their normal equations.
