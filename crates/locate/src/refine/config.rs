@@ -87,7 +87,7 @@ impl Default for RefinementConfig {
     fn default() -> Self {
         Self {
             max_tracks: 8,
-            max_fits: 8,
+            max_fits: 5,
             has_look_alikes: false,
             pixel_noise_px: 1.0,
             max_independent_pixels: 15.0,
@@ -112,7 +112,7 @@ impl Default for RefinementConfig {
             evidence_per_image: 6.0,
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
-            search_poses: 300,
+            search_poses: 200,
             evidence_kept: 1.0,
             hopeless: 20.0,
             merge_distance_m: 0.25,

@@ -26,7 +26,7 @@ const SEARCH: (usize, usize) = (40, 1);
 const DEEP_PLACES: usize = 6;
 /// Candidates that are fitted in one step.
 const CANDIDATES: usize = 1;
-const DEEP_CANDIDATES: usize = 5;
+const DEEP_CANDIDATES: usize = 3;
 /// An image from so far away, or turned by so much, shows something new.
 const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
