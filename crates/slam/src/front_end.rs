@@ -71,7 +71,7 @@ impl FrontEnd {
             initializer: Initializer::new(camera, config),
             tracker: Tracker::new(camera, &config.tracking, &config.features),
             relocator: Relocator::new(camera, config),
-            rule: KeyframeRule::default(),
+            rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
             frames: Vec::new(),
             phase: Phase::Starting,
             num_bad: 0,
@@ -181,7 +181,7 @@ impl FrontEnd {
         outcome.camera_from_world = Some(frame.camera_from_world);
         outcome.matches = (frame.features.len(), frame.features.len());
         self.tracker.restart_from(frame.clone());
-        self.rule = KeyframeRule::default();
+        self.rule.restart();
         self.anchor = *second;
         self.awaits_keyframe = true;
         self.started_at = number;
@@ -221,11 +221,10 @@ impl FrontEnd {
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
-        let width = f64::from(self.camera.size_px().0);
         let decision = if self.awaits_keyframe {
             KeyframeDecision::Stay
         } else {
-            self.rule.decide(&self.config.mapping, &self.map, self.anchor, &report, width)
+            self.rule.decide(&self.map, self.anchor, &report)
         };
         if let KeyframeDecision::GoBackTo(earlier) = decision {
             self.anchor = earlier;

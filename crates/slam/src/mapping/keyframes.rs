@@ -19,27 +19,27 @@ pub enum KeyframeDecision {
 
 /// The rule, with what it remembers since the reference keyframe was taken. Thesis, section 6.6.2; the shift of the image and the
 /// return to keyframes of an earlier visit are additions.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct KeyframeRule {
+    config: MappingConfig,
+    image_width_px: f64,
     most_matched: usize,
     /// Frame in which the reference was taken.
     since: usize,
 }
 
 impl KeyframeRule {
+    /// The rule for images of this width.
+    pub fn new(config: &MappingConfig, image_width_px: f64) -> Self {
+        Self { config: config.clone(), image_width_px, most_matched: 0, since: 0 }
+    }
+
     /// Takes note of a frame and says what should be done. The reference is the keyframe that the frame hangs on.
-    pub fn decide(
-        &mut self,
-        config: &MappingConfig,
-        map: &Map,
-        reference: KeyframeId,
-        report: &TrackReport,
-        image_width: f64,
-    ) -> KeyframeDecision {
-        if !self.is_due(config, map, reference, report, image_width) {
+    pub fn decide(&mut self, map: &Map, reference: KeyframeId, report: &TrackReport) -> KeyframeDecision {
+        if !self.is_due(map, reference, report) {
             return KeyframeDecision::Stay;
         }
-        let max_shift_px = RETURN_SHIFT * config.max_shift_ratio * image_width;
+        let max_shift_px = RETURN_SHIFT * self.max_shift_px();
         match covering(map, reference, report, max_shift_px) {
             Some(earlier) => {
                 self.most_matched = report.num_converged;
@@ -50,15 +50,9 @@ impl KeyframeRule {
         }
     }
 
-    fn is_due(
-        &mut self,
-        config: &MappingConfig,
-        map: &Map,
-        reference: KeyframeId,
-        report: &TrackReport,
-        image_width: f64,
-    ) -> bool {
+    fn is_due(&mut self, map: &Map, reference: KeyframeId, report: &TrackReport) -> bool {
         self.most_matched = self.most_matched.max(report.num_converged);
+        let config = &self.config;
         let since = self.since.max(map.keyframe(reference).frame);
         let gap = report.frame.number.saturating_sub(since);
         if report.quality == Quality::Bad || gap < config.min_gap_frames {
@@ -68,15 +62,26 @@ impl KeyframeRule {
         lost > config.lost_ratio
             || (gap >= config.soft_gap_frames && lost > config.soft_lost_ratio)
             || match mean_shift_px(map, reference, &report.frame) {
-                Some(px) => px > config.max_shift_ratio * image_width,
+                Some(px) => px > self.max_shift_px(),
                 // Hardly anything in common: wait until candidates have had a chance.
                 None => gap >= 2 * config.min_gap_frames,
             }
     }
 
+    /// Shift of the image that asks for a keyframe.
+    fn max_shift_px(&self) -> f64 {
+        self.config.max_shift_ratio * self.image_width_px
+    }
+
     /// Starts over after a keyframe: what counts is how many landmarks *tracking* finds from here on.
     pub fn keyframe_made(&mut self) {
         self.most_matched = 0;
+    }
+
+    /// Starts over with a new map.
+    pub fn restart(&mut self) {
+        self.most_matched = 0;
+        self.since = 0;
     }
 }
 
@@ -196,8 +201,8 @@ mod tests {
             local_map: LocalMap::default(),
         };
         let reference = KeyframeId(reference as u32);
-        let mut rule = KeyframeRule { most_matched, since: 0 };
-        rule.decide(&MappingConfig::default(), &map, reference, &report, WIDTH_PX)
+        let mut rule = KeyframeRule { most_matched, ..KeyframeRule::new(&MappingConfig::default(), WIDTH_PX) };
+        rule.decide(&map, reference, &report)
     }
 
     #[test]
