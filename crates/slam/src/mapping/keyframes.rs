@@ -201,7 +201,8 @@ mod tests {
             local_map: LocalMap::default(),
         };
         let reference = KeyframeId(reference as u32);
-        let mut rule = KeyframeRule { most_matched, ..KeyframeRule::new(&MappingConfig::default(), WIDTH_PX) };
+        let mut rule =
+            KeyframeRule { most_matched, ..KeyframeRule::new(&MappingConfig::default(), WIDTH_PX) };
         rule.decide(&map, reference, &report)
     }
 

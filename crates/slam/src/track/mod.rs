@@ -5,6 +5,7 @@ mod frame;
 mod local_map;
 mod matcher;
 mod prediction;
+mod search;
 mod tracker;
 mod turn;
 

@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Rotation3, Vector2};
-use rand::seq::SliceRandom;
+use nalgebra::{Rotation3, Vector2};
 use visloc_base::Timestamp;
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
     AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
-    RotationAligner, align_images, collect_local_map, matcher::whitening, only_turned,
+    RotationAligner, align_images, collect_local_map, matcher::whitening, only_turned, search::Search,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
-    feature::CornerGrid,
     image::Pyramid,
     lie::CameraFromWorld,
     map::{Landmark, LandmarkId, LandmarkState, Map},
@@ -70,8 +68,6 @@ pub struct Tracker {
 
 /// Level of the image on which whole views are compared.
 const ROTATION_LEVEL: usize = 4;
-/// Matches after which a search that looks around its places ends.
-const WIDE_MATCHES: usize = 50;
 /// Coarsest level of the image alignment.
 const COARSEST_LEVEL: usize = 4;
 
@@ -208,7 +204,7 @@ impl Tracker {
             recognition: self.recognition,
         };
         work.timer.end("local map");
-        let search = self.search(map, &matcher, &local_map, radius, work);
+        let search = Search::run(map, &matcher, &local_map, (&self.config, radius), work);
         let focal = focal_px(&self.camera);
         let observations: Vec<PoseObservation> = search
             .features
@@ -288,95 +284,6 @@ impl Tracker {
             ray: feature.ray,
             whitening: whitening(focal, &covariance_px),
         }
-    }
-
-    /// At most one landmark for each cell, those found most often first; candidates where converged ones are few.
-    fn search(
-        &self,
-        map: &Map,
-        matcher: &Matcher<'_>,
-        local_map: &LocalMap,
-        radius: usize,
-        work: &mut FrameWork<'_>,
-    ) -> Search {
-        let mut grid = CornerGrid::new(self.camera.size_px(), self.config.cell_px);
-        let mut cells: Vec<Vec<(LandmarkId, Point2<f64>)>> = vec![Vec::new(); grid.num_cells()];
-        let mut candidates = Vec::new();
-        for id in &local_map.landmarks {
-            let landmark = map.landmark(*id);
-            let Some(px) = matcher.project(&landmark.point_in_world) else { continue };
-            if landmark.is_converged() {
-                cells[grid.cell(&px)].push((*id, px));
-            } else {
-                candidates.push((*id, px));
-            }
-        }
-        let mut order: Vec<usize> = (0..cells.len()).filter(|cell| !cells[*cell].is_empty()).collect();
-        order.shuffle(work.rng);
-        work.timer.end("projection");
-        let mut search = Search { radius, ..Search::default() };
-        // Looking around is dear, and a few dozen matches are enough to go on from.
-        let most =
-            if radius > 0 { WIDE_MATCHES.min(self.config.max_matches) } else { self.config.max_matches };
-        for cell in order {
-            if search.features.len() >= most || (radius > 0 && search.num_searched >= 3 * WIDE_MATCHES) {
-                break;
-            }
-            let in_cell = &mut cells[cell];
-            in_cell.sort_by_key(|(id, _)| {
-                let landmark = map.landmark(*id);
-                (std::cmp::Reverse(landmark.num_found.saturating_sub(2 * landmark.num_missed)), *id)
-            });
-            search.num_searched += 1;
-            for (id, _) in in_cell.iter().take(4) {
-                search.tried.push(*id);
-                if search.try_landmark(map, matcher, *id) {
-                    grid.take(cell);
-                    break;
-                }
-            }
-        }
-        let wanted = if radius > 0 { 0 } else { self.config.max_matches / 2 };
-        for (id, px) in candidates {
-            if search.features.len() >= wanted {
-                break;
-            }
-            let landmark = map.landmark(id);
-            let is_sharp = depth_spread(map, landmark, &matcher.camera_from_world)
-                .is_some_and(|spread| 2.0 * spread.norm() * focal_px(&self.camera) < 4.0);
-            let cell = grid.cell(&px);
-            if is_sharp && !grid.is_taken(cell) {
-                search.num_searched += 1;
-                search.tried.push(id);
-                if search.try_landmark(map, matcher, id) {
-                    grid.take(cell);
-                }
-            }
-        }
-        work.timer.end("matching");
-        search
-    }
-}
-
-/// What a search over the local map found.
-#[derive(Default)]
-struct Search {
-    features: Vec<Feature>,
-    tried: Vec<LandmarkId>,
-    num_searched: usize,
-    radius: usize,
-}
-
-impl Search {
-    fn try_landmark(&mut self, map: &Map, matcher: &Matcher<'_>, id: LandmarkId) -> bool {
-        let landmark = map.landmark(id);
-        let found = match self.radius {
-            0 => matcher.find(map, landmark),
-            radius => matcher.find_within(map, landmark, radius),
-        };
-        let Some(found) = found else { return false };
-        self.features.push(Feature::new(id, &found));
-        true
     }
 }
 

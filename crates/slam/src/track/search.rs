@@ -1,0 +1,137 @@
+//! Which landmarks of the local map are looked for in an image.
+
+use std::cmp::Reverse;
+
+use rand::seq::SliceRandom;
+
+use super::{Feature, FrameWork, LocalMap, Matcher, depth_spread, focal_px};
+use crate::{
+    config::TrackingConfig,
+    feature::CornerGrid,
+    map::{LandmarkId, Map},
+};
+
+/// Matches after which a search that looks around its places ends.
+const WIDE_MATCHES: usize = 50;
+/// Landmarks that are tried in one cell.
+const TRIED_IN_CELL: usize = 4;
+/// A candidate whose place in the image is known worse than this is not looked for: half of the length that it can lie on, pixels.
+const SHARP_PX: f64 = 4.0;
+
+/// What a search over the local map found.
+#[derive(Debug, Default)]
+pub struct Search {
+    /// Landmarks that were found.
+    pub features: Vec<Feature>,
+    /// Landmarks that were looked for.
+    pub tried: Vec<LandmarkId>,
+    /// Places of the image that were searched.
+    pub num_searched: usize,
+    radius: usize,
+}
+
+/// A landmark in the cell of the image where it is expected.
+struct Expected {
+    cell: usize,
+    /// How often it was found, less twice how often it was missed.
+    merit: u32,
+    id: LandmarkId,
+}
+
+impl Search {
+    /// At most one landmark for each cell, those found most often first; candidates where converged ones are few. With a
+    /// `radius` above 0, all pixels (of the level) within it are searched.
+    pub fn run(
+        map: &Map,
+        matcher: &Matcher<'_>,
+        local_map: &LocalMap,
+        (config, radius): (&TrackingConfig, usize),
+        work: &mut FrameWork<'_>,
+    ) -> Self {
+        let mut grid = CornerGrid::new(matcher.camera.size_px(), config.cell_px);
+        let (mut expected, mut candidates) = (Vec::new(), Vec::new());
+        for id in &local_map.landmarks {
+            let landmark = map.landmark(*id);
+            let Some(px) = matcher.project(&landmark.point_in_world) else { continue };
+            let cell = grid.cell(&px);
+            if landmark.is_converged() {
+                let merit = landmark.num_found.saturating_sub(2 * landmark.num_missed);
+                expected.push(Expected { cell, merit, id: *id });
+            } else {
+                candidates.push((*id, cell));
+            }
+        }
+        expected.sort_unstable_by_key(|e| (e.cell, Reverse(e.merit), e.id));
+        let mut cells: Vec<&[Expected]> = expected.chunk_by(|a, b| a.cell == b.cell).collect();
+        cells.shuffle(work.rng);
+        work.timer.end("projection");
+        let mut search = Self { radius, ..Self::default() };
+        search.find_expected(map, matcher, &cells, &mut grid, config.max_matches);
+        let wanted = if radius > 0 { 0 } else { config.max_matches / 2 };
+        search.find_candidates(map, matcher, &candidates, &mut grid, wanted);
+        work.timer.end("matching");
+        search
+    }
+
+    fn find_expected(
+        &mut self,
+        map: &Map,
+        matcher: &Matcher<'_>,
+        cells: &[&[Expected]],
+        grid: &mut CornerGrid,
+        max_matches: usize,
+    ) {
+        // Looking around is dear, and a few dozen matches are enough to go on from.
+        let is_wide = self.radius > 0;
+        let most = if is_wide { WIDE_MATCHES.min(max_matches) } else { max_matches };
+        for in_cell in cells {
+            if self.features.len() >= most || (is_wide && self.num_searched >= 3 * WIDE_MATCHES) {
+                break;
+            }
+            self.num_searched += 1;
+            for expected in in_cell.iter().take(TRIED_IN_CELL) {
+                if self.try_landmark(map, matcher, expected.id) {
+                    grid.take(expected.cell);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Looks for candidates in the cells that are free, until there are as many matches as wanted.
+    fn find_candidates(
+        &mut self,
+        map: &Map,
+        matcher: &Matcher<'_>,
+        candidates: &[(LandmarkId, usize)],
+        grid: &mut CornerGrid,
+        wanted: usize,
+    ) {
+        let focal = focal_px(matcher.camera);
+        for (id, cell) in candidates {
+            if self.features.len() >= wanted {
+                break;
+            }
+            let is_sharp = depth_spread(map, map.landmark(*id), &matcher.camera_from_world)
+                .is_some_and(|spread| 2.0 * spread.norm() * focal < SHARP_PX);
+            if is_sharp && !grid.is_taken(*cell) {
+                self.num_searched += 1;
+                if self.try_landmark(map, matcher, *id) {
+                    grid.take(*cell);
+                }
+            }
+        }
+    }
+
+    fn try_landmark(&mut self, map: &Map, matcher: &Matcher<'_>, id: LandmarkId) -> bool {
+        self.tried.push(id);
+        let landmark = map.landmark(id);
+        let found = match self.radius {
+            0 => matcher.find(map, landmark),
+            radius => matcher.find_within(map, landmark, radius),
+        };
+        let Some(found) = found else { return false };
+        self.features.push(Feature::new(id, &found));
+        true
+    }
+}
