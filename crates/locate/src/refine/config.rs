@@ -67,6 +67,9 @@ pub struct RefinementConfig {
     pub max_evidence_difference: f64,
     /// Poses that are weighed for one image in search of places while the robot is not localized.
     pub search_poses: usize,
+    /// Places at which a track may begin in one image while the robot is not localized; each costs a fit. If more are found they
+    /// take turns.
+    pub max_births: usize,
     /// Share of the evidence that is kept from image to image.
     pub evidence_kept: f64,
     /// A track whose odds fall below the best one's by this is given up, as a logarithm.
@@ -113,6 +116,7 @@ impl Default for RefinementConfig {
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
             search_poses: 200,
+            max_births: 3,
             evidence_kept: 1.0,
             hopeless: 20.0,
             merge_distance_m: 0.25,
@@ -134,7 +138,11 @@ impl RefinementConfig {
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let counts = [("refinement.max_tracks", self.max_tracks), ("refinement.max_fits", self.max_fits)];
+        let counts = [
+            ("refinement.max_tracks", self.max_tracks),
+            ("refinement.max_fits", self.max_fits),
+            ("refinement.max_births", self.max_births),
+        ];
         for (key, count) in counts {
             require((1..=1000).contains(&count), key, "1 to 1000", count)?;
         }

@@ -24,9 +24,8 @@ const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step while localized, and places kept while not.
 const SEARCH: (usize, usize) = (40, 1);
 const DEEP_PLACES: usize = 6;
-/// Candidates that are fitted in one step.
-const CANDIDATES: usize = 1;
-const DEEP_CANDIDATES: usize = 3;
+/// Places at which a track may begin in one step while localized.
+const BIRTHS: usize = 1;
 /// An image from so far away, or turned by so much, shows something new.
 const NEW_VIEW_M: f64 = 0.2;
 const NEW_VIEW_RAD: f64 = 0.2;
@@ -180,7 +179,7 @@ impl Refined {
         let is_known = |pose: &PlanarPose| config.has_look_alikes && tracks.know(model, pose, config);
         self.candidates.extend(self.places.search(percept, model, effort, is_known, rng));
         // Each costs a fit, so they take turns.
-        let max = if is_localized { CANDIDATES } else { DEEP_CANDIDATES };
+        let max = if is_localized { BIRTHS } else { self.config.max_births };
         if self.candidates.len() > max {
             self.turn = (self.turn + max) % self.candidates.len();
             self.candidates.rotate_left(self.turn);

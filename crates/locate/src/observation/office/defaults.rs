@@ -11,6 +11,7 @@ pub fn refinement_defaults() -> RefinementConfig {
         max_tracks: 400,
         max_fits: 24,
         search_poses: 150,
+        max_births: 5,
         has_look_alikes: true,
         evidence_per_image: 4.0,
         evidence_deadband: 0.01,
