@@ -11,7 +11,7 @@ use visloc_world::office::{FreeSpace, Office, Wall};
 
 use super::{
     lines::TheoreticalLine,
-    outline::{Outlines, Sector},
+    sector::{LineColumns, Sector},
 };
 
 /// Side of a cell, meters.
@@ -46,7 +46,7 @@ pub(super) struct SightIndex {
     cells: Vec<Cell>,
     entries: Vec<Entry>,
     /// Where the entries' lines are, to leave out at once what is beside the image.
-    outlines: Outlines,
+    line_columns: LineColumns,
     walls: Vec<u32>,
 }
 
@@ -63,7 +63,7 @@ impl SightIndex {
             rows,
             cells: vec![Cell::default(); columns * rows],
             entries: Vec::new(),
-            outlines: Outlines::default(),
+            line_columns: LineColumns::default(),
             walls: Vec::new(),
         };
         for i in 0..index.cells.len() {
@@ -90,7 +90,7 @@ impl SightIndex {
                 let (seen, all) = sightings(&places, line, &near);
                 if seen > 0 {
                     self.entries.push(Entry { line: i as u32, is_certain: seen == all });
-                    self.outlines.push(line);
+                    self.line_columns.push(line);
                     has_doubt |= seen != all;
                 }
             }
@@ -123,7 +123,7 @@ impl SightIndex {
         let Some(cell) = self.cell(place.x, place.y) else { return };
         let walls = &self.walls[range(&cell.walls)];
         let entries = &self.entries[range(&cell.entries)];
-        self.outlines.visit_in(range(&cell.entries), sector, |i| visit(&entries[i], walls));
+        self.line_columns.visit_in(range(&cell.entries), sector, |i| visit(&entries[i], walls));
     }
 
     #[inline]

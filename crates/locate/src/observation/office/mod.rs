@@ -8,8 +8,8 @@ mod features;
 mod index;
 mod lines;
 mod model;
-mod outline;
 mod propose;
+mod sector;
 mod sights;
 mod view;
 

@@ -10,7 +10,7 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::office::Office;
 
-use super::{index::faces, outline::Sector, propose::Clues, sights::Sights, view::View};
+use super::{index::faces, propose::Clues, sector::Sector, sights::Sights, view::View};
 use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
 
 /// Parameters of the observation model of a building.

@@ -6,7 +6,7 @@ use visloc_world::office::Office;
 use super::{
     index::{SightIndex, faces, is_seen},
     lines::{TheoreticalLine, theoretical_lines},
-    outline::Sector,
+    sector::Sector,
     view::View,
 };
 

@@ -15,9 +15,9 @@ const SLACK: f32 = 0.2;
 /// Rounding of distances from a wall is smaller than this, meters.
 const SLACK_M: f32 = 0.001;
 
-/// Lines as columns.
+/// Ends and normals of lines, one column of numbers each, so that eight lines are tested together.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Outlines {
+pub(super) struct LineColumns {
     start_x: Vec<f32>,
     start_y: Vec<f32>,
     end_x: Vec<f32>,
@@ -51,7 +51,7 @@ impl Sector {
 }
 
 #[allow(clippy::cast_possible_truncation)]
-impl Outlines {
+impl LineColumns {
     pub fn push(&mut self, line: &TheoreticalLine) {
         self.start_x.push(line.start.x as f32);
         self.start_y.push(line.start.y as f32);
@@ -129,14 +129,14 @@ mod tests {
     /// What is projected into the image is never left out, and most of what is not is.
     #[test]
     fn a_sector_holds_whatever_is_in_the_image() {
-        let rng = &mut RngTree::new(5).stream("outline", 0);
+        let rng = &mut RngTree::new(5).stream("sector", 0);
         let intrinsics = Matrix3::new(373.3, 0.0, 159.5, 0.0, 373.3, 119.5, 0.0, 0.0, 1.0);
         // Looks ahead and a little down.
         let robot_from_camera = Matrix3::new(0.0, -0.17, 0.985, -1.0, 0.0, 0.0, 0.0, -0.985, -0.17);
         let (mut num_in, mut num_visited) = (0, 0);
         for _ in 0..200 {
             let around = Point2::new(rng.random_range(-90.0..90.0), rng.random_range(-90.0..90.0));
-            let mut outlines = Outlines::default();
+            let mut columns = LineColumns::default();
             let lines: Vec<TheoreticalLine> = (0..43)
                 .map(|_| {
                     let mut place = || Vector2::new(rng.random_range(-9.0..9.0), rng.random_range(-9.0..9.0));
@@ -151,7 +151,7 @@ mod tests {
                     }
                 })
                 .collect();
-            lines.iter().for_each(|line| outlines.push(line));
+            lines.iter().for_each(|line| columns.push(line));
             let state = CameraState {
                 world_from_robot: PlanarPose::new(around.x, around.y, rng.random_range(-3.0..3.0)),
                 tilt_rad: nalgebra::Vector3::new(0.02, -0.01, 0.01),
@@ -160,7 +160,7 @@ mod tests {
             let eye = Eye::new(&state, &robot_from_camera, &nalgebra::Vector3::new(0.05, 0.0, 0.45));
             let view = View::tilted(&eye, &intrinsics);
             let mut visited = Vec::new();
-            outlines.visit_in(0..lines.len(), &Sector::new(&view, 320.0, 8.0), |i| visited.push(i));
+            columns.visit_in(0..lines.len(), &Sector::new(&view, 320.0, 8.0), |i| visited.push(i));
             assert!(visited.is_sorted());
             for (i, line) in lines.iter().enumerate() {
                 let faces = (view.eye - line.start).dot(&line.normal) > 0.0;
