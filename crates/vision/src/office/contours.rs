@@ -6,7 +6,11 @@
 use nalgebra::Point2;
 use visloc_base::RgbImage;
 
-use super::{EdgeSegment, gray::GrayImage, segment::Moments};
+use super::{
+    EdgeSegment,
+    gray::{GrayImage, append_marked},
+    segment::Moments,
+};
 
 /// A contour is cut where it lies farther from the straight way between its ends, pixels.
 const MAX_OFF_PX: f64 = 1.2;
@@ -15,10 +19,12 @@ const MAX_OFF_PX: f64 = 1.2;
 #[derive(Debug, Clone, Default)]
 pub struct ContourDetector {
     gray: GrayImage,
-    rows: Vec<i32>,
-    smooth: Vec<i32>,
+    rows: Vec<u16>,
+    smooth: Vec<u16>,
     laplacian: Vec<i32>,
+    /// Whether a pixel is on a contour that has not been followed yet.
     is_edge: Vec<bool>,
+    edges: Vec<u32>,
     chain: Vec<Point2<f64>>,
     tail: Vec<Point2<f64>>,
 }
@@ -40,14 +46,13 @@ impl ContourDetector {
         self.gray.fill(image, first_row);
         self.normalize(first_row);
         self.blur(first_row);
+        self.differentiate(first_row);
         self.find_contours(first_row, min_step);
-        let (width, height) = (self.gray.width, self.gray.height);
-        for y in first_row..height {
-            for x in 0..width {
-                if self.is_edge[y * width + x] {
-                    self.follow(y * width + x);
-                    cut(&self.chain, min_length_px, out);
-                }
+        for i in 0..self.edges.len() {
+            let seed = self.edges[i] as usize;
+            if self.is_edge[seed] {
+                self.follow(seed);
+                cut(&self.chain, min_length_px, out);
             }
         }
     }
@@ -55,8 +60,7 @@ impl ContourDetector {
     /// Stretches the brightness so that a hundredth of the pixels is black and a hundredth white.
     fn normalize(&mut self, first_row: usize) {
         let values = &mut self.gray.values[first_row * self.gray.width..];
-        let mut counts = [0_usize; 256];
-        values.iter().for_each(|value| counts[usize::from(*value)] += 1);
+        let counts = histogram(values);
         let share = values.len() / 100;
         let quantile = |limit: usize| {
             let mut sum = 0;
@@ -67,30 +71,47 @@ impl ContourDetector {
         };
         let low = quantile(share).unwrap_or(0);
         let high = quantile(values.len() - 1 - share).unwrap_or(255).max(low + 1);
+        let stretched: [u8; 256] =
+            std::array::from_fn(|value| ((value.saturating_sub(low) * 255) / (high - low)).min(255) as u8);
         for value in values {
-            *value = ((usize::from(*value).saturating_sub(low) * 255) / (high - low)).min(255) as u8;
+            *value = stretched[usize::from(*value)];
         }
     }
 
-    /// Gaussian of five pixels (1, 4, 6, 4, 1) along both axes; 256 times as large.
+    /// Gaussian of five pixels (1, 4, 6, 4, 1) along both axes; 256 times as large, so that 16 bits just hold it. The
+    /// outermost two pixels keep what they had.
     fn blur(&mut self, first_row: usize) {
         let (width, height) = (self.gray.width, self.gray.height);
-        for buffer in [&mut self.rows, &mut self.smooth, &mut self.laplacian] {
-            buffer.clear();
-            buffer.resize(width * height, 0);
-        }
+        self.rows.resize(width * height, 0);
+        self.smooth.resize(width * height, 0);
         for y in first_row..height {
             let gray = self.gray.row(y);
-            let row = &mut self.rows[y * width..(y + 1) * width];
-            for (sum, five) in row[2..].iter_mut().zip(gray.windows(5)) {
-                let v = |i: usize| i32::from(five[i]);
-                *sum = v(0) + 4 * v(1) + 6 * v(2) + 4 * v(3) + v(4);
+            let five: [&[u8]; 5] = std::array::from_fn(|i| &gray[i..i + width - 4]);
+            let sums = &mut self.rows[y * width + 2..(y + 1) * width - 2];
+            for (x, sum) in sums.iter_mut().enumerate() {
+                *sum = weighted(five.map(|column| u16::from(column[x])));
             }
         }
         for y in first_row + 2..height - 2 {
-            for x in 2..width - 2 {
-                let v = |dy: usize| self.rows[(y + dy - 2) * width + x];
-                self.smooth[y * width + x] = v(0) + 4 * v(1) + 6 * v(2) + 4 * v(3) + v(4);
+            let row = |y: usize| &self.rows[y * width + 2..(y + 1) * width - 2];
+            let five = [row(y - 2), row(y - 1), row(y), row(y + 1), row(y + 2)];
+            let sums = &mut self.smooth[y * width + 2..(y + 1) * width - 2];
+            for (x, sum) in sums.iter_mut().enumerate() {
+                *sum = weighted(five.map(|row| row[x]));
+            }
+        }
+    }
+
+    /// The Laplacian, 256 times as large. The outermost three pixels keep what they had.
+    fn differentiate(&mut self, first_row: usize) {
+        let (width, height) = (self.gray.width, self.gray.height);
+        self.laplacian.resize(width * height, 0);
+        for y in first_row + 3..height - 3 {
+            let cross = Cross::new(&self.smooth, y, width, 3);
+            let sums = &mut self.laplacian[y * width + 3..(y + 1) * width - 3];
+            for (x, sum) in sums.iter_mut().enumerate() {
+                let [here, left, right, above, below] = cross.at(x).map(i32::from);
+                *sum = left + right + above + below - 4 * here;
             }
         }
     }
@@ -98,27 +119,22 @@ impl ContourDetector {
     /// Marks where the Laplacian changes its sign, strongly enough.
     fn find_contours(&mut self, first_row: usize, min_step: f64) {
         let (width, height) = (self.gray.width, self.gray.height);
-        for y in first_row + 3..height - 3 {
-            for x in 3..width - 3 {
-                let i = y * width + x;
-                let s = &self.smooth;
-                self.laplacian[i] = s[i - 1] + s[i + 1] + s[i - width] + s[i + width] - 4 * s[i];
-            }
-        }
         self.is_edge.clear();
         self.is_edge.resize(width * height, false);
+        self.edges.clear();
         // The smoothed step's Laplacian swings by about a fifth of the step on both sides.
         let min_swing = (min_step * 256.0 * 0.35) as i32;
         for y in first_row + 4..height - 4 {
-            for x in 4..width - 4 {
-                let i = y * width + x;
-                let here = self.laplacian[i];
-                let crosses = |other: i32| (here > 0) != (other > 0) && (here - other).abs() >= min_swing;
-                self.is_edge[i] = here > 0
-                    && [1, width]
-                        .iter()
-                        .any(|step| crosses(self.laplacian[i + step]) || crosses(self.laplacian[i - step]));
+            let cross = Cross::new(&self.laplacian, y, width, 4);
+            let inner = y * width + 4..(y + 1) * width - 4;
+            let is_edge = &mut self.is_edge[inner.clone()];
+            for (x, is_edge) in is_edge.iter_mut().enumerate() {
+                let [here, left, right, above, below] = cross.at(x);
+                let lowest = left.min(right).min(above).min(below);
+                // Without shortcuts, so that this becomes vector instructions.
+                *is_edge = (here > 0) & (lowest <= 0) & (here - lowest >= min_swing);
             }
+            append_marked(is_edge, inner.start, &mut self.edges);
         }
     }
 
@@ -174,6 +190,44 @@ impl ContourDetector {
     }
 }
 
+/// How often each value is there. Counted in four parts: neighbors are often equal, and a count that was just written is
+/// slow to read.
+fn histogram(values: &[u8]) -> [usize; 256] {
+    let mut parts = [[0_u32; 256]; 4];
+    let (fours, rest) = values.as_chunks::<4>();
+    for four in fours {
+        for (part, value) in parts.iter_mut().zip(four) {
+            part[usize::from(*value)] += 1;
+        }
+    }
+    rest.iter().for_each(|value| parts[0][usize::from(*value)] += 1);
+    std::array::from_fn(|value| parts.iter().map(|part| part[value] as usize).sum())
+}
+
+/// Five values in a row by the weights 1, 4, 6, 4, 1.
+#[inline]
+fn weighted([a, b, c, d, e]: [u16; 5]) -> u16 {
+    a + e + 4 * (b + d) + 6 * c
+}
+
+/// A row of an image, as far as `margin` pixels from its ends, with the neighbors of each of its pixels.
+struct Cross<'a, T> {
+    rows: [&'a [T]; 5],
+}
+
+impl<'a, T: Copy> Cross<'a, T> {
+    fn new(values: &'a [T], y: usize, width: usize, margin: usize) -> Self {
+        let (from, count) = (y * width + margin, width - 2 * margin);
+        Self { rows: [from, from - 1, from + 1, from - width, from + width].map(|i| &values[i..i + count]) }
+    }
+
+    /// A pixel, counted from the margin, and what is left of it, right, above and below.
+    #[inline]
+    fn at(&self, x: usize) -> [T; 5] {
+        self.rows.map(|row| row[x])
+    }
+}
+
 /// Cuts a chain of points into straight pieces (Ramer, Douglas and Peucker).
 fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
     let [first, .., last] = chain else { return };
@@ -181,12 +235,19 @@ fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
         return;
     }
     let chord = last - first;
-    let off = |point: &Point2<f64>| match chord.try_normalize(1e-9) {
+    let along = chord.try_normalize(1e-9);
+    let off = |point: &Point2<f64>| match along {
         Some(along) => along.perp(&(point - first)).abs(),
         None => (point - first).norm(),
     };
-    let farthest = (0..chain.len()).max_by(|a, b| off(&chain[*a]).total_cmp(&off(&chain[*b]))).unwrap_or(0);
-    if off(&chain[farthest]) > MAX_OFF_PX && farthest > 0 && farthest < chain.len() - 1 {
+    let (mut farthest, mut farthest_px) = (0, 0.0);
+    for (i, point) in chain.iter().enumerate() {
+        let off_px = off(point);
+        if off_px >= farthest_px {
+            (farthest, farthest_px) = (i, off_px);
+        }
+    }
+    if farthest_px > MAX_OFF_PX && farthest > 0 && farthest < chain.len() - 1 {
         cut(&chain[..=farthest], min_length_px, out);
         cut(&chain[farthest..], min_length_px, out);
         return;
@@ -197,4 +258,61 @@ fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
     let mut moments = Moments::default();
     chain.iter().for_each(|point| moments.add(*point));
     out.push(EdgeSegment::fitted(moments, [*first, *last]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::office::gray::tests::patches;
+    use visloc_base::RngTree;
+
+    /// What the detector does to a whole row at once, pixel by pixel as it is written in the documents.
+    #[test]
+    fn contours_are_those_of_the_plain_formulas() {
+        let rng = &mut RngTree::new(8).stream("contours", 0);
+        let mut detector = ContourDetector::default();
+        // One detector for images of several sizes: nothing of an image may be left in the next one.
+        for (width, height, first_row) in [(64, 48, 7), (37, 29, 0), (9, 9, 0), (90, 41, 20)] {
+            let image = patches(width, height, rng);
+            detector.detect(&image, first_row, 9.0, 7.0, &mut Vec::new());
+            let expected = plain_contours(&image, first_row, 9.0);
+            assert_eq!(detector.edges, expected, "{width} x {height} from row {first_row}");
+            assert!(width < 20 || !expected.is_empty());
+        }
+    }
+
+    fn plain_contours(image: &RgbImage, first_row: usize, min_step: f64) -> Vec<u32> {
+        let mut gray = GrayImage::default();
+        gray.fill(image, first_row);
+        let (width, height) = (gray.width, gray.height);
+        let mut sorted: Vec<i32> = gray.values[first_row * width..].iter().map(|v| i32::from(*v)).collect();
+        sorted.sort_unstable();
+        let share = sorted.len() / 100;
+        let (low, high) = (sorted[share], sorted[sorted.len() - 1 - share]);
+        let bright = |x: usize, y: usize| {
+            ((i32::from(gray.row(y)[x]) - low) * 255 / (high - low).max(1)).clamp(0, 255)
+        };
+        let weights = [1, 4, 6, 4, 1];
+        let smooth = |x: usize, y: usize| -> i32 {
+            let row = |y: usize| (0..5).map(|i| weights[i] * bright(x + i - 2, y)).sum::<i32>();
+            (0..5).map(|i| weights[i] * row(y + i - 2)).sum()
+        };
+        let laplacian = |x: usize, y: usize| {
+            smooth(x - 1, y) + smooth(x + 1, y) + smooth(x, y - 1) + smooth(x, y + 1) - 4 * smooth(x, y)
+        };
+        let min_swing = (min_step * 256.0 * 0.35) as i32;
+        let mut edges = Vec::new();
+        for y in first_row + 4..height - 4 {
+            for x in 4..width - 4 {
+                let here = laplacian(x, y);
+                let others =
+                    [laplacian(x - 1, y), laplacian(x + 1, y), laplacian(x, y - 1), laplacian(x, y + 1)];
+                let crosses = |other: &i32| (here > 0) != (*other > 0) && (here - other).abs() >= min_swing;
+                if here > 0 && others.iter().any(crosses) {
+                    edges.push((y * width + x) as u32);
+                }
+            }
+        }
+        edges
+    }
 }

@@ -7,7 +7,11 @@
 use nalgebra::{Point2, Vector2};
 use visloc_base::RgbImage;
 
-use super::{EdgeSegment, gray::GrayImage, segment::Moments};
+use super::{
+    EdgeSegment,
+    gray::{GrayImage, append_marked},
+    segment::Moments,
+};
 
 /// Sobel's sum of weights: a step of 1 between two flat areas gives this.
 const SOBEL_GAIN: f64 = 4.0;
@@ -64,19 +68,22 @@ impl GradientDetector {
             buffer.resize(width * height, 0);
         }
         self.strength.resize(width * height, 0);
+        let count = width - 2;
         for y in first_row + 1..height - 1 {
-            let [above, here, below] = [y - 1, y, y + 1].map(|y| self.gray.row(y));
+            let [above, here, below] = [y - 1, y, y + 1].map(|y| {
+                let row = self.gray.row(y);
+                [&row[..count], &row[1..=count], &row[2..]]
+            });
             let row = y * width + 1..(y + 1) * width - 1;
-            let gx = &mut self.gx[row.clone()];
-            let gy = &mut self.gy[row.clone()];
-            let strength = &mut self.strength[row];
-            let v = |value: u8| i16::from(value);
-            for x in 0..width - 2 {
-                let dx = v(above[x + 2]) - v(above[x]) + 2 * (v(here[x + 2]) - v(here[x])) + v(below[x + 2])
-                    - v(below[x]);
-                let dy =
-                    v(below[x]) - v(above[x]) + 2 * (v(below[x + 1]) - v(above[x + 1])) + v(below[x + 2])
-                        - v(above[x + 2]);
+            let gx = &mut self.gx[row.clone()][..count];
+            let gy = &mut self.gy[row.clone()][..count];
+            let strength = &mut self.strength[row][..count];
+            for x in 0..count {
+                let v = |row: &[&[u8]; 3], i: usize| i16::from(row[i][x]);
+                let dx = v(&above, 2) - v(&above, 0) + 2 * (v(&here, 2) - v(&here, 0)) + v(&below, 2)
+                    - v(&below, 0);
+                let dy = v(&below, 0) - v(&above, 0) + 2 * (v(&below, 1) - v(&above, 1)) + v(&below, 2)
+                    - v(&above, 2);
                 gx[x] = dx;
                 gy[x] = dy;
                 strength[x] = dx.unsigned_abs() + dy.unsigned_abs();
@@ -91,18 +98,21 @@ impl GradientDetector {
         self.is_open.resize(width * height, false);
         self.ridge.clear();
         for y in first_row + 2..height - 2 {
-            for x in 2..width - 2 {
-                let i = y * width + x;
-                let here = self.strength[i];
-                if here < min_strength {
-                    continue;
-                }
-                let across = if self.gx[i].unsigned_abs() >= self.gy[i].unsigned_abs() { 1 } else { width };
-                if here >= self.strength[i - across] && here > self.strength[i + across] {
-                    self.is_open[i] = true;
-                    self.ridge.push(i as u32);
-                }
+            let (from, count) = (y * width + 2, width - 4);
+            let strength = |i: usize| &self.strength[i..i + count];
+            let [left, here, right] = [from - 1, from, from + 1].map(strength);
+            let [above, below] = [from - width, from + width].map(strength);
+            let (gx, gy) = (&self.gx[from..from + count], &self.gy[from..from + count]);
+            let is_open = &mut self.is_open[from..from + count];
+            for x in 0..count {
+                // Both directions and without shortcuts, so that this becomes vector instructions.
+                let is_upright = gx[x].unsigned_abs() >= gy[x].unsigned_abs();
+                let is_top_along_x = (here[x] >= left[x]) & (here[x] > right[x]);
+                let is_top_along_y = (here[x] >= above[x]) & (here[x] > below[x]);
+                let is_top = (is_upright & is_top_along_x) | (!is_upright & is_top_along_y);
+                is_open[x] = is_top & (here[x] >= min_strength);
             }
+            append_marked(is_open, from, &mut self.ridge);
         }
     }
 
@@ -189,5 +199,54 @@ impl GradientDetector {
         let cut = from + bend.unwrap_or(points.len() / 2).clamp(1, points.len() - 1);
         self.fit(from, cut, min_length_px, out, depth + 1);
         self.fit(cut, to, min_length_px, out, depth + 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::office::gray::tests::patches;
+    use visloc_base::RngTree;
+
+    /// What the detector does to a whole row at once, pixel by pixel.
+    #[test]
+    fn ridges_are_those_of_the_plain_formulas() {
+        let rng = &mut RngTree::new(9).stream("ridges", 0);
+        let mut detector = GradientDetector::default();
+        for (width, height, first_row) in [(64, 48, 7), (37, 29, 0), (5, 5, 0), (90, 41, 20)] {
+            let image = patches(width, height, rng);
+            detector.detect(&image, first_row, 9.0, 7.0, &mut Vec::new());
+            let expected = plain_ridges(&image, first_row, 9.0 * SOBEL_GAIN);
+            assert_eq!(detector.ridge, expected, "{width} x {height} from row {first_row}");
+            assert!(width < 20 || !expected.is_empty());
+        }
+    }
+
+    fn plain_ridges(image: &RgbImage, first_row: usize, min_strength: f64) -> Vec<u32> {
+        let mut gray = GrayImage::default();
+        gray.fill(image, first_row);
+        let v = |x: usize, y: usize| i32::from(gray.row(y)[x]);
+        let gradient = |x: usize, y: usize| {
+            let column = |x: usize| v(x, y - 1) + 2 * v(x, y) + v(x, y + 1);
+            let row = |y: usize| v(x - 1, y) + 2 * v(x, y) + v(x + 1, y);
+            [column(x + 1) - column(x - 1), row(y + 1) - row(y - 1)]
+        };
+        let strength = |x: usize, y: usize| gradient(x, y).map(i32::abs).iter().sum::<i32>();
+        let mut ridges = Vec::new();
+        for y in first_row + 2..gray.height - 2 {
+            for x in 2..gray.width - 2 {
+                let [dx, dy] = gradient(x, y).map(i32::abs);
+                let (before, after) = if dx >= dy {
+                    (strength(x - 1, y), strength(x + 1, y))
+                } else {
+                    (strength(x, y - 1), strength(x, y + 1))
+                };
+                let here = strength(x, y);
+                if f64::from(here) >= min_strength && here >= before && here > after {
+                    ridges.push((y * gray.width + x) as u32);
+                }
+            }
+        }
+        ridges
     }
 }
