@@ -1,6 +1,6 @@
 //! Reading a map by name or from a file.
 
-use std::{fs, path::Path};
+use std::{fs, io::ErrorKind, path::Path};
 
 use serde::Deserialize;
 use thiserror::Error;
@@ -27,7 +27,7 @@ pub const BUILT_IN_MAPS: [(&str, &str); 5] = [
 #[non_exhaustive]
 pub enum MapError {
     /// The file cannot be read, and it is not the name of a built-in map either.
-    #[error("map {name}: {source}; expected a file or one of: {}", built_in_names())]
+    #[error("map {name}: {}", unreadable(source))]
     Unreadable {
         /// What the user wrote.
         name: String,
@@ -58,6 +58,16 @@ pub enum MapError {
     },
 }
 
+fn unreadable(source: &std::io::Error) -> String {
+    match source.kind() {
+        ErrorKind::NotFound => format!("{source}; expected a file or one of: {}", built_in_names()),
+        ErrorKind::InvalidData => {
+            "expected a map as text (TOML, YAML, SVG, DXF), found other data".to_owned()
+        }
+        _ => source.to_string(),
+    }
+}
+
 fn built_in_names() -> String {
     BUILT_IN_MAPS.map(|(name, _)| name).join(", ")
 }
@@ -74,7 +84,7 @@ pub enum Map {
 
 #[derive(Deserialize)]
 struct Kind {
-    kind: String,
+    kind: Option<String>,
 }
 
 impl Map {
@@ -106,14 +116,14 @@ impl Map {
     /// As [`Map::load`].
     pub fn parse(name: &str, text: &str) -> Result<Self, MapError> {
         let kind: Kind = toml::from_str(text).map_err(|e| syntax_error(name, text, &e))?;
-        match kind.kind.as_str() {
-            "robocup-field" => Ok(Self::Field(Field::parse(name, text)?)),
-            "office" => Ok(Self::Office(Office::parse(name, text)?)),
+        match kind.kind.as_deref() {
+            Some("robocup-field") => Ok(Self::Field(Field::parse(name, text)?)),
+            Some("office") => Ok(Self::Office(Office::parse(name, text)?)),
             other => Err(MapError::Value {
                 name: name.to_owned(),
                 key: "kind".to_owned(),
                 expected: "\"robocup-field\" or \"office\"",
-                found: format!("{other:?}"),
+                found: other.map_or("nothing".to_owned(), |other| format!("{other:?}")),
             }),
         }
     }
@@ -176,6 +186,10 @@ mod tests {
         assert!(error("border_m = 0.7", "").contains("missing field `border_m`"));
         assert!(error("border_m", "boarder_m").contains("line 10"));
         assert!(error("\"robocup-field\"", "\"moon\"").contains("kind: expected \"robocup-field\""));
+        assert_eq!(
+            Map::parse("m.toml", "").unwrap_err().to_string(),
+            "map m.toml: kind: expected \"robocup-field\" or \"office\", found nothing"
+        );
         assert!(error("inner_width_m = 1.4", "inner_width_m = 5.0").contains("goals.inner_width_m"));
         assert!(error("depth_m = 0.6", "depth_m = 3.5").contains("boxes[0].depth_m"));
         assert!(Map::load("no-such-map").unwrap_err().to_string().contains("robocup-spl-2010"));

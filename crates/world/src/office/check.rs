@@ -10,6 +10,9 @@ use crate::MapError;
 const MIN_LENGTH_M: f64 = 0.05;
 /// Walls that lie on each other for less than this only touch, meters.
 const TOUCH_M: f64 = 0.02;
+/// Sides of outlines that reach farther than this to both sides of each other cross, meters. Less may be what is left of
+/// a grid's cells.
+const CROSSING_M: f64 = 0.15;
 /// No building is larger, meters from the origin.
 const MAX_COORDINATE_M: f64 = 10_000.0;
 
@@ -67,7 +70,7 @@ impl Check<'_> {
         if xy.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
             return Ok(());
         }
-        self.fail(key, "coordinates of at most 10000 m", format!("{xy:?}"))
+        self.fail(key, "coordinates in meters, at most 10000 m", format!("{xy:?}"))
     }
 
     fn walls(&self, walls: &[Wall]) -> Result<(), MapError> {
@@ -92,6 +95,11 @@ impl Check<'_> {
                     let found = format!("{overlap_m:.2} m of it on {}", second.origin);
                     return self.fail(&first.origin, "a wall that overlaps no other", found);
                 }
+                if is_side(wall) && is_side(other) && is_crossing(wall, other) {
+                    let expected = "an outline that crosses neither itself nor another one";
+                    let found = format!("it crosses {}", other.origin);
+                    return self.fail(&wall.origin, expected, found);
+                }
             }
         }
         Ok(())
@@ -107,12 +115,12 @@ impl Check<'_> {
             }
             let Some(at) = walls.iter().position(|wall| wall.holds(&ends)) else {
                 let found = format!(
-                    "({}, {}) to ({}, {}), {:.2} m off the nearest wall",
+                    "({}, {}) to ({}, {}), {}",
                     door.from[0],
                     door.from[1],
                     door.to[0],
                     door.to[1],
-                    distance_to_walls_m(walls, &ends)
+                    off_nearest(walls, &ends)
                 );
                 return self.fail(&key, "both edges on one wall", found);
             };
@@ -159,8 +167,22 @@ fn overlap_m(wall: &Wall, other: &Wall) -> f64 {
     a.max(b).min((wall.end - wall.start).norm()) - a.min(b).max(0.0)
 }
 
-/// Distance of the farther of two points from the wall that is nearest to both, meters.
-fn distance_to_walls_m(walls: &[Wall], ends: &[nalgebra::Point2<f64>; 2]) -> f64 {
+/// Whether a wall is a side of a corridor's outline.
+fn is_side(wall: &Wall) -> bool {
+    wall.origin.starts_with("corridors")
+}
+
+/// Whether each of two walls has its ends well on both sides of the other one.
+fn is_crossing(wall: &Wall, other: &Wall) -> bool {
+    let parts = |line: &Wall, ends: &Wall| {
+        let [a, b] = [ends.start, ends.end].map(|end| line.direction().perp(&(end - line.start)));
+        a.min(b) < -CROSSING_M && a.max(b) > CROSSING_M
+    };
+    parts(wall, other) && parts(other, wall)
+}
+
+/// How far the farther edge of a door is off the wall that is nearest to both edges.
+fn off_nearest(walls: &[Wall], ends: &[nalgebra::Point2<f64>; 2]) -> String {
     let distance_m = |wall: &Wall| {
         ends.iter().fold(0.0_f64, |farthest, end| {
             let along = wall.end - wall.start;
@@ -168,5 +190,13 @@ fn distance_to_walls_m(walls: &[Wall], ends: &[nalgebra::Point2<f64>; 2]) -> f64
             farthest.max((end - (wall.start + along * t)).norm())
         })
     };
-    walls.iter().map(distance_m).fold(f64::INFINITY, f64::min)
+    let with_distance = walls.iter().map(|wall| (wall, distance_m(wall)));
+    let Some((nearest, off_m)) = with_distance.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return "without any wall".to_owned();
+    };
+    let beside_m = |end: &nalgebra::Point2<f64>| nearest.direction().perp(&(end - nearest.start)).abs();
+    if ends.iter().all(|end| beside_m(end) <= ON_WALL_M) {
+        return format!("{off_m:.2} m beyond the end of {}", nearest.origin);
+    }
+    format!("{off_m:.2} m off the nearest wall, {}", nearest.origin)
 }

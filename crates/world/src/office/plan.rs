@@ -1,6 +1,6 @@
 //! What the file of a building says.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 
 use super::SurfaceColor;
 
@@ -38,6 +38,7 @@ pub struct OfficePlan {
 #[serde(deny_unknown_fields)]
 pub struct CorridorPlan {
     /// The corners in order, either way around.
+    #[serde(deserialize_with = "pairs")]
     pub outline: Vec<[f64; 2]>,
 }
 
@@ -46,8 +47,10 @@ pub struct CorridorPlan {
 #[serde(deny_unknown_fields)]
 pub struct WallPlan {
     /// One end (x, y).
+    #[serde(deserialize_with = "pair")]
     pub from: [f64; 2],
     /// The other end (x, y).
+    #[serde(deserialize_with = "pair")]
     pub to: [f64; 2],
     /// From where it is seen.
     #[serde(default)]
@@ -70,8 +73,10 @@ pub enum WallSides {
 #[serde(deny_unknown_fields)]
 pub struct DoorPlan {
     /// One edge (x, y), on a wall.
+    #[serde(deserialize_with = "pair")]
     pub from: [f64; 2],
     /// The other edge (x, y), on the same wall.
+    #[serde(deserialize_with = "pair")]
     pub to: [f64; 2],
     /// From the floor to the upper edge.
     #[serde(default = "default_door_height_m")]
@@ -82,6 +87,21 @@ pub struct DoorPlan {
     /// Whether it always stands open. Its color is not seen then, nor is a wall.
     #[serde(default)]
     pub is_open: bool,
+}
+
+/// As an array, but more than two numbers are a mistake instead of passed over.
+fn pair<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    let found = Vec::deserialize(deserializer)?;
+    found.try_into().map_err(|found: Vec<f64>| {
+        D::Error::custom(format!("expected x and y in meters, found {} numbers", found.len()))
+    })
+}
+
+/// [`pair`] by pair.
+fn pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    struct Pair(#[serde(deserialize_with = "pair")] [f64; 2]);
+    Ok(Vec::<Pair>::deserialize(deserializer)?.into_iter().map(|pair| pair.0).collect())
 }
 
 pub(super) fn default_ceiling_height_m() -> f64 {

@@ -87,7 +87,11 @@ fn a_single_wall_is_seen_from_both_sides() {
 fn errors_name_the_element() {
     assert_eq!(
         error("from = [1.0, 1.0]", "from = [1.0, 0.5]"),
-        "map m.toml: doors[0]: expected both edges on one wall, found (1, 0.5) to (1.9, 1), 0.50 m off the nearest wall"
+        "map m.toml: doors[0]: expected both edges on one wall, found (1, 0.5) to (1.9, 1), 0.50 m off the nearest wall, corridors[0] side 0"
+    );
+    assert_eq!(
+        error("to = [1.9, 1.0]", "to = [6.5, 1.0]"),
+        "map m.toml: doors[0]: expected both edges on one wall, found (1, 1) to (6.5, 1), 0.50 m beyond the end of corridors[0] side 0"
     );
     assert_eq!(
         error("to = [1.9, 1.0]", "to = [1.0, 1.0]"),
@@ -109,8 +113,32 @@ fn errors_name_the_element() {
     assert!(error("color = \"blue\"", "height_m = 9.0").contains("doors[1].height_m"));
     assert!(error("[6.0, 1.0]", "[inf, 1.0]").contains("corridors[0].outline"));
     assert!(error("name = \"small\"", "name = \"small\"\nnmae = 1").contains("line 4"));
+    let not_a_number = error("from = [1.0, 1.0]", "from = [nan, 1.0]");
+    assert!(not_a_number.contains("doors[0].from: expected coordinates in meters"), "{not_a_number}");
+    let with_z = error("to = [1.9, 1.0]", "to = [1.9, 1.0, 0.0]");
+    assert!(with_z.contains("line 10: expected x and y in meters, found 3 numbers"), "{with_z}");
+    let with_z = error("[6.0, 1.0], ", "[6.0, 1.0, 0.0], ");
+    assert!(with_z.contains("line 6: expected x and y in meters, found 3 numbers"), "{with_z}");
     let empty = load("kind = \"office\"\nname = \"empty\"\n").unwrap_err().to_string();
     assert!(empty.contains("at least one wall"), "{empty}");
+}
+
+#[test]
+fn outlines_that_cross_are_refused() {
+    let crossed = "[[0.0, 1.0], [6.0, -1.0], [6.0, 1.0], [0.0, -1.0]]";
+    let itself = error("[[0.0, 1.0], [6.0, 1.0], [6.0, -1.0], [0.0, -1.0]]", crossed);
+    assert_eq!(
+        itself,
+        "map m.toml: corridors[0] side 0: expected an outline that crosses neither itself nor another one, \
+         found it crosses corridors[0] side 2"
+    );
+    let second = "\n[[corridors]]\noutline = [[4.0, 0.5], [9.0, 0.5], [9.0, -0.5], [4.0, -0.5]]\n";
+    let other = load(&format!("{GOOD}{second}")).unwrap_err().to_string();
+    assert!(other.contains("corridors[0] side 1") && other.contains("corridors[1] side"), "{other}");
+    // Walls that stand by themselves may stand across each other.
+    let walls =
+        "\n[[walls]]\nfrom = [3.0, 0.0]\nto = [5.0, 0.0]\n[[walls]]\nfrom = [4.0, -0.5]\nto = [4.0, 0.5]\n";
+    assert_eq!(load(&format!("{GOOD}{walls}")).unwrap().walls().len(), 8);
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! Source: AutoCAD DXF reference, group codes. Only what a plan of walls and doors needs is read: `LINE`, `LWPOLYLINE` and
 //! `POLYLINE` with their layer, color and points, and the unit of the drawing. Everything else is passed over.
 
+use std::collections::BTreeSet;
+
 use super::drawing::{Role, Stroke, plan_of, role_by_name};
 use crate::{
     MapError,
@@ -32,6 +34,7 @@ pub fn read_dxf(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapEr
     let fail =
         |line: usize, reason: String| MapError::Syntax { name: name.to_owned(), line: Some(line), reason };
     let mut strokes = Vec::new();
+    let mut other_layers = BTreeSet::new();
     let mut unit_m = 1.0;
     let (mut section, mut variable) = (String::new(), String::new());
     let mut entity = Entity::default();
@@ -52,6 +55,9 @@ pub fn read_dxf(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapEr
                 let goes_on = entity.kind == "POLYLINE" && value == "VERTEX";
                 if is_entity && !goes_on {
                     strokes.extend(stroke(&entity, unit_m).map_err(|reason| fail(entity.line, reason))?);
+                    if entity.kind.ends_with("LINE") && role_by_name([entity.layer.as_str()]).is_none() {
+                        other_layers.insert(entity.layer);
+                    }
                     entity = Entity { kind: value.to_owned(), line, ..Entity::default() };
                 }
             }
@@ -79,11 +85,31 @@ pub fn read_dxf(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapEr
             section.clear();
         }
     }
+    if !section.is_empty() {
+        return Err(fail(
+            text.lines().count(),
+            format!("expected ENDSEC, found the end in section {section}"),
+        ));
+    }
     if strokes.is_empty() {
-        let reason = "expected lines on layers whose names contain wall, corridor or door, found none";
-        return Err(MapError::Syntax { name: name.to_owned(), line: None, reason: reason.to_owned() });
+        let reason = format!(
+            "expected lines on layers whose names contain wall, corridor or door, found {}",
+            found_layers(&other_layers)
+        );
+        return Err(MapError::Syntax { name: name.to_owned(), line: None, reason });
     }
     Ok(plan_of(title, &strokes))
+}
+
+/// The layers that have lines, to be renamed in the drawing.
+fn found_layers(layers: &BTreeSet<String>) -> String {
+    const MAX_SHOWN: usize = 12;
+    if layers.is_empty() {
+        return "no lines".to_owned();
+    }
+    let names: Vec<&str> = layers.iter().take(MAX_SHOWN).map(String::as_str).collect();
+    let rest = if layers.len() > MAX_SHOWN { ", ..." } else { "" };
+    format!("lines on {}{rest}", names.join(", "))
 }
 
 /// The stroke of an entity, if it is one of a plan.
@@ -93,6 +119,7 @@ fn stroke(entity: &Entity, unit_m: f64) -> Result<Option<Stroke>, String> {
     let mut points = entity.points.clone();
     match (entity.kind.as_str(), entity.end) {
         ("LINE", [Some(x), Some(y)]) => points.push([x, y]),
+        ("LINE", _) => return Err(format!("{place}: expected two ends (codes 10, 20, 11, 21), found one")),
         ("LWPOLYLINE", _) => {}
         // The first point of an old polyline is a dummy.
         ("POLYLINE", _) if !points.is_empty() => {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::picture::GrayPicture;
+use super::{picture::GrayPicture, yaml_error};
 use crate::{
     MapError,
     office::{CorridorPlan, OfficePlan},
@@ -32,11 +32,10 @@ const TOLERANCE_CELLS: f64 = 1.2;
 /// Smaller outlines are specks, square meters.
 const MIN_AREA_M2: f64 = 0.05;
 
-/// Whether a YAML text belongs to an occupancy grid rather than to a list of walls.
+/// Whether a YAML text belongs to an occupancy grid rather than to a list of walls, which has none of these keys.
 #[must_use]
 pub fn is_grid(text: &str) -> bool {
-    text.lines().any(|line| line.starts_with("image:"))
-        && text.lines().any(|line| line.starts_with("resolution:"))
+    text.lines().any(|line| line.starts_with("image:") || line.starts_with("resolution:"))
 }
 
 /// Reads a grid; its picture lies beside the file `name`, and `title` becomes the name of the map. The grid has no doors:
@@ -45,11 +44,7 @@ pub fn is_grid(text: &str) -> bool {
 /// # Errors
 /// If the YAML or the picture cannot be read, or no cell is free. The error names the key or the picture.
 pub fn read_grid(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapError> {
-    let grid: Grid = serde_saphyr::from_str(text).map_err(|error| MapError::Syntax {
-        name: name.to_owned(),
-        line: error.location().map(|at| usize::try_from(at.line()).unwrap_or(usize::MAX)),
-        reason: error.to_string().lines().next().unwrap_or_default().to_owned(),
-    })?;
+    let grid: Grid = serde_saphyr::from_str(text).map_err(|error| yaml_error(name, &error))?;
     let refused = |key: &str, expected: &'static str, found: String| MapError::Value {
         name: name.to_owned(),
         key: key.to_owned(),
@@ -62,6 +57,12 @@ pub fn read_grid(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapE
             "meters a cell, above 0 and below 10",
             grid.resolution.to_string(),
         ));
+    }
+    if !grid.origin.iter().all(|value| value.is_finite()) {
+        return Err(refused("origin", "x and y in meters and an angle", format!("{:?}", grid.origin)));
+    }
+    if !(grid.free_thresh > 0.0 && grid.free_thresh <= 1.0) {
+        return Err(refused("free_thresh", "above 0, at most 1", grid.free_thresh.to_string()));
     }
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
     let picture = GrayPicture::read(&folder.join(&grid.image))

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::yaml_error;
 use crate::{
     MapError,
     office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides},
@@ -40,11 +41,7 @@ const JOINED_M: f64 = 0.01;
 /// # Errors
 /// If the text is not YAML of this form; the error names the line.
 pub fn read_list(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapError> {
-    let list: List = serde_saphyr::from_str(text).map_err(|error| MapError::Syntax {
-        name: name.to_owned(),
-        line: error.location().map(|at| usize::try_from(at.line()).unwrap_or(usize::MAX)),
-        reason: first_line(&error.to_string()),
-    })?;
+    let list: List = serde_saphyr::from_str(text).map_err(|error| yaml_error(name, &error))?;
     let color = |key: &str, text: Option<String>, default: SurfaceColor| match text {
         None => Ok(default),
         Some(text) => text.parse().map_err(|reason| MapError::Syntax {
@@ -71,10 +68,6 @@ pub fn read_list(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapE
         });
     }
     Ok(plan)
-}
-
-fn first_line(text: &str) -> String {
-    text.lines().next().unwrap_or_default().to_owned()
 }
 
 /// Follows walls from end to end. Closed rings become corridors, everything else stays a wall.

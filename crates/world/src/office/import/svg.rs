@@ -53,7 +53,9 @@ pub fn read_svg(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapEr
         strokes.extend(drawn.into_iter().map(with_role));
     }
     if strokes.is_empty() {
-        return Err(syntax(None, "expected lines of walls and doors, found none".to_owned()));
+        let reason = "expected straight strokes with wall, corridor or door in their id, class or layer, or with a \
+                      color, found none";
+        return Err(syntax(None, reason.to_owned()));
     }
     Ok(plan_of(title, &strokes))
 }

@@ -115,6 +115,16 @@ fn dxf_errors_name_the_entity() {
     assert!(error("AutoCAD Binary DXF\n1\n").contains("line 1: expected a group code"));
     assert!(error(&dxf_plan("x")).contains("expected a number, found \"x\""));
     assert!(error(&dxf(&[(0, "EOF")])).contains("expected lines on layers"));
+    let elsewhere = dxf_plan("0").replace("A-WALL", "OUTER").replace("A-DOOR", "INNER");
+    assert!(error(&elsewhere).ends_with("found lines on DIMENSIONS, INNER, OUTER"), "{}", error(&elsewhere));
+    let (cut, _) = dxf_plan("0").split_at(dxf_plan("0").find("2000\n  0\nLINE\n  8\nDIM").unwrap());
+    assert!(error(cut).contains("expected ENDSEC, found the end in section ENTITIES"), "{}", error(cut));
+    let open_ended = dxf_plan("0").replace(" 11\n1900\n", "");
+    assert!(
+        error(&open_ended).contains("line 33: LINE on layer A-DOOR: expected two ends"),
+        "{}",
+        error(&open_ended)
+    );
 }
 
 /// A folder that is gone after the test.
@@ -184,4 +194,11 @@ fn errors_of_a_grid_name_key_and_picture() {
     assert!(error(GRID).contains("free cells"));
     assert!(error(&GRID.replace("0.05", "-1")).contains("resolution: expected meters a cell"));
     assert!(error(&GRID.replace("[-1.0", "[x")).contains("grid.yaml, line 3"));
+    assert!(error(&GRID.replace("[-1.0", "[.nan")).contains("origin: expected x and y in meters"));
+    assert!(
+        error(&GRID.replace("0.25", "25")).contains("free_thresh: expected above 0, at most 1, found 25")
+    );
+    let no_resolution = error(&GRID.replace("resolution: 0.05\n", ""));
+    assert!(no_resolution.contains("missing field `resolution`"), "{no_resolution}");
+    assert!(!no_resolution.contains("column"), "the place is told once: {no_resolution}");
 }
