@@ -206,8 +206,8 @@ fn histogram(values: &[u8]) -> [usize; 256] {
 
 /// Five values in a row by the weights 1, 4, 6, 4, 1.
 #[inline]
-fn weighted([a, b, c, d, e]: [u16; 5]) -> u16 {
-    a + e + 4 * (b + d) + 6 * c
+fn weighted(five: [u16; 5]) -> u16 {
+    five[0] + five[4] + 4 * (five[1] + five[3]) + 6 * five[2]
 }
 
 /// A row of an image, as far as `margin` pixels from its ends, with the neighbors of each of its pixels.

@@ -98,8 +98,8 @@ pub(super) mod tests {
             gray.fill(&image, 0);
             for y in 0..height {
                 for x in 0..width {
-                    let [r, g, b] = image.get(x as u32, y as u32).map(u32::from);
-                    let expected = (77 * r + 150 * g + 29 * b) >> 8;
+                    let rgb = image.get(x as u32, y as u32).map(u32::from);
+                    let expected = (77 * rgb[0] + 150 * rgb[1] + 29 * rgb[2]) >> 8;
                     assert_eq!(u32::from(gray.row(y)[x]), expected, "{x}, {y} of {width}");
                 }
             }
