@@ -2,7 +2,6 @@
 
 mod camera;
 mod converter;
-mod ears;
 mod events;
 mod numbers;
 mod plots;
@@ -10,6 +9,7 @@ mod read;
 mod rings;
 mod robot;
 mod space;
+mod triangles;
 mod world;
 
 pub use converter::{Converter, Moment};

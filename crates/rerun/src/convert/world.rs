@@ -104,7 +104,7 @@ fn office(world: &Value) -> Vec<Entry> {
     for outline in list(world.get("floors")) {
         let corners = list(Some(outline)).filter_map(|corner| numbers(Some(corner)));
         let corners: Vec<[f32; 2]> = corners.map(singles).collect();
-        for triangle in super::ears::triangles(&corners) {
+        for triangle in super::triangles::triangles(&corners) {
             ground.fan(&triangle.map(|[x, y]| [x, y, 0.0]), FLOOR);
         }
     }
