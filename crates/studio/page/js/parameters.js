@@ -1,8 +1,8 @@
 // Algorithms, and every parameter with unit, default and meaning.
 
 import { LANES } from "./actors.js";
-import { Again } from "./again.js";
 import { byId, make } from "./dom.js";
+import { RunControls } from "./run_controls.js";
 
 const MAX_LANES = 4;
 
@@ -21,8 +21,8 @@ export class AlgorithmsPanel {
     this.reset = make("button", { type: "button", textContent: "Defaults", title: "All parameters of this part as they were" });
     this.reset.onclick = () => socket.send("defaults", this.part === null ? {} : { algorithm: this.part });
     this.body = make("div", { id: "parameters" });
-    this.again = new Again(store, socket);
-    byId("panel-algorithms").replaceChildren(this.again.box, this.lanes,
+    this.runControls = new RunControls(store, socket);
+    byId("panel-algorithms").replaceChildren(this.runControls.box, this.lanes,
       make("div", { className: "search" }, this.parts, this.reset, this.filter), this.body);
     store.on("scene", () => this.rebuild());
   }
