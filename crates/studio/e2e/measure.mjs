@@ -8,25 +8,24 @@ export async function measure(page, send, until) {
   await send(page, "parameter", { algorithm: 0, path: "num_particles", value: 2000 });
   await until(page, () => window.studio.store.state.contenders[0].num_individuals === 2000);
   const rates = await page.evaluate(async (seconds) => {
-    const { store } = window.studio;
+    const { store, view } = window.studio;
     const start = store.state.number;
     let [states, images, drawn] = [0, 0, 0];
-    let isMeasuring = true;
     store.on("state", () => { states += 1; });
     store.on("image", () => { images += 1; });
-    const count = () => {
-      drawn += 1;
-      if (isMeasuring) requestAnimationFrame(count);
+    const draw = view.draw;
+    view.draw = () => {
+      drawn += Number(view.isDirty);
+      draw.call(view);
     };
-    requestAnimationFrame(count);
     await new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
-    isMeasuring = false;
+    view.draw = draw;
     return { simulated: store.state.number - start, states, images, drawn };
   }, SECONDS);
   const perSecond = Object.entries(rates).map(([name, count]) => `${name} ${(count / SECONDS).toFixed(1)}`);
   console.log(`measured with 2000 particles and the image, a second: ${perSecond.join(", ")}`);
   const times = await page.evaluate(async (clicks) => {
-    const { store } = window.studio;
+    const { store, view } = window.studio;
     const all = [];
     for (let i = 0; i < clicks; i += 1) {
       await new Promise((resolve) => setTimeout(resolve, 150 + 37 * (i % 5)));
@@ -34,12 +33,14 @@ export async function measure(page, send, until) {
       const start = performance.now();
       document.querySelector("#lift").click();
       await new Promise((resolve) => {
-        const look = () => {
-          // Seen by the frame that draws it.
-          if (store.state.controls.is_held !== before) requestAnimationFrame(resolve);
-          else requestAnimationFrame(look);
+        const draw = view.draw;
+        view.draw = () => {
+          draw.call(view);
+          if (store.state.controls.is_held === before) return;
+          view.draw = draw;
+          // The browser shows what has just been drawn and then asks for the next picture.
+          requestAnimationFrame(resolve);
         };
-        requestAnimationFrame(look);
       });
       all.push(performance.now() - start);
     }

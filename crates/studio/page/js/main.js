@@ -22,13 +22,17 @@ const SLOW_MS = 90;
 startTheme();
 const store = new Store();
 let numToDraw = 0;
+let isRequested = false;
 let slowAt = 0;
 let isSlowDue = false;
+let slowTimer = 0;
 
 const socket = new Socket({
   message(message) {
     // Each state is answered when it has been drawn, so a page that is busy or hidden is not sent more.
-    if (store.take(message)) numToDraw += 1;
+    if (!store.take(message)) return;
+    numToDraw += 1;
+    requestSlowDraw();
   },
   status(state, text) {
     if (state === "connecting") numToDraw = 0;
@@ -36,32 +40,52 @@ const socket = new Socket({
   },
 });
 
-const view = new View3d(byId("world"), store, socket);
+const view = new View3d(byId("world"), store, socket, requestDraw);
 const image = new ImageView(store);
 const cards = new Cards(store);
 const facts = new Facts(store);
 const plots = new Plots(store);
 const drive = new DrivePanel(store, socket);
-const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store),
+const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store, requestSlowDraw),
   new Timeline(store, socket)];
 const bar = new Bar(store, socket, view, drive);
 
-function draw(now) {
+/** Draws in the next frame: nothing is drawn while nothing is new. */
+function requestDraw() {
+  if (isRequested) return;
+  isRequested = true;
+  requestAnimationFrame(draw);
+}
+
+/** Plots and numbers as well. */
+function requestSlowDraw() {
+  isSlowDue = true;
+  requestDraw();
+}
+
+function draw() {
+  isRequested = false;
   view.draw();
   if (numToDraw > 0) {
     cards.draw();
-    isSlowDue = true;
     for (; numToDraw > 0; numToDraw -= 1) socket.drawn();
   }
-  if (isSlowDue && now - slowAt > SLOW_MS) {
-    slowAt = now;
-    isSlowDue = false;
-    plots.draw();
-    facts.draw();
-  }
-  requestAnimationFrame(draw);
+  drawSlow();
 }
-requestAnimationFrame(draw);
+
+function drawSlow() {
+  if (!isSlowDue) return;
+  const waitMs = slowAt + SLOW_MS - performance.now();
+  if (waitMs > 0) {
+    clearTimeout(slowTimer);
+    slowTimer = setTimeout(drawSlow, waitMs);
+    return;
+  }
+  slowAt = performance.now();
+  isSlowDue = false;
+  plots.draw();
+  facts.draw();
+}
 
 /** For tests, and for the curious in the console. */
 window.studio = { store, socket, view, image, bar, panels };

@@ -8,7 +8,9 @@ const TABS = [["drive", "Drive", (scene) => scene.mode === "playground"],
   ["algorithms", "Algorithms", (scene) => Boolean(scene.pipeline)], ["facts", "Numbers", () => true]];
 
 export class Tabs {
-  constructor(store) {
+  /** `onShow` is called when another panel is shown. */
+  constructor(store, onShow) {
+    this.onShow = onShow;
     this.buttons = TABS.map(([id, label, isFor]) => {
       const button = make("button", { type: "button", role: "tab", textContent: label, id: `tab-${id}`, "aria-controls": `panel-${id}` });
       button.onclick = () => this.show(id);
@@ -38,6 +40,7 @@ export class Tabs {
     }
   }
 
+    this.onShow();
   key(event, id) {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.code];
     if (!step) return;

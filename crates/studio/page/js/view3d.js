@@ -14,8 +14,9 @@ const GRAB_M = 0.3;
 const CLICK_PX = 5;
 
 export class View3d {
-  constructor(canvas, store, socket) {
-    Object.assign(this, { canvas, store, socket });
+  /** `requestDraw` has this view drawn in the next frame. */
+  constructor(canvas, store, socket, requestDraw) {
+    Object.assign(this, { canvas, store, socket, requestDraw });
     // ?renderer=webgl and ?renderer=2d choose one.
     const wanted = new URLSearchParams(location.search).get("renderer");
     const webgl = wanted === "2d" ? null : WebGlRenderer.create(canvas, wanted === "webgl");
@@ -28,12 +29,18 @@ export class View3d {
     this.pointers = new Map();
     this.grab = null;
     this.meshes = worldMeshes(null);
-    this.isDirty = true;
-    store.on("state", () => { this.isDirty = true; });
+    this.touch();
+    store.on("state", () => this.touch());
     store.on("scene", () => this.newScene());
     onTheme(() => this.rebuild());
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
+  }
+
+  /** There is something new to draw. */
+  touch() {
+    this.isDirty = true;
+    this.requestDraw();
   }
 
   newScene() {
@@ -45,13 +52,13 @@ export class View3d {
   }
 
   rebuild() {
-    this.isDirty = true;
+    this.touch();
     this.meshes = worldMeshes(this.store.scene?.world);
   }
 
   setView(view) {
     this.view = view;
-    this.isDirty = true;
+    this.touch();
     const bounds = this.store.scene?.world?.bounds_m;
     if (bounds) this.camera.fit(bounds, view);
     if (view === "follow") this.camera.distance = 3.2;
@@ -63,7 +70,7 @@ export class View3d {
     const size = [clientWidth, clientHeight].map((value) => Math.max(1, Math.round(value * ratio)));
     if (size[0] === this.canvas.width && size[1] === this.canvas.height) return;
     [this.canvas.width, this.canvas.height] = size;
-    this.isDirty = true;
+    this.touch();
     const before = this.camera.aspect;
     this.camera.aspect = this.canvas.width / this.canvas.height;
     if (Math.abs(before - this.camera.aspect) > 0.05 && this.view !== "follow") this.setView(this.view);
@@ -97,10 +104,11 @@ export class View3d {
     canvas.addEventListener("pointermove", (event) => this.move(event));
     for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => this.up(event));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("webglcontextrestored", () => this.touch());
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.camera.zoom(Math.exp(event.deltaY * 0.001));
-      this.isDirty = true;
+      this.touch();
     }, { passive: false });
   }
 
@@ -142,7 +150,7 @@ export class View3d {
     }
     const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
     this.moved += Math.hypot(dx, dy);
-    this.isDirty = true;
+    this.touch();
     if (this.grab) {
       this.drag(event);
     } else if (this.pointers.size === 2) {

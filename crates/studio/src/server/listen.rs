@@ -6,6 +6,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
+use axum::serve::ListenerExt as _;
 use thiserror::Error;
 use tokio::{runtime::Builder, sync::oneshot};
 
@@ -57,6 +58,10 @@ impl Server {
         let router = router(hub, access);
         let serve = async move {
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
+            // An update goes out at once: otherwise its end waits until the page has confirmed its beginning.
+            let listener = listener.tap_io(|stream| {
+                let _ = stream.set_nodelay(true);
+            });
             tokio::select! {
                 _ = axum::serve(listener, router).into_future() => {}
                 _ = ended => {}
