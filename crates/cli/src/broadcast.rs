@@ -6,11 +6,11 @@ use std::{
     sync::{Arc, mpsc::Receiver},
 };
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use serde_json::{Value, json};
 use visloc_rerun::RerunFile;
 use visloc_studio::{
-    Clock, Command, Hub, StudioError, Update,
+    Clock, Command, Hub, StudioError, Update, new_file,
     recording::{Input, Recorder},
     server::Server,
 };
@@ -21,8 +21,6 @@ use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
 const NOTICE_SECS: f64 = 2.0;
 /// Where a run writes what a page asks it to save.
 const FOLDER: &str = "out/studio";
-/// Numbers of files that are tried.
-const MAX_FILES: u32 = 100_000;
 
 /// Where updates go.
 pub struct Broadcast {
@@ -153,9 +151,11 @@ impl Publisher {
 }
 
 /// A file for what somebody who watches asks to save. Its name comes from here.
-pub fn saved_path(what: &str, extension: &str) -> PathBuf {
-    let path = |number: u32| Path::new(FOLDER).join(format!("{what}-{number:03}.{extension}"));
-    (1..MAX_FILES).map(path).find(|path| !path.exists()).unwrap_or_else(|| path(MAX_FILES))
+///
+/// # Errors
+/// If no file can be made.
+pub fn new_saved_file(what: &str, extension: &str) -> Result<PathBuf> {
+    new_file(Path::new(FOLDER), what, extension).with_context(|| FOLDER.to_owned())
 }
 
 impl Recording {

@@ -9,7 +9,7 @@ use visloc_studio::{Command, StudioError, recording::Input, view::RunViewer};
 
 use super::{FrameView, Runner, Spectator, write_text};
 use crate::{
-    broadcast::{Broadcast, saved_path},
+    broadcast::{Broadcast, new_saved_file},
     stopwatch::Stopwatch,
 };
 
@@ -40,7 +40,7 @@ impl Show {
     /// The notice that answers a command.
     fn obey(&self, command: &Command, runner: &mut Runner) -> Result<Option<String>> {
         if matches!(command, Command::Save {}) {
-            let path = saved_path("trajectory", "tum");
+            let path = new_saved_file("trajectory", "tum")?;
             let mut text = Vec::new();
             write_tum_header(&mut text)?;
             for record in runner.records() {

@@ -1,6 +1,6 @@
 //! Shows a run to a recording and to pages, and does what people there ask for.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use serde_json::json;
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
@@ -13,7 +13,7 @@ use visloc_studio::{
 };
 
 use super::write_ply;
-use crate::broadcast::{Broadcast, saved_path};
+use crate::broadcast::{Broadcast, new_saved_file};
 
 /// What is shown of a run.
 pub struct Shown<'a> {
@@ -113,10 +113,7 @@ impl SlamShow {
     }
 
     fn save(&mut self, slam: &Slam) -> Result<()> {
-        let (map, way) = (saved_path("map", "ply"), saved_path("trajectory", "tum"));
-        if let Some(folder) = map.parent() {
-            std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-        }
+        let (map, way) = (new_saved_file("map", "ply")?, new_saved_file("trajectory", "tum")?);
         write_ply(&map, slam.map())?;
         let mut trajectory = CameraTrajectory::new();
         for pose in slam.trajectory() {

@@ -5,10 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::{Input, Recorder, RecordingError};
-use crate::{Message, Update};
-
-/// Numbers of files that are tried.
-const MAX_FILES: u32 = 100_000;
+use crate::{Message, Update, new_file};
 
 /// Writes recordings into one folder. Their names come from here: a page can only start and stop.
 pub struct Tape {
@@ -38,18 +35,15 @@ impl Tape {
         if self.running.is_some() {
             return Ok(());
         }
-        let recorder = Recorder::create(&self.free_path(scene)?)?;
+        let recorder = Recorder::create(&self.new_path(scene)?)?;
         self.running = Some(Running { recorder, first_secs: None, last: None });
         Ok(())
     }
 
-    fn free_path(&self, scene: &str) -> Result<PathBuf, RecordingError> {
+    fn new_path(&self, scene: &str) -> Result<PathBuf, RecordingError> {
         let word: String = scene.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-        let path = |number: u32| self.folder.join(format!("{word}-{number:03}.mcap"));
-        (1..MAX_FILES).map(path).find(|path| !path.exists()).ok_or_else(|| RecordingError::Write {
-            path: self.folder.clone(),
-            reason: format!("expected fewer than {MAX_FILES} recordings of {word}"),
-        })
+        new_file(&self.folder, &word, "mcap")
+            .map_err(|error| RecordingError::Write { path: self.folder.clone(), reason: error.to_string() })
     }
 
     /// Takes in what is shown. A moment is recorded once, however often it is shown. When time goes back, the recording ends;
