@@ -14,6 +14,7 @@ mod engine;
 mod error;
 mod message;
 mod new_file;
+mod playback;
 pub mod playground;
 pub mod recording;
 mod scenes;

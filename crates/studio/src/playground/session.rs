@@ -18,6 +18,7 @@ use super::{
 use crate::{
     Clock, Command, Session, StudioError, Update,
     message::lay_over,
+    playback::Playback,
     recording::Input,
     tuning::{Lineup, Overrides, RunSettings},
     view::LocalizationView,
@@ -27,8 +28,6 @@ use crate::{
 const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
 /// Coordinates beyond this are no place, meters.
 const MAX_COORDINATE_M: f64 = 200.0;
-/// Fastest pace, as multiple of reality.
-const MAX_SPEED: f64 = 8.0;
 
 /// A world to play in.
 #[derive(Debug, Clone, Copy)]
@@ -59,8 +58,7 @@ pub struct Playground {
     driver: Driver,
     lineup: Lineup,
     likelihood: Option<LikelihoodMap>,
-    is_playing: bool,
-    speed: f64,
+    playback: Playback,
     frame: SourceFrame,
     number: u64,
     render_ms: f64,
@@ -99,8 +97,7 @@ impl Playground {
             driver,
             lineup,
             likelihood: None,
-            is_playing: true,
-            speed: 1.0,
+            playback: Playback::default(),
             frame,
             number: 0,
             render_ms: 0.0,
@@ -257,15 +254,9 @@ fn pose(x_m: f64, y_m: f64, yaw_rad: f64) -> Result<PlanarPose, StudioError> {
 impl Session for Playground {
     fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
         match command {
-            Command::Play {} => self.is_playing = true,
-            Command::Pause {} => self.is_playing = false,
             Command::Step {} => {
-                self.is_playing = false;
+                self.playback.pause();
                 self.step()?;
-            }
-            Command::Speed { factor } => {
-                in_range("speed", *factor, 0.0, MAX_SPEED)?;
-                self.speed = *factor;
             }
             Command::Reset { seed } => self.reset(*seed)?,
             Command::Likelihood { is_on } => {
@@ -273,7 +264,9 @@ impl Session for Playground {
                 self.likelihood = is_on.then(map).transpose()?;
             }
             command => {
-                if !self.lineup.handle(command)? {
+                if self.lineup.handle(command)? {
+                    self.image = None;
+                } else if !self.playback.handle(command)? {
                     self.handle_world(command)?;
                 }
             }
@@ -282,8 +275,7 @@ impl Session for Playground {
     }
 
     fn step_secs(&self) -> Option<f64> {
-        let step_secs = self.simulation.step_secs();
-        self.is_playing.then(|| if self.speed > 0.0 { step_secs / self.speed } else { 0.0 })
+        self.playback.wait_secs(self.simulation.step_secs())
     }
 
     fn step(&mut self) -> Result<(), StudioError> {
@@ -312,8 +304,6 @@ impl Session for Playground {
             likelihood.map(|(map, contender)| map.values(contender.pipeline.analyzer().percept()));
         let mut more = json!({
             "seed": self.lineup.settings().seed,
-            "is_playing": self.is_playing,
-            "speed": self.speed,
             "others": others,
             "render_ms": self.render_ms,
             "controls": controls,
@@ -321,6 +311,7 @@ impl Session for Playground {
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
         let state = view.state(more, likelihood)?;
         Ok(Update { scene, state: state.into(), image: Some(view.image()?.into()) })
+        lay_over(&mut more, &self.playback.fields());
     }
 
     fn input(&self) -> Option<Input<'_>> {

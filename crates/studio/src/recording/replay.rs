@@ -14,17 +14,14 @@ use super::{
     timeline::{Lane, Row, row_of},
 };
 use crate::{
-    Clock, Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update,
-    message::lay_over,
-    tuning::{Lineup, MAX_ALGORITHMS, RunSettings},
+    Clock, Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
+    playback::Playback, tuning::MAX_ALGORITHMS,
 };
 
 /// Frames are at least so far apart when a recording is played, seconds.
 const MIN_STEP_SECS: f64 = 1e-3;
 /// A gap in a recording is waited for no longer than this, seconds.
 const MAX_STEP_SECS: f64 = 1.0;
-/// Fastest pace, as multiple of reality.
-const MAX_SPEED: f64 = 16.0;
 /// Frames that are computed again before the next picture.
 const FRAMES_A_STEP: usize = 8;
 
@@ -39,8 +36,7 @@ pub struct Replay {
     index: RecordingIndex,
     rows: Vec<Row>,
     frame: usize,
-    is_playing: bool,
-    speed: f64,
+    playback: Playback,
     /// Scene of a frame; forgotten when anything in it changes.
     scene: Option<(usize, Arc<[u8]>)>,
     /// Algorithms and parameters for computing it again; none if the recording does not say what it was made with.
@@ -74,8 +70,7 @@ impl Replay {
             rows,
             index,
             frame: 0,
-            is_playing: true,
-            speed: 1.0,
+            playback: Playback::default(),
             scene: None,
             draft: settings.and_then(|settings| Lineup::new(settings).ok()),
             computing: None,
@@ -176,14 +171,13 @@ impl Replay {
         let mut now = json!({
             "number": self.frame,
             "num_frames": self.num_frames(),
-            "is_playing": self.is_playing,
-            "speed": self.speed,
             "recomputing": progress.map(|(done, all)| json!({ "done": done, "all": all })),
         });
         lay_over(&mut now, more.unwrap_or(&Value::Null));
         if let Value::Object(now) = now {
             state.header.extend(now);
         }
+        lay_over(&mut now, &self.playback.fields());
         Ok(state.write())
     }
 
@@ -216,9 +210,8 @@ impl Replay {
         self.drop_recomputed();
         let file = format!(".recomputed-{}-{}.mcap", std::process::id(), self.id);
         let out = self.folder.join(file);
-        self.computing = Some(Recompute::start(&self.path, settings.clone(), self.clock.clone(), out)?);
-        self.draft = Some(Lineup::new(settings)?);
-        self.is_playing = false;
+        self.computing = Some(Recompute::start(index, method, out)?);
+        self.playback.pause();
         Ok(())
     }
 
@@ -264,18 +257,16 @@ impl Session for Replay {
                 if self.frame == self.last() {
                     self.frame = 0;
                 }
-                self.is_playing = true;
+                self.playback.play();
             }
-            Command::Pause {} => self.is_playing = false,
             Command::Step {} => {
-                self.is_playing = false;
+                self.playback.pause();
                 self.frame = (self.frame + 1).min(self.last());
             }
             Command::Seek { frame } => {
-                self.is_playing = false;
+                self.playback.pause();
                 self.frame = (*frame).min(self.last());
             }
-            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
             Command::Reset { .. } => self.frame = 0,
             Command::Recompute { seed } => self.recompute(*seed)?,
             Command::Recorded {} => self.drop_recomputed(),
@@ -296,17 +287,20 @@ impl Session for Replay {
         if self.computing.is_some() {
             return Some(0.0);
         }
-        let next = self.rows.get(self.frame + 1).filter(|_| self.is_playing)?;
+        let next = self.rows.get(self.frame + 1)?;
         let secs = (next.secs - self.rows[self.frame].secs).clamp(MIN_STEP_SECS, MAX_STEP_SECS);
-        Some(if self.speed > 0.0 { secs / self.speed } else { 0.0 })
+        self.playback.wait_secs(secs)
     }
 
+            command if self.playback.handle(command)? => {}
     fn step(&mut self) -> Result<(), StudioError> {
         if self.computing.is_some() {
             return self.compute_on();
         }
         self.frame = (self.frame + 1).min(self.last());
-        self.is_playing = self.is_playing && self.frame < self.last();
+        if self.frame == self.last() {
+            self.playback.pause();
+        }
         Ok(())
     }
 

@@ -9,7 +9,10 @@ use super::{
     parameters::SlamSettings,
     viewer::{SlamFrame, SlamViewer},
 };
-use crate::{Command, Session, StudioError, Update, message::lay_over, recording::Input, source::Fed};
+use crate::{
+    Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input,
+    source::Fed,
+};
 
 /// Time between images until two of them tell it, seconds.
 const USUAL_STEP_SECS: f64 = 0.05;
@@ -17,8 +20,6 @@ const USUAL_STEP_SECS: f64 = 0.05;
 const MAX_STEP_SECS: f64 = 0.5;
 /// How often a source that has nothing is asked again, seconds.
 const POLL_SECS: f64 = 0.004;
-/// Fastest pace, as multiple of reality.
-const MAX_SPEED: f64 = 16.0;
 
 /// A running system.
 struct Running {
@@ -37,10 +38,9 @@ pub struct SlamSession {
     settings: SlamSettings,
     running: Running,
     step_secs: f64,
-    is_playing: bool,
+    playback: Playback,
     is_over: bool,
     has_news: bool,
-    speed: f64,
 }
 
 impl SlamSession {
@@ -59,10 +59,9 @@ impl SlamSession {
             settings,
             running,
             step_secs: USUAL_STEP_SECS,
-            is_playing: true,
+            playback: Playback::default(),
             is_over: false,
             has_news: false,
-            speed: 1.0,
         };
         session.step()?;
         Ok(session)
@@ -72,7 +71,8 @@ impl SlamSession {
     fn restart(&mut self, seed: u64, settings: SlamSettings) -> Result<(), StudioError> {
         self.running = Running::start(&self.from, &self.more, self.clock, seed, &settings)?;
         (self.seed, self.settings) = (seed, settings);
-        (self.is_over, self.is_playing) = (false, true);
+        self.is_over = false;
+        self.playback.play();
         self.step()
     }
 
@@ -80,6 +80,11 @@ impl SlamSession {
     fn is_live(&self) -> bool {
         matches!(self.from, SequenceSource::Other(_, _, true))
     }
+    fn end(&mut self) {
+        self.is_over = true;
+        self.playback.pause();
+    }
+
 
     fn take(&mut self, frame: GrayFrame) -> Result<(), StudioError> {
         let Running { slam, viewer, last, .. } = &mut self.running;
@@ -120,13 +125,10 @@ impl Session for SlamSession {
     fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
         match command {
             Command::Play {} if self.is_over => self.restart(self.seed, self.settings.clone())?,
-            Command::Play {} => self.is_playing = true,
-            Command::Pause {} => self.is_playing = false,
             Command::Step {} => {
-                self.is_playing = false;
+                self.playback.pause();
                 self.step()?;
             }
-            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
             Command::Reset { seed } => self.restart(*seed, self.settings.clone())?,
             Command::Kidnap { .. } if self.running.images.kidnap() => {}
             Command::Cover { is_on } if self.running.images.cover(*is_on) => {}
@@ -135,6 +137,7 @@ impl Session for SlamSession {
                     return Err(StudioError::command("command", "one for a camera", format!("{command:?}")));
                 };
                 self.restart(self.seed, settings)?;
+            command if self.playback.handle(command)? => {}
             }
         }
         Ok(())
@@ -147,7 +150,7 @@ impl Session for SlamSession {
         if self.is_live() || self.running.last.is_none() {
             return Some(POLL_SECS);
         }
-        self.is_playing.then(|| if self.speed > 0.0 { self.step_secs / self.speed } else { 0.0 })
+        self.playback.wait_secs(self.step_secs)
     }
 
     fn step(&mut self) -> Result<(), StudioError> {
@@ -157,15 +160,18 @@ impl Session for SlamSession {
             self.running.viewer.set_truth(truth);
         }
         match next {
-            Fed::Item(_) if self.is_live() && !self.is_playing && self.running.last.is_some() => Ok(()),
+            Fed::Item(_) if self.is_live() && !self.playback.is_playing() && self.running.last.is_some() => {
+                Ok(())
+            }
             Fed::Item(frame) => self.take(frame),
             Fed::NotYet => Ok(()),
             Fed::End => {
-                (self.is_over, self.has_news) = (true, true);
+                self.end();
+                self.has_news = true;
                 Ok(())
             }
             Fed::Failed(error) => {
-                self.is_over = true;
+                self.end();
                 Err(StudioError::input("sequence", error))
             }
         }
@@ -179,8 +185,6 @@ impl Session for SlamSession {
         let hands = self.running.images.hands();
         let mut more = json!({
             "seed": self.seed,
-            "is_playing": self.is_playing && !self.is_over,
-            "speed": self.speed,
             "controls": hands.map(|(is_covered, is_held)| json!({ "is_covered": is_covered, "is_held": is_held })),
         });
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
@@ -188,6 +192,7 @@ impl Session for SlamSession {
         match last {
             Some((frame, outcome)) => {
                 viewer.update(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome }, &more)
+        lay_over(&mut more, &self.playback.fields());
             }
             None => viewer.waiting(&more),
         }

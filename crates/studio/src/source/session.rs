@@ -11,6 +11,7 @@ use super::{Fed, Feed};
 use crate::{
     Clock, Command, Session, StudioError, Update,
     message::lay_over,
+    playback::Playback,
     recording::Input,
     tuning::{Lineup, Overrides, RunSettings},
     view::RunViewer,
@@ -24,8 +25,6 @@ const NUM_AHEAD: usize = 2;
 const POLL_SECS: f64 = 0.004;
 /// A gap in a recording is waited for no longer than this, seconds.
 const MAX_STEP_SECS: f64 = 0.5;
-/// Fastest pace, as multiple of reality.
-const MAX_SPEED: f64 = 16.0;
 
 /// A source that has been opened.
 pub struct OpenRun {
@@ -50,10 +49,11 @@ pub struct SourceSession {
     clock: Clock,
     frame: Option<SourceFrame>,
     next: Option<SourceFrame>,
-    is_playing: bool,
+    /// The message of the frame's image; made anew when anything in it has changed.
+    image: Option<Arc<[u8]>>,
+    playback: Playback,
     is_over: bool,
     has_news: bool,
-    speed: f64,
 }
 
 impl SourceSession {
@@ -91,10 +91,10 @@ impl SourceSession {
             clock,
             frame: None,
             next: None,
-            is_playing: true,
+            image: None,
+            playback: Playback::default(),
             is_over: false,
             has_news: false,
-            speed: 1.0,
         })
     }
 
@@ -102,8 +102,9 @@ impl SourceSession {
         (self.feed, _) = start(&self.open, self.is_live, seed)?;
         self.lineup.reset(seed)?;
         self.viewer = RunViewer::new(&self.title).with(&self.more);
-        (self.frame, self.next) = (None, None);
-        (self.is_over, self.is_playing) = (false, true);
+        (self.frame, self.next, self.image) = (None, None, None);
+        self.is_over = false;
+        self.playback.play();
         Ok(())
     }
 
@@ -115,13 +116,21 @@ impl SourceSession {
         match self.feed.poll() {
             Fed::Item(frame) => self.next = Some(frame),
             Fed::NotYet => {}
-            Fed::End => (self.is_over, self.has_news) = (true, true),
+            Fed::End => {
+                self.end();
+                self.has_news = true;
+            }
             Fed::Failed(error) => {
-                self.is_over = true;
+                self.end();
                 return Err(StudioError::input(&self.title, error));
             }
         }
         Ok(())
+    }
+
+    fn end(&mut self) {
+        self.is_over = true;
+        self.playback.pause();
     }
 }
 
@@ -135,16 +144,15 @@ impl Session for SourceSession {
     fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
         match command {
             Command::Play {} if self.is_over => self.reset(self.lineup.settings().seed)?,
-            Command::Play {} => self.is_playing = true,
-            Command::Pause {} => self.is_playing = false,
             Command::Step {} => {
-                self.is_playing = false;
+                self.playback.pause();
                 self.step()?;
             }
-            Command::Speed { factor } if (0.0..=MAX_SPEED).contains(factor) => self.speed = *factor,
             Command::Reset { seed } => self.reset(*seed)?,
             command => {
-                if !self.lineup.handle(command)? {
+                if self.lineup.handle(command)? {
+                    self.image = None;
+                } else if !self.playback.handle(command)? {
                     return Err(StudioError::command("command", "one for a source", format!("{command:?}")));
                 }
             }
@@ -164,14 +172,14 @@ impl Session for SourceSession {
             (Some(frame), Some(next)) => next.frame.at.secs_since(frame.frame.at).clamp(0.0, MAX_STEP_SECS),
             _ => POLL_SECS,
         };
-        self.is_playing.then(|| if self.speed > 0.0 { secs / self.speed } else { 0.0 })
+        self.playback.wait_secs(secs)
     }
 
     fn step(&mut self) -> Result<(), StudioError> {
         self.has_news = false;
         self.look_ahead()?;
         let Some(next) = self.next.take() else { return Ok(()) };
-        if self.is_live && !self.is_playing && self.frame.is_some() {
+        if self.is_live && !self.playback.is_playing() && self.frame.is_some() {
             return Ok(());
         }
         if self.frame.is_some() {
@@ -189,11 +197,8 @@ impl Session for SourceSession {
     }
 
     fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
-        let mut more = json!({
-            "is_playing": self.is_playing && !self.is_over,
-            "speed": self.speed,
-            "seed": self.lineup.settings().seed,
-        });
+        let mut more = json!({ "seed": self.lineup.settings().seed });
+        lay_over(&mut more, &self.playback.fields());
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
         match &self.frame {
             Some(frame) => {
