@@ -12,7 +12,7 @@ use visloc_rerun::RerunFile;
 use visloc_studio::{
     Clock, Command, Hub, StudioError, Update, new_file,
     recording::{Input, Recorder},
-    server::Server,
+    server::{Publisher, Server},
 };
 
 use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
@@ -25,7 +25,7 @@ const FOLDER: &str = "out/studio";
 /// Where updates go.
 pub struct Broadcast {
     recording: Option<Recording>,
-    publisher: Option<Publisher>,
+    watched: Option<Watched>,
     error: Option<anyhow::Error>,
 }
 
@@ -38,8 +38,9 @@ pub enum Recording {
 }
 
 /// A server that other programs watch.
-struct Publisher {
+struct Watched {
     hub: Arc<Hub>,
+    publisher: Publisher,
     commands: Receiver<Command>,
     watch: Stopwatch,
     notice: Option<(String, f64)>,
@@ -55,25 +56,25 @@ impl Broadcast {
     /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs) -> Result<Self> {
         let recording = args.record.as_deref().map(Recording::create).transpose()?;
-        let publisher = args.publish.map(|address| publish(address, args.token.clone())).transpose()?;
-        Ok(Self { recording, publisher, error: None })
+        let watched = args.publish.map(|address| publish(address, args.token.clone())).transpose()?;
+        Ok(Self { recording, watched, error: None })
     }
 
     /// Whether frames are to come at the time at which they were taken.
     pub fn is_live(&self) -> bool {
-        self.publisher.is_some()
+        self.watched.is_some()
     }
 
     /// What those who watch ask for since the last call. Pausing and playing the picture is done already.
     pub fn commands(&mut self) -> Vec<Command> {
-        let Some(publisher) = &mut self.publisher else { return Vec::new() };
-        let all: Vec<Command> = publisher.commands.try_iter().collect();
+        let Some(watched) = &mut self.watched else { return Vec::new() };
+        let all: Vec<Command> = watched.commands.try_iter().collect();
         let mut others = Vec::new();
         for command in all {
             match command {
                 Command::Hello {} => {}
-                Command::Pause {} => publisher.is_paused = true,
-                Command::Play {} => publisher.is_paused = false,
+                Command::Pause {} => watched.is_paused = true,
+                Command::Play {} => watched.is_paused = false,
                 command => others.push(command),
             }
         }
@@ -83,40 +84,53 @@ impl Broadcast {
     /// Says something to those who watch, and to whoever runs the program.
     pub fn tell(&mut self, notice: &str) {
         say::line!("note: {notice}");
-        if let Some(publisher) = &mut self.publisher {
-            publisher.notice = Some((notice.to_owned(), publisher.watch.secs() + NOTICE_SECS));
+        if let Some(watched) = &mut self.watched {
+            watched.notice = Some((notice.to_owned(), watched.watch.secs() + NOTICE_SECS));
         }
     }
 
     /// What the state message has besides.
     pub fn aside(&self) -> Value {
-        let Some(publisher) = &self.publisher else { return json!({}) };
-        let now_secs = publisher.watch.secs();
-        let notice = publisher.notice.as_ref().filter(|(_, until_secs)| now_secs < *until_secs);
-        json!({ "is_playing": !publisher.is_paused, "notice": notice.map(|(text, _)| text) })
+        let Some(watched) = &self.watched else { return json!({}) };
+        let now_secs = watched.watch.secs();
+        let notice = watched.notice.as_ref().filter(|(_, until_secs)| now_secs < *until_secs);
+        json!({ "is_playing": !watched.is_paused, "notice": notice.map(|(text, _)| text) })
     }
 
     /// Whether anybody wants to see the next frame. While nobody does, it costs nothing.
     pub fn is_wanted(&self) -> bool {
-        let is_watched = |publisher: &Publisher| publisher.hub.num_viewers() > 0;
-        (self.recording.is_some() && self.error.is_none()) || self.publisher.as_ref().is_some_and(is_watched)
+        let is_watched = |watched: &Watched| watched.hub.num_viewers() > 0;
+        (self.recording.is_some() && self.error.is_none()) || self.watched.as_ref().is_some_and(is_watched)
     }
 
-    /// Shows an update of a moment, seconds since the first frame, and what the algorithms were given for it. What goes wrong is
-    /// told at the end: a run is not stopped by it.
-    pub fn send(&mut self, update: Result<(Update, f64), StudioError>, input: &Input<'_>) {
-        let sent = update.map_err(anyhow::Error::from).and_then(|(update, secs)| {
-            if let Some(recording) = &mut self.recording {
-                recording.add(&update, secs, Some(input))?;
+    /// Shows a moment, seconds since the first frame, of which `make` makes an update, and what the algorithms were given for it. Without
+    /// a recording the update is made on another thread. What goes wrong is told at the end: a run is not stopped by it.
+    pub fn send(
+        &mut self,
+        secs: f64,
+        make: impl FnOnce() -> Result<Update, StudioError> + Send + 'static,
+        input: &Input<'_>,
+    ) {
+        let Some(recording) = self.recording.as_mut().filter(|_| self.error.is_none()) else {
+            if let Some(watched) = &self.watched {
+                watched.show(make);
             }
-            if let Some(publisher) = &self.publisher {
-                publisher.show(update);
-            }
-            Ok(())
+            return;
+        };
+        let recorded = make().map_err(anyhow::Error::from).and_then(|update| {
+            recording.add(&update, secs, Some(input))?;
+            Ok(update)
         });
-        if let Err(error) = sent {
-            self.error.get_or_insert(error);
+        match (recorded, &self.watched) {
+            (Ok(update), Some(watched)) => watched.show(|| Ok(update)),
+            (Ok(_), None) => {}
+            (Err(error), _) => self.fail(error),
         }
+    }
+
+    /// Keeps the first error until the end.
+    pub fn fail(&mut self, error: anyhow::Error) {
+        self.error.get_or_insert(error);
     }
 
     /// Ends the recording.
@@ -131,23 +145,31 @@ impl Broadcast {
     }
 }
 
-impl Publisher {
+impl Watched {
     /// While the picture is paused, those who watch get what was shown last, and what is to be told.
-    fn show(&self, update: Update) {
-        let shown = self.hub.latest().filter(|_| self.is_paused);
-        let Some(shown) = shown else { return self.hub.publish(update) };
-        let texts = [&shown.state, &update.state].map(|state| visloc_studio::Message::read(state).ok());
-        let [Some(mut still), Some(now)] = texts else { return };
-        let mut is_changed = !Arc::ptr_eq(&shown.scene, &update.scene);
-        for key in ["is_playing", "notice"] {
-            let value = now.header.get(key).cloned().unwrap_or(Value::Null);
-            is_changed |= still.header.insert(key.to_owned(), value.clone()) != Some(value);
-        }
-        if is_changed {
-            let state = still.write().into();
-            self.hub.publish(Update { scene: update.scene, state, image: shown.image.clone() });
-        }
+    fn show(&self, make: impl FnOnce() -> Result<Update, StudioError> + Send + 'static) {
+        let is_paused = self.is_paused;
+        self.publisher.offer(move |hub| match hub.latest().filter(|_| is_paused) {
+            None => make().map(Some),
+            Some(shown) => Ok(still(&shown, make()?)),
+        });
     }
+}
+
+/// The picture that is shown already with what is to be told now; nothing if that has not changed.
+fn still(shown: &Update, update: Update) -> Option<Update> {
+    let texts = [&shown.state, &update.state].map(|state| visloc_studio::Message::read(state).ok());
+    let [Some(mut still), Some(now)] = texts else { return None };
+    let mut is_changed = !Arc::ptr_eq(&shown.scene, &update.scene);
+    for key in ["is_playing", "notice"] {
+        let value = now.header.get(key).cloned().unwrap_or(Value::Null);
+        is_changed |= still.header.insert(key.to_owned(), value.clone()) != Some(value);
+    }
+    is_changed.then(|| Update {
+        scene: update.scene,
+        state: still.write().into(),
+        image: shown.image.clone(),
+    })
 }
 
 /// A file for what somebody who watches asks to save. Its name comes from here.
@@ -197,11 +219,12 @@ impl Recording {
     }
 }
 
-fn publish(address: SocketAddr, token: Option<String>) -> Result<Publisher> {
+fn publish(address: SocketAddr, token: Option<String>) -> Result<Watched> {
     let watch = Stopwatch::start();
     let (hub, commands) = Hub::new(Clock::new(move || watch.secs()), |line| say::line!("note: {line}"));
     let server = Server::start(address, token, Arc::clone(&hub))?;
     let token = server.token().map(|token| format!(" --token {token}")).unwrap_or_default();
     say::line!("Watch it with: visloc studio --connect {}{token}", server.address());
-    Ok(Publisher { hub, commands, watch, notice: None, is_paused: false, _server: server })
+    let publisher = Publisher::start(Arc::clone(&hub))?;
+    Ok(Watched { hub, publisher, commands, watch, notice: None, is_paused: false, _server: server })
 }

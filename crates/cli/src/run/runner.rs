@@ -1,5 +1,7 @@
 //! One algorithm at work.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use visloc_base::{Frame, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
@@ -113,7 +115,7 @@ impl Runner {
         algorithm_parameters(map, algorithm, *algorithm_toml)?;
         let overrides = Overrides::from_toml(algorithm_toml.unwrap_or_default())?;
         let lineup = Lineup::new(RunSettings {
-            map: map.clone(),
+            map: Arc::new(map.clone()),
             seed: *seed,
             start: start.clone(),
             pipeline: *pipeline,
@@ -142,7 +144,8 @@ impl Runner {
             self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
             return Ok(());
         }
-        let (pipeline, view) = (contender.pipeline(), contender.view());
+        let pipeline = contender.pipeline();
+        let [analysis_ms, localizer_ms] = contender.times_ms();
         let percept = pipeline.analyzer().percept();
         self.pixels.count(percept);
         let estimate = pipeline.localizer().estimate();
@@ -156,8 +159,8 @@ impl Runner {
             quality: percept.quality,
             num_pixels: percept.pixels.len(),
             num_individuals: pipeline.localizer().num_weighed(),
-            analysis_ms: view.analysis_ms,
-            localizer_ms: view.localizer_ms,
+            analysis_ms,
+            localizer_ms,
         };
         self.records.push(record);
         self.files.append(&record)

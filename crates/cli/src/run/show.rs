@@ -85,9 +85,11 @@ impl Spectator for Show {
         let Some(runner) = view.runners.first() else { return };
         if self.broadcast.is_wanted() {
             let aside = self.broadcast.aside();
-            let update = self.viewer.update(view.frame, view.truth, runner.lineup(), &aside);
             let input = Input::Robot { frame: view.frame, truth: view.truth.as_ref() };
-            self.broadcast.send(update, &input);
+            match self.viewer.moment(view.frame, view.truth, runner.lineup(), &aside) {
+                Ok(moment) => self.broadcast.send(moment.secs(), || moment.update(None), &input),
+                Err(error) => self.broadcast.fail(error.into()),
+            }
         }
         self.viewer.next_frame();
     }

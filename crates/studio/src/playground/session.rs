@@ -60,6 +60,8 @@ pub struct Playground {
     likelihood: Option<LikelihoodMap>,
     playback: Playback,
     frame: SourceFrame,
+    /// The message of the frame's image; made anew when anything in it has changed.
+    image: Option<Arc<[u8]>>,
     number: u64,
     render_ms: f64,
     clock: Clock,
@@ -83,7 +85,7 @@ impl Playground {
         let frame = simulation.step(&driver.controls(&simulation));
         let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
         let lineup = Lineup::new(RunSettings {
-            map: simulation.map().clone(),
+            map: Arc::new(simulation.map().clone()),
             seed,
             start: StartPrior::Uniform,
             pipeline: PipelineConfig::default(),
@@ -99,6 +101,7 @@ impl Playground {
             likelihood: None,
             playback: Playback::default(),
             frame,
+            image: None,
             number: 0,
             render_ms: 0.0,
             clock,
@@ -129,6 +132,7 @@ impl Playground {
 
     /// All algorithms take in the frame.
     fn weigh(&mut self) -> Result<(), StudioError> {
+        self.image = None;
         self.lineup.step(&self.frame.frame, &self.clock)
     }
 
@@ -300,18 +304,22 @@ impl Session for Playground {
         let others: Vec<[f64; 3]> =
             self.simulation.others().iter().map(|pose| [pose.x_m, pose.y_m, pose.yaw_rad]).collect();
         let likelihood = self.likelihood.as_mut().zip(contenders.first());
-        let likelihood =
-            likelihood.map(|(map, contender)| map.values(contender.pipeline.analyzer().percept()));
+        let likelihood = likelihood.map(|(map, contender)| map.values(&contender.percept));
         let mut more = json!({
             "seed": self.lineup.settings().seed,
             "others": others,
             "render_ms": self.render_ms,
             "controls": controls,
         });
+        lay_over(&mut more, &self.playback.fields());
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
         let state = view.state(more, likelihood)?;
-        Ok(Update { scene, state: state.into(), image: Some(view.image()?.into()) })
-        lay_over(&mut more, &self.playback.fields());
+        let image = match &self.image {
+            Some(image) => Arc::clone(image),
+            None => view.image()?.into(),
+        };
+        self.image = Some(Arc::clone(&image));
+        Ok(Update { scene, state: state.into(), image: Some(image) })
     }
 
     fn input(&self) -> Option<Input<'_>> {

@@ -5,6 +5,7 @@ mod assets;
 pub mod hub;
 mod link;
 mod listen;
+mod publisher;
 mod remote;
 mod remote_session;
 mod routes;
@@ -12,5 +13,6 @@ mod smaller;
 mod socket;
 
 pub use listen::{Server, ServerError};
+pub use publisher::Publisher;
 pub use remote::Remote;
 pub use remote_session::RemoteSession;

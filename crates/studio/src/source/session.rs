@@ -72,7 +72,7 @@ impl SourceSession {
         let (feed, map) = start(&open, is_live, seed)?;
         let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
         let lineup = Lineup::new(RunSettings {
-            map,
+            map: Arc::new(map),
             seed,
             start: StartPrior::Uniform,
             pipeline: PipelineConfig::default(),
@@ -185,7 +185,7 @@ impl Session for SourceSession {
         if self.frame.is_some() {
             self.viewer.next_frame();
         }
-        self.has_news = true;
+        (self.has_news, self.image) = (true, None);
         let stepped = self.lineup.step(&next.frame, &self.clock);
         self.frame = Some(next);
         self.look_ahead()?;
@@ -202,8 +202,10 @@ impl Session for SourceSession {
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
         match &self.frame {
             Some(frame) => {
-                let update = self.viewer.update(&frame.frame, frame.truth, &self.lineup, &more);
-                update.map(|(update, _)| update)
+                let moment = self.viewer.moment(&frame.frame, frame.truth, &self.lineup, &more)?;
+                let update = moment.update(self.image.take())?;
+                self.image.clone_from(&update.image);
+                Ok(update)
             }
             None => self.viewer.waiting(&self.lineup, &more),
         }

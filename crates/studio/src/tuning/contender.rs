@@ -105,12 +105,13 @@ impl Contender {
 
     /// For the page.
     #[must_use]
-    pub fn view(&self) -> ContenderView<'_> {
-        ContenderView {
-            name: &self.name,
-            pipeline: &self.pipeline,
-            analysis_ms: self.analysis_ms,
-            localizer_ms: self.localizer_ms,
-        }
+    pub fn view(&self) -> ContenderView {
+        ContenderView::new(&self.name, &self.pipeline, self.times_ms())
+    }
+
+    /// Time for the last image and for its pose, milliseconds.
+    #[must_use]
+    pub fn times_ms(&self) -> [f64; 2] {
+        [self.analysis_ms, self.localizer_ms]
     }
 }

@@ -52,7 +52,7 @@ impl Lineup {
 
     /// For the page.
     #[must_use]
-    pub fn views(&self) -> Vec<ContenderView<'_>> {
+    pub fn views(&self) -> Vec<ContenderView> {
         self.contenders.iter().map(Contender::view).collect()
     }
 

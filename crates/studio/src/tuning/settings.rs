@@ -1,5 +1,7 @@
 //! Everything that decides about a run besides its input.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 use serde_json::{Map as JsonMap, Value, json};
 use visloc_locate::{ALGORITHMS, PipelineConfig, StartPrior, algorithm_parameters};
@@ -15,8 +17,8 @@ const RUN: &str = "run";
 /// What an algorithm is run with. The same settings and the same frames give the same estimates, bit by bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
-    /// The map.
-    pub map: Map,
+    /// The map, which what is shown shares.
+    pub map: Arc<Map>,
     /// Seed of everything random.
     pub seed: u64,
     /// What is known about the start.
@@ -121,7 +123,7 @@ impl RunSettings {
         let start: StoredStart = toml::from_str(&stored.start).map_err(|error| damaged(error.to_string()))?;
         let algorithm = |(name, text): &(String, String)| Ok((name.clone(), Overrides::from_toml(text)?));
         let settings = Self {
-            map,
+            map: Arc::new(map),
             seed: stored.seed,
             start: start.start,
             pipeline: PipelineConfig::default(),
@@ -165,7 +167,7 @@ mod tests {
         }]);
         let changed = Overrides::default().with("num_particles", &json!(333));
         let settings = RunSettings {
-            map: Map::load(map).unwrap(),
+            map: Arc::new(Map::load(map).unwrap()),
             seed: u64::MAX,
             start,
             pipeline: PipelineConfig::default(),

@@ -20,16 +20,46 @@ const MAX_DROPPED: usize = 3000;
 /// Quality of the images that are sent.
 const JPEG_QUALITY: u8 = 85;
 
-/// An algorithm after a frame.
-pub struct ContenderView<'a> {
+/// What is shown of an algorithm after a frame. A copy, so that the algorithm can go on while it is shown.
+#[derive(Debug, Clone)]
+pub struct ContenderView {
     /// Its name.
-    pub name: &'a str,
-    /// Its parts.
-    pub pipeline: &'a Pipeline,
+    pub name: String,
+    /// What it believes.
+    pub estimate: Estimate,
+    /// What it made of the image.
+    pub percept: Percept,
+    /// Particles or exploiters, at most [`MAX_INDIVIDUALS`].
+    pub individuals: Vec<Individual>,
+    /// How many of them it weighed.
+    pub num_individuals: usize,
     /// Time for the image, milliseconds.
     pub analysis_ms: f64,
     /// Time for the pose, milliseconds.
     pub localizer_ms: f64,
+}
+
+impl ContenderView {
+    /// Copies what is shown of an algorithm.
+    #[must_use]
+    pub fn new(name: &str, pipeline: &Pipeline, [analysis_ms, localizer_ms]: [f64; 2]) -> Self {
+        let localizer = pipeline.localizer();
+        let mut individuals = Vec::new();
+        localizer.individuals(&mut individuals);
+        let every = individuals.len().div_ceil(MAX_INDIVIDUALS).max(1);
+        if every > 1 {
+            individuals = individuals.into_iter().step_by(every).collect();
+        }
+        Self {
+            name: name.to_owned(),
+            estimate: localizer.estimate().clone(),
+            percept: pipeline.analyzer().percept().clone(),
+            individuals,
+            num_individuals: localizer.num_weighed(),
+            analysis_ms,
+            localizer_ms,
+        }
+    }
 }
 
 /// Everything about one frame.
@@ -45,7 +75,7 @@ pub struct LocalizationView<'a> {
     /// Where it was.
     pub truth: Option<Truth>,
     /// The algorithms.
-    pub contenders: &'a [ContenderView<'a>],
+    pub contenders: &'a [ContenderView],
 }
 
 impl LocalizationView<'_> {
@@ -68,11 +98,8 @@ impl LocalizationView<'_> {
             header.extend(more);
         }
         let mut message = MessageBuilder::new(MessageKind::State, &header)?;
-        let mut individuals = Vec::new();
         for (i, contender) in self.contenders.iter().enumerate() {
-            individuals.clear();
-            contender.pipeline.localizer().individuals(&mut individuals);
-            message.floats(&format!("individuals{i}"), flat(&individuals));
+            message.floats(&format!("individuals{i}"), flat(&contender.individuals));
         }
         if let Some(values) = likelihood {
             message.floats("likelihood", values);
@@ -80,10 +107,8 @@ impl LocalizationView<'_> {
         Ok(message.finish())
     }
 
-    fn contender(&self, contender: &ContenderView<'_>) -> Value {
-        let localizer = contender.pipeline.localizer();
-        let estimate = localizer.estimate();
-        let percept = contender.pipeline.analyzer().percept();
+    fn contender(&self, contender: &ContenderView) -> Value {
+        let ContenderView { estimate, percept, .. } = contender;
         let error = self.truth.filter(|truth| truth.height_m <= 0.0).map(|truth| {
             let pose = &estimate.world_from_robot;
             let turn = pose.heading_difference_rad(&truth.world_from_robot).abs();
@@ -103,7 +128,7 @@ impl LocalizationView<'_> {
             "quality": percept.quality,
             "num_kept": percept.pixels.len(),
             "num_dropped": percept.dropped.len(),
-            "num_individuals": localizer.num_weighed(),
+            "num_individuals": contender.num_individuals,
             "ms": { "image": contender.analysis_ms, "pose": contender.localizer_ms },
         })
     }
@@ -123,9 +148,8 @@ impl LocalizationView<'_> {
         let mut message = MessageBuilder::new(MessageKind::Image, &header)?;
         message.bytes("jpeg", &encode_jpeg(image, JPEG_QUALITY)?);
         if let Some(first) = self.contenders.first() {
-            let percept = first.pipeline.analyzer().percept();
-            message.floats("kept", kept(percept));
-            message.floats("dropped", dropped(percept));
+            message.floats("kept", kept(&first.percept));
+            message.floats("dropped", dropped(&first.percept));
         }
         self.add_theories(&mut message);
         Ok(message.finish())
@@ -143,7 +167,7 @@ impl LocalizationView<'_> {
 
     fn add_theories(&self, message: &mut MessageBuilder) {
         for (i, contender) in self.contenders.iter().enumerate() {
-            let estimate = contender.pipeline.localizer().estimate();
+            let estimate = &contender.estimate;
             if estimate.reliability_up_to_symmetry > 0.0 {
                 let pose = &estimate.world_from_robot;
                 let (camera, mount) = (&self.frame.camera, &self.frame.robot_from_camera);
@@ -187,8 +211,7 @@ fn flat(individuals: &[Individual]) -> impl Iterator<Item = f64> + '_ {
         let [x, y, yaw] = triple(&individual.world_from_robot);
         [x, y, yaw, individual.likelihood, individual.population as f64]
     };
-    let every = individuals.len().div_ceil(MAX_INDIVIDUALS).max(1);
-    individuals.iter().step_by(every).flat_map(five)
+    individuals.iter().flat_map(five)
 }
 
 /// x, y and kind of each pixel: 0 for what lies on the floor, 1 for what stands on it.

@@ -7,6 +7,6 @@ mod theory;
 mod world;
 
 pub use localization::{ContenderView, LocalizationView};
-pub use run::RunViewer;
+pub use run::{RunMoment, RunViewer};
 pub use theory::theoretical_image;
 pub use world::world_geometry;

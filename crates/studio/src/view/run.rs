@@ -5,8 +5,9 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use visloc_base::{Frame, Timestamp, Truth};
 use visloc_vision::DropReason;
+use visloc_world::Map;
 
-use super::{LocalizationView, world_geometry};
+use super::{ContenderView, LocalizationView, world_geometry};
 use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over, tuning::Lineup};
 
 /// Shows algorithms at work.
@@ -40,29 +41,31 @@ impl RunViewer {
         self
     }
 
-    /// What there is to see after a frame, and the seconds since the first one; to be called for each frame that is shown. `more` is
-    /// a table that is laid over the state message.
+    /// Copies what there is to see after a frame; to be called for each frame that is shown. `more` is a table that is laid over the
+    /// state message.
     ///
     /// # Errors
-    /// If it cannot be encoded.
-    pub fn update(
+    /// If the scene cannot be encoded.
+    pub fn moment(
         &mut self,
         frame: &Frame,
         truth: Option<Truth>,
         lineup: &Lineup,
         more: &Value,
-    ) -> Result<(Update, f64), StudioError> {
+    ) -> Result<RunMoment, StudioError> {
         let first_at = *self.first_at.get_or_insert(frame.at);
-        let secs = frame.at.secs_since(first_at);
-        let scene = self.scene_message(lineup)?;
-        let (map, contenders) = (&lineup.settings().map, lineup.views());
-        let view =
-            LocalizationView { map, number: self.num_frames, secs, frame, truth, contenders: &contenders };
         let mut state = json!({ "is_playing": true });
         lay_over(&mut state, more);
-        let state = view.state(state, None)?.into();
-        let image = view.image()?.into();
-        Ok((Update { scene, state, image: Some(image) }, secs))
+        Ok(RunMoment {
+            scene: self.scene_message(lineup)?,
+            map: Arc::clone(&lineup.settings().map),
+            number: self.num_frames,
+            secs: frame.at.secs_since(first_at),
+            frame: frame.clone(),
+            truth,
+            contenders: lineup.views(),
+            more: state,
+        })
     }
 
     /// What there is to see before the first frame of a source that lets one wait.
@@ -96,5 +99,45 @@ impl RunViewer {
         let bytes: Arc<[u8]> = MessageBuilder::new(MessageKind::Scene, &header)?.finish().into();
         self.scene = Some((num_changes, Arc::clone(&bytes)));
         Ok(bytes)
+    }
+}
+
+/// A moment of a run, copied, so that messages can be made of it while the run goes on.
+pub struct RunMoment {
+    scene: Arc<[u8]>,
+    map: Arc<Map>,
+    number: u64,
+    secs: f64,
+    frame: Frame,
+    truth: Option<Truth>,
+    contenders: Vec<ContenderView>,
+    more: Value,
+}
+
+impl RunMoment {
+    /// Since the first frame.
+    #[must_use]
+    pub fn secs(&self) -> f64 {
+        self.secs
+    }
+
+    /// The messages. `image` is the one of this frame, if it has been made before.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn update(self, image: Option<Arc<[u8]>>) -> Result<Update, StudioError> {
+        let view = LocalizationView {
+            map: &self.map,
+            number: self.number,
+            secs: self.secs,
+            frame: &self.frame,
+            truth: self.truth,
+            contenders: &self.contenders,
+        };
+        let image = match image {
+            Some(image) => image,
+            None => view.image()?.into(),
+        };
+        Ok(Update { scene: self.scene, state: view.state(self.more, None)?.into(), image: Some(image) })
     }
 }
