@@ -157,6 +157,10 @@ async function slow(minutes) {
     images = ways.map(({ far }) => far.images);
     console.log(`${SAMPLE_SECS * i} s: ${texts.join(" | ")} | ${programs.map((p) => megabytes(memory(p))).join(", ")} MB | load ${loadavg()[0].toFixed(1)}`);
   }
+  for (const { name, far } of ways) {
+    const after = (at) => (at - far.openedAt).toFixed(2);
+    console.log(`${name}: first state ${after(far.updates.find(({ isStale }) => !isStale).at)} s, first image ${after(far.firstImageAt)} s after the page was opened`);
+  }
   ways.forEach(({ name, far }, k) => {
     // The first seconds are those of the scene.
     const all = ages[k].slice(100);

@@ -2,6 +2,7 @@
 
 import { randomBytes } from "node:crypto";
 import { connect } from "node:net";
+import { inflateRawSync } from "node:zlib";
 
 const TEXT = 1;
 const BINARY = 2;
@@ -28,6 +29,7 @@ export class RawPage {
     this.bytes = 0;
     this.images = 0;
     this.updates = [];
+    this.openedAt = performance.now() / 1000;
     this.buffer = Buffer.alloc(0);
     this.opened = new Promise((resolve, reject) => {
       const refuse = () => reject(new Error("the socket was refused"));
@@ -56,10 +58,14 @@ export class RawPage {
     for (let frame = this.next(); frame; frame = this.next()) {
       if (frame.code !== BINARY) continue;
       if (frame.body[0] === STATE) {
-        const header = JSON.parse(frame.body.subarray(8, 8 + frame.body.readUInt32LE(4)));
+        const content = frame.body[1] === 1 ? inflateRawSync(frame.body.subarray(8)) : frame.body.subarray(8);
+        const header = JSON.parse(content.subarray(0, frame.body.readUInt32LE(4)));
         this.updates.push({ at: performance.now() / 1000, number: header.number, secs: header.secs, isStale: header.is_stale });
         this.send("drawn");
-      } else if (frame.body[0] === 3) this.images += 1;
+      } else if (frame.body[0] === 3) {
+        this.firstImageAt ??= performance.now() / 1000;
+        this.images += 1;
+      }
     }
   }
 

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! byte 0      kind: 1 scene, 2 state, 3 image, 4 input
-//! byte 1..4   0
+//! byte 1      0, or 1 if what follows byte 8 is packed with DEFLATE; only on the way to a page
+//! byte 2..4   0
 //! byte 4..8   length of the header, unsigned 32 bit, little endian
 //! header      JSON, padded with spaces so that the arrays begin at a multiple of 4
 //! arrays      float32 little endian or bytes, each padded to a multiple of 4
@@ -10,12 +11,23 @@
 //!
 //! The header's `arrays` says where each array lies: `{"name": [offset behind the header, number of elements, "f32" or "u8"]}`.
 
+use std::{
+    borrow::Cow,
+    io::{Read as _, Write as _},
+};
+
+use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
 use serde::Serialize;
 use serde_json::{Map, Value};
 use thiserror::Error;
 
 /// Bytes before the header.
 const PREFIX: usize = 8;
+/// Byte that says whether a message is packed.
+const PACKING: usize = 1;
+const PACKED: u8 = 1;
+/// A packed message that gets longer than this is damage, bytes.
+const MAX_UNPACKED: u64 = 64 << 20;
 /// Key of the header that lists the arrays.
 const ARRAYS: &str = "arrays";
 
@@ -135,8 +147,9 @@ impl Message {
             _ => return Err(shape("a first byte from 1 to 4")),
         };
         let length = bytes.get(4..PREFIX).and_then(|length| length.try_into().ok()).map(u32::from_le_bytes);
-        let end = length.and_then(|length| PREFIX.checked_add(length as usize));
-        let text = end.and_then(|end| bytes.get(PREFIX..end)).ok_or_else(|| shape("a whole header"))?;
+        let length = length.ok_or_else(|| shape("a whole header"))? as usize;
+        let content = unpacked(bytes).ok_or_else(|| shape("whole packed content"))?;
+        let text = content.get(..length).ok_or_else(|| shape("a whole header"))?;
         let header = |reason: String| MessageError::Header { reason };
         let mut parsed: Map<String, Value> =
             serde_json::from_slice(text).map_err(|error| header(error.to_string()))?;
@@ -144,7 +157,7 @@ impl Message {
             Some(Value::Object(arrays)) => arrays,
             _ => return Err(header("found no list of arrays".to_owned())),
         };
-        let body = bytes.get(PREFIX + text.len()..).unwrap_or_default().to_vec();
+        let body = content.get(length..).unwrap_or_default().to_vec();
         Ok(Self { kind, header: parsed, arrays, body })
     }
 
@@ -161,9 +174,9 @@ impl Message {
         MessageBuilder { kind, header, arrays, body }
     }
 
-    /// The bytes of the same message with another content of one of its arrays of bytes.
+    /// The bytes of the same message with another content of one of its arrays of bytes, and without some of the others.
     #[must_use]
-    pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8]) -> Vec<u8> {
+    pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8], without: &[&str]) -> Vec<u8> {
         let mut builder = MessageBuilder {
             kind: self.kind,
             header: self.header.clone(),
@@ -171,7 +184,7 @@ impl Message {
             body: Vec::new(),
         };
         builder.bytes(name, bytes);
-        for other in self.arrays.keys().filter(|other| *other != name) {
+        for other in self.arrays.keys().filter(|other| *other != name && !without.contains(&other.as_str())) {
             match self.floats(other) {
                 Some(values) if self.is_floats(other) => {
                     builder.floats(other, values.into_iter().map(f64::from));
@@ -217,6 +230,33 @@ impl Message {
     }
 }
 
+/// The same message with less bytes; as it is, if packing gains nothing.
+pub(crate) fn packed(message: &[u8]) -> Cow<'_, [u8]> {
+    let pack = || {
+        let (prefix, content) = message.split_at_checked(PREFIX)?;
+        let mut encoder = DeflateEncoder::new(prefix.to_vec(), Compression::default());
+        encoder.write_all(content).ok()?;
+        let mut packed = encoder.finish().ok()?;
+        *packed.get_mut(PACKING)? = PACKED;
+        Some(packed)
+    };
+    match pack().filter(|packed| packed.len() < message.len()) {
+        Some(packed) => Cow::Owned(packed),
+        None => Cow::Borrowed(message),
+    }
+}
+
+/// Header and arrays; `None` if what is packed is damaged.
+fn unpacked(message: &[u8]) -> Option<Cow<'_, [u8]>> {
+    let content = message.get(PREFIX..)?;
+    if message[PACKING] != PACKED {
+        return Some(Cow::Borrowed(content));
+    }
+    let mut unpacked = Vec::new();
+    DeflateDecoder::new(content).take(MAX_UNPACKED).read_to_end(&mut unpacked).ok()?;
+    Some(Cow::Owned(unpacked))
+}
+
 /// Puts the entries of a table over those of another one.
 pub(crate) fn lay_over(below: &mut Value, more: &Value) {
     if let (Some(below), Some(more)) = (below.as_object_mut(), more.as_object()) {
@@ -251,13 +291,30 @@ mod tests {
         builder.bytes("jpeg", &[9; 400]);
         builder.floats("numbers", [0.5, f64::NAN, -2.0]);
         builder.bytes("other", &[4, 5]);
+        builder.floats("unused", [7.0]);
         let message = Message::read(&builder.finish()).unwrap();
-        let replaced = Message::read(&message.with_bytes("jpeg", &[1, 2, 3])).unwrap();
+        let replaced = Message::read(&message.with_bytes("jpeg", &[1, 2, 3], &["unused"])).unwrap();
         assert_eq!(replaced.bytes("jpeg"), Some(&[1, 2, 3][..]));
         assert_eq!(replaced.bytes("other"), Some(&[4, 5][..]));
         let numbers = replaced.floats("numbers").unwrap();
         assert!(numbers[0] == 0.5 && numbers[1].is_nan() && numbers[2] == -2.0);
-        assert_eq!(replaced.header, message.header);
+        assert_eq!((replaced.floats("unused"), &replaced.header), (None, &message.header));
+    }
+
+    #[test]
+    fn what_is_packed_is_read_and_what_gains_nothing_stays() {
+        let mut builder =
+            MessageBuilder::new(MessageKind::Scene, &serde_json::json!({ "text": "a".repeat(500) })).unwrap();
+        builder.floats("numbers", [0.5, -2.0]);
+        let bytes = builder.finish();
+        let packed = packed(&bytes).into_owned();
+        assert!(packed.len() < bytes.len() / 4);
+        assert_eq!(Message::read(&packed).unwrap(), Message::read(&bytes).unwrap());
+        for end in 0..packed.len() / 2 {
+            assert!(Message::read(&packed[..end]).is_err(), "cut after {end}");
+        }
+        let short = [1, 0, 0, 0, 0, 0, 0, 0];
+        assert_eq!(super::packed(&short).as_ref(), short);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 // The connection to the server. A broken one is opened again.
 
-import { decode } from "./message.js";
+import { decode, isPacked, unpacked } from "./message.js";
 
 const FIRST_WAIT_MS = 400;
 const MAX_WAIT_MS = 5000;
@@ -21,14 +21,29 @@ export class Socket {
     const socket = new WebSocket(`${scheme}://${location.host}/socket?token=${encodeURIComponent(this.token)}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    this.unpacking = null;
     socket.onopen = () => {
       this.waitMs = FIRST_WAIT_MS;
       this.on.status("open", "live");
     };
     socket.onmessage = (event) => {
-      if (event.data instanceof ArrayBuffer) this.on.message(decode(event.data));
+      if (event.data instanceof ArrayBuffer) this.receive(event.data);
     };
     socket.onclose = () => this.retry();
+  }
+
+  /** Messages are read in their order; packed ones take a moment, for which those behind them wait. */
+  receive(buffer) {
+    if (!this.unpacking && !isPacked(buffer)) {
+      this.on.message(decode(buffer));
+      return;
+    }
+    const { socket } = this;
+    const reading = Promise.resolve(this.unpacking).then(() => unpacked(buffer)).then((whole) => {
+      if (this.unpacking === reading) this.unpacking = null;
+      if (this.socket === socket) this.on.message(decode(whole));
+    }).catch(() => socket.close());
+    this.unpacking = reading;
   }
 
   async retry() {

@@ -24,6 +24,8 @@ export class Tabs {
   }
 
   fit(scene) {
+    // What the tabs are about comes with the rest of the scene.
+    if (scene.is_brief) return;
     for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene);
     setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
@@ -38,9 +40,9 @@ export class Tabs {
       button.tabIndex = isShown ? 0 : -1;
       byId(`panel-${other}`).hidden = !isShown;
     }
+    this.onShow();
   }
 
-    this.onShow();
   key(event, id) {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.code];
     if (!step) return;

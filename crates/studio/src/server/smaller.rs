@@ -1,4 +1,4 @@
-//! Images for slow links: fewer pixels and fewer bytes for each.
+//! Less for slow links: images of fewer pixels and fewer bytes for each, and scenes without what only a panel shows.
 
 use std::sync::Arc;
 
@@ -9,21 +9,38 @@ use crate::Message;
 
 /// Array of the image's bytes in its message.
 const JPEG: &str = "jpeg";
+/// Array of what was not used of an image: most of the message of a small one.
+const DROPPED: &str = "dropped";
 
 /// A step down: pixels on a side that become one, and quality of the JPEG.
 const STEPS: [(usize, u8); 4] = [(1, 85), (1, 50), (2, 55), (4, 50)];
 /// The smallest.
-pub(super) const MAX_LEVEL: usize = STEPS.len() - 1;
+const MAX_LEVEL: usize = STEPS.len() - 1;
+/// From this step on the dropped pixels are left out.
+const WITHOUT_DROPPED: usize = 2;
 
-/// An image message with a smaller image; level 0 is as it was made. What is drawn over the image stays, in pixels of the original.
-/// A message that cannot be read stays as it is.
+/// A scene without the parameters and their meaning, most of its bytes; nothing if it has none. It says that it `is_brief`.
+pub(super) fn brief(scene: &[u8]) -> Option<Vec<u8>> {
+    let mut message = Message::read(scene).ok()?;
+    message.header.remove("pipeline")?;
+    let contenders = message.header.get_mut("contenders").and_then(|all| all.as_array_mut());
+    for contender in contenders.into_iter().flatten().filter_map(|contender| contender.as_object_mut()) {
+        contender.remove("parameters");
+    }
+    message.header.insert("is_brief".to_owned(), true.into());
+    Some(message.write())
+}
+
+/// An image message with a smaller image; level 0 is as it was made. What is drawn over the image stays, in pixels of the original,
+/// only dropped pixels are left out of the smallest ones. A message that cannot be read stays as it is.
 pub(super) fn smaller(message: &Arc<[u8]>, level: usize) -> Arc<[u8]> {
     let reduced = || {
         let (factor, quality) = *STEPS.get(level)?;
         let read = Message::read(message).ok()?;
         let image = decode(read.bytes(JPEG)?).ok()?;
         let jpeg = encode_jpeg(&shrunk(&image, factor)?, quality).ok()?;
-        Some(read.with_bytes(JPEG, &jpeg).into())
+        let without: &[&str] = if level < WITHOUT_DROPPED { &[] } else { &[DROPPED] };
+        Some(read.with_bytes(JPEG, &jpeg, without).into())
     };
     if level == 0 { Arc::clone(message) } else { reduced().unwrap_or_else(|| Arc::clone(message)) }
 }
@@ -69,12 +86,13 @@ pub(super) const FAST_SECS: f64 = 0.15;
 const CERTAIN: [(f64, usize); 2] = [(8.0, 3), (4.0, 2)];
 /// So many slow ones in a row before images become smaller: one alone may be a busy page.
 const SLOW_IN_A_ROW: u32 = 2;
-/// Fast ones before a larger image is tried: at first, and at most after tries that went wrong.
-const PATIENCE: (u32, u32) = (16, 512);
+/// Fast ones before a larger image is tried: while none has been slow, after the first try that went wrong, and at most after more of them.
+const PATIENCE: (u32, u32, u32) = (1, 32, 512);
 
 impl Default for ImageSize {
+    /// The smallest, until it is known how long it takes.
     fn default() -> Self {
-        Self { level: 0, num_slow: 0, num_fast: 0, patience: PATIENCE.0 }
+        Self { level: MAX_LEVEL, num_slow: 0, num_fast: 0, patience: PATIENCE.0 }
     }
 }
 
@@ -90,7 +108,7 @@ impl ImageSize {
             self.num_slow += 1;
             // A larger one was tried in vain: the next try comes later.
             if self.num_fast < self.patience && self.num_slow == 1 {
-                self.patience = (2 * self.patience).min(PATIENCE.1);
+                self.patience = (2 * self.patience).clamp(PATIENCE.1, PATIENCE.2);
             }
             self.num_fast = 0;
             let certain = CERTAIN.iter().find(|(times, _)| took_secs > times * FAST_SECS);
@@ -105,7 +123,7 @@ impl ImageSize {
         if self.num_fast >= self.patience {
             self.num_fast = 0;
             if self.level == 0 {
-                self.patience = PATIENCE.0;
+                self.patience = PATIENCE.1 / 2;
             } else {
                 self.level -= 1;
             }
@@ -146,12 +164,15 @@ mod tests {
     #[test]
     fn a_slow_link_gets_smaller_images_and_a_mended_one_the_whole_ones_again() {
         let mut size = ImageSize::default();
+        assert_eq!(size.level(), MAX_LEVEL, "nothing is known about the link");
+        (0..MAX_LEVEL).for_each(|_| size.note(0.02));
+        assert_eq!(size.level(), 0, "whole ones after a few");
         size.note(0.3);
         size.note(0.02);
         assert_eq!(size.level(), 0, "one image that is a little slow is nothing");
         (0..20).for_each(|_| size.note(0.3));
         assert_eq!(size.level(), MAX_LEVEL);
-        (0..PATIENCE.1 * 8).for_each(|_| size.note(0.02));
+        (0..PATIENCE.2 * 8).for_each(|_| size.note(0.02));
         assert_eq!(size.level(), 0);
         size.note(2.0);
         assert_eq!(size.level(), MAX_LEVEL, "one that is very slow is enough");

@@ -11,8 +11,6 @@ use crate::Command;
 
 /// Whoever takes nothing for so long is gone.
 const SEND_TIMEOUT: Duration = Duration::from_secs(20);
-/// A page to which nothing has come for so long shows something that stands still.
-const STILL_AFTER: Duration = Duration::from_millis(400);
 /// What a page says when it has drawn an update.
 const DRAWN: &str = "drawn";
 
@@ -38,9 +36,9 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                     return;
                 }
             }
-            () = sleep(STILL_AFTER), if link.owes_image() => {
+            () = sleep(link.still_after()), if link.owes_rest() => {
                 let Some(update) = updates.borrow().clone() else { continue };
-                let messages = link.whole(&update, hub.clock().secs());
+                let messages = link.rest(&update, hub.clock().secs());
                 if !send(&mut socket, messages).await {
                     return;
                 }
