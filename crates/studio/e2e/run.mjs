@@ -301,6 +301,18 @@ async function maps(browser, url) {
   await page.selectOption("#preset", "orb-sdvl");
   await until(page, () => window.studio.store.scene.preset === "orb-sdvl" && window.studio.store.state.number < 40);
   check(true, "another preset starts it anew");
+  await page.click("#record");
+  await until(page, () => window.studio.store.state.recorder?.num_frames > 60);
+  await page.click("#record");
+  await page.click("#open-recorded");
+  await until(page, () => window.studio.store.scene.mode === "replay" && window.studio.store.scene.pipeline);
+  await page.click("#tab-algorithms");
+  await page.selectOption("#preset", "sdvl");
+  await page.click("#recompute");
+  await until(page, () => window.studio.store.scene.recording.is_recomputed);
+  await send(page, "seek", { frame: 60 });
+  await until(page, () => window.studio.store.arrays.recorded?.length > 0 && window.studio.store.state.values[0].length === 2);
+  check(true, "a recording of SLAM is computed again with another preset");
   if (pictures) await page.screenshot({ path: join(pictures, "slam-parameters.png") });
   await page.context().close();
 }

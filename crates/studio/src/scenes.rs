@@ -164,7 +164,7 @@ impl Engine for Scenes {
         }
         if let Some(path) = named(scene, RECORDING, &self.recordings) {
             let replay = Replay::open(path, scene, self.list())?;
-            return Ok(Box::new(replay.with_scratch(&self.folder, self.clock.clone())));
+            return Ok(Box::new(replay.with_scratch(&self.folder, self.clock.clone(), self.slam_clock)));
         }
         if let Some(name) = scene.strip_prefix(TOUR) {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()));

@@ -67,9 +67,17 @@ impl SlamShow {
             return;
         }
         let secs = self.viewer.secs(frame.at);
-        let update = self.viewer.update(slam, frame, &self.broadcast.aside());
-        let input = Input::Camera { at: frame.at, image: frame.image, camera: &self.camera };
-        self.broadcast.send(update.map(|update| (update, secs)), &input);
+        let world_from_camera = self.viewer.world_from_camera(frame.at).copied();
+        let input = Input::Camera {
+            at: frame.at,
+            image: frame.image,
+            camera: &self.camera,
+            world_from_camera: world_from_camera.as_ref(),
+        };
+        match self.viewer.moment(slam, frame, &self.broadcast.aside()) {
+            Ok(moment) => self.broadcast.send(secs, || moment.update(None), &input),
+            Err(error) => self.broadcast.fail(error.into()),
+        }
     }
 
     /// Does what people ask for; parameters and seed if the run is to begin anew.

@@ -87,10 +87,11 @@ export class Bar {
   mapKey(isSpace) {
     const key = byId("map-key");
     key.hidden = !isSpace;
-    if (!isSpace || key.childElementCount) return;
-    const entries = [["--c1", "camera and its way"], ["--accent", "its way in truth"], ["--text", "landmarks"],
+    if (!isSpace) return;
+    const recorded = this.store.scene.recording?.is_recomputed ? [["--c3", "its way as it was recorded"]] : [];
+    const entries = [["--c1", "camera and its way"], ...recorded, ["--accent", "its way in truth"], ["--text", "landmarks"],
       ["--c0", "candidates: depth still uncertain"], ["--c2", "keyframes and links"]];
-    key.append(...entries.map(([color, label]) => (
+    key.replaceChildren(...entries.map(([color, label]) => (
       make("li", {}, make("i", { vars: { "--mark": `var(${color})` } }), label))));
   }
 

@@ -20,13 +20,14 @@ export class SpaceActors {
     for (const mesh of [this.flat, this.upright, this.points, this.segments]) mesh.clear();
     if (!state || !arrays.landmarks) return;
     const color = isLight() ? [0.13, 0.17, 0.22, 0.85] : [0.82, 0.88, 0.94, 0.9];
-    const { landmarks, candidates, keyframes, links, trajectory, truth } = arrays;
+    const { landmarks, candidates, keyframes, links, trajectory, truth, recorded } = arrays;
     for (let i = 0; i + 2 < landmarks.length; i += 3) {
       this.points.vertex(landmarks[i], landmarks[i + 1], landmarks[i + 2], color);
     }
     this.pairs(candidates, 3, rgba("c0", isLight() ? 0.3 : 0.22));
     this.pairs(links, 3, rgba("c2", 0.35));
     this.path(truth, 0.012, rgba("accent", 0.9));
+    this.path(recorded, 0.014, rgba("c3", 0.9));
     this.path(trajectory, 0.02, rgba("c1"));
     for (let i = 0; i + 11 < keyframes.length; i += 12) this.frustum(keyframes.subarray(i, i + 12), 0.09, rgba("c2", 0.8));
     if (arrays.camera?.length === 12) this.frustum(arrays.camera, 0.2, rgba("c1"));

@@ -10,7 +10,7 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_base::{Frame, Truth};
+use visloc_base::{Frame, GrayImage, Truth};
 use visloc_data::{
     bag::{
         BagTopics,
@@ -19,7 +19,7 @@ use visloc_data::{
     image_codec,
 };
 
-use super::input::read_input;
+use super::input::{CameraInput, read_camera_input, read_input};
 use crate::{Message, MessageError};
 
 /// Topics of a recording.
@@ -168,6 +168,27 @@ impl RecordingIndex {
         let Ok(image) = from_cdr::<CompressedImage>(&self.bytes(image)?) else { return Ok(None) };
         let Ok(image) = image_codec::decode(&image.data) else { return Ok(None) };
         Ok(read_input(&numbers, image))
+    }
+
+    /// What SLAM was given for a frame but the image; `None` if the recording does not hold it, or it is damaged.
+    ///
+    /// # Errors
+    /// As [`RecordingIndex::scene`].
+    pub(super) fn camera_input(&mut self, frame: usize) -> Result<Option<CameraInput>, RecordingError> {
+        let Some((numbers, _)) = self.entries[self.within(frame)].input else { return Ok(None) };
+        Ok(read_camera_input(&self.message(numbers)?))
+    }
+
+    /// The image that SLAM was given for a frame; `None` if the recording does not hold it, or it is damaged.
+    ///
+    /// # Errors
+    /// As [`RecordingIndex::scene`].
+    pub(super) fn camera_image(&mut self, frame: usize) -> Result<Option<GrayImage>, RecordingError> {
+        let Some((_, image)) = self.entries[self.within(frame)].input else { return Ok(None) };
+        let bytes = self.bytes(image)?;
+        Ok(from_cdr::<CompressedImage>(&bytes)
+            .ok()
+            .and_then(|image| image_codec::decode_gray(&image.data).ok()))
     }
 
     /// Whether the recording holds what the algorithms were given for all of its frames.

@@ -6,11 +6,11 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Map, Value, json};
 use visloc_base::{Frame, GrayImage, GroundContact, RgbImage, Timestamp, Truth};
-use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
+use visloc_geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World};
 
-use crate::{Message, MessageBuilder, MessageError, MessageKind};
+use crate::{Message, MessageBuilder, MessageError, MessageKind, message::lay_over};
 
 /// Key of the array of numbers.
 const NUMBERS: &str = "numbers";
@@ -35,6 +35,8 @@ pub enum Input<'a> {
         image: &'a GrayImage,
         /// Its camera.
         camera: &'a Camera,
+        /// Where it was, if that is known.
+        world_from_camera: Option<&'a Rigid3<World, CameraFrame>>,
     },
 }
 
@@ -55,8 +57,52 @@ struct Lens {
     lens: Distortion,
 }
 
-/// The exact numbers of a frame as a message; without the image.
-pub(super) fn input_message(frame: &Frame, truth: Option<&Truth>) -> Result<Vec<u8>, MessageError> {
+/// The exact numbers of an input as a message; without the image.
+pub(super) fn input_message(input: &Input<'_>) -> Result<Vec<u8>, MessageError> {
+    match input {
+        Input::Robot { frame, truth } => robot_message(frame, *truth),
+        Input::Camera { at, camera, world_from_camera, .. } => {
+            camera_message(*at, camera, *world_from_camera)
+        }
+    }
+}
+
+fn camera_message(
+    at: Timestamp,
+    camera: &Camera,
+    world_from_camera: Option<&Rigid3<World, CameraFrame>>,
+) -> Result<Vec<u8>, MessageError> {
+    let mut header = camera_fields(at, camera);
+    lay_over(&mut header, &json!({ "has_truth": world_from_camera.is_some() }));
+    let poses = world_from_camera.into_iter().flat_map(rigid);
+    message(&header, camera_numbers(camera).into_iter().chain(poses))
+}
+
+/// What a message says of a camera besides its numbers.
+fn camera_fields(at: Timestamp, camera: &Camera) -> Value {
+    let lens = toml::to_string(&Lens { lens: camera.distortion() }).unwrap_or_default();
+    json!({ "at_nanos": at.nanos(), "size_px": camera.size_px(), "lens": lens })
+}
+
+fn camera_numbers(camera: &Camera) -> [f64; 4] {
+    let (fx, fy) = camera.focal_px();
+    let (cx, cy) = camera.center_px();
+    [fx, fy, cx, cy]
+}
+
+/// Rotation, column by column, and translation.
+fn rigid<A, B>(pose: &Rigid3<A, B>) -> Vec<f64> {
+    pose.rotation().iter().chain(pose.translation().iter()).copied().collect()
+}
+
+fn message(header: &Value, numbers: impl Iterator<Item = f64>) -> Result<Vec<u8>, MessageError> {
+    let mut message = MessageBuilder::new(MessageKind::Input, header)?;
+    let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
+    message.bytes(NUMBERS, &bytes);
+    Ok(message.finish())
+}
+
+fn robot_message(frame: &Frame, truth: Option<&Truth>) -> Result<Vec<u8>, MessageError> {
     let camera = &frame.camera;
     let (kind, forces) = match frame.ground_contact {
         None => ("none", Vec::new()),
@@ -64,29 +110,18 @@ pub(super) fn input_message(frame: &Frame, truth: Option<&Truth>) -> Result<Vec<
         Some(GroundContact::Contact(true)) => ("standing", Vec::new()),
         Some(GroundContact::Pressure(forces)) => ("pressure", forces.to_vec()),
     };
-    let lens = toml::to_string(&Lens { lens: camera.distortion() }).unwrap_or_default();
-    let header = json!({
-        "at_nanos": frame.at.nanos(),
-        "size_px": camera.size_px(),
-        "lens": lens,
-        "has_odometry": frame.odometry.is_some(),
-        "feet": kind,
-        "has_truth": truth.is_some(),
-    });
-    let (fx, fy) = camera.focal_px();
-    let (cx, cy) = camera.center_px();
-    let mut numbers = vec![fx, fy, cx, cy];
-    numbers.extend(frame.robot_from_camera.rotation().iter());
-    numbers.extend(frame.robot_from_camera.translation().iter());
+    let mut header = camera_fields(frame.at, camera);
+    let more =
+        json!({ "has_odometry": frame.odometry.is_some(), "feet": kind, "has_truth": truth.is_some() });
+    lay_over(&mut header, &more);
+    let mut numbers = camera_numbers(camera).to_vec();
+    numbers.extend(rigid(&frame.robot_from_camera));
     let planar = |pose: &PlanarPose| [pose.x_m, pose.y_m, pose.yaw_rad];
     numbers.extend(frame.odometry.iter().flat_map(planar));
     numbers.extend(forces);
     numbers.extend(truth.iter().flat_map(|truth| planar(&truth.world_from_robot)));
     numbers.extend(truth.iter().map(|truth| truth.height_m));
-    let mut message = MessageBuilder::new(MessageKind::Input, &header)?;
-    let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
-    message.bytes(NUMBERS, &bytes);
-    Ok(message.finish())
+    message(&header, numbers.into_iter())
 }
 
 /// Numbers one after the other; `None` where they end.
@@ -105,10 +140,49 @@ impl Numbers<'_> {
         Some(out)
     }
 
+    /// A pose; `None` as well if it is not finite.
+    fn rigid<A, B>(&mut self) -> Option<Rigid3<A, B>> {
+        let rotation = Matrix3::from_column_slice(&self.take::<9>()?);
+        let translation = Vector3::from(self.take::<3>()?);
+        let is_finite = rotation.iter().chain(translation.iter()).all(|number| number.is_finite());
+        is_finite.then(|| Rigid3::new(Rotation3::from_matrix_unchecked(rotation), translation))
+    }
+
     fn planar(&mut self) -> Option<PlanarPose> {
         let [x_m, y_m, yaw_rad] = self.take()?;
         Some(PlanarPose { x_m, y_m, yaw_rad })
     }
+}
+
+/// The camera of a message, whose numbers come first.
+fn read_camera(header: &Map<String, Value>, numbers: &mut Numbers<'_>) -> Option<Camera> {
+    let side = |i: usize| u32::try_from(header.get("size_px")?.get(i)?.as_u64()?).ok();
+    let [fx, fy, cx, cy] = numbers.take()?;
+    let Lens { lens } = toml::from_str(header.get("lens")?.as_str()?).ok()?;
+    Camera::new((side(0)?, side(1)?), (fx, fy), (cx, cy), lens).ok()
+}
+
+fn read_at(header: &Map<String, Value>) -> Option<Timestamp> {
+    Some(Timestamp::from_nanos(header.get("at_nanos")?.as_i64()?))
+}
+
+/// What a camera without a map was given, but its image.
+#[derive(Debug)]
+pub(super) struct CameraInput {
+    pub at: Timestamp,
+    pub camera: Camera,
+    /// Where it was, if that is known.
+    pub world_from_camera: Option<Rigid3<World, CameraFrame>>,
+}
+
+/// The input of a camera; `None` if something is missing or no number.
+pub(super) fn read_camera_input(message: &Message) -> Option<CameraInput> {
+    let header = &message.header;
+    let mut numbers = Numbers(message.bytes(NUMBERS)?.chunks(NUM_BYTES));
+    let camera = read_camera(header, &mut numbers)?;
+    let has_truth = header.get("has_truth")?.as_bool()?;
+    let world_from_camera = if has_truth { Some(numbers.rigid()?) } else { None };
+    Some(CameraInput { at: read_at(header)?, camera, world_from_camera })
 }
 
 /// The frame of a message and its image; `None` if something is missing or no number.
@@ -116,14 +190,9 @@ pub(super) fn read_input(message: &Message, image: RgbImage) -> Option<(Frame, O
     let header = &message.header;
     let flag = |key: &str| header.get(key)?.as_bool();
     let word = |key: &str| header.get(key)?.as_str();
-    let side = |i: usize| u32::try_from(header.get("size_px")?.get(i)?.as_u64()?).ok();
     let mut numbers = Numbers(message.bytes(NUMBERS)?.chunks(NUM_BYTES));
-    let [fx, fy, cx, cy] = numbers.take()?;
-    let rotation = Matrix3::from_column_slice(&numbers.take::<9>()?);
-    let translation = Vector3::from(numbers.take::<3>()?);
-    let is_finite = rotation.iter().chain(translation.iter()).all(|number| number.is_finite());
-    let Lens { lens } = toml::from_str(word("lens")?).ok()?;
-    let camera = Camera::new((side(0)?, side(1)?), (fx, fy), (cx, cy), lens).ok()?;
+    let camera = read_camera(header, &mut numbers)?;
+    let robot_from_camera = numbers.rigid()?;
     let is_whole = camera.size_px() == (image.width(), image.height());
     let odometry = if flag("has_odometry")? { Some(numbers.planar()?) } else { None };
     let ground_contact = match word("feet")? {
@@ -137,8 +206,6 @@ pub(super) fn read_input(message: &Message, image: RgbImage) -> Option<(Frame, O
     } else {
         None
     };
-    let robot_from_camera = Rigid3::new(Rotation3::from_matrix_unchecked(rotation), translation);
-    let at = Timestamp::from_nanos(header.get("at_nanos")?.as_i64()?);
-    (is_finite && is_whole)
-        .then_some((Frame { at, image, camera, robot_from_camera, odometry, ground_contact }, truth))
+    let at = read_at(header)?;
+    is_whole.then_some((Frame { at, image, camera, robot_from_camera, odometry, ground_contact }, truth))
 }

@@ -16,6 +16,8 @@
 //! and one that was cut off is good up to the cut.
 
 mod annotations;
+mod camera_run;
+mod draft;
 mod index;
 mod input;
 mod recompute;

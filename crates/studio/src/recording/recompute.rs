@@ -9,13 +9,12 @@ use std::{
     sync::Arc,
 };
 
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::{index::RecordingIndex, recorder::Recorder, timeline::row_of};
+use super::{draft::Method, index::RecordingIndex, recorder::Recorder, timeline::row_of};
 use crate::{
-    Clock, Message, MessageBuilder, MessageKind, StudioError, Update,
-    tuning::{Lineup, RunSettings},
-    view::LocalizationView,
+    Clock, Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over,
+    tuning::Lineup, view::LocalizationView,
 };
 
 /// A file that is removed when nobody needs it any more.
@@ -37,8 +36,7 @@ impl Drop for ScratchFile {
 /// A recording that is being computed again.
 pub(super) struct Recompute {
     index: RecordingIndex,
-    lineup: Lineup,
-    clock: Clock,
+    method: Method,
     scene: Arc<[u8]>,
     recorder: Recorder,
     file: ScratchFile,
@@ -46,28 +44,14 @@ pub(super) struct Recompute {
 }
 
 impl Recompute {
-    /// Begins with the first frame of the recording at `path`; results go to the file `out`.
+    /// Begins with the first frame of a recording; results go to the file `out`.
     ///
     /// # Errors
-    /// If the recording does not hold its input, a parameter is wrong, or the file cannot be made.
-    pub fn start(
-        path: &Path,
-        settings: RunSettings,
-        clock: Clock,
-        out: PathBuf,
-    ) -> Result<Self, StudioError> {
-        let index = RecordingIndex::open(path)?;
-        if !index.has_input() {
-            return Err(StudioError::command(
-                "recompute",
-                "a recording with its input (visloc localize --record, or one made in the studio)",
-                "none in some of the frames",
-            ));
-        }
-        let lineup = Lineup::new(settings)?;
+    /// If the file cannot be made.
+    pub fn start(index: RecordingIndex, method: Method, out: PathBuf) -> Result<Self, StudioError> {
         let scene = MessageBuilder::new(MessageKind::Scene, &json!({}))?.finish().into();
         let recorder = Recorder::create(&out)?;
-        Ok(Self { index, lineup, clock, scene, recorder, file: ScratchFile(out), frame: 0 })
+        Ok(Self { index, method, scene, recorder, file: ScratchFile(out), frame: 0 })
     }
 
     /// Frames that are done, and all.
@@ -92,25 +76,11 @@ impl Recompute {
 
     fn compute(&mut self) -> Result<(), StudioError> {
         let secs = row_of(&self.index.state(self.frame)?.header).secs;
-        let (frame, truth) = self.index.input(self.frame)?.ok_or_else(|| {
-            StudioError::input("recording", format!("the input of frame {} is damaged", self.frame))
-        })?;
-        for contender in self.lineup.contenders_mut() {
-            // A frame that cannot be analyzed is left out, as in a run.
-            let _ = contender.step(&frame, &self.clock);
-        }
-        let contenders = self.lineup.views();
-        let view = LocalizationView {
-            map: &self.lineup.settings().map,
-            number: self.frame as u64,
-            secs,
-            frame: &frame,
-            truth,
-            contenders: &contenders,
+        let update = match &mut self.method {
+            Method::Robot(lineup, clock) => localized(lineup, clock, &mut self.index, self.frame, secs)?,
+            Method::Camera(run) => run.step(&mut self.index, self.frame)?,
         };
-        let state = view.state(json!({}), None)?.into();
-        let image = Some(view.theories()?.into());
-        self.recorder.add(&Update { scene: Arc::clone(&self.scene), state, image }, secs, None)?;
+        self.recorder.add(&Update { scene: Arc::clone(&self.scene), ..update }, secs, None)?;
         Ok(())
     }
 
@@ -119,16 +89,39 @@ impl Recompute {
     /// # Errors
     /// If the results cannot be completed.
     pub fn finish(self) -> Result<Recomputed, StudioError> {
-        let Self { recorder, file, .. } = self;
+        let Self { recorder, file, method, .. } = self;
         recorder.finish()?;
-        Ok(Recomputed { index: RecordingIndex::open(file.path())?, _file: file })
+        let is_camera = matches!(method, Method::Camera(_));
+        Ok(Recomputed { index: RecordingIndex::open(file.path())?, is_camera, _file: file })
     }
+}
+
+/// What is to be seen of a frame that algorithms have taken in, but the picture.
+fn localized(
+    lineup: &mut Lineup,
+    clock: &Clock,
+    index: &mut RecordingIndex,
+    number: usize,
+    secs: f64,
+) -> Result<Update, StudioError> {
+    let damaged = || StudioError::input("recording", format!("the input of frame {number} is damaged"));
+    let (frame, truth) = index.input(number)?.ok_or_else(damaged)?;
+    for contender in lineup.contenders_mut() {
+        // A frame that cannot be analyzed is left out, as in a run.
+        let _ = contender.step(&frame, clock);
+    }
+    let contenders = lineup.views();
+    let (map, number) = (&lineup.settings().map, number as u64);
+    let view = LocalizationView { map, number, secs, frame: &frame, truth, contenders: &contenders };
+    let state = view.state(json!({}), None)?.into();
+    Ok(Update { scene: Arc::from([]), state, image: Some(view.theories()?.into()) })
 }
 
 /// Results beside those of a recording.
 #[derive(Debug)]
 pub(super) struct Recomputed {
     pub index: RecordingIndex,
+    is_camera: bool,
     _file: ScratchFile,
 }
 
@@ -144,6 +137,9 @@ impl Recomputed {
         num_kept: usize,
     ) -> Result<Message, StudioError> {
         let new = self.index.state(frame)?;
+        if self.is_camera {
+            return Ok(with_way(&recorded, new)?);
+        }
         let mut merged = recorded;
         let others = new.header.get("contenders").and_then(|it| it.as_array()).cloned().unwrap_or_default();
         let num_new = others.len();
@@ -165,11 +161,44 @@ impl Recomputed {
         num_kept: usize,
     ) -> Result<Vec<u8>, StudioError> {
         let Some(new) = self.index.image(frame)? else { return Ok(recorded.to_vec()) };
+        if self.is_camera {
+            return Ok(with_picture(&Message::read(recorded)?, Message::read(&new)?));
+        }
         let num_new = super::timeline::row_of(&self.index.state(frame)?.header).lanes.len();
         let merged =
             with_arrays(Message::read(recorded)?, &Message::read(&new)?, "theory", num_kept, num_new)?;
         Ok(merged.write())
     }
+}
+
+/// The new map with the way that was recorded, and the values of both.
+fn with_way(recorded: &Message, mut new: Message) -> Result<Message, MessageError> {
+    let mut header = Value::Object(recorded.header.clone());
+    let values = |message: &Message| {
+        message.header.get("values").and_then(Value::as_array).cloned().unwrap_or_default()
+    };
+    let both = values(recorded).into_iter().zip(values(&new)).map(|(mut a, mut b)| {
+        if let (Some(a), Some(b)) = (a.as_array_mut(), b.as_array_mut()) {
+            a.append(b);
+        }
+        a
+    });
+    lay_over(&mut header, &json!({ "values": both.collect::<Vec<_>>() }));
+    for key in ["facts", "is_lost"] {
+        lay_over(&mut header, &json!({ key: new.header.get(key) }));
+    }
+    let Value::Object(header) = header else { return Ok(new) };
+    new.header = header;
+    let mut builder = new.into_builder();
+    let way = recorded.floats("trajectory").unwrap_or_default();
+    builder.floats("recorded", way.into_iter().map(f64::from));
+    Message::read(&builder.finish())
+}
+
+/// What the new run saw, over the recorded picture.
+fn with_picture(recorded: &Message, mut new: Message) -> Vec<u8> {
+    new.header.clone_from(&recorded.header);
+    new.with_bytes("jpeg", recorded.bytes("jpeg").unwrap_or_default(), &[])
 }
 
 /// What the new ones are called beside the recorded ones.
@@ -191,7 +220,7 @@ fn with_arrays(
     prefix: &str,
     first: usize,
     count: usize,
-) -> Result<Message, crate::MessageError> {
+) -> Result<Message, MessageError> {
     let mut builder = to.into_builder();
     for i in 0..count {
         let values = from.floats(&format!("{prefix}{i}")).unwrap_or_default();

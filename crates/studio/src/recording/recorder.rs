@@ -90,14 +90,11 @@ impl Recorder {
 
     fn write_input(&mut self, input: &Input<'_>) -> Result<(), BagError> {
         match input {
-            Input::Robot { frame, truth } => {
-                self.writer.write_frame(frame, *truth)?;
-                let Ok(message) = input_message(frame, *truth) else { return Ok(()) };
-                self.writer.write_raw((INPUT_TOPIC, ENCODING), frame.at, &message)
-            }
-            // Times and calibrations of ROS are exact, so the ordinary topics say all.
-            Input::Camera { at, image, camera } => self.writer.write_gray(*at, image, camera),
+            Input::Robot { frame, truth } => self.writer.write_frame(frame, *truth)?,
+            Input::Camera { at, image, camera, .. } => self.writer.write_gray(*at, image, camera)?,
         }
+        let Ok(message) = input_message(input) else { return Ok(()) };
+        self.writer.write_raw((INPUT_TOPIC, ENCODING), input.at(), &message)
     }
 
     /// Ends the file.

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 
 use super::{
     annotations::annotate,
+    draft::{Clocks, Draft},
     index::{RecordingError, RecordingIndex},
     recompute::{Recompute, Recomputed, renamed_name},
     timeline::{Lane, Row, row_of},
@@ -29,7 +30,7 @@ const FRAMES_A_STEP: usize = 8;
 pub struct Replay {
     path: PathBuf,
     folder: PathBuf,
-    clock: Clock,
+    clocks: Clocks,
     id: String,
     label: String,
     scenes: Value,
@@ -40,7 +41,7 @@ pub struct Replay {
     /// Scene of a frame; forgotten when anything in it changes.
     scene: Option<(usize, Arc<[u8]>)>,
     /// Algorithms and parameters for computing it again; none if the recording does not say what it was made with.
-    draft: Option<Lineup>,
+    draft: Option<Draft>,
     computing: Option<Recompute>,
     recomputed: Option<Recomputed>,
     recorded_rows: Vec<Row>,
@@ -58,11 +59,11 @@ impl Replay {
         let rows = rows_of(&mut index)?;
         let label = path.file_name().map(|name| name.to_string_lossy().into_owned());
         // Settings of another version are told when somebody wants to compute with them.
-        let settings = RunSettings::of_scene(&index.scene(0)?.header).ok().flatten();
+        let draft = Draft::of_scene(&index.scene(0)?.header);
         Ok(Self {
             path: path.to_path_buf(),
             folder: std::env::temp_dir(),
-            clock: Clock::still(),
+            clocks: Clocks { robot: Clock::still(), camera: visloc_slam::Clock::none() },
             id: id.to_owned(),
             label: label.unwrap_or_default(),
             scenes,
@@ -72,18 +73,18 @@ impl Replay {
             frame: 0,
             playback: Playback::default(),
             scene: None,
-            draft: settings.and_then(|settings| Lineup::new(settings).ok()),
+            draft,
             computing: None,
             recomputed: None,
             num_new: 0,
         })
     }
 
-    /// Where results of computing again are kept meanwhile, instead of the system's folder for such files; and the clock that
-    /// measures algorithms.
+    /// Where results of computing again are kept meanwhile, instead of the system's folder for such files; and the clocks that
+    /// measure algorithms and the stages of SLAM.
     #[must_use]
-    pub fn with_scratch(self, folder: &Path, clock: Clock) -> Self {
-        Self { folder: folder.to_path_buf(), clock, ..self }
+    pub fn with_scratch(self, folder: &Path, robot: Clock, camera: visloc_slam::Clock) -> Self {
+        Self { folder: folder.to_path_buf(), clocks: Clocks { robot, camera }, ..self }
     }
 
     /// How many frames it has.
@@ -109,22 +110,25 @@ impl Replay {
         header.insert("scene".to_owned(), json!(self.id));
         header.insert("scenes".to_owned(), self.scenes.clone());
         // Nobody takes what was recorded into their hands, and parameters that nothing is computed with are not to be set.
-        for key in ["has_hands", "pipeline", "presets", "preset"] {
+        for key in ["has_hands", "is_brief", "pipeline", "presets", "preset"] {
             header.remove(key);
         }
         let mut header = Value::Object(header);
         if let Some(draft) = &self.draft {
-            lay_over(&mut header, &draft.settings().scene_fields()?);
+            lay_over(&mut header, &draft.scene_fields()?);
         }
         let names: Vec<&str> = self.rows[self.frame].lanes.iter().map(|lane| lane.name.as_str()).collect();
         let recording = json!({
             "label": self.label,
             "lanes": names,
             "annotations": annotate(&self.rows),
-            "can_recompute": self.draft.is_some() && self.index.has_input(),
+            "can_recompute": self.draft.as_ref().is_some_and(|draft| draft.fits(&self.index)),
             "is_recomputed": self.recomputed.is_some(),
         });
         lay_over(&mut header, &json!({ "recording": recording }));
+        if self.recomputed.is_some() {
+            double_series(&mut header);
+        }
         let mut message = MessageBuilder::new(MessageKind::Scene, &header)?;
         self.add_course(&mut message);
         let bytes: Arc<[u8]> = message.finish().into();
@@ -173,11 +177,11 @@ impl Replay {
             "num_frames": self.num_frames(),
             "recomputing": progress.map(|(done, all)| json!({ "done": done, "all": all })),
         });
+        lay_over(&mut now, &self.playback.fields());
         lay_over(&mut now, more.unwrap_or(&Value::Null));
         if let Value::Object(now) = now {
             state.header.extend(now);
         }
-        lay_over(&mut now, &self.playback.fields());
         Ok(state.write())
     }
 
@@ -199,14 +203,16 @@ impl Replay {
     }
 
     fn recompute(&mut self, seed: u64) -> Result<(), StudioError> {
-        let draft = self.draft.as_ref().ok_or_else(|| {
+        let draft = self.draft.as_mut().ok_or_else(|| {
             StudioError::command(
                 "recompute",
-                "a recording of localization that says what it was made with",
+                "a recording that says what it was made with",
                 "another one, or one of another version",
             )
         })?;
-        let settings = RunSettings { seed, ..draft.settings().clone() };
+        draft.set_seed(seed)?;
+        let mut index = RecordingIndex::open(&self.path)?;
+        let method = draft.start(&mut index, &self.clocks)?;
         self.drop_recomputed();
         let file = format!(".recomputed-{}-{}.mcap", std::process::id(), self.id);
         let out = self.folder.join(file);
@@ -236,11 +242,27 @@ impl Replay {
         for (row, new) in self.rows.iter_mut().zip(rows_of(&mut recomputed.index)?) {
             row.lanes.truncate(MAX_ALGORITHMS - new.lanes.len().min(MAX_ALGORITHMS));
             self.num_new = new.lanes.len();
+            for (values, more) in row.values.iter_mut().zip(new.values) {
+                values.extend(more);
+            }
+            if new.lanes.is_empty() {
+                row.is_lost = new.is_lost;
+            }
             row.lanes
                 .extend(new.lanes.into_iter().map(|lane| Lane { name: renamed_name(&lane.name), ..lane }));
         }
         (self.recomputed, self.scene) = (Some(recomputed), None);
         Ok(())
+    }
+}
+
+/// Plots of a recording that was computed again show both: after the recorded series their counterparts.
+fn double_series(header: &mut Value) {
+    let plots = header.get_mut("plots").and_then(Value::as_array_mut).into_iter().flatten();
+    for series in plots.filter_map(|plot| plot.get_mut("series")?.as_array_mut()) {
+        let more: Vec<Value> =
+            series.iter().filter_map(Value::as_str).map(|name| renamed_name(name).into()).collect();
+        series.extend(more);
     }
 }
 
@@ -270,6 +292,7 @@ impl Session for Replay {
             Command::Reset { .. } => self.frame = 0,
             Command::Recompute { seed } => self.recompute(*seed)?,
             Command::Recorded {} => self.drop_recomputed(),
+            command if self.playback.handle(command)? => {}
             command => {
                 if let Some(draft) = &mut self.draft
                     && draft.handle(command)?
@@ -292,7 +315,6 @@ impl Session for Replay {
         self.playback.wait_secs(secs)
     }
 
-            command if self.playback.handle(command)? => {}
     fn step(&mut self) -> Result<(), StudioError> {
         if self.computing.is_some() {
             return self.compute_on();

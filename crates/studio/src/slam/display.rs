@@ -4,7 +4,7 @@
 //! is turned so that the first camera looks level.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
 use visloc_eval::camera::{Alignment, Similarity, align, associate};
 use visloc_slam::Slam;
 
@@ -61,6 +61,10 @@ impl Display {
 
     pub fn truth(&self) -> Option<&CameraTrajectory> {
         self.truth.as_ref()
+    }
+
+    pub fn truth_at(&self, at: Timestamp) -> Option<&CameraPose> {
+        self.truth.as_ref()?.nearest(at, TOLERANCE_SECS)
     }
 
     pub fn point(&self, point_in_map: &Point3<f64>) -> Point3<f64> {

@@ -1,6 +1,7 @@
 //! Preset and parameters of SLAM, as people change them.
 
-use serde_json::{Value, json};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map as JsonMap, Value, json};
 use visloc_settings::parameters;
 use visloc_slam::{ConfigError, PRESETS, SlamConfig};
 
@@ -8,6 +9,16 @@ use crate::{
     Command, StudioError,
     tuning::{Overrides, with_defaults},
 };
+
+/// Key of the settings in a scene message.
+const RUN: &str = "slam_run";
+
+/// Settings as a recording holds them. Numbers are TOML: what is read back is exactly what was written.
+#[derive(Serialize, Deserialize)]
+struct Stored {
+    preset: String,
+    parameters: String,
+}
 
 /// A preset, and what is different from it.
 #[derive(Debug, Clone)]
@@ -73,7 +84,22 @@ impl SlamSettings {
         Ok(Self { preset: self.preset.clone(), overrides, config })
     }
 
-    /// For the scene message: `presets`, `preset`, and `pipeline` with all parameters.
+    /// The settings and the seed of a recorded scene; `None` if it has none, as those of localization and of older versions.
+    ///
+    /// # Errors
+    /// If they are damaged, or of another version that knew other parameters.
+    pub fn of_scene(header: &JsonMap<String, Value>) -> Result<Option<(Self, u64)>, StudioError> {
+        let (Some(stored), Some(seed)) = (header.get(RUN), header.get("seed").and_then(Value::as_u64)) else {
+            return Ok(None);
+        };
+        let damaged = |error: serde_json::Error| StudioError::input("settings of the recording", error);
+        let stored: Stored = serde_json::from_value(stored.clone()).map_err(damaged)?;
+        let settings = Self::preset(&stored.preset)?.with(Overrides::from_toml(&stored.parameters)?)?;
+        Ok(Some((settings, seed)))
+    }
+
+    /// For the scene message: `presets`, `preset`, `pipeline` with all parameters, and `slam_run`, from which
+    /// [`SlamSettings::of_scene`] reads them back.
     ///
     /// # Errors
     /// If a parameter cannot be written.
@@ -82,7 +108,9 @@ impl SlamSettings {
         let defaults = parameters(&defaults).map_err(unwritable)?;
         let values = parameters(&self.config).map_err(unwritable)?;
         let presets = PRESETS.map(|preset| json!({ "name": preset.name, "summary": preset.summary }));
+        let run = Stored { preset: self.preset.clone(), parameters: self.overrides.toml()? };
         Ok(json!({
+            RUN: run,
             "presets": presets,
             "preset": self.preset,
             "pipeline": {

@@ -1,5 +1,7 @@
 //! SLAM in the studio.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 use visloc_base::GrayFrame;
 use visloc_slam::{Clock, FrameOutcome, PRESETS, Slam};
@@ -27,6 +29,8 @@ struct Running {
     slam: Slam,
     viewer: SlamViewer,
     last: Option<(GrayFrame, FrameOutcome)>,
+    /// The message of the last frame's image.
+    image: Option<Arc<[u8]>>,
 }
 
 /// SLAM on a sequence that is played and stepped.
@@ -76,18 +80,18 @@ impl SlamSession {
         self.step()
     }
 
-    /// Whether images come by themselves: then what is not taken at once is out of date.
-    fn is_live(&self) -> bool {
-        matches!(self.from, SequenceSource::Other(_, _, true))
-    }
     fn end(&mut self) {
         self.is_over = true;
         self.playback.pause();
     }
 
+    /// Whether images come by themselves: then what is not taken at once is out of date.
+    fn is_live(&self) -> bool {
+        matches!(self.from, SequenceSource::Other(_, _, true))
+    }
 
     fn take(&mut self, frame: GrayFrame) -> Result<(), StudioError> {
-        let Running { slam, viewer, last, .. } = &mut self.running;
+        let Running { slam, viewer, last, image, .. } = &mut self.running;
         let outcome = slam
             .add_frame(frame.at, frame.image.clone())
             .map_err(|error| StudioError::input("image", error))?;
@@ -96,6 +100,7 @@ impl SlamSession {
             self.step_secs = frame.at.secs_since(before.at).clamp(0.0, MAX_STEP_SECS);
         }
         *last = Some((frame, outcome));
+        *image = None;
         self.has_news = true;
         Ok(())
     }
@@ -117,7 +122,7 @@ impl Running {
         lay_over(&mut fields, &json!({ "seed": seed, "has_hands": images.hands().is_some() }));
         lay_over(&mut fields, more);
         let viewer = SlamViewer::new(images.camera(), &title, truth, fields);
-        Ok(Self { images, slam, viewer, last: None })
+        Ok(Self { images, slam, viewer, last: None, image: None })
     }
 }
 
@@ -132,12 +137,12 @@ impl Session for SlamSession {
             Command::Reset { seed } => self.restart(*seed, self.settings.clone())?,
             Command::Kidnap { .. } if self.running.images.kidnap() => {}
             Command::Cover { is_on } if self.running.images.cover(*is_on) => {}
+            command if self.playback.handle(command)? => {}
             command => {
                 let Some(settings) = self.settings.changed(command)? else {
                     return Err(StudioError::command("command", "one for a camera", format!("{command:?}")));
                 };
                 self.restart(self.seed, settings)?;
-            command if self.playback.handle(command)? => {}
             }
         }
         Ok(())
@@ -187,20 +192,24 @@ impl Session for SlamSession {
             "seed": self.seed,
             "controls": hands.map(|(is_covered, is_held)| json!({ "is_covered": is_covered, "is_held": is_held })),
         });
+        lay_over(&mut more, &self.playback.fields());
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
-        let Running { slam, viewer, last, .. } = &mut self.running;
+        let Running { slam, viewer, last, image, .. } = &mut self.running;
         match last {
             Some((frame, outcome)) => {
-                viewer.update(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome }, &more)
-        lay_over(&mut more, &self.playback.fields());
+                let frame = SlamFrame { at: frame.at, image: &frame.image, outcome };
+                let update = viewer.moment(slam, &frame, &more)?.update(image.take())?;
+                image.clone_from(&update.image);
+                Ok(update)
             }
             None => viewer.waiting(&more),
         }
     }
 
     fn input(&self) -> Option<Input<'_>> {
-        let Running { images, last, .. } = &self.running;
+        let Running { images, last, viewer, .. } = &self.running;
         let (frame, _) = last.as_ref()?;
-        Some(Input::Camera { at: frame.at, image: &frame.image, camera: images.camera() })
+        let world_from_camera = viewer.world_from_camera(frame.at);
+        Some(Input::Camera { at: frame.at, image: &frame.image, camera: images.camera(), world_from_camera })
     }
 }

@@ -4,19 +4,17 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use serde_json::{Value, json};
-use visloc_base::{CameraTrajectory, GrayImage, RgbImage, Timestamp};
-use visloc_data::image_codec::encode_jpeg;
-use visloc_geom::Camera;
+use visloc_base::{CameraTrajectory, GrayImage, Timestamp};
+use visloc_geom::{Camera, CameraFrame, Rigid3, World};
 use visloc_slam::{FrameOutcome, Slam, StageTimes, TrackingState};
 
 use super::{
     display::Display,
+    moment::{Parts, SlamMoment},
     shapes::{camera_axes, candidates, keyframes, landmarks, links, missed, trajectory, xyz},
 };
 use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over};
 
-/// Quality of the images that are sent.
-const JPEG_QUALITY: u8 = 80;
 /// Floor around the first place that is shown without the truth, map units.
 const HALF_FLOOR: f64 = 3.0;
 /// Floor around the truth, meters.
@@ -78,6 +76,12 @@ impl SlamViewer {
         self.display.set_truth(truth);
     }
 
+    /// Where the camera was, if that is known.
+    #[must_use]
+    pub fn world_from_camera(&self, at: Timestamp) -> Option<&Rigid3<World, CameraFrame>> {
+        self.display.truth_at(at).map(|pose| &pose.world_from_camera)
+    }
+
     /// Seconds from the first frame to this one.
     #[must_use]
     pub fn secs(&self, at: Timestamp) -> f64 {
@@ -94,23 +98,25 @@ impl SlamViewer {
         }
     }
 
-    /// What there is to see of the last frame; `more` is a table that is laid over the state message.
+    /// Takes out what there is to see of the last frame; `more` is a table that is laid over the state message.
     ///
     /// # Errors
-    /// If it cannot be encoded.
-    pub fn update(
+    /// If the scene cannot be encoded.
+    pub fn moment(
         &mut self,
         slam: &Slam,
         frame: &SlamFrame<'_>,
         more: &Value,
-    ) -> Result<Update, StudioError> {
+    ) -> Result<SlamMoment, StudioError> {
         if self.number.is_multiple_of(LINKS_EVERY) {
             self.links = links(slam.map(), &self.display);
         }
-        let scene = self.scene_message()?;
-        let state = self.state_message(slam, frame, more)?.into();
-        let image = self.image_message(slam, frame)?.into();
-        Ok(Update { scene, state, image: Some(image) })
+        Ok(SlamMoment {
+            scene: self.scene_message()?,
+            state: self.state_parts(slam, frame, more),
+            image: self.image_parts(slam, frame),
+            pixels: frame.image.clone(),
+        })
     }
 
     /// What there is to see before the first image of a source that lets one wait.
@@ -160,12 +166,7 @@ impl SlamViewer {
         ([b[0] - MARGIN_M, b[1] - MARGIN_M, b[2] + MARGIN_M, b[3] + MARGIN_M], (low - 1.0).min(0.0))
     }
 
-    fn state_message(
-        &self,
-        slam: &Slam,
-        frame: &SlamFrame<'_>,
-        more: &Value,
-    ) -> Result<Vec<u8>, StudioError> {
+    fn state_parts(&self, slam: &Slam, frame: &SlamFrame<'_>, more: &Value) -> Parts {
         let map = slam.map();
         let points = landmarks(map, &self.display);
         let segments = candidates(map, &self.display);
@@ -183,21 +184,22 @@ impl SlamViewer {
             "facts": self.facts(frame, error_m, [num_points, num_segments, cameras.len() / 12]),
         });
         lay_over(&mut header, more);
-        let mut message = MessageBuilder::new(MessageKind::State, &header)?;
-        message.floats("landmarks", points);
-        message.floats("candidates", segments);
-        message.floats("keyframes", cameras);
-        message.floats("links", self.links.iter().copied());
-        message.floats("trajectory", trajectory(slam, &self.display));
-        message.floats("truth", self.truth_so_far(frame.at));
+        let mut arrays = vec![
+            ("landmarks", points),
+            ("candidates", segments),
+            ("keyframes", cameras),
+            ("links", self.links.clone()),
+            ("trajectory", trajectory(slam, &self.display)),
+            ("truth", self.truth_so_far(frame.at)),
+        ];
         if let Some(camera_from_world) = &frame.outcome.camera_from_world {
-            message.floats("camera", camera_axes(&camera_from_world.inverse(), &self.display));
+            arrays.push(("camera", camera_axes(&camera_from_world.inverse(), &self.display)));
         }
-        Ok(message.finish())
+        Parts { header, arrays }
     }
 
     fn error_m(&self, frame: &SlamFrame<'_>) -> Option<f64> {
-        let truth = self.display.truth().filter(|_| self.display.is_aligned())?.nearest(frame.at, 0.01)?;
+        let truth = self.display.truth_at(frame.at).filter(|_| self.display.is_aligned())?;
         let world_from_camera = frame.outcome.camera_from_world.as_ref()?.inverse();
         let place = self.display.point(&Point3::from(*world_from_camera.translation()));
         Some((place - Point3::from(*truth.world_from_camera.translation())).norm())
@@ -244,24 +246,17 @@ impl SlamViewer {
         rows
     }
 
-    #[allow(clippy::cast_possible_truncation)]
-    fn image_message(&self, slam: &Slam, frame: &SlamFrame<'_>) -> Result<Vec<u8>, StudioError> {
-        let (width, height) = (frame.image.width(), frame.image.height());
-        let header = json!({ "number": self.number, "size_px": [width, height] });
-        let mut message = MessageBuilder::new(MessageKind::Image, &header)?;
-        let data = frame.image.data().iter().flat_map(|value| [*value; 3]).collect();
-        let image = RgbImage::from_raw(width as u32, height as u32, data).unwrap_or_default();
-        message.bytes("jpeg", &encode_jpeg(&image, JPEG_QUALITY)?);
+    fn image_parts(&self, slam: &Slam, frame: &SlamFrame<'_>) -> Parts {
+        let header = json!({ "number": self.number, "size_px": [frame.image.width(), frame.image.height()] });
         let features = &frame.outcome.features;
         let places = |wanted: bool| {
             let chosen = features.iter().filter(move |(_, is_converged)| *is_converged == wanted);
-            chosen.flat_map(|(px, _)| [px.x, px.y])
+            chosen.flat_map(|(px, _)| [px.x, px.y]).collect()
         };
-        message.floats("landmarks", places(true));
-        message.floats("candidates", places(false));
+        let mut arrays = vec![("landmarks", places(true)), ("candidates", places(false))];
         if let Some(camera_from_world) = &frame.outcome.camera_from_world {
-            message.floats("missed", missed(slam.map(), &self.camera, camera_from_world, features));
+            arrays.push(("missed", missed(slam.map(), &self.camera, camera_from_world, features)));
         }
-        Ok(message.finish())
+        Parts { header, arrays }
     }
 }

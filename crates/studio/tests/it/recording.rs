@@ -128,9 +128,11 @@ fn what_is_no_recording_is_refused_with_a_reason() {
 
 /// Replays a recording that is computed again; the replay and its scratch folder.
 fn recomputed(path: &Path, seed: u64, changes: &[Value]) -> Replay {
-    let mut replay = Replay::open(path, "recording-0", json!([]))
-        .unwrap()
-        .with_scratch(path.parent().unwrap(), Clock::still());
+    let mut replay = Replay::open(path, "recording-0", json!([])).unwrap().with_scratch(
+        path.parent().unwrap(),
+        Clock::still(),
+        visloc_slam::Clock::none(),
+    );
     changes.iter().for_each(|change| tell(&mut replay, change.clone()));
     tell(&mut replay, json!({ "type": "recompute", "seed": seed }));
     while state(&mut replay)["recomputing"].is_object() {

@@ -1,12 +1,13 @@
 //! SLAM in the studio.
 
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use serde_json::json;
 use visloc_sim::CameraTour;
 use visloc_slam::Clock;
 use visloc_studio::{
     Message, Session, StudioError,
+    recording::{Recorder, Replay},
     slam::{OpenCamera, SequenceSource, SlamSession},
 };
 
@@ -27,6 +28,85 @@ fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
     let image = Message::read(&update.image.unwrap()).unwrap();
     assert!(image.floats("landmarks").unwrap().len() > 2 * 20 && image.floats("missed").is_some());
     assert!(state(&mut session)["facts"].as_array().unwrap().len() > 8);
+}
+
+/// Arrays of a state message that tell where camera and map are.
+const SHOWN: [&str; 6] = ["landmarks", "candidates", "keyframes", "links", "trajectory", "camera"];
+
+fn record(path: &Path, num_frames: usize, seed: u64) {
+    let from = SequenceSource::Tour("room".to_owned());
+    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::none(), seed).unwrap();
+    tell(&mut session, json!({ "type": "parameter", "path": "tracking.max_matches", "value": 130 }));
+    let mut recorder = Recorder::create(path).unwrap();
+    for frame in 0..num_frames {
+        let update = session.update(None).unwrap();
+        recorder.add(&update, frame as f64 / 30.0, session.input().as_ref()).unwrap();
+        steps(&mut session, 1);
+    }
+    recorder.finish().unwrap();
+}
+
+fn recompute(replay: &mut Replay, seed: u64) {
+    tell(replay, json!({ "type": "recompute", "seed": seed }));
+    while state(replay)["recomputing"].is_object() {
+        steps(replay, 1);
+    }
+}
+
+/// State and image of a frame.
+fn shown(replay: &mut Replay, frame: usize) -> (Message, Message) {
+    tell(replay, json!({ "type": "seek", "frame": frame }));
+    let update = replay.update(None).unwrap();
+    (Message::read(&update.state).unwrap(), Message::read(&update.image.unwrap()).unwrap())
+}
+
+#[test]
+fn a_recording_gives_the_same_map_again_with_the_same_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.mcap");
+    record(&path, 60, 3);
+    let mut replay = Replay::open(&path, "recording-0", json!([])).unwrap();
+    assert_eq!(scene(&replay.update(None).unwrap())["recording"]["can_recompute"], json!(true));
+    let recorded: Vec<_> = (0..60).map(|frame| shown(&mut replay, frame)).collect();
+    recompute(&mut replay, 3);
+    for (frame, (state_before, image_before)) in recorded.iter().enumerate() {
+        let (state, image) = shown(&mut replay, frame);
+        for name in SHOWN {
+            assert_eq!(state.floats(name), state_before.floats(name), "{name} of frame {frame}");
+        }
+        assert_eq!(state.floats("recorded"), state_before.floats("trajectory"));
+        assert_eq!(image.bytes("jpeg"), image_before.bytes("jpeg"));
+        assert_eq!(image.floats("missed"), image_before.floats("missed"));
+        let error = &state.header["values"][0];
+        assert_eq!(error[0], error[1], "the error of frame {frame}");
+    }
+    assert!(recorded[59].0.floats("landmarks").unwrap().len() > 3 * 100);
+    assert!(recorded[59].0.header["values"][0][0].as_f64().unwrap() < 0.1);
+    let scene = scene(&replay.update(None).unwrap());
+    assert_eq!(scene["plots"][0]["series"], json!(["error", "error, again"]));
+    assert_eq!(
+        (&scene["seed"], &scene["pipeline"]["changed"]),
+        (&json!(3), &json!(["tracking.max_matches"]))
+    );
+}
+
+#[test]
+fn a_recording_is_computed_with_another_preset_and_as_recorded_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.mcap");
+    record(&path, 40, 1);
+    let mut replay = Replay::open(&path, "recording-0", json!([])).unwrap();
+    let before = shown(&mut replay, 39).0.floats("landmarks");
+    tell(&mut replay, json!({ "type": "algorithms", "names": ["orb-sdvl"] }));
+    recompute(&mut replay, 1);
+    let (other, _) = shown(&mut replay, 39);
+    assert_ne!(other.floats("landmarks"), before);
+    assert_eq!(scene(&replay.update(None).unwrap())["preset"], json!("orb-sdvl"));
+    tell(&mut replay, json!({ "type": "recorded" }));
+    let (back, _) = shown(&mut replay, 39);
+    assert_eq!((back.floats("landmarks"), back.floats("recorded")), (before, None));
+    assert_eq!(back.header["values"][0].as_array().unwrap().len(), 1);
+    assert!(replay.handle(&command_of(json!({ "type": "algorithms", "names": ["moon"] }))).is_err());
 }
 
 #[test]
