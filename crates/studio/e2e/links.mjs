@@ -15,6 +15,7 @@ import { chromium } from "playwright-core";
 
 import { RawPage } from "./raw_page.mjs";
 import { slowLink } from "./throttle.mjs";
+import { BROWSER } from "./visloc.mjs";
 
 const [task, visloc, count] = process.argv.slice(2);
 const folder = mkdtempSync(join(tmpdir(), "visloc-links-"));
@@ -24,11 +25,6 @@ const SLOW_BYTES = 100_000 / 8;
 const SAMPLE_SECS = 10;
 /** Length of a run that is timed. */
 const RUN_SECS = 20;
-const BROWSER = {
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-};
 
 const sleep = (secs) => new Promise((resolve) => { setTimeout(resolve, 1000 * secs); });
 const median = (values) => {

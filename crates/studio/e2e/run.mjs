@@ -4,56 +4,20 @@
 //
 // `.ci/studio-e2e` installs what this needs. Every check tells what it saw; the first that fails ends the run.
 
-import { execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, readdirSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { execFileSync } from "node:child_process";
+import { readdirSync } from "node:fs";
 import { join } from "node:path";
-import { createInterface } from "node:readline";
 import { chromium } from "playwright-core";
 
 import { measure } from "./measure.mjs";
+import { BROWSER, Programs, open as openPage, send, state, until } from "./visloc.mjs";
 
 const [visloc, pictures] = process.argv.slice(2);
-const folder = mkdtempSync(join(tmpdir(), "visloc-studio-"));
-const children = [];
+const programs = new Programs(visloc);
+const { folder } = programs;
 const errors = [];
-
-const BROWSER = {
-  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-};
-
-/** Starts visloc and gives the first match of what it prints. */
-async function start(pattern, ...args) {
-  const child = spawn(visloc, args, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
-  children.push(child);
-  for await (const line of createInterface({ input: child.stdout })) {
-    const match = line.match(pattern);
-    if (match) {
-      child.stdout.resume();
-      return match[1];
-    }
-  }
-  throw new Error(`visloc ${args.join(" ")} has not started`);
-}
-
-/** Starts a studio on any free port; gives its address. */
-const studio = (...more) => start(/(http:\S+)/, "studio", "--no-open", "--port", "0", ...more);
-
-async function open(browser, url, options = {}) {
-  const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, colorScheme: "dark", ...options });
-  const page = await context.newPage();
-  page.on("pageerror", (error) => errors.push(String(error)));
-  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
-  await page.goto(url);
-  await page.waitForFunction(() => window.studio?.store.state?.number >= 0, null, { timeout: 20000 });
-  return page;
-}
-
-const state = (page) => page.evaluate(() => window.studio.store.state);
-const send = (page, type, more) => page.evaluate(([t, m]) => window.studio.socket.send(t, m), [type, more ?? {}]);
-const until = (page, condition, argument, timeout = 60000) => page.waitForFunction(condition, argument, { timeout });
+const studio = (...more) => programs.studio(...more);
+const open = (browser, url) => openPage(browser, url, errors);
 
 function check(isTrue, text) {
   if (!isTrue) throw new Error(`expected: ${text}`);
@@ -240,7 +204,7 @@ async function records(browser) {
 /** A run elsewhere takes commands of those who know its token. */
 async function commandsAway(browser) {
   const run = ["localize", "sim:kidnaps", "--publish", "127.0.0.1:0", "--token", "secret"];
-  const address = await start(/--connect (\S+)/, ...run);
+  const address = await programs.start(/--connect (\S+)/, ...run);
   const refused = await (await fetch(`http://${address}/access?token=wrong`)).status;
   check(refused === 403, "without the token a run is not to be seen or commanded");
   const page = await open(browser, await studio("--connect", address, "--token", "secret"));
@@ -350,8 +314,7 @@ async function main() {
     check(errors.length === 0, `no error on the console ${errors.join("; ")}`);
   } finally {
     await browser.close();
-    for (const child of children) child.kill();
-    rmSync(folder, { recursive: true, force: true });
+    programs.end();
   }
 }
 

@@ -153,9 +153,14 @@ export class ImageView {
   }
 
   legend(arrays, counts) {
-    const now = performance.now();
-    if (now - (this.legendAt ?? 0) < LEGEND_MS) return;
-    this.legendAt = now;
+    clearTimeout(this.legendTimer);
+    const waitMs = (this.legendAt ?? -LEGEND_MS) + LEGEND_MS - performance.now();
+    if (waitMs > 0) {
+      // The last one counts, if none comes after it.
+      this.legendTimer = setTimeout(() => this.legend(arrays, counts), waitMs);
+      return;
+    }
+    this.legendAt = performance.now();
     const entry = (color, text) => make("span", {}, make("i", { vars: { "--dot": color } }), text);
     const entries = [];
     if (arrays.kept) entries.push(entry(KEPT_COLORS[0], `kept ${arrays.kept.length / 3}`));

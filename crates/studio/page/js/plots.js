@@ -24,7 +24,7 @@ export class Plots {
 
   prepare() {
     const definitions = this.store.scene.plots ?? ROBOT;
-    const key = definitions.map((chart) => chart.title).join();
+    const key = definitions.map(({ title, series }) => [title, series].join()).join(";");
     if (key === this.key) return;
     this.key = key;
     this.charts = definitions.map((definition, i) => {

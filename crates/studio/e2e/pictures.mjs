@@ -1,0 +1,108 @@
+// The pictures of the documents.
+//
+//     node pictures.mjs PATH_TO_VISLOC FOLDER_FOR_PICTURES
+//
+// Needs playwright-core and Chromium, as run.mjs.
+
+import { execFileSync } from "node:child_process";
+import { join } from "node:path";
+import { chromium } from "playwright-core";
+
+import { BROWSER, Programs, open as openPage, send, until } from "./visloc.mjs";
+
+const [visloc, folder] = process.argv.slice(2);
+const programs = new Programs(visloc);
+const errors = [];
+
+const localized = (page) => until(page, () => window.studio.store.state.contenders?.every((c) => c.is_localized));
+
+/** A picture of a page that shows whole images; a busy machine may take a while for that. */
+async function picture(page, name, more = {}) {
+  await until(page, () => {
+    const { drawn, bitmap } = window.studio.image;
+    return bitmap && bitmap.width === drawn.header.size_px[0];
+  });
+  await page.screenshot({ path: join(folder, name), ...more });
+  await page.context().close();
+}
+
+async function field(open) {
+  const page = await open(await programs.studio());
+  await localized(page);
+  await page.waitForTimeout(9000);
+  // Somebody carries it away: where to look for it, and where from.
+  await page.click("#kidnap");
+  await until(page, () => !window.studio.store.state.controls.is_held && window.studio.store.state.contenders.some((c) => c.reliability < 0.3));
+  await until(page, () => window.studio.store.state.contenders.some((c) => c.reliability > 0.3));
+  await send(page, "pause");
+  await page.waitForTimeout(1500);
+  await picture(page, "studio-field.png");
+}
+
+async function office(open) {
+  const page = await open(await programs.studio("--scene", "office"), { colorScheme: "light" });
+  await localized(page);
+  await page.click("#tab-algorithms");
+  await page.waitForTimeout(6000);
+  await send(page, "pause");
+  await page.waitForTimeout(1500);
+  await picture(page, "studio-office.png");
+}
+
+async function recording(open) {
+  const file = join(programs.folder, "kidnaps.mcap");
+  execFileSync(visloc, ["localize", "sim:kidnaps", "--frames", "1000", "--record", file], { stdio: "ignore" });
+  const address = await programs.studio("--replay", file);
+  const replay = await open(address);
+  await send(replay, "seek", { frame: 690 });
+  await until(replay, () => window.studio.store.state.number === 690);
+  await replay.click("#tab-facts");
+  await replay.waitForTimeout(1500);
+  await picture(replay, "studio-replay.png");
+  const page = await open(address, { colorScheme: "light" });
+  await page.click("#tab-algorithms");
+  await page.selectOption("#panel-algorithms .lane select", "mc");
+  await until(page, () => window.studio.store.scene.contenders[0].name === "mc");
+  await page.locator("[data-path=num_particles]").fill("60");
+  await page.locator("[data-path=num_particles]").press("Enter");
+  await until(page, () => document.querySelector(".parameter.is-changed"));
+  await page.click("#recompute");
+  await until(page, () => window.studio.store.scene.recording.is_recomputed);
+  await send(page, "seek", { frame: 790 });
+  await until(page, () => window.studio.store.state.number === 790);
+  await page.waitForTimeout(1500);
+  await picture(page, "studio-recomputed.png");
+}
+
+async function connected(open) {
+  const address = await programs.start(/--connect (\S+)/, "localize", "sim:kidnaps", "--publish", "127.0.0.1:0", "--token", "secret");
+  const page = await open(await programs.studio("--connect", address, "--token", "secret"));
+  await localized(page);
+  await page.click("#tab-algorithms");
+  await page.click("#record");
+  await page.waitForTimeout(4000);
+  await page.click("#save");
+  await page.waitForTimeout(700);
+  await picture(page, "studio-connected.png");
+}
+
+async function slam(open) {
+  const page = await open(await programs.studio("--scene", "sim:room"));
+  await until(page, () => window.studio.store.state.number > 190);
+  await page.click("#kidnap");
+  await until(page, () => window.studio.store.state.controls.is_held && window.studio.store.state.is_lost);
+  await until(page, () => !window.studio.store.state.controls.is_held && !window.studio.store.state.is_lost);
+  await page.click("#tab-algorithms");
+  await page.waitForTimeout(2500);
+  await picture(page, "studio-slam.jpg", { type: "jpeg", quality: 85 });
+}
+
+const browser = await chromium.launch(BROWSER);
+try {
+  const open = (url, options) => openPage(browser, url, errors, options);
+  for (const task of [field, office, recording, connected, slam]) await task(open);
+  if (errors.length > 0) throw new Error(errors.join("; "));
+} finally {
+  await browser.close();
+  programs.end();
+}

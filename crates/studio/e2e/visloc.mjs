@@ -1,0 +1,61 @@
+// visloc and its page in headless Chromium, for tests, measurements and pictures.
+
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+
+export const BROWSER = {
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+};
+
+/** Programs that are started in a folder of their own, and ended with it. */
+export class Programs {
+  constructor(visloc) {
+    this.visloc = visloc;
+    this.folder = mkdtempSync(join(tmpdir(), "visloc-studio-"));
+    this.children = [];
+  }
+
+  /** Starts visloc and gives the first match of what it prints. */
+  async start(pattern, ...args) {
+    const child = spawn(this.visloc, args, { cwd: this.folder, stdio: ["ignore", "pipe", "inherit"] });
+    this.children.push(child);
+    for await (const line of createInterface({ input: child.stdout })) {
+      const match = line.match(pattern);
+      if (match) {
+        child.stdout.resume();
+        return match[1];
+      }
+    }
+    throw new Error(`visloc ${args.join(" ")} has not started`);
+  }
+
+  /** Starts a studio on any free port; gives its address. */
+  studio(...more) {
+    return this.start(/(http:\S+)/, "studio", "--no-open", "--port", "0", ...more);
+  }
+
+  end() {
+    for (const child of this.children) child.kill();
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+}
+
+/** Opens a page that shows something; what goes wrong in it is added to `errors`. */
+export async function open(browser, url, errors, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, colorScheme: "dark", ...options });
+  const page = await context.newPage();
+  page.on("pageerror", (error) => errors.push(String(error)));
+  page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
+  await page.goto(url);
+  await page.waitForFunction(() => window.studio?.store.state?.number >= 0, null, { timeout: 20000 });
+  return page;
+}
+
+export const state = (page) => page.evaluate(() => window.studio.store.state);
+export const send = (page, type, more) => page.evaluate(([t, m]) => window.studio.socket.send(t, m), [type, more ?? {}]);
+export const until = (page, condition, argument, timeout = 60000) => page.waitForFunction(condition, argument, { timeout });
