@@ -1,5 +1,7 @@
 //! The loop over all frames.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use visloc_base::{
     Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Timestamp, Truth,
@@ -10,8 +12,8 @@ use crate::stopwatch::Stopwatch;
 
 /// What there is to see after a frame.
 pub struct FrameView<'a> {
-    /// What the robot sensed.
-    pub frame: &'a Frame,
+    /// What the robot sensed; whoever shows it elsewhere shares it.
+    pub frame: &'a Arc<Frame>,
     /// Where it was.
     pub truth: Option<Truth>,
     /// The algorithms, after this frame.
@@ -77,7 +79,7 @@ pub fn drive(
     let mut first_at = None;
     while outcome.num_frames < max_frames {
         let (frame, truth) = match source.next_frame() {
-            Some(Ok(next)) => (next.frame, next.truth),
+            Some(Ok(next)) => (Arc::new(next.frame), next.truth),
             Some(Err(error)) => {
                 outcome.error = Some(error);
                 break;

@@ -1,6 +1,9 @@
 //! What the studio is given by other commands, and what it refuses.
 
-use std::net::TcpListener;
+use std::{
+    io::{BufRead as _, BufReader, Read as _, Write as _},
+    net::{TcpListener, TcpStream},
+};
 
 use visloc_studio::recording::RecordingIndex;
 
@@ -25,6 +28,44 @@ fn runs_are_recorded() {
     let mut slam = RecordingIndex::open(&workspace.path("slam.mcap")).unwrap();
     assert_eq!(slam.num_frames(), 12);
     assert!(slam.state(11).unwrap().floats("landmarks").is_some());
+}
+
+/// Watches until the program ends, and says as fast as possible that everything has been drawn; how many bytes came.
+fn watch(address: &str, token: &str) -> usize {
+    /// A masked text message, `drawn`.
+    const DRAWN: [u8; 11] = [0x81, 0x85, 0, 0, 0, 0, b'd', b'r', b'a', b'w', b'n'];
+    let mut page = TcpStream::connect(address).unwrap();
+    write!(
+        page,
+        "GET /socket?token={token} HTTP/1.1\r\nHost: {address}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    )
+    .unwrap();
+    let (mut num_bytes, mut buffer) = (0, [0; 1 << 16]);
+    while let Ok(count) = page.read(&mut buffer) {
+        if count == 0 || page.write_all(&DRAWN).is_err() {
+            break;
+        }
+        num_bytes += count;
+    }
+    num_bytes
+}
+
+#[test]
+fn whoever_watches_changes_no_estimate() {
+    let workspace = Workspace::new();
+    let run = ["localize", "sim:kidnaps", "--frames", "60", "--seed", "3"];
+    workspace.must(&[&run[..], &["--trajectory", "alone.tum"]].concat());
+    let publish = ["--trajectory", "watched.tum", "--publish", "127.0.0.1:0", "--token", "secret"];
+    let mut watched = workspace.start(&[&run[..], &publish[..]].concat());
+    let mut lines = BufReader::new(watched.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let line = lines.find(|line| line.contains("--connect")).expect("it says where to look");
+    let mut words = line.split_whitespace().skip_while(|word| *word != "--connect").skip(1);
+    let num_bytes = watch(words.next().unwrap(), "secret");
+    lines.for_each(drop);
+    assert!(watched.wait().unwrap().success());
+    assert!(num_bytes > 200_000, "it was watched, with images: {num_bytes} bytes");
+    assert_eq!(workspace.read("alone.tum"), workspace.read("watched.tum"));
 }
 
 /// In a program that is built without the viewer's files; else they are written, see `rerun.rs` of the crate of that name.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_base::{FrameSource, SourceFrame};
+use visloc_base::{Frame, FrameSource, SourceFrame, Truth};
 use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_world::Map;
 
@@ -47,7 +47,7 @@ pub struct SourceSession {
     lineup: Lineup,
     viewer: RunViewer,
     clock: Clock,
-    frame: Option<SourceFrame>,
+    frame: Option<(Arc<Frame>, Option<Truth>)>,
     next: Option<SourceFrame>,
     /// The message of the frame's image; made anew when anything in it has changed.
     image: Option<Arc<[u8]>>,
@@ -169,7 +169,7 @@ impl Session for SourceSession {
             return Some(POLL_SECS);
         }
         let secs = match (&self.frame, &self.next) {
-            (Some(frame), Some(next)) => next.frame.at.secs_since(frame.frame.at).clamp(0.0, MAX_STEP_SECS),
+            (Some((frame, _)), Some(next)) => next.frame.at.secs_since(frame.at).clamp(0.0, MAX_STEP_SECS),
             _ => POLL_SECS,
         };
         self.playback.wait_secs(secs)
@@ -187,7 +187,7 @@ impl Session for SourceSession {
         }
         (self.has_news, self.image) = (true, None);
         let stepped = self.lineup.step(&next.frame, &self.clock);
-        self.frame = Some(next);
+        self.frame = Some((Arc::new(next.frame), next.truth));
         self.look_ahead()?;
         stepped
     }
@@ -201,8 +201,8 @@ impl Session for SourceSession {
         lay_over(&mut more, &self.playback.fields());
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
         match &self.frame {
-            Some(frame) => {
-                let moment = self.viewer.moment(&frame.frame, frame.truth, &self.lineup, &more)?;
+            Some((frame, truth)) => {
+                let moment = self.viewer.moment(frame, *truth, &self.lineup, &more)?;
                 let update = moment.update(self.image.take())?;
                 self.image.clone_from(&update.image);
                 Ok(update)
@@ -212,7 +212,7 @@ impl Session for SourceSession {
     }
 
     fn input(&self) -> Option<Input<'_>> {
-        let SourceFrame { frame, truth } = self.frame.as_ref()?;
+        let (frame, truth) = self.frame.as_ref()?;
         Some(Input::Robot { frame, truth: truth.as_ref() })
     }
 }

@@ -41,14 +41,14 @@ impl RunViewer {
         self
     }
 
-    /// Copies what there is to see after a frame; to be called for each frame that is shown. `more` is a table that is laid over the
+    /// Takes out what there is to see after a frame, which is shared; to be called for each frame that is shown. `more` is a table that is laid over the
     /// state message.
     ///
     /// # Errors
     /// If the scene cannot be encoded.
     pub fn moment(
         &mut self,
-        frame: &Frame,
+        frame: &Arc<Frame>,
         truth: Option<Truth>,
         lineup: &Lineup,
         more: &Value,
@@ -61,7 +61,7 @@ impl RunViewer {
             map: Arc::clone(&lineup.settings().map),
             number: self.num_frames,
             secs: frame.at.secs_since(first_at),
-            frame: frame.clone(),
+            frame: Arc::clone(frame),
             truth,
             contenders: lineup.views(),
             more: state,
@@ -108,7 +108,7 @@ pub struct RunMoment {
     map: Arc<Map>,
     number: u64,
     secs: f64,
-    frame: Frame,
+    frame: Arc<Frame>,
     truth: Option<Truth>,
     contenders: Vec<ContenderView>,
     more: Value,
