@@ -30,10 +30,12 @@ async function field(open) {
   const page = await open(await programs.studio());
   await localized(page);
   await page.waitForTimeout(9000);
-  // Somebody carries it away: where to look for it, and where from.
+  // The plots tell of a kidnap.
   await page.click("#kidnap");
-  await until(page, () => !window.studio.store.state.controls.is_held && window.studio.store.state.contenders.some((c) => c.reliability < 0.3));
-  await until(page, () => window.studio.store.state.contenders.some((c) => c.reliability > 0.3));
+  await until(page, () => window.studio.store.state.contenders.every((c) => !c.is_localized));
+  await until(page, () => !window.studio.store.state.controls.is_held);
+  await localized(page);
+  await page.waitForTimeout(4000);
   await send(page, "pause");
   await page.waitForTimeout(1500);
   await picture(page, "studio-field.png");
@@ -83,6 +85,8 @@ async function connected(open) {
   await page.waitForTimeout(4000);
   await page.click("#save");
   await page.waitForTimeout(700);
+  await send(page, "pause");
+  await page.waitForTimeout(1000);
   await picture(page, "studio-connected.png");
 }
 
@@ -94,6 +98,8 @@ async function slam(open) {
   await until(page, () => !window.studio.store.state.controls.is_held && !window.studio.store.state.is_lost);
   await page.click("#tab-algorithms");
   await page.waitForTimeout(2500);
+  await send(page, "pause");
+  await page.waitForTimeout(1000);
   await picture(page, "studio-slam.jpg", { type: "jpeg", quality: 85 });
 }
 
