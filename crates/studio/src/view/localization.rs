@@ -29,7 +29,7 @@ pub struct ContenderView {
     pub estimate: Estimate,
     /// What it made of the image.
     pub percept: Percept,
-    /// Particles or exploiters, at most [`MAX_INDIVIDUALS`].
+    /// Particles or exploiters, at most `MAX_INDIVIDUALS`.
     pub individuals: Vec<Individual>,
     /// How many of them it weighed.
     pub num_individuals: usize,
