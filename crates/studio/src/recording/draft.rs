@@ -86,17 +86,12 @@ impl Draft {
         Ok(())
     }
 
-    /// Whether a recording holds what these algorithms need.
-    pub fn fits(&self, index: &RecordingIndex) -> bool {
-        index.has_input()
-    }
-
     /// Begins to compute a recording.
     ///
     /// # Errors
     /// If the recording does not hold its input, or the algorithms cannot be built.
     pub fn start(&self, index: &mut RecordingIndex, clocks: &Clocks) -> Result<Method, StudioError> {
-        if !self.fits(index) {
+        if !index.has_input() {
             return Err(StudioError::command(
                 "recompute",
                 "a recording with its input (--record, or one made in the studio)",

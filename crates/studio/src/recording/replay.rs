@@ -122,7 +122,7 @@ impl Replay {
             "label": self.label,
             "lanes": names,
             "annotations": annotate(&self.rows),
-            "can_recompute": self.draft.as_ref().is_some_and(|draft| draft.fits(&self.index)),
+            "can_recompute": self.draft.is_some() && self.index.has_input(),
             "is_recomputed": self.recomputed.is_some(),
         });
         lay_over(&mut header, &json!({ "recording": recording }));

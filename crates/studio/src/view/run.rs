@@ -41,8 +41,8 @@ impl RunViewer {
         self
     }
 
-    /// Takes out what there is to see after a frame, which is shared; to be called for each frame that is shown. `more` is a table that is laid over the
-    /// state message.
+    /// Takes out what there is to see after a frame, which is shared; to be called for each frame that is shown. `more` is a
+    /// table that is laid over the state message.
     ///
     /// # Errors
     /// If the scene cannot be encoded.
