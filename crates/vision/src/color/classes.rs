@@ -44,6 +44,9 @@ pub struct ColorConfig {
     pub blue: HueRange,
     /// The ball.
     pub orange: HueRange,
+    /// The carpet's own color is learned from the ground near the robot. A green whose shares of red and green in the sum of its
+    /// three levels differ from the carpet's by more than this is something else, 0 to 1; 1 to take every green for carpet.
+    pub carpet_tolerance: f64,
     /// A line's pixels are at most this colorful, 0 to 1.
     pub white_max_saturation: f64,
     /// A line is at least this many times as bright as the carpet beside it.
@@ -63,6 +66,7 @@ impl Default for ColorConfig {
             yellow: hue(45.0, 70.0, 0.55, 45.0),
             blue: hue(200.0, 255.0, 0.5, 35.0),
             orange: hue(5.0, 32.0, 0.6, 60.0),
+            carpet_tolerance: 0.06,
             white_max_saturation: 0.26,
             white_over_green: 1.35,
         }
@@ -93,6 +97,7 @@ impl ColorConfig {
             within(key("min_saturation"), class.min_saturation, 0.0, 1.0, "0 to 1")?;
             within(key("min_brightness"), class.min_brightness, 0.0, 255.0, "0 to 255")?;
         }
+        within("carpet_tolerance".to_owned(), self.carpet_tolerance, 0.0, 1.0, "0 to 1")?;
         within("white_max_saturation".to_owned(), self.white_max_saturation, 0.0, 1.0, "0 to 1")?;
         within("white_over_green".to_owned(), self.white_over_green, 1.0, 10.0, "1 to 10")
     }

@@ -29,6 +29,9 @@ const SHIFT: u32 = 8 - BITS;
 #[derive(Debug, Clone)]
 pub struct ColorTable {
     classes: Box<[ColorClass]>,
+    /// Entries that are green whatever the carpet's own green is.
+    greens: Box<[u16]>,
+    carpet_tolerance: f32,
     /// White if the luma is above the carpet's luma times this, in 1/256.
     white_over_green_256: u32,
 }
@@ -38,18 +41,12 @@ impl ColorTable {
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn new(config: &ColorConfig) -> Self {
-        let level = |i: usize| ((i << SHIFT) + (1 << (SHIFT - 1))) as u8;
-        let side = 1_usize << BITS;
-        let mut classes = Vec::with_capacity(side * side * side);
-        for r in 0..side {
-            for g in 0..side {
-                for b in 0..side {
-                    classes.push(class_of(config, [level(r), level(g), level(b)]));
-                }
-            }
-        }
+        let classes: Box<[_]> = (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, rgb_of(entry))).collect();
+        let is_green = |entry: &u16| classes[usize::from(*entry)] == ColorClass::Green;
         Self {
-            classes: classes.into_boxed_slice(),
+            greens: (0..1_u16 << (3 * BITS)).filter(is_green).collect(),
+            classes,
+            carpet_tolerance: config.carpet_tolerance as f32,
             white_over_green_256: (config.white_over_green * 256.0).round() as u32,
         }
     }
@@ -58,10 +55,27 @@ impl ColorTable {
     #[inline]
     #[must_use]
     pub fn class(&self, r: u8, g: u8, b: u8) -> ColorClass {
-        let index = (usize::from(r >> SHIFT) << (2 * BITS))
-            | (usize::from(g >> SHIFT) << BITS)
-            | usize::from(b >> SHIFT);
-        self.classes[index]
+        self.classes[entry_of([r, g, b])]
+    }
+
+    /// Whether a color is some green, though perhaps not that of the carpet.
+    #[must_use]
+    pub fn is_any_green(&self, rgb: [u8; 3]) -> bool {
+        #[allow(clippy::cast_possible_truncation)] // 15 bits
+        let entry = entry_of(rgb) as u16;
+        self.greens.binary_search(&entry).is_ok()
+    }
+
+    /// From now on only greens near that of the carpet are [`ColorClass::Green`]; others are [`ColorClass::Unknown`].
+    pub fn narrow_green(&mut self, carpet: Shares) {
+        for entry in &self.greens {
+            let rgb = rgb_of(*entry);
+            // Colors of a dark entry differ by more, since all its levels are so near to 0.
+            let rounding = f32::from(1_u8 << (SHIFT - 1)) / rgb.iter().map(|v| f32::from(*v)).sum::<f32>();
+            let is_carpet = shares(rgb).difference(carpet) <= f64::from(self.carpet_tolerance + rounding);
+            self.classes[usize::from(*entry)] =
+                if is_carpet { ColorClass::Green } else { ColorClass::Unknown };
+        }
     }
 
     /// Class of a color beside carpet of the given luma.
@@ -80,6 +94,54 @@ impl ColorTable {
     pub fn white_threshold(&self, green_luma: u32) -> u32 {
         (green_luma * self.white_over_green_256) >> 8
     }
+}
+
+/// Shares of red and green in the sum of a color's levels: what is left of a color without its brightness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shares {
+    /// Of red, 0 to 1.
+    pub red: f32,
+    /// Of green, 0 to 1.
+    pub green: f32,
+}
+
+impl Shares {
+    /// The larger one of the differences of both shares.
+    pub(crate) fn difference(self, other: Self) -> f64 {
+        f64::from((self.red - other.red).abs().max((self.green - other.green).abs()))
+    }
+
+    /// A part of the way to another color.
+    #[allow(clippy::cast_possible_truncation)]
+    pub(crate) fn toward(self, other: Self, part: f64) -> Self {
+        let part = part as f32;
+        let mix = |a: f32, b: f32| a + (b - a) * part;
+        Self { red: mix(self.red, other.red), green: mix(self.green, other.green) }
+    }
+}
+
+/// Shares of a color; of black those of gray.
+#[must_use]
+pub(crate) fn shares(rgb: [u8; 3]) -> Shares {
+    let [r, g, b] = rgb.map(f32::from);
+    let sum = r + g + b;
+    if sum == 0.0 {
+        return Shares { red: 1.0 / 3.0, green: 1.0 / 3.0 };
+    }
+    Shares { red: r / sum, green: g / sum }
+}
+
+/// Place of a color in the table.
+#[inline]
+fn entry_of([r, g, b]: [u8; 3]) -> usize {
+    (usize::from(r >> SHIFT) << (2 * BITS)) | (usize::from(g >> SHIFT) << BITS) | usize::from(b >> SHIFT)
+}
+
+/// The color in the middle of an entry.
+fn rgb_of(entry: u16) -> [u8; 3] {
+    #[allow(clippy::cast_possible_truncation)] // 5 bits
+    let level = |shift: u32| ((((entry >> shift) & ((1 << BITS) - 1)) as u8) << SHIFT) + (1 << (SHIFT - 1));
+    [level(2 * BITS), level(BITS), level(0)]
 }
 
 /// Brightness as people see it, 0 to 255.

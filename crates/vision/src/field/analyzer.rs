@@ -8,6 +8,7 @@ use visloc_geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot};
 use super::{
     FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
     blobs::BlobFinder,
+    carpet::Carpet,
     edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
     obstacles::ObstacleFinder,
@@ -15,15 +16,15 @@ use super::{
 };
 use crate::{
     AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
-    color::{ColorClass, ColorTable, luma},
+    color::{ColorClass, ColorTable},
 };
 
-/// Finds border pixels of lines and goals. Keeps its buffers and the carpet's brightness from image to image.
+/// Finds border pixels of lines and goals. Keeps its buffers and what the carpet looks like from image to image.
 #[derive(Debug)]
 pub struct FieldAnalyzer {
     config: FieldAnalysisConfig,
     table: ColorTable,
-    carpet_luma: u32,
+    carpet: Carpet,
     lines: Vec<ScanLine>,
     runs: Vec<Run>,
     edges: Vec<Edge>,
@@ -38,9 +39,6 @@ pub struct FieldAnalyzer {
     percept: Percept,
 }
 
-/// Brightness of a carpet in ordinary light, until some has been seen.
-const TYPICAL_CARPET_LUMA: u32 = 90;
-
 impl FieldAnalyzer {
     /// An analyzer with checked parameters.
     ///
@@ -51,7 +49,7 @@ impl FieldAnalyzer {
         Ok(Self {
             config,
             table: ColorTable::new(&config.colors),
-            carpet_luma: TYPICAL_CARPET_LUMA,
+            carpet: Carpet::default(),
             lines: Vec::new(),
             runs: Vec::new(),
             edges: Vec::new(),
@@ -77,7 +75,9 @@ impl FieldAnalyzer {
             return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
         }
         let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
-        self.update_carpet_luma(frame);
+        let ground = GroundView::new(frame);
+        let ground_m = |x, y| ground.distance_m(&Point2::new(f64::from(x), f64::from(y)));
+        self.carpet.look(&frame.image, &mut self.table, ground_m);
         self.scan(frame, &horizon);
         self.filter(frame, &horizon);
         self.find_features(frame);
@@ -109,24 +109,6 @@ impl FieldAnalyzer {
         self.obstacles.obstacles()
     }
 
-    /// Follows the brightness of the carpet: the mean over a coarse grid of pixels.
-    fn update_carpet_luma(&mut self, frame: &Frame) {
-        let image = &frame.image;
-        let (mut sum, mut count) = (0, 0);
-        for y in (image.height() / 4..image.height()).step_by(12) {
-            for x in (6..image.width()).step_by(12) {
-                let rgb = image.get(x, y);
-                if self.table.class(rgb[0], rgb[1], rgb[2]) == ColorClass::Green {
-                    sum += luma(rgb);
-                    count += 1;
-                }
-            }
-        }
-        if count >= 10 {
-            self.carpet_luma = sum / count;
-        }
-    }
-
     fn scan(&mut self, frame: &Frame, horizon: &Horizon) {
         let (image, camera) = (&frame.image, &frame.camera);
         layout(&self.config, camera.size_px(), horizon, &mut self.lines);
@@ -135,10 +117,10 @@ impl FieldAnalyzer {
         self.obstacles.clear();
         self.features.clear();
         let composite = &self.config.composite;
-        let white = self.table.white_threshold(self.carpet_luma);
+        let white = self.table.white_threshold(self.carpet.luma());
         let ground = GroundView::new(frame);
         for line in &self.lines {
-            scan_line(image, &self.table, line, self.carpet_luma, &mut self.runs);
+            scan_line(image, &self.table, line, self.carpet.luma(), &mut self.runs);
             let first_edge = self.edges.len();
             edges_of_runs(image, line, &self.runs, &mut self.edges);
             match line.direction {

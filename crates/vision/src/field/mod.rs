@@ -5,6 +5,7 @@
 
 mod analyzer;
 mod blobs;
+mod carpet;
 mod config;
 mod edges;
 mod features;
