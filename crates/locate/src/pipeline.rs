@@ -304,6 +304,7 @@ pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConf
     FieldAnalysisConfig {
         max_line_distance_m: analysis.max_line_distance_m * scale,
         line_width_m: d.line_width_m,
+        goal_height_m: d.goals.inner_height_m + d.goals.post_diameter_m / 2.0,
         min_informative_lines: if has_colored_goals {
             analysis.min_informative_lines
         } else {

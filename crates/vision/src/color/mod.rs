@@ -7,5 +7,5 @@ mod table;
 pub use calibrate::{CalibrationError, calibrate_colors};
 pub(crate) use classes::hue_saturation_brightness;
 pub use classes::{ColorConfig, ColorConfigError, HueRange};
-pub(crate) use table::{luma, shares};
 pub use table::{ColorClass, ColorTable, Shares};
+pub(crate) use table::{luma, shares};

@@ -41,7 +41,8 @@ impl ColorTable {
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn new(config: &ColorConfig) -> Self {
-        let classes: Box<[_]> = (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, rgb_of(entry))).collect();
+        let classes: Box<[_]> =
+            (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, rgb_of(entry))).collect();
         let is_green = |entry: &u16| classes[usize::from(*entry)] == ColorClass::Green;
         Self {
             greens: (0..1_u16 << (3 * BITS)).filter(is_green).collect(),

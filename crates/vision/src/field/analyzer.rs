@@ -7,7 +7,7 @@ use visloc_geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot};
 
 use super::{
     FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
-    blobs::BlobFinder,
+    blobs::{BlobFinder, Ground},
     carpet::Carpet,
     edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
@@ -139,15 +139,8 @@ impl FieldAnalyzer {
         }
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
-        let stands_on_carpet = |(x, y): (u32, u32), reach: u32| {
-            // A foot at the lower border of the image cannot be judged.
-            y + reach >= image.height()
-                || (y..=y + reach).any(|y| {
-                    let [r, g, b] = image.get(x, y);
-                    self.table.class(r, g, b) == ColorClass::Green
-                })
-        };
-        self.blobs.finish(&self.config, camera.size_px(), &self.field_end, stands_on_carpet);
+        let feet = Feet { frame, table: &self.table, ground: &ground, diameter_m: composite.post_diameter_m };
+        self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
         self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
     }
 
@@ -353,6 +346,33 @@ fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> 
         if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }
     };
     part(0.2, 0.2, num_lines, config.max_line_pixels) + part(0.2, 0.4, num_goals, config.max_goal_pixels)
+}
+
+/// Where feet of goals are judged.
+struct Feet<'a> {
+    frame: &'a Frame,
+    table: &'a ColorTable,
+    ground: &'a GroundView,
+    /// Of a post.
+    diameter_m: f64,
+}
+
+impl Ground for Feet<'_> {
+    fn is_carpet_below(&self, (x, y): (u32, u32), reach: u32) -> bool {
+        let image = &self.frame.image;
+        // A foot at the lower border of the image cannot be judged.
+        y + reach >= image.height()
+            || (y..=y + reach).any(|y| {
+                let [r, g, b] = image.get(x, y);
+                self.table.class(r, g, b) == ColorClass::Green
+            })
+    }
+
+    fn post_width_px(&self, (x, y): (u32, u32)) -> Option<f64> {
+        let distance_m = self.ground.distance_m(&Point2::new(f64::from(x), f64::from(y)))?;
+        let slant_m = distance_m.hypot(self.frame.robot_from_camera.translation().z);
+        Some(self.frame.camera.focal_px().0 * self.diameter_m / slant_m)
+    }
 }
 
 /// Distance of the ground seen at a pixel.

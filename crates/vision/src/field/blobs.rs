@@ -55,13 +55,31 @@ pub(super) struct BlobFinder {
     feet: Vec<(u32, u32)>,
     /// Sums of (x, y) over the counted pixels of each blob.
     moments: Vec<(f64, f64)>,
+    /// The widest run on each row of each blob, with the blob.
+    row_widths: Vec<(usize, u32)>,
+    /// Row and width of what was added to `row_widths` last for each blob.
+    open_rows: Vec<(u32, u32)>,
     blob_of_root: Vec<Option<usize>>,
+}
+
+/// What a goal's foot has around it.
+pub(super) trait Ground {
+    /// Whether there is carpet below a pixel, within so many pixels.
+    fn is_carpet_below(&self, px: (u32, u32), reach: u32) -> bool;
+
+    /// How wide a post is that stands at a pixel; `None` if no ground is seen there.
+    fn post_width_px(&self, px: (u32, u32)) -> Option<f64>;
 }
 
 /// A goal stands on the goal line: carpet comes within so many pixels below its foot at least.
 const MIN_FOOT_REACH_PX: u32 = 8;
 /// Shortest run that is joined to a blob.
 const MIN_RUN_PX: u32 = 2;
+/// Width of a post, as a share of what the distance of its foot demands. That distance is uncertain: a tilt that is off by a degree
+/// makes 4 m of 5 m.
+const POST_WIDTH: std::ops::RangeInclusive<f64> = 0.45..=2.2;
+/// Least height of a goal, as a share of what its posts' width demands: its top may be hidden.
+const MIN_POST_HEIGHT: f64 = 0.5;
 
 impl BlobFinder {
     pub fn clear(&mut self) {
@@ -102,15 +120,30 @@ impl BlobFinder {
         run
     }
 
-    /// Joins what was added to blobs and judges them: a goal's foot stands below the end of the field.
-    /// `stands_on_carpet` tells whether there is carpet below a pixel, within so many pixels.
+    /// Joins what was added to blobs and judges them: a goal stands on the carpet and consists of posts.
     pub fn finish(
         &mut self,
         config: &FieldAnalysisConfig,
         size_px: (u32, u32),
         field_end: &FieldEnd,
-        stands_on_carpet: impl Fn((u32, u32), u32) -> bool,
+        ground: &impl Ground,
     ) {
+        self.join(size_px);
+        self.measure_rows();
+        let mut rows = self.row_widths.chunk_by(|a, b| a.0 == b.0);
+        for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
+            let rows = rows.next().unwrap_or_default();
+            let Some((_, width_px)) = rows.get(rows.len() / 2) else { continue };
+            let reach = blob.width().clamp(MIN_FOOT_REACH_PX, blob.height() / 2 + MIN_FOOT_REACH_PX);
+            blob.is_valid = is_goal_shaped(config, blob)
+                && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0))
+                && has_posts(config, blob, f64::from(*width_px), ground.post_width_px(*foot), size_px)
+                && ground.is_carpet_below(*foot, reach);
+        }
+    }
+
+    /// Joins connected runs to blobs.
+    fn join(&mut self, size_px: (u32, u32)) {
         self.blobs.clear();
         self.feet.clear();
         self.moments.clear();
@@ -143,12 +176,26 @@ impl BlobFinder {
             moment.1 += f64::from(run_area_px) * f64::midpoint(f64::from(run.row), f64::from(last_row));
             self.feet[index] = (u32::midpoint(run.start, run.end), last_row);
         }
-        for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
-            let reach = blob.width().clamp(MIN_FOOT_REACH_PX, blob.height() / 2 + MIN_FOOT_REACH_PX);
-            blob.is_valid = is_goal_shaped(config, blob)
-                && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0))
-                && stands_on_carpet(*foot, reach);
+    }
+
+    /// The widest run on each row of each blob, ordered by blob and width.
+    fn measure_rows(&mut self) {
+        self.row_widths.clear();
+        self.open_rows.clear();
+        self.open_rows.resize(self.blobs.len(), (0, 0));
+        for i in 0..self.runs.len() {
+            let run = self.runs[i];
+            let Some(blob) = self.blob_of_root[self.root(i)] else { continue };
+            let (row, width) = &mut self.open_rows[blob];
+            if *row != run.row && *width > 0 {
+                self.row_widths.push((blob, *width));
+                *width = 0;
+            }
+            *row = run.row;
+            *width = (*width).max(run.end - run.start);
         }
+        self.row_widths.extend(self.open_rows.iter().enumerate().map(|(blob, (_, width))| (blob, *width)));
+        self.row_widths.sort_unstable();
     }
 
     pub fn blobs(&self) -> &[GoalBlob] {
@@ -192,6 +239,29 @@ impl BlobFinder {
             });
         }
     }
+}
+
+/// Whether most rows of a blob are as wide as a post that stands at its foot, and the blob as high as such a post. Of what the image's
+/// border cuts only what is seen is judged.
+fn has_posts(
+    config: &FieldAnalysisConfig,
+    blob: &GoalBlob,
+    width_px: f64,
+    expected_px: Option<f64>,
+    size_px: (u32, u32),
+) -> bool {
+    let Some(expected_px) = expected_px else { return false };
+    let [left, top, right, bottom] = blob.bounds_px;
+    let (is_beside, is_below) = (left == 0 || right + 1 >= size_px.0, bottom + 1 >= size_px.1);
+    // One pixel may be mixed with what is behind.
+    let ratios = [width_px, width_px + 1.0].map(|width_px| width_px / expected_px);
+    let is_wide_enough = ratios[1] >= *POST_WIDTH.start() || is_beside;
+    // A foot below the image is nearer than the lowest row.
+    let is_narrow_enough = ratios[0] <= *POST_WIDTH.end() || is_below;
+    let aspect = config.goal_height_m / config.composite.post_diameter_m;
+    let is_high_enough =
+        f64::from(blob.height()) >= MIN_POST_HEIGHT * aspect * width_px || top == 0 || is_below;
+    is_wide_enough && is_narrow_enough && is_high_enough
 }
 
 /// A goal is high enough, and either upright (a post) or hollow (two posts and a bar).

@@ -81,6 +81,8 @@ pub struct FieldAnalysisConfig {
     pub field_end_step_px: u32,
     /// Least height of a goal blob, pixels.
     pub min_blob_height_px: u32,
+    /// Height of the goals, to the middle of the crossbar, meters.
+    pub goal_height_m: f64,
     /// A filled blob that is more than this many times as wide as high is a board, not a goal.
     pub max_filled_blob_aspect: f64,
     /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
@@ -118,6 +120,7 @@ impl Default for FieldAnalysisConfig {
             own_body_distance_m: 0.15,
             field_end_step_px: 10,
             min_blob_height_px: 12,
+            goal_height_m: 0.85,
             max_filled_blob_aspect: 1.2,
             min_obstacle_height_m: 0.15,
             min_obstacle_width_m: 0.12,
@@ -177,6 +180,7 @@ impl FieldAnalysisConfig {
             ("max_post_slope", self.max_post_slope),
             ("max_line_distance_m", self.max_line_distance_m),
             ("own_body_distance_m", self.own_body_distance_m),
+            ("goal_height_m", self.goal_height_m),
             ("max_filled_blob_aspect", self.max_filled_blob_aspect),
             ("min_obstacle_height_m", self.min_obstacle_height_m),
             ("min_obstacle_width_m", self.min_obstacle_width_m),
