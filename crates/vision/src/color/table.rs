@@ -72,7 +72,7 @@ impl ColorTable {
         for entry in &self.greens {
             let rgb = rgb_of(*entry);
             // Colors of a dark entry differ by more, since all its levels are so near to 0.
-            let rounding = f32::from(1_u8 << (SHIFT - 1)) / rgb.iter().map(|v| f32::from(*v)).sum::<f32>();
+            let rounding = f32::from(1_u8 << (SHIFT - 2)) / rgb.iter().map(|v| f32::from(*v)).sum::<f32>();
             let is_carpet = shares(rgb).difference(carpet) <= f64::from(self.carpet_tolerance + rounding);
             self.classes[usize::from(*entry)] =
                 if is_carpet { ColorClass::Green } else { ColorClass::Unknown };

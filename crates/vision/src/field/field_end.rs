@@ -4,6 +4,9 @@ use visloc_base::RgbImage;
 
 use crate::color::{ColorClass, ColorTable};
 
+/// Carpet is so many green pixels in a row at least: letters and borders on boards may be mixed to its color.
+const MIN_CARPET_PX: u32 = 3;
+
 /// Where the carpet ends, as an upper convex hull over the image's columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FieldEnd {
@@ -70,11 +73,13 @@ fn first_carpet_row(
     white: u32,
 ) -> Option<u32> {
     let max_gap = MAX_GAP_PX * (image.height() / 240).max(1);
-    let (mut gap, mut end) = (0, None);
+    let (mut gap, mut green, mut end) = (0, 0, None);
     for row in (first_row..image.height()).rev() {
-        match table.class_beside_carpet(image.get(column, row), white) {
-            ColorClass::Green => (gap, end) = (0, Some(row)),
-            _ => gap += 1,
+        let is_green = table.class_beside_carpet(image.get(column, row), white) == ColorClass::Green;
+        green = if is_green { green + 1 } else { 0 };
+        gap += 1;
+        if green >= MIN_CARPET_PX {
+            (gap, end) = (0, Some(row));
         }
         if end.is_some() && gap > max_gap {
             break;
