@@ -168,6 +168,44 @@ fn goal_colors_outside_of_goal_blobs() {
 }
 
 #[test]
+fn things_in_goal_colors_that_are_no_posts() {
+    let painter = Painter::new(5.0);
+    let foot_px = |x_m: f64| painter.pixel(x_m, 0.0, 0.0).y as u32;
+    let mut image = painter.paint(carpet);
+    fill(&mut image, 40..54, 0..foot_px(2.5), BLUE); // a post
+    fill(&mut image, 100..160, 10..foot_px(2.5), BLUE); // a person, four times as wide
+    fill(&mut image, 200..230, foot_px(1.3) - 27..foot_px(1.3), BLUE); // a piece of a waistband, as wide as a post
+    fill(&mut image, 280..282, 20..foot_px(1.5), BLUE); // a stick
+    let filters = FilterSwitches { goal_blobs: true, ..NO_FILTERS };
+    expect_drops(&painter, &image, filters, DropReason::NotInGoalBlob, |px| px.x > 60.0);
+    let kept = analyze(&painter, &image, filters).pixels;
+    assert!(kept.iter().filter(|pixel| pixel.kind == FeatureKind::BlueGoal).count() > 20, "the post stays");
+}
+
+#[test]
+fn the_field_ends_at_boards_in_another_green() {
+    let painter = Painter::new(10.0);
+    let mut image = painter.paint(carpet_with_line);
+    let end = painter.pixel(3.0, 0.0, 0.0).y as u32;
+    // A board stands right behind the carpet; its letters are bright.
+    let board = [28, 128, 45];
+    fill(&mut image, 0..320, 0..end, board);
+    for column in (20..300).step_by(25) {
+        fill(&mut image, column..column + 5, end - 25..end - 5, WHITE);
+    }
+    let filters = FilterSwitches { beside_carpet: true, field_end: true, ..NO_FILTERS };
+    let percept = analyze(&painter, &image, filters);
+    assert_eq!(percept.pixels.iter().filter(|pixel| pixel.px.y < f64::from(end) - 2.0).count(), 0);
+    assert!(percept.pixels.len() > 20, "the line on the carpet stays");
+    // What every green takes for carpet has letters for lines.
+    let mut config = FieldAnalysisConfig { filters, ..FieldAnalysisConfig::default() };
+    config.colors.carpet_tolerance = 1.0;
+    let mut analyzer = FieldAnalyzer::new(config).unwrap();
+    let percept = analyzer.analyze(&painter.frame(image), &mut RngTree::new(1).stream("analysis", 0)).unwrap();
+    assert!(percept.pixels.iter().filter(|pixel| pixel.px.y < f64::from(end) - 2.0).count() > 20);
+}
+
+#[test]
 fn white_of_obstacles() {
     let painter = Painter::new(8.0);
     let mut image = painter.paint(carpet_with_line);
