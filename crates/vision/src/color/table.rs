@@ -10,6 +10,8 @@ pub enum ColorClass {
     Unknown,
     /// Carpet.
     Green,
+    /// Another green than the carpet's.
+    OtherGreen,
     /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
     Neutral,
     /// Colorless and bright beside the carpet.
@@ -59,15 +61,7 @@ impl ColorTable {
         self.classes[entry_of([r, g, b])]
     }
 
-    /// Whether a color is some green, though perhaps not that of the carpet.
-    #[must_use]
-    pub fn is_any_green(&self, rgb: [u8; 3]) -> bool {
-        #[allow(clippy::cast_possible_truncation)] // 15 bits
-        let entry = entry_of(rgb) as u16;
-        self.greens.binary_search(&entry).is_ok()
-    }
-
-    /// From now on only greens near that of the carpet are [`ColorClass::Green`]; others are [`ColorClass::Unknown`].
+    /// From now on only greens near that of the carpet are [`ColorClass::Green`]; others are [`ColorClass::OtherGreen`].
     pub fn narrow_green(&mut self, carpet: Shares) {
         for entry in &self.greens {
             let rgb = rgb_of(*entry);
@@ -75,7 +69,7 @@ impl ColorTable {
             let rounding = f32::from(1_u8 << (SHIFT - 2)) / rgb.iter().map(|v| f32::from(*v)).sum::<f32>();
             let is_carpet = shares(rgb).difference(carpet) <= f64::from(self.carpet_tolerance + rounding);
             self.classes[usize::from(*entry)] =
-                if is_carpet { ColorClass::Green } else { ColorClass::Unknown };
+                if is_carpet { ColorClass::Green } else { ColorClass::OtherGreen };
         }
     }
 

@@ -55,11 +55,13 @@ impl Carpet {
             for x in (6..image.width()).step_by(STEP_PX) {
                 let rgb = image.get(x, y);
                 let [r, g, b] = rgb;
-                if table.class(r, g, b) == ColorClass::Green {
+                let class = table.class(r, g, b);
+                if class == ColorClass::Green {
                     sum += luma(rgb);
                     count += 1;
                 }
-                if table.is_any_green(rgb) && ground_m(x, y).is_some_and(|m| m < NEAR_M) {
+                let is_any_green = matches!(class, ColorClass::Green | ColorClass::OtherGreen);
+                if is_any_green && ground_m(x, y).is_some_and(|m| m < NEAR_M) {
                     let Shares { red, green } = shares(rgb);
                     self.samples[0].push(red);
                     self.samples[1].push(green);
@@ -123,12 +125,12 @@ mod tests {
         assert_eq!([BOARD, CARPET].map(|rgb| class(&table, rgb)), [ColorClass::Green; 2]);
         carpet.look(&image(CARPET), &mut table, near_below_row_50);
         assert_eq!(class(&table, CARPET), ColorClass::Green);
-        assert_eq!(class(&table, BOARD), ColorClass::Unknown);
+        assert_eq!(class(&table, BOARD), ColorClass::OtherGreen);
         // In the shade it is the same carpet.
         assert_eq!(class(&table, CARPET.map(|v| v / 2)), ColorClass::Green);
         // Nothing near to be seen: what was learned stays.
         carpet.look(&image(BOARD), &mut table, |_, _| None);
-        assert_eq!(class(&table, BOARD), ColorClass::Unknown);
+        assert_eq!(class(&table, BOARD), ColorClass::OtherGreen);
     }
 
     #[test]

@@ -120,7 +120,7 @@ fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>) -> Option<u32> {
     for run in neighbors {
         match run.class {
             ColorClass::Green => return Some(gap),
-            ColorClass::Unknown | ColorClass::Neutral => gap += run.end - run.start,
+            ColorClass::Unknown | ColorClass::OtherGreen | ColorClass::Neutral => gap += run.end - run.start,
             _ => return None,
         }
         if gap > MAX_BLEND_PX {

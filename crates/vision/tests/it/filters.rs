@@ -201,7 +201,8 @@ fn the_field_ends_at_boards_in_another_green() {
     let mut config = FieldAnalysisConfig { filters, ..FieldAnalysisConfig::default() };
     config.colors.carpet_tolerance = 1.0;
     let mut analyzer = FieldAnalyzer::new(config).unwrap();
-    let percept = analyzer.analyze(&painter.frame(image), &mut RngTree::new(1).stream("analysis", 0)).unwrap();
+    let percept =
+        analyzer.analyze(&painter.frame(image), &mut RngTree::new(1).stream("analysis", 0)).unwrap();
     assert!(percept.pixels.iter().filter(|pixel| pixel.px.y < f64::from(end) - 2.0).count() > 20);
 }
 
