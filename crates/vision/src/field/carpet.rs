@@ -6,7 +6,7 @@ use crate::color::{ColorClass, ColorTable, Shares, luma, shares};
 
 /// Brightness of a carpet in ordinary light, until some has been seen.
 const TYPICAL_LUMA: u32 = 90;
-/// Every so many pixels one is looked at.
+/// Every so many pixels one is looked at, in an image 320 px wide.
 const STEP_PX: usize = 12;
 /// So many green pixels tell the carpet's brightness, and so many near ones its color.
 const MIN_LUMA_SAMPLES: u32 = 10;
@@ -50,9 +50,10 @@ impl Carpet {
         ground_m: impl Fn(u32, u32) -> Option<f64>,
     ) {
         self.samples.iter_mut().for_each(Vec::clear);
+        let step = STEP_PX * (image.width() as usize / 320).max(1);
         let (mut sum, mut count) = (0, 0);
-        for y in (image.height() / 4..image.height()).step_by(STEP_PX) {
-            for x in (6..image.width()).step_by(STEP_PX) {
+        for y in (image.height() / 4..image.height()).step_by(step) {
+            for x in (6..image.width()).step_by(step) {
                 let rgb = image.get(x, y);
                 let [r, g, b] = rgb;
                 let class = table.class(r, g, b);
