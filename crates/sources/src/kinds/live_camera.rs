@@ -4,10 +4,9 @@ use std::path::Path;
 
 use super::{SourceKind, claims_nothing, video::RATE_HZ};
 use crate::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{frames_of_pictures, images_of_gray},
+    SourcesError,
     open::Request,
-    video::{FfmpegInput, ffmpeg_problem, open_color, open_gray},
+    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
 };
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -24,9 +23,9 @@ pub(super) const KIND: SourceKind = SourceKind {
         (false, None) => None,
     },
     claims: claims_nothing,
-    frames,
-    images,
-    pictures,
+    frames: |request| video::frames(request, input(request)?),
+    images: |request| video::images(request, input(request)?),
+    pictures: |request| video::pictures(request, input(request)?),
 };
 
 /// Cameras that are there.
@@ -39,7 +38,7 @@ fn devices() -> Vec<String> {
     devices
 }
 
-fn input(request: &Request<'_>) -> Result<FfmpegInput, SourcesError> {
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let (device, size) = match request.address.rest().split_once('?') {
         Some((device, size)) => (device, Some(size)),
         None => (request.address.rest(), None),
@@ -63,19 +62,6 @@ fn input(request: &Request<'_>) -> Result<FfmpegInput, SourcesError> {
     }
     args.extend(["-i".into(), device.into()]);
     let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);
-    Ok(FfmpegInput { argument: request.argument(), args, folder: None, is_live: true, rate_hz })
-}
-
-fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
-    let stream = open_gray(&input(request)?, request.options, request.host)?;
-    images_of_gray(request, stream, None, Vec::new())
-}
-
-fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
-    let pictures = open_color(&input(request)?, request.options, request.host)?;
-    Ok(OpenPictures { pictures, calibration: None, warnings: Vec::new() })
-}
-
-fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    frames_of_pictures(request, pictures(request)?)
+    let input = FfmpegInput { argument: request.argument(), args, folder: None, is_live: true, rate_hz };
+    Ok((input, None))
 }

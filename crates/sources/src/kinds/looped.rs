@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_data::sequence::{Calibration, ImageFile, Listing, SequenceOptions, list_sequence};
+use visloc_data::sequence::{ImageFile, Listing, SequenceOptions, list_sequence};
 
 use super::{SourceKind, claims_nothing, video::RATE_HZ};
 use crate::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{frames_of_pictures, images_of_gray},
+    SourcesError,
     open::Request,
-    video::{FfmpegInput, ffmpeg_problem, open_color, open_gray},
+    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
 };
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -22,13 +21,13 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| false,
     problem: |options| ffmpeg_problem(&options.ffmpeg),
     claims: claims_nothing,
-    frames,
-    images,
-    pictures,
+    frames: |request| video::frames(request, input(request)?),
+    images: |request| video::images(request, input(request)?),
+    pictures: |request| video::pictures(request, input(request)?),
 };
 
 /// The images, and the calibration beside them.
-fn input(request: &Request<'_>) -> Result<(FfmpegInput, Option<(Calibration, PathBuf)>), SourcesError> {
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let folder = Path::new(request.address.rest());
     let Listing { images, calibration, .. } = list_sequence(folder, &SequenceOptions::default())?;
     let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);
@@ -61,20 +60,4 @@ fn place_of(images: &[ImageFile]) -> Option<(PathBuf, String)> {
     };
     let first = place(images.first()?)?;
     images.iter().all(|image| place(image).as_ref() == Some(&first)).then_some(first)
-}
-
-fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
-    let (input, calibration) = input(request)?;
-    let stream = open_gray(&input, request.options, request.host)?;
-    images_of_gray(request, stream, calibration, Vec::new())
-}
-
-fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
-    let (input, calibration) = input(request)?;
-    let pictures = open_color(&input, request.options, request.host)?;
-    Ok(OpenPictures { pictures, calibration, warnings: Vec::new() })
-}
-
-fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    frames_of_pictures(request, pictures(request)?)
 }

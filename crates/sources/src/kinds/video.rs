@@ -4,10 +4,9 @@ use std::path::Path;
 
 use super::{SourceKind, has_extension};
 use crate::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{frames_of_pictures, images_of_gray},
+    SourcesError,
     open::Request,
-    video::{FfmpegInput, ffmpeg_problem, open_color, open_gray},
+    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
 };
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -20,9 +19,9 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| false,
     problem: |options| ffmpeg_problem(&options.ffmpeg),
     claims: |path| path.is_file() && has_extension(path, &EXTENSIONS),
-    frames,
-    images,
-    pictures,
+    frames: |request| video::frames(request, input(request)?),
+    images: |request| video::images(request, input(request)?),
+    pictures: |request| video::pictures(request, input(request)?),
 };
 
 const EXTENSIONS: [&str; 14] =
@@ -31,7 +30,7 @@ const EXTENSIONS: [&str; 14] =
 /// Images a second, where the file has no times.
 pub(super) const RATE_HZ: f64 = 30.0;
 
-fn input(request: &Request<'_>) -> Result<FfmpegInput, SourcesError> {
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let path = Path::new(request.address.rest());
     if !path.is_file() {
         return request.cannot(format!("expected a video file, found no file '{}'", path.display()));
@@ -39,25 +38,12 @@ fn input(request: &Request<'_>) -> Result<FfmpegInput, SourcesError> {
     // A name may begin with a dash or look like a protocol.
     let mut name = std::ffi::OsString::from("file:");
     name.push(path);
-    Ok(FfmpegInput {
+    let input = FfmpegInput {
         argument: request.argument(),
         args: vec!["-i".into(), name],
         folder: None,
         is_live: false,
         rate_hz: request.options.rate_hz.unwrap_or(RATE_HZ),
-    })
-}
-
-fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
-    let stream = open_gray(&input(request)?, request.options, request.host)?;
-    images_of_gray(request, stream, None, Vec::new())
-}
-
-fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
-    let pictures = open_color(&input(request)?, request.options, request.host)?;
-    Ok(OpenPictures { pictures, calibration: None, warnings: Vec::new() })
-}
-
-fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    frames_of_pictures(request, pictures(request)?)
+    };
+    Ok((input, None))
 }

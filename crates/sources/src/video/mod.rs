@@ -6,10 +6,12 @@
 
 mod ffmpeg;
 mod live;
+mod open;
 mod pictures;
 mod pipe;
 mod pnm;
 
 pub(crate) use ffmpeg::{FfmpegInput, ffmpeg_problem};
-pub(crate) use pictures::{in_color, open_color, open_gray};
+pub(crate) use open::{Decoded, frames, images, pictures};
+pub(crate) use pictures::in_color;
 pub(crate) use pnm::{Pixels, PnmImage};

@@ -24,7 +24,7 @@ enum Feed {
 }
 
 /// Opens a video or a camera for its pictures.
-pub(crate) fn open_color(
+pub(super) fn open_color(
     input: &FfmpegInput,
     options: &SourceOptions,
     host: &Host,
@@ -33,7 +33,7 @@ pub(crate) fn open_color(
 }
 
 /// Opens a video or a camera for gray images.
-pub(crate) fn open_gray(
+pub(super) fn open_gray(
     input: &FfmpegInput,
     options: &SourceOptions,
     host: &Host,
