@@ -72,6 +72,12 @@ pub struct RefinementConfig {
     pub max_births: usize,
     /// Share of the evidence that is kept from image to image.
     pub evidence_kept: f64,
+    /// A track whose turn it is not loses what it lost in its last image once more, this share of it in the first image and
+    /// that much less in each one after.
+    pub stale_evidence_kept: f64,
+    /// Turn rate of the camera at which an image is so blurred that it says half as much, radians per second; counts where places
+    /// look alike.
+    pub blurring_turn_rad_per_s: f64,
     /// A track whose odds fall below the best one's by this is given up, as a logarithm.
     pub hopeless: f64,
     /// Tracks that are nearer than this are one, meters.
@@ -118,6 +124,8 @@ impl Default for RefinementConfig {
             search_poses: 200,
             max_births: 3,
             evidence_kept: 1.0,
+            stale_evidence_kept: 1.0,
+            blurring_turn_rad_per_s: 1.2,
             hopeless: 20.0,
             merge_distance_m: 0.25,
             merge_turn_rad: 0.2,
@@ -169,6 +177,7 @@ impl RefinementConfig {
             ("refinement.birth_noise_m", self.birth_noise_m),
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),
+            ("refinement.blurring_turn_rad_per_s", self.blurring_turn_rad_per_s),
             ("refinement.hopeless", self.hopeless),
             ("refinement.merge_distance_m", self.merge_distance_m),
             ("refinement.merge_turn_rad", self.merge_turn_rad),
@@ -182,6 +191,7 @@ impl RefinementConfig {
             ("refinement.evidence_deadband", self.evidence_deadband),
             ("refinement.max_evidence_difference", self.max_evidence_difference),
             ("refinement.evidence_kept", self.evidence_kept),
+            ("refinement.stale_evidence_kept", self.stale_evidence_kept),
         ] {
             require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
         }

@@ -1,6 +1,5 @@
 //! A localizer whose hypotheses are refined.
 
-use nalgebra::Vector3;
 use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
@@ -8,8 +7,9 @@ use visloc_vision::Percept;
 use super::{
     RefinementConfig,
     known::Known,
-    search::PlaceSearch,
+    search::{PlaceSearch, middle},
     tracks::{Tracks, View},
+    turning::{Turning, camera_yaw_rad},
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
@@ -46,6 +46,9 @@ pub struct Refined {
     /// Whose turn it is among them.
     turn: usize,
     tracks: Tracks,
+    turning: Turning,
+    /// Where places look alike: the answer for a robot that may be anywhere.
+    middle: Option<PlanarPose>,
     reliability: Reliability,
     last_odometry: Option<PlanarPose>,
     last_at: Option<Timestamp>,
@@ -73,6 +76,8 @@ impl Refined {
     ) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self {
+            turning: Turning::default(),
+            middle: config.has_look_alikes.then(|| middle(pixels.as_ref())),
             has_landmarks: features.has_landmarks(),
             max_jump_m: pixels.max_jump_m(),
             known: Known::new(StartPrior::Uniform),
@@ -99,6 +104,9 @@ impl Refined {
         self.winner = None;
         self.known.forget_last();
         self.estimate.forget();
+        if let Some(middle) = self.middle {
+            self.estimate.world_from_robot = middle;
+        }
     }
 
     /// Motion since the last step, seen from the robot, and the time that passed.
@@ -119,8 +127,7 @@ impl Refined {
 
     /// How much of an image is new, 0 to 1: what was seen from nearly the same place is no new evidence.
     fn novelty(&mut self, input: &StepInput<'_>) -> f64 {
-        let ahead = input.percept.robot_from_camera.rotate(&Vector3::z());
-        let camera_yaw_rad = ahead.y.atan2(ahead.x);
+        let camera_yaw_rad = camera_yaw_rad(input.percept);
         let robot = self.tracks.best().map_or(self.estimate.world_from_robot, |track| track.filter.pose());
         let view = PlanarPose::new(robot.x_m, robot.y_m, robot.yaw_rad + camera_yaw_rad);
         let novelty = self.last_view.map_or(1.0, |last| {
@@ -130,14 +137,27 @@ impl Refined {
         novelty.min(1.0)
     }
 
-    fn update_tracks(&mut self, novelty: f64) {
-        let view = View { novelty, has_landmarks: self.has_landmarks };
+    /// How clear an image is, 0 to 1.
+    fn clearness(&mut self, input: &StepInput<'_>, secs: f64) -> f64 {
+        let rate = self.turning.rate_rad_per_s(input, secs);
+        if self.config.has_look_alikes {
+            1.0 / (1.0 + (rate / self.config.blurring_turn_rad_per_s).powi(2))
+        } else {
+            1.0
+        }
+    }
+
+    fn update_tracks(&mut self, novelty: f64, clearness: f64) {
+        let view = View { novelty, clearness, has_landmarks: self.has_landmarks };
         self.tracks.update(self.model.as_ref(), &self.candidates, &view, &self.known, &self.config);
         self.tracks.leave(&self.places.region());
         if let Some(best) = self.tracks.best()
             && best.confirmed >= ESTABLISHED
         {
             self.known.establish(best.filter.pose());
+            if self.config.has_look_alikes {
+                self.tracks.remember_robot();
+            }
         }
     }
 
@@ -236,6 +256,7 @@ impl Refined {
 impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
+        self.tracks = Tracks::default();
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }
@@ -260,7 +281,8 @@ impl Localizer for Refined {
         self.model.condition_on(input.percept);
         self.find_candidates(input.percept, rng);
         let novelty = self.novelty(input);
-        self.update_tracks(novelty);
+        let clearness = self.clearness(input, secs);
+        self.update_tracks(novelty, clearness);
         self.update_reliability(input, novelty);
         self.update_estimate();
         self.doubt(secs);

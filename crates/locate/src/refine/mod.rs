@@ -19,6 +19,7 @@ mod search;
 #[cfg(test)]
 mod tests;
 mod tracks;
+mod turning;
 
 pub use config::RefinementConfig;
 pub use localizer::Refined;

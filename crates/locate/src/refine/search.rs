@@ -1,8 +1,8 @@
 //! A search for places of its own: poses that features of the image suggest, weighed by the observation model.
 
 use rand::RngExt;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_base::{Rng, RngTree};
+use visloc_geom::{PlanarPose, weighted_pose_statistics};
 use visloc_vision::Percept;
 
 use crate::{ObservationModel, Region, observation::features::FeatureModel};
@@ -10,6 +10,20 @@ use crate::{ObservationModel, Region, observation::features::FeatureModel};
 /// Two candidates nearer than this are one: the fit of either ends at the same place.
 const SAME_PLACE_M: f64 = 0.15;
 const SAME_PLACE_RAD: f64 = 0.1;
+
+/// Places of which the middle is taken.
+const MIDDLE_PLACES: u64 = 500;
+
+/// The place with the least expected squared distance from a robot that may be anywhere on the map.
+pub(super) fn middle(model: &dyn ObservationModel) -> PlanarPose {
+    let mut rng = RngTree::new(1).stream("middle of the map", 0);
+    let places: Vec<PlanarPose> = (0..MIDDLE_PLACES).map(|_| model.sample(&mut rng)).collect();
+    let mean = weighted_pose_statistics(places.iter().map(|place| (*place, 1.0)))
+        .map(|s| s.mean)
+        .unwrap_or_default();
+    let nearest = places.iter().min_by(|a, b| a.distance_m(&mean).total_cmp(&b.distance_m(&mean)));
+    nearest.map_or(mean, |place| PlanarPose { yaw_rad: 0.0, ..*place })
+}
 
 /// Suggests places at which a track may begin.
 pub(super) struct PlaceSearch {

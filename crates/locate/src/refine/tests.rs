@@ -228,6 +228,23 @@ fn a_lifted_robot_is_nowhere() {
 }
 
 /// On a map that looks the same from a mirrored pose both are told, with equal probability; knowing the half settles it.
+/// Where places look alike, a robot that was put down may be anywhere: the middle of the map is the best guess, not the place
+/// from which it was carried away.
+#[test]
+fn among_look_alikes_a_lifted_robot_is_taken_for_in_the_middle() {
+    let place = PlanarPose::new(3.0, 2.0, 0.0);
+    let world = Alike::new(&[place]);
+    let config = RefinementConfig { has_look_alikes: true, ..RefinementConfig::default() };
+    let search = Box::new(Fixed::new(&[place]));
+    let mut localizer =
+        Refined::new(config, search, Box::new(world.clone()), Box::new(world.clone())).unwrap();
+    assert!(is_at(&step(&mut localizer, 0..60, false), &place));
+    let estimate = step(&mut localizer, 60..62, true);
+    assert!(estimate.world_from_robot.distance_m(&PlanarPose::default()) < 0.7, "{estimate:?}");
+    assert!(estimate.reliability == 0.0 && estimate.hypotheses.is_empty());
+    assert!(is_at(&step(&mut localizer, 62..90, false), &place));
+}
+
 #[test]
 fn mirrored_poses_share_the_probability_until_the_half_is_known() {
     let place = PlanarPose::new(1.5, 0.5, 0.3);

@@ -1,6 +1,6 @@
 //! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
 
-use visloc_geom::PlanarPose;
+use visloc_geom::{PlanarPose, weighted_pose_statistics};
 
 use super::{
     RefinementConfig,
@@ -27,6 +27,10 @@ const GOOD_AGREEMENT: f64 = 0.8;
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
+/// A track that explains the images worse than the best one by more than this does not keep others from its place.
+const BLOCKING_DEFICIT: f64 = 0.1;
+/// Images after which a track's last one is not older for it.
+const MAX_STALE: u64 = 1000;
 /// A track whose odds are below the best one's by this has no say in the answer, as a logarithm.
 const MIN_LOG_ODDS: f64 = 5.0;
 
@@ -57,13 +61,24 @@ impl Track {
     /// Landmarks in view confirm the track or take its confirmation away; without landmarks new views do, slowly.
     fn confirm(&mut self, agreement: &Agreement, view: &View) {
         if !view.has_landmarks {
-            let step =
-                if agreement.value() > GOOD_AGREEMENT { VIEW_CONFIRMATION } else { -VIEW_CONFIRMATION };
+            let is_good = agreement.value() > GOOD_AGREEMENT;
+            // A blurred image does not speak against anybody.
+            let step = if is_good { VIEW_CONFIRMATION } else { -VIEW_CONFIRMATION * view.clearness };
             self.confirmed = (self.confirmed + step * view.novelty).clamp(0.0, 1.0);
         } else if let Some(share) = agreement.of_landmarks() {
             let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
             self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
         }
+    }
+
+    /// Goes on from a pose that explains the image much better, with the odds of a new track if its own are worse: it lost them
+    /// where the robot is not.
+    fn correct(&mut self, filter: PoseFilter, (agreement, deficit): (f64, f64), new_log_odds: f64) {
+        self.filter = filter;
+        self.last_agreement = agreement;
+        self.agreement = self.agreement.max(agreement);
+        self.deficit = deficit;
+        self.log_odds = self.log_odds.max(new_log_odds);
     }
 
     /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.
@@ -95,6 +110,8 @@ impl Track {
 pub(super) struct View {
     /// How much of it is new, 0 to 1.
     pub novelty: f64,
+    /// How clear it is, 0 to 1: a camera that turns blurs its image.
+    pub clearness: f64,
     /// Whether the map has landmarks.
     pub has_landmarks: bool,
 }
@@ -106,6 +123,11 @@ pub(super) struct Tracks {
     next_id: u64,
     /// Counts images, to let tracks take turns.
     turn: u64,
+    /// The tracks that take turns: image that they were last fitted to, and name.
+    waiting: Vec<(u64, u64)>,
+    /// Where places look alike, the filter of the last track that was known to be right: what it has found out about the
+    /// robot holds wherever that is put next.
+    robot: Option<PoseFilter>,
 }
 
 impl Tracks {
@@ -122,8 +144,8 @@ impl Tracks {
     }
 
     pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
-        for track in &mut self.tracks {
-            track.filter.predict(odometry, secs, config);
+        for filter in self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot) {
+            filter.predict(odometry, secs, config);
         }
     }
 
@@ -140,7 +162,7 @@ impl Tracks {
         if model.num_features() < MIN_FEATURES {
             return;
         }
-        let weight = config.evidence_per_image * fullness(model);
+        let weight = config.evidence_per_image * fullness(model) * view.clearness;
         self.fit(model, view, known, config);
         self.compete(weight, config);
         self.rank();
@@ -159,16 +181,22 @@ impl Tracks {
     fn fit(&mut self, model: &dyn FeatureModel, view: &View, known: &Known, config: &RefinementConfig) {
         let num_first = config.max_fits.div_ceil(2);
         let num_others = self.tracks.len().saturating_sub(num_first);
-        let rounds = if self.tracks.len() > config.max_fits {
-            num_others.div_ceil(config.max_fits - num_first.min(config.max_fits - 1)) as u64
-        } else {
-            1
-        };
+        let num_fits = config.max_fits.saturating_sub(num_first).max(1);
+        let is_crowded = self.tracks.len() > config.max_fits;
+        let rounds = if is_crowded { num_others.div_ceil(num_fits) as u64 } else { 1 };
         self.turn = self.turn.wrapping_add(1);
+        // With many tracks, whose number changes from image to image, some would wait for very long in fixed rounds.
+        let last_in_line =
+            (is_crowded && config.has_look_alikes).then(|| self.last_in_line(num_first, num_fits));
+        let turn = self.turn;
+        let waits = |track: &Track| match last_in_line {
+            Some(last) => (track.fitted_in, track.id) > last,
+            None => !(track.id + turn).is_multiple_of(rounds),
+        };
         // Where doors tell the place, a thing on the floor may be all that an image shows.
         let follow = AGREEMENT_FOLLOW * if config.has_look_alikes { fullness(model) } else { 1.0 };
         for (i, track) in self.tracks.iter_mut().enumerate() {
-            if i >= num_first && !(track.id + self.turn).is_multiple_of(rounds) {
+            if i >= num_first && waits(track) {
                 continue;
             }
             // The less is known the wider the first gate.
@@ -184,8 +212,15 @@ impl Tracks {
         }
     }
 
+    /// The last one of the `num_fits` tracks behind the first ones that have waited longest.
+    fn last_in_line(&mut self, num_first: usize, num_fits: usize) -> (u64, u64) {
+        self.waiting.clear();
+        self.waiting.extend(self.tracks[num_first..].iter().map(|track| (track.fitted_in, track.id)));
+        *self.waiting.select_nth_unstable(num_fits - 1).1
+    }
+
     /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
-    /// fall as far behind the best one as in its last image. Agreements of different images are not compared: a hard image
+    /// fall behind the best one as in its last image, but ever less: that image may have been a bad one. Agreements of different images are not compared: a hard image
     /// would speak against all that were fitted to it.
     fn compete(&mut self, weight: f64, config: &RefinementConfig) {
         let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
@@ -196,12 +231,26 @@ impl Tracks {
             }
             let worse = track.deficit.min(config.max_evidence_difference);
             let lost = (worse - config.evidence_deadband).max(0.0);
-            track.log_odds = config.evidence_kept * track.log_odds - weight * lost;
+            let images_since = self.turn.saturating_sub(track.fitted_in).min(MAX_STALE);
+            #[allow(clippy::cast_possible_truncation)] // a small number
+            let still_true = config.stale_evidence_kept.powi(images_since as i32);
+            track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
         }
     }
 
-    /// The track whose place has the least expected distance from where the robot is. It is the most probable one as soon
-    /// as that has half of the odds.
+    /// The best track is right: what it has found out about the robot is kept when all tracks are given up.
+    pub fn remember_robot(&mut self) {
+        self.robot = self.best().map(|best| best.filter.clone());
+    }
+
+    /// A filter that knows tilt, height and odometry of the robot. Where places look alike the best track may be at a wrong one,
+    /// and have bent all of them until it fits: a new track would inherit that as a certainty.
+    fn known_robot(&self, config: &RefinementConfig) -> Option<&PoseFilter> {
+        if config.has_look_alikes { self.robot.as_ref() } else { self.best().map(|best| &best.filter) }
+    }
+
+    /// The track whose place has the least expected squared distance from where the robot is: it is the one nearest to the
+    /// mean. As soon as the most probable one has half of the odds it is that.
     pub fn least_error(&self) -> Option<&Track> {
         let odds = |track: &Track| track.log_odds.exp();
         let total: f64 = self.tracks.iter().map(odds).sum();
@@ -210,16 +259,15 @@ impl Tracks {
             return Some(best);
         }
         let probable = || self.tracks.iter().filter(|track| track.log_odds > -MIN_LOG_ODDS);
-        let expected_m = |at: &Track| -> f64 {
-            probable().map(|track| odds(track) * track.filter.pose().distance_m(&at.filter.pose())).sum()
-        };
-        let with_error = probable().map(|track| (track, expected_m(track)));
-        with_error.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(track, _)| track)
+        let mean = weighted_pose_statistics(probable().map(|track| (track.filter.pose(), odds(track))))?.mean;
+        let distance_m = |track: &&Track| track.filter.pose().distance_m(&mean);
+        probable().min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))
     }
 
-    /// Whether a track follows this place already.
+    /// Whether a track follows this place already. One that explains it badly may have got stuck beside it.
     pub fn know(&self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) -> bool {
-        knows(&self.tracks, model, place, 1.5, config)
+        let good = |track: &Track| !(config.has_look_alikes && track.deficit > BLOCKING_DEFICIT);
+        near(&self.tracks, model, place, 1.5, config).any(|i| good(&self.tracks[i]))
     }
 
     /// The best one first, with odds of 1.
@@ -241,19 +289,27 @@ impl Tracks {
         known: &Known,
         config: &RefinementConfig,
     ) {
-        if knows(&self.tracks, model, place, 1.5, config) {
+        if self.know(model, place, config) {
             return;
         }
-        let mut filter = match self.tracks.first() {
-            Some(track) => track.filter.moved_to(place, config),
+        let mut filter = match self.known_robot(config) {
+            Some(known) => known.moved_to(place, config),
             None => PoseFilter::new(place, config),
         };
         let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
-        if agreement < config.min_birth_agreement.max(best - 0.2)
-            || knows(&self.tracks, model, &filter.pose(), 1.0, config)
-        {
+        if agreement < config.min_birth_agreement.max(best - 0.2) {
+            return;
+        }
+        let deficit = (best_fitted - agreement).max(0.0);
+        let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
+        if let Some(i) = found_again {
+            let stuck = &mut self.tracks[i];
+            if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
+                stuck.correct(filter, (agreement, deficit), -handicap);
+                stuck.fitted_in = self.turn;
+            }
             return;
         }
         let mut track = Track {
@@ -262,7 +318,7 @@ impl Tracks {
             own_share: 1.0,
             filter,
             last_agreement: agreement,
-            deficit: (best_fitted - agreement).max(0.0),
+            deficit,
             fitted_in: self.turn,
             agreement,
             confirmed: 0.0,
@@ -284,7 +340,7 @@ impl Tracks {
         let mut i = 1;
         while i < self.tracks.len() {
             let pose = self.tracks[i].filter.pose();
-            if knows(&self.tracks[..i], model, &pose, 1.0, config) {
+            if near(&self.tracks[..i], model, &pose, 1.0, config).next().is_some() {
                 self.tracks.remove(i);
             } else {
                 i += 1;
@@ -299,20 +355,21 @@ fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }
 
-/// Whether one of the tracks is at this place or its mirrored one, or at some times the distance.
-fn knows(
-    tracks: &[Track],
+/// The tracks at this place or its mirrored one, or at some times the distance.
+fn near<'a>(
+    tracks: &'a [Track],
     model: &dyn FeatureModel,
-    place: &PlanarPose,
+    place: &'a PlanarPose,
     factor: f64,
-    config: &RefinementConfig,
-) -> bool {
+    config: &'a RefinementConfig,
+) -> impl Iterator<Item = usize> + 'a {
     let mirrored = model.mirrored(place);
-    tracks.iter().any(|track| {
+    let is_there = move |track: &Track| {
         let pose = track.filter.pose();
         is_near(&pose, place, factor, config)
             || mirrored.is_some_and(|place| is_near(&pose, &place, factor, config))
-    })
+    };
+    (0..tracks.len()).filter(move |i| is_there(&tracks[*i]))
 }
 
 fn is_near(a: &PlanarPose, b: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {

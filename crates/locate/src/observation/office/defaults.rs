@@ -18,6 +18,7 @@ pub fn refinement_defaults() -> RefinementConfig {
         agreement_px: 2.0,
         max_evidence_difference: 0.3,
         evidence_kept: 0.998,
+        stale_evidence_kept: 0.7,
         hopeless: 30.0,
         lost_agreement: 0.25,
         ..RefinementConfig::default()
