@@ -40,7 +40,7 @@ pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
 
 const EVOLUTIONARY: &str = "
 max_races = 60
-max_exploiters = 450
+max_exploiters = 300
 max_victories = 8
 weight_exponent = 8.0
 mutation_noise_m = 0.012
@@ -56,7 +56,7 @@ hopeless = 7.0
 [explorers]
 num_candidates = 40
 is_refined = false
-num_slices = 4
+num_slices = 8
 ";
 
 const MONTE_CARLO: &str = "
