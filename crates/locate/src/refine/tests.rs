@@ -227,7 +227,6 @@ fn a_lifted_robot_is_nowhere() {
     assert!(estimate.reliability.abs() < 1e-12 && estimate.hypotheses.is_empty());
 }
 
-/// On a map that looks the same from a mirrored pose both are told, with equal probability; knowing the half settles it.
 /// Where places look alike, a robot that was put down may be anywhere: the middle of the map is the best guess, not the place
 /// from which it was carried away.
 #[test]
@@ -245,6 +244,7 @@ fn among_look_alikes_a_lifted_robot_is_taken_for_in_the_middle() {
     assert!(is_at(&step(&mut localizer, 62..90, false), &place));
 }
 
+/// On a map that looks the same from a mirrored pose both are told, with equal probability; knowing the half settles it.
 #[test]
 fn mirrored_poses_share_the_probability_until_the_half_is_known() {
     let place = PlanarPose::new(1.5, 0.5, 0.3);

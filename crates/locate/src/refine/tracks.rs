@@ -220,8 +220,8 @@ impl Tracks {
     }
 
     /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
-    /// fall behind the best one as in its last image, but ever less: that image may have been a bad one. Agreements of different images are not compared: a hard image
-    /// would speak against all that were fitted to it.
+    /// fall behind the best one as in its last image, but ever less: that image may have been a bad one. Agreements of different
+    /// images are not compared: a hard image would speak against all that were fitted to it.
     fn compete(&mut self, weight: f64, config: &RefinementConfig) {
         let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
         let best = fitted.map(|track| track.last_agreement).fold(0.0, f64::max);
