@@ -297,7 +297,7 @@ fn the_half_is_asked_again_while_the_pose_gets_better() {
     let config = RefinementConfig::default();
     let half = Region { min_x_m: 0.0, ..seen_at(0.0).region() };
     let known = Known::new(StartPrior::Region { region: half, heading: None });
-    let view = View { novelty: 1.0, has_landmarks: false };
+    let view = View { novelty: 1.0, clearness: 1.0, has_landmarks: false };
     let (first, truth) = (seen_at(-0.04), seen_at(0.04));
     let mut tracks = Tracks::default();
     tracks.update(&first, &[first.places[0]], &view, &known, &config);
