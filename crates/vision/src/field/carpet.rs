@@ -137,7 +137,7 @@ mod tests {
     #[test]
     fn the_color_follows_the_light() {
         let (mut carpet, mut table) = (Carpet::default(), ColorTable::new(&ColorConfig::default()));
-        // From 100 on it is yellow rather than green.
+        // From 96 on it is yellow rather than green.
         for red in 60..90 {
             let now = [red, 118, 68];
             for _ in 0..5 {
