@@ -3,6 +3,8 @@
 import { STRIDE } from "./mesh.js";
 
 const NEAR = 0.05;
+/** Colors that are kept as text. */
+const MAX_STYLES = 4096;
 
 export class CanvasRenderer {
   constructor(canvas) {
@@ -10,6 +12,7 @@ export class CanvasRenderer {
     this.canvas = canvas;
     this.context = canvas.getContext("2d", { alpha: false });
     this.points = new Float32Array(1024);
+    this.styles = new Map();
   }
 
   draw(clipFromWorld, background, layers) {
@@ -41,10 +44,18 @@ export class CanvasRenderer {
     }
   }
 
+  /** The color of a vertex; writing colors down takes longer than drawing what has them, so each is written once. */
   fill(mesh, i) {
-    const j = i * STRIDE;
+    const j = i * STRIDE + 3;
     const d = mesh.data;
-    return style(d[j + 3], d[j + 4], d[j + 5], d[j + 6]);
+    const key = ((d[j] * 255 | 0) << 16 | (d[j + 1] * 255 | 0) << 8 | (d[j + 2] * 255 | 0)) * 128 + (d[j + 3] * 100 | 0);
+    let text = this.styles.get(key);
+    if (!text) {
+      if (this.styles.size >= MAX_STYLES) this.styles.clear();
+      text = style(d[j], d[j + 1], d[j + 2], d[j + 3]);
+      this.styles.set(key, text);
+    }
+    return text;
   }
 
   triangles(mesh) {
@@ -92,5 +103,5 @@ export class CanvasRenderer {
 }
 
 function style(r, g, b, a) {
-  return `rgba(${r * 255 | 0},${g * 255 | 0},${b * 255 | 0},${a.toFixed(3)})`;
+  return `rgba(${r * 255 | 0},${g * 255 | 0},${b * 255 | 0},${a.toFixed(2)})`;
 }

@@ -18,11 +18,16 @@ precision mediump float;
 varying vec4 shade;
 void main() { gl_FragColor = vec4(shade.rgb * shade.a, shade.a); }`;
 
+/** Names of renderers that have no graphics card below them; not all browsers tell of them as a performance caveat. */
+const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
 export class WebGlRenderer {
   /** Null if there is no WebGL, or only one in software, unless that is wished for: a 2D canvas is faster then. */
   static create(canvas, isSoftwareFine) {
     const options = { alpha: false, premultipliedAlpha: true, antialias: true };
-    const gl = canvas.getContext("webgl", { ...options, failIfMajorPerformanceCaveat: !isSoftwareFine });
+    // Tried on another canvas: one that has been asked for WebGL gives no other context.
+    if (!isSoftwareFine && !hasCard({ ...options, failIfMajorPerformanceCaveat: true })) return null;
+    const gl = canvas.getContext("webgl", options);
     return gl ? new WebGlRenderer(canvas, gl) : null;
   }
 
@@ -96,4 +101,14 @@ export class WebGlRenderer {
     gl.vertexAttribPointer(this.at.place, 3, gl.FLOAT, false, 4 * STRIDE, 0);
     gl.vertexAttribPointer(this.at.color, 4, gl.FLOAT, false, 4 * STRIDE, 12);
   }
+}
+
+/** Whether WebGL runs on a graphics card, as far as the browser tells. */
+function hasCard(options) {
+  const gl = document.createElement("canvas").getContext("webgl", options);
+  if (!gl) return false;
+  const info = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = gl.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER);
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return !SOFTWARE.test(name);
 }
