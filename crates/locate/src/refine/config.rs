@@ -65,6 +65,9 @@ pub struct RefinementConfig {
     pub evidence_deadband: f64,
     /// Largest difference that counts: one image with something strange in it must not decide.
     pub max_evidence_difference: f64,
+    /// The most that a track loses by needing a camera with another tilt or height than the robot's, as a logarithm of odds; counts
+    /// where places look alike, for the answer and not for its reliability.
+    pub max_bend_evidence: f64,
     /// Poses that are weighed for one image in search of places while the robot is not localized.
     pub search_poses: usize,
     /// Places at which a track may begin in one image while the robot is not localized; each costs a fit. If more are found they
@@ -121,6 +124,7 @@ impl Default for RefinementConfig {
             evidence_per_image: 6.0,
             evidence_deadband: 0.0,
             max_evidence_difference: 1.0,
+            max_bend_evidence: 3.0,
             search_poses: 200,
             max_births: 3,
             evidence_kept: 1.0,
@@ -178,6 +182,7 @@ impl RefinementConfig {
             ("refinement.birth_noise_rad", self.birth_noise_rad),
             ("refinement.evidence_per_image", self.evidence_per_image),
             ("refinement.blurring_turn_rad_per_s", self.blurring_turn_rad_per_s),
+            ("refinement.max_bend_evidence", self.max_bend_evidence),
             ("refinement.hopeless", self.hopeless),
             ("refinement.merge_distance_m", self.merge_distance_m),
             ("refinement.merge_turn_rad", self.merge_turn_rad),

@@ -121,6 +121,14 @@ impl PoseFilter {
         PlanarPose::new(self.mean[0], self.mean[1], self.mean[2])
     }
 
+    /// How improbable tilt and height of the camera are for a robot of which another filter knows them, or for one of which nothing
+    /// is known: minus the logarithm of the probability density against its peak.
+    pub fn bend(&self, robot: Option<&Self>, config: &RefinementConfig) -> f64 {
+        let slow = |filter: &Self| filter.mean.fixed_rows::<4>(SLOW).into_owned();
+        let difference = slow(self) - robot.map_or_else(Vector4::zeros, slow);
+        0.5 * difference.component_div(&slow_noise(config)).norm_squared()
+    }
+
     pub fn set_pose(&mut self, pose: &PlanarPose) {
         self.mean[0] = pose.x_m;
         self.mean[1] = pose.y_m;

@@ -243,7 +243,7 @@ impl Refined {
         }
         estimate.normalize_hypotheses();
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
-        let total: f64 = self.tracks.iter().map(|track| track.log_odds.exp()).sum();
+        let total = self.tracks.total_evidence();
         let confirmed = 0.5 + 0.5 * best.confirmed;
         // Two that are as probable as each other leave nothing to rely on.
         let undisputed = |probability: f64| (2.0 * probability - 1.0).max(0.0);

@@ -23,6 +23,8 @@ struct Alike {
     noise: Vec<f64>,
     is_symmetric: bool,
     has_landmarks: bool,
+    /// Tilt of the camera that each place needs, radians; empty if the images do not tell.
+    tilts_rad: Vec<f64>,
 }
 
 /// Pixels per meter and per radian.
@@ -32,7 +34,13 @@ const NUM_FEATURES: usize = 60;
 impl Alike {
     fn new(places: &[PlanarPose]) -> Self {
         let noise = vec![0.0; NUM_FEATURES];
-        Self { places: places.to_vec(), noise, is_symmetric: false, has_landmarks: true }
+        Self {
+            places: places.to_vec(),
+            noise,
+            is_symmetric: false,
+            has_landmarks: true,
+            tilts_rad: Vec::new(),
+        }
     }
 
     fn with_noise(mut self, rng: &mut Rng) -> Self {
@@ -72,6 +80,19 @@ impl FeatureModel for Alike {
             let is_near = offset.iter().zip(SCALE).all(|(o, scale)| (o * scale).abs() < gate_px);
             let residual = (is_near && error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });
             visit(FeatureMatch { group: usize::from(i % 2 == 0), residual, unmatched_agreement: 0.0 });
+        }
+        let here = self
+            .places
+            .iter()
+            .zip(&self.tilts_rad)
+            .filter(|(place, _)| place.distance_m(&state.world_from_robot) < 1.0);
+        for (_, needed_rad) in here {
+            let mut jacobian = CameraVector::zeros();
+            jacobian[3] = SCALE[2];
+            let error_px = SCALE[2] * (state.tilt_rad.x - needed_rad);
+            let residual = (error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });
+            (0..NUM_FEATURES / 3)
+                .for_each(|_| visit(FeatureMatch { group: 0, residual, unmatched_agreement: 0.0 }));
         }
     }
 
@@ -242,6 +263,26 @@ fn among_look_alikes_a_lifted_robot_is_taken_for_in_the_middle() {
     assert!(estimate.world_from_robot.distance_m(&PlanarPose::default()) < 0.7, "{estimate:?}");
     assert!(estimate.reliability == 0.0 && estimate.hypotheses.is_empty());
     assert!(is_at(&step(&mut localizer, 62..90, false), &place));
+}
+
+/// Of places that look alike, one that needs another camera than the robot's is less probable; to rely on the other one takes more.
+#[test]
+fn among_look_alikes_a_place_that_needs_another_camera_is_less_probable() {
+    let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    let probability = |tilts_rad: [f64; 2], has_look_alikes: bool| {
+        let world = Alike { tilts_rad: tilts_rad.to_vec(), ..Alike::new(&places) };
+        let config = RefinementConfig { has_look_alikes, ..RefinementConfig::default() };
+        let search = Box::new(Fixed::new(&places));
+        let mut localizer = Refined::new(config, search, Box::new(world.clone()), Box::new(world)).unwrap();
+        let estimate = step(&mut localizer, 0..60, false);
+        assert!(estimate.reliability < 0.1, "{}", estimate.reliability);
+        let first = estimate.hypotheses.iter().find(|h| h.world_from_robot.x_m > 0.0);
+        first.map(|h| h.probability).unwrap()
+    };
+    assert!((probability([0.0, 0.0], true) - 0.5).abs() < 0.1);
+    assert!(probability([0.0, 0.015], true) > 0.8);
+    assert!(probability([0.015, 0.0], true) < 0.2);
+    assert!((probability([0.0, 0.015], false) - 0.5).abs() < 0.1, "on a field nothing but images count");
 }
 
 /// On a map that looks the same from a mirrored pose both are told, with equal probability; knowing the half settles it.

@@ -53,6 +53,8 @@ pub(super) struct Track {
     pub log_odds: f64,
     /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
     pub own_share: f64,
+    /// What its odds have lost by the tilt and height of the camera that it needs.
+    bend: f64,
     /// How far off the place where the prior held was when the prior was last asked, meters.
     asked_spread_m: f64,
 }
@@ -71,10 +73,22 @@ impl Track {
         }
     }
 
+    /// Takes from its odds what the camera that it needs speaks against it.
+    fn set_bend(&mut self, bend: f64) {
+        self.log_odds += self.bend - bend;
+        self.bend = bend;
+    }
+
     /// Goes on from a pose that explains the image much better, with the odds of a new track if its own are worse: it lost them
     /// where the robot is not.
-    fn correct(&mut self, filter: PoseFilter, (agreement, deficit): (f64, f64), new_log_odds: f64) {
+    fn correct(
+        &mut self,
+        (filter, bend): (PoseFilter, f64),
+        (agreement, deficit): (f64, f64),
+        new_log_odds: f64,
+    ) {
         self.filter = filter;
+        self.set_bend(bend);
         self.last_agreement = agreement;
         self.agreement = self.agreement.max(agreement);
         self.deficit = deficit;
@@ -235,6 +249,9 @@ impl Tracks {
             #[allow(clippy::cast_possible_truncation)] // a small number
             let still_true = config.stale_evidence_kept.powi(images_since as i32);
             track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
+            if track.fitted_in == self.turn {
+                track.set_bend(bend(&track.filter, self.robot.as_ref(), config));
+            }
         }
     }
 
@@ -247,6 +264,14 @@ impl Tracks {
     /// and have bent all of them until it fits: a new track would inherit that as a certainty.
     fn known_robot(&self, config: &RefinementConfig) -> Option<&PoseFilter> {
         if config.has_look_alikes { self.robot.as_ref() } else { self.best().map(|best| &best.filter) }
+    }
+
+    /// Sum of the odds of all tracks against the best one, as far as they have earned them by explaining images. The camera that a
+    /// track needs speaks for or against it, but is nothing to rely on.
+    pub fn total_evidence(&self) -> f64 {
+        let evidence = |track: &Track| track.log_odds + track.bend;
+        let best = self.best().map_or(0.0, evidence);
+        self.tracks.iter().map(|track| (evidence(track) - best).exp()).sum()
     }
 
     /// The track whose place has the least expected squared distance from where the robot is: it is the one nearest to the
@@ -303,11 +328,14 @@ impl Tracks {
             return;
         }
         let deficit = (best_fitted - agreement).max(0.0);
+        let bend = bend(&filter, self.robot.as_ref(), config);
+        let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
+        let log_odds = -handicap - (bend - best_bend).max(0.0);
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
         if let Some(i) = found_again {
             let stuck = &mut self.tracks[i];
             if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
-                stuck.correct(filter, (agreement, deficit), -handicap);
+                stuck.correct((filter, bend), (agreement, deficit), log_odds);
                 stuck.fitted_in = self.turn;
             }
             return;
@@ -322,7 +350,8 @@ impl Tracks {
             fitted_in: self.turn,
             agreement,
             confirmed: 0.0,
-            log_odds: -handicap,
+            log_odds,
+            bend,
         };
         track.share(known.share(model, &track.filter.pose()), model);
         self.tracks.push(track);
@@ -353,6 +382,11 @@ impl Tracks {
 #[allow(clippy::cast_precision_loss)]
 fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
+}
+
+/// What the camera that a track needs speaks against it: something where places look alike, if it is not the robot's camera.
+fn bend(filter: &PoseFilter, robot: Option<&PoseFilter>, config: &RefinementConfig) -> f64 {
+    if config.has_look_alikes { filter.bend(robot, config).min(config.max_bend_evidence) } else { 0.0 }
 }
 
 /// The tracks at this place or its mirrored one, or at some times the distance.
