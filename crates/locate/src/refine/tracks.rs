@@ -1,6 +1,6 @@
 //! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
 
-use visloc_geom::{PlanarPose, weighted_pose_statistics};
+use visloc_geom::PlanarPose;
 
 use super::{
     RefinementConfig,
@@ -33,6 +33,8 @@ const BLOCKING_DEFICIT: f64 = 0.1;
 const MAX_STALE: u64 = 1000;
 /// A track whose odds are below the best one's by this has no say in the answer, as a logarithm.
 const MIN_LOG_ODDS: f64 = 5.0;
+/// Tracks that are compared with each other for the answer at most.
+const MAX_ANSWERS: usize = 64;
 
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
@@ -274,8 +276,8 @@ impl Tracks {
         self.tracks.iter().map(|track| (evidence(track) - best).exp()).sum()
     }
 
-    /// The track whose place has the least expected squared distance from where the robot is: it is the one nearest to the
-    /// mean. As soon as the most probable one has half of the odds it is that.
+    /// The track whose place has the least expected distance from where the robot is. As soon as the most probable one has half of
+    /// the odds it is that.
     pub fn least_error(&self) -> Option<&Track> {
         let odds = |track: &Track| track.log_odds.exp();
         let total: f64 = self.tracks.iter().map(odds).sum();
@@ -283,10 +285,15 @@ impl Tracks {
         if odds(best) >= 0.5 * total {
             return Some(best);
         }
-        let probable = || self.tracks.iter().filter(|track| track.log_odds > -MIN_LOG_ODDS);
-        let mean = weighted_pose_statistics(probable().map(|track| (track.filter.pose(), odds(track))))?.mean;
-        let distance_m = |track: &&Track| track.filter.pose().distance_m(&mean);
-        probable().min_by(|a, b| distance_m(a).total_cmp(&distance_m(b)))
+        let probable = || self.tracks.iter().take(MAX_ANSWERS).filter(|track| track.log_odds > -MIN_LOG_ODDS);
+        let expected_m = |track: &Track| -> f64 {
+            let place = track.filter.pose();
+            probable().map(|other| odds(other) * other.filter.pose().distance_m(&place)).sum()
+        };
+        probable()
+            .map(|track| (track, expected_m(track)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(track, _)| track)
     }
 
     /// Whether a track follows this place already. One that explains it badly may have got stuck beside it.
