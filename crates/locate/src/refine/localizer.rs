@@ -47,6 +47,9 @@ pub struct Refined {
     turn: usize,
     tracks: Tracks,
     turning: Turning,
+    /// Where places look alike, the localizer below and the search for places take turns: whether it was the former's in the last
+    /// image.
+    is_search_turn: bool,
     /// Where places look alike: the answer for a robot that may be anywhere.
     middle: Option<PlanarPose>,
     reliability: Reliability,
@@ -77,6 +80,7 @@ impl Refined {
         config.check()?;
         Ok(Self {
             turning: Turning::default(),
+            is_search_turn: false,
             middle: config.has_look_alikes.then(|| middle(pixels.as_ref())),
             has_landmarks: features.has_landmarks(),
             max_jump_m: pixels.max_jump_m(),
@@ -186,7 +190,6 @@ impl Refined {
 
     /// Hypotheses of the search, and places that the features suggest: more of them when lost.
     fn find_candidates(&mut self, percept: &Percept, rng: &mut Rng) {
-        self.candidates.clear();
         if self.config.has_look_alikes && !percept.is_informative {
             return;
         }
@@ -243,7 +246,7 @@ impl Refined {
         }
         estimate.normalize_hypotheses();
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
-        let total = self.tracks.total_evidence();
+        let total = self.tracks.total_odds();
         let confirmed = 0.5 + 0.5 * best.confirmed;
         // Two that are as probable as each other leave nothing to rely on.
         let undisputed = |probability: f64| (2.0 * probability - 1.0).max(0.0);
@@ -269,7 +272,11 @@ impl Localizer for Refined {
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         let (motion, secs) = self.motion(input);
-        self.search.step(input, rng);
+        // Both cost as much as all the rest, so they take turns.
+        self.is_search_turn = !(self.config.has_look_alikes && self.is_search_turn);
+        if self.is_search_turn || input.is_lifted {
+            self.search.step(input, rng);
+        }
         if input.is_lifted {
             self.forget();
             return &self.estimate;
@@ -279,7 +286,10 @@ impl Localizer for Refined {
         }
         self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);
-        self.find_candidates(input.percept, rng);
+        self.candidates.clear();
+        if !(self.config.has_look_alikes && self.is_search_turn) {
+            self.find_candidates(input.percept, rng);
+        }
         let novelty = self.novelty(input);
         let clearness = self.clearness(input, secs);
         self.update_tracks(novelty, clearness);

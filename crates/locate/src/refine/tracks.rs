@@ -268,12 +268,11 @@ impl Tracks {
         if config.has_look_alikes { self.robot.as_ref() } else { self.best().map(|best| &best.filter) }
     }
 
-    /// Sum of the odds of all tracks against the best one, as far as they have earned them by explaining images. The camera that a
-    /// track needs speaks for or against it, but is nothing to rely on.
-    pub fn total_evidence(&self) -> f64 {
-        let evidence = |track: &Track| track.log_odds + track.bend;
-        let best = self.best().map_or(0.0, evidence);
-        self.tracks.iter().map(|track| (evidence(track) - best).exp()).sum()
+    /// Sum of the odds of all tracks against the best one, with the lead that it owes to its camera alone given back to the others:
+    /// what its camera says is nothing to rely on.
+    pub fn total_odds(&self) -> f64 {
+        let best_bend = self.best().map_or(0.0, |best| best.bend);
+        self.tracks.iter().map(|track| (track.log_odds + (track.bend - best_bend).max(0.0)).exp()).sum()
     }
 
     /// The track whose place has the least expected distance from where the robot is. As soon as the most probable one has half of
