@@ -25,6 +25,9 @@ const GOOD_AGREEMENT: f64 = 0.8;
 /// How far, as a logarithm of odds, a new track starts behind one that is fully confirmed: somebody must have carried the
 /// robot away.
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
+/// Where places look alike, finding all of them takes a while: this much of a lead over a place that was found later says nothing, as a
+/// logarithm of odds.
+const MAX_LATE: f64 = 3.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
 /// A track that explains the images worse than the best one by more than this does not keep others from its place.
@@ -57,6 +60,8 @@ pub(super) struct Track {
     pub own_share: f64,
     /// What its odds have lost by the tilt and height of the camera that it needs.
     bend: f64,
+    /// Where places look alike, what its odds still lack for having been found late.
+    late: f64,
     /// How far off the place where the prior held was when the prior was last asked, meters.
     asked_spread_m: f64,
 }
@@ -251,6 +256,7 @@ impl Tracks {
             #[allow(clippy::cast_possible_truncation)] // a small number
             let still_true = config.stale_evidence_kept.powi(images_since as i32);
             track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
+            track.late *= config.evidence_kept;
             if track.fitted_in == self.turn {
                 track.set_bend(bend(&track.filter, self.robot.as_ref(), config));
             }
@@ -268,11 +274,12 @@ impl Tracks {
         if config.has_look_alikes { self.robot.as_ref() } else { self.best().map(|best| &best.filter) }
     }
 
-    /// Sum of the odds of all tracks against the best one, with the lead that it owes to its camera alone given back to the others:
-    /// what its camera says is nothing to rely on.
+    /// Sum of the odds of all tracks against the best one, with the lead given back to the others that it owes to its camera alone or
+    /// to having been found a little earlier: nothing to rely on.
     pub fn total_odds(&self) -> f64 {
-        let best_bend = self.best().map_or(0.0, |best| best.bend);
-        self.tracks.iter().map(|track| (track.log_odds + (track.bend - best_bend).max(0.0)).exp()).sum()
+        let Some(best) = self.best() else { return 1.0 };
+        let unearned = |track: &Track| (track.bend - best.bend).max(0.0) + (track.late - best.late).max(0.0);
+        self.tracks.iter().map(|track| (track.log_odds + unearned(track)).min(0.0).exp()).sum()
     }
 
     /// The track whose place has the least expected distance from where the robot is. As soon as the most probable one has half of
@@ -358,6 +365,7 @@ impl Tracks {
             confirmed: 0.0,
             log_odds,
             bend,
+            late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };
         track.share(known.share(model, &track.filter.pose()), model);
         self.tracks.push(track);
