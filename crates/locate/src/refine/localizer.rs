@@ -8,7 +8,8 @@ use super::{
     RefinementConfig,
     known::Known,
     search::{PlaceSearch, middle},
-    tracks::{Tracks, View},
+    track::View,
+    tracks::Tracks,
     turning::{Turning, camera_yaw_rad},
 };
 use crate::{

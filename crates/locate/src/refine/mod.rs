@@ -18,6 +18,7 @@ mod localizer;
 mod search;
 #[cfg(test)]
 mod tests;
+mod track;
 mod tracks;
 mod turning;
 

@@ -4,12 +4,7 @@ use visloc_base::{Rng, RngTree, Timestamp, gaussian};
 use visloc_geom::{PlanarPose, angle, nao};
 use visloc_vision::Percept;
 
-use super::{
-    Refined, RefinementConfig,
-    filter::PoseFilter,
-    known::Known,
-    tracks::{Tracks, View},
-};
+use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::View, tracks::Tracks};
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},

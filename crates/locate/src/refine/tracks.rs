@@ -4,8 +4,9 @@ use visloc_geom::PlanarPose;
 
 use super::{
     RefinementConfig,
-    filter::{Agreement, PoseFilter},
+    filter::PoseFilter,
     known::Known,
+    track::{Track, View},
 };
 use crate::{Region, observation::features::FeatureModel};
 
@@ -15,13 +16,6 @@ const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
 const MIN_FEATURES: usize = 6;
 /// Share of the newest image in the agreement of late.
 const AGREEMENT_FOLLOW: f64 = 0.15;
-/// What one image of landmarks that are all explained adds to the confirmation.
-const CONFIRMATION: f64 = 0.1;
-/// What one image of landmarks that are not explained takes away: less, since boards and clothes have colors of landmarks.
-const CONTRADICTION: f64 = 0.02;
-/// What a view that is all new adds on a map without landmarks, if it is explained this well.
-const VIEW_CONFIRMATION: f64 = 0.04;
-const GOOD_AGREEMENT: f64 = 0.8;
 /// How far, as a logarithm of odds, a new track starts behind one that is fully confirmed: somebody must have carried the
 /// robot away.
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
@@ -38,104 +32,6 @@ const MAX_STALE: u64 = 1000;
 const MIN_LOG_ODDS: f64 = 5.0;
 /// Tracks that are compared with each other for the answer at most.
 const MAX_ANSWERS: usize = 64;
-
-/// One hypothesis with its filter.
-#[derive(Debug, Clone)]
-pub(super) struct Track {
-    pub id: u64,
-    pub filter: PoseFilter,
-    /// Agreement of the last image that it was fitted to.
-    pub last_agreement: f64,
-    /// By how much the best track that was fitted to that image explained it better.
-    deficit: f64,
-    /// The image that it was last fitted to.
-    fitted_in: u64,
-    /// Agreement of late.
-    pub agreement: f64,
-    /// How far landmarks, or new views on a map without any, have confirmed it, 0 to 1.
-    pub confirmed: f64,
-    /// Logarithm of its odds against the best one: 0 or less.
-    pub log_odds: f64,
-    /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
-    pub own_share: f64,
-    /// What its odds have lost by the tilt and height of the camera that it needs.
-    bend: f64,
-    /// Where places look alike, what its odds still lack for having been found late.
-    late: f64,
-    /// How far off the place where the prior held was when the prior was last asked, meters.
-    asked_spread_m: f64,
-}
-
-impl Track {
-    /// Landmarks in view confirm the track or take its confirmation away; without landmarks new views do, slowly.
-    fn confirm(&mut self, agreement: &Agreement, view: &View) {
-        if !view.has_landmarks {
-            let is_good = agreement.value() > GOOD_AGREEMENT;
-            // A blurred image does not speak against anybody.
-            let step = if is_good { VIEW_CONFIRMATION } else { -VIEW_CONFIRMATION * view.clearness };
-            self.confirmed = (self.confirmed + step * view.novelty).clamp(0.0, 1.0);
-        } else if let Some(share) = agreement.of_landmarks() {
-            let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
-            self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
-        }
-    }
-
-    /// Takes from its odds what the camera that it needs speaks against it.
-    fn set_bend(&mut self, bend: f64) {
-        self.log_odds += self.bend - bend;
-        self.bend = bend;
-    }
-
-    /// Goes on from a pose that explains the image much better, with the odds of a new track if its own are worse: it lost them
-    /// where the robot is not.
-    fn correct(
-        &mut self,
-        (filter, bend): (PoseFilter, f64),
-        (agreement, deficit): (f64, f64),
-        new_log_odds: f64,
-    ) {
-        self.filter = filter;
-        self.set_bend(bend);
-        self.last_agreement = agreement;
-        self.agreement = self.agreement.max(agreement);
-        self.deficit = deficit;
-        self.log_odds = self.log_odds.max(new_log_odds);
-    }
-
-    /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.
-    fn share(&mut self, share: f64, model: &dyn FeatureModel) {
-        self.own_share = share;
-        if share < 0.5
-            && let Some(mirrored) = model.mirrored(&self.filter.pose())
-        {
-            self.filter.set_pose(&mirrored);
-            self.own_share = 1.0 - share;
-        }
-    }
-
-    /// Asks the prior again while the pose gets better: a first guess beside the line that parts two halves may be on the
-    /// wrong side of it.
-    fn ask(&mut self, known: &Known, model: &dyn FeatureModel) {
-        let spread_m = known.spread_m(self.filter.spread_m());
-        if spread_m < self.asked_spread_m
-            && let Some(share) = known.share_by_prior(model, &self.filter.pose())
-        {
-            self.asked_spread_m = spread_m;
-            self.share(share, model);
-        }
-    }
-}
-
-/// What the tracks have to know about an image.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct View {
-    /// How much of it is new, 0 to 1.
-    pub novelty: f64,
-    /// How clear it is, 0 to 1: a camera that turns blurs its image.
-    pub clearness: f64,
-    /// Whether the map has landmarks.
-    pub has_landmarks: bool,
-}
 
 /// All tracks; the best one comes first.
 #[derive(Debug, Clone, Default)]
