@@ -26,6 +26,22 @@ async function picture(page, name, more = {}) {
   await page.context().close();
 }
 
+/** What somebody sees who opens the page, presses Kidnap and watches. */
+async function firstMinute(open) {
+  const page = await open(await programs.studio());
+  const shot = (number) => page.screenshot({ path: join(folder, `studio-minute-${number}.jpg`), type: "jpeg", quality: 85 });
+  await localized(page);
+  await shot(1);
+  await page.click("#kidnap");
+  await until(page, () => window.studio.store.state.contenders.every((c) => !c.is_localized));
+  await page.waitForTimeout(600);
+  await shot(2);
+  await until(page, () => !window.studio.store.state.controls.is_held);
+  await localized(page);
+  await shot(3);
+  await page.context().close();
+}
+
 async function field(open) {
   const page = await open(await programs.studio());
   await localized(page);
@@ -106,7 +122,7 @@ async function slam(open) {
 const browser = await chromium.launch(BROWSER);
 try {
   const open = (url, options) => openPage(browser, url, errors, options);
-  for (const task of [field, office, recording, connected, slam]) await task(open);
+  for (const task of [firstMinute, field, office, recording, connected, slam]) await task(open);
   if (errors.length > 0) throw new Error(errors.join("; "));
 } finally {
   await browser.close();
