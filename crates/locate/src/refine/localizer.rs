@@ -160,7 +160,7 @@ impl Refined {
             && best.confirmed >= ESTABLISHED
         {
             self.known.establish(best.filter.pose());
-            if self.config.has_look_alikes {
+            if self.config.has_look_alikes && self.estimate.reliability > LOCALIZED_RELIABILITY {
                 self.tracks.remember_robot();
             }
         }
@@ -194,13 +194,13 @@ impl Refined {
         if self.config.has_look_alikes && !percept.is_informative {
             return;
         }
-        let hypotheses = &self.search.estimate().hypotheses;
-        let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
-        self.candidates.extend(probable.map(|h| h.world_from_robot));
         let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
         let effort = if is_localized { SEARCH } else { (self.config.search_poses, DEEP_PLACES) };
         let (tracks, model, config) = (&self.tracks, self.model.as_ref(), &self.config);
         let is_known = |pose: &PlanarPose| config.has_look_alikes && tracks.know(model, pose, config);
+        let hypotheses = &self.search.estimate().hypotheses;
+        let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
+        self.candidates.extend(probable.map(|h| h.world_from_robot).filter(|pose| !is_known(pose)));
         self.candidates.extend(self.places.search(percept, model, effort, is_known, rng));
         // Each costs a fit, so they take turns.
         let max = if is_localized { BIRTHS } else { self.config.max_births };

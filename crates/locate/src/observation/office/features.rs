@@ -10,7 +10,12 @@ use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 
-use super::{OfficeObservationModel, lines::TheoreticalLine, sights::Sights, view::View};
+use super::{
+    OfficeObservationModel,
+    lines::TheoreticalLine,
+    sights::{Sights, Window},
+    view::View,
+};
 use crate::observation::{
     edge::{Edge, Eye},
     features::{CameraState, FeatureMatch, FeatureModel, Residual},
@@ -79,13 +84,12 @@ impl OfficeFeatureModel {
         seen: &'a mut [Seen; MAX_SEEN],
     ) -> &'a [Seen] {
         let view = View::tilted(eye, &self.intrinsics);
-        let (width, height) = self.size_px;
+        let window = Window { size_px: self.size_px, margin_px };
         let mut count = 0;
         let place = state.world_from_robot.position();
-        self.sights.visit_seen(&place, &view, (width, margin_px), |line, [a, b]| {
-            let is_beside = a.x.max(b.x) < -margin_px || a.x.min(b.x) > width + margin_px;
-            let is_above = a.y.max(b.y) < -margin_px || a.y.min(b.y) > height + margin_px;
-            if count < MAX_SEEN && !is_beside && !is_above {
+        let any = |_: &TheoreticalLine| true;
+        self.sights.visit_seen(&place, &view, &window, any, |line, [a, b]| {
+            if count < MAX_SEEN {
                 seen[count] = Seen::new(line, a, b);
                 count += 1;
             }

@@ -12,14 +12,15 @@ use visloc_world::office::{FreeSpace, Office, Wall};
 use super::{
     lines::TheoreticalLine,
     sector::{LineColumns, Sector},
+    shadows::{SLACK_M, faces},
 };
 
 /// Side of a cell, meters.
 const CELL_M: f64 = 0.5;
 /// Places in a cell from which lines are looked at, along each side.
 const PLACES: usize = 3;
-/// A wall does not hide what is so near to the way's ends: the line itself lies on a wall, meters.
-const SLACK_M: f64 = 0.03;
+/// How far apart the points of a line are that are looked at, meters.
+const POINTS_APART_M: f64 = 0.5;
 
 /// A line in the list of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,33 +139,20 @@ fn range(range: &Range<u32>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
-/// Whether a line is seen from a place, as far as its own wall and other walls let it.
-#[inline]
-pub(super) fn is_seen<'a>(
-    from: &Point2<f64>,
-    line: &TheoreticalLine,
-    mut walls: impl Iterator<Item = &'a Wall>,
-) -> bool {
-    let to = line.middle();
-    faces(from, line) && !walls.any(|wall| wall.hides(from, &to, SLACK_M))
-}
-
-/// Whether a place is on the side from which a line is seen.
-#[inline]
-pub(super) fn faces(from: &Point2<f64>, line: &TheoreticalLine) -> bool {
-    (from - line.start).dot(&line.normal) > 0.0
-}
-
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 /// How many pairs of a place and a point of the line see each other, and how many pairs there are.
 fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &Wall)]) -> (usize, usize) {
-    let points = [line.start, line.middle(), line.end];
-    let points = if line.start == line.end { &points[..1] } else { &points[..] };
+    let length_m = (line.end - line.start).norm();
+    let steps = (length_m / POINTS_APART_M).ceil() as usize;
+    // A little off the wall and from the ends, so that a corner does not hide what ends in it.
+    let share = |i: usize| 0.01 + 0.98 * i as f64 / steps.max(1) as f64;
+    let points: Vec<Point2<f64>> = (0..=steps)
+        .map(|i| line.start + (line.end - line.start) * share(i) + line.normal * 0.01)
+        .collect();
     let mut seen = 0;
     for place in places.iter().filter(|place| faces(place, line)) {
-        for point in points {
-            // A little off the wall, so that a corner does not hide what ends in it.
-            let point = point + line.normal * 0.01 + (line.middle() - point) * 0.02;
-            seen += usize::from(!walls.iter().any(|(_, wall)| wall.hides(place, &point, SLACK_M)));
+        for point in &points {
+            seen += usize::from(!walls.iter().any(|(_, wall)| wall.hides(place, point, SLACK_M)));
         }
     }
     (seen, places.len() * points.len())

@@ -20,7 +20,7 @@ pub(super) struct TheoreticalLine {
 }
 
 /// Longer borders of the floor are cut, so that what a corner hides is hidden piece by piece, meters.
-const MAX_PIECE_M: f64 = 1.0;
+const MAX_PIECE_M: f64 = 3.0;
 /// How far from a corner it is seen that the floor goes on around it, meters.
 const CORNER_M: f64 = 0.25;
 /// Shorter pieces are of no use, meters.
@@ -30,6 +30,13 @@ impl TheoreticalLine {
     /// The middle, (x, y) of the world, meters.
     pub fn middle(&self) -> Point2<f64> {
         nalgebra::center(&self.start, &self.end)
+    }
+
+    /// A part of a border of the floor, from one share of its length to another.
+    #[inline]
+    pub fn part(&self, [from, to]: [f64; 2]) -> Self {
+        let at = |share: f64| self.start + (self.end - self.start) * share;
+        Self { start: at(from), end: at(to), ..*self }
     }
 }
 

@@ -10,6 +10,7 @@ mod lines;
 mod model;
 mod propose;
 mod sector;
+mod shadows;
 mod sights;
 mod view;
 

@@ -10,7 +10,12 @@ use visloc_geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::office::Office;
 
-use super::{index::faces, propose::Clues, sector::Sector, sights::Sights, view::View};
+use super::{
+    lines::TheoreticalLine,
+    propose::Clues,
+    sights::{Sights, Window},
+    view::View,
+};
 use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
 
 /// Parameters of the observation model of a building.
@@ -105,23 +110,16 @@ impl OfficeObservationModel {
         mut visit: impl FnMut(FeatureKind, [Point2<f64>; 2]),
     ) {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
-        let sector = (self.size_px.0, self.max_distance_px);
-        self.sights.visit_seen(&world_from_robot.position(), &view, sector, |line, ends| {
-            if self.is_in_image(ends) {
-                visit(line.kind, *ends);
-            }
+        let any = |_: &TheoreticalLine| true;
+        self.sights.visit_seen(&world_from_robot.position(), &view, &self.window(), any, |line, ends| {
+            visit(line.kind, *ends);
         });
     }
 
-    /// Whether a projected line comes near enough to the image to be near any pixel.
+    /// What comes near enough to the image to be near any pixel.
     #[inline]
-    fn is_in_image(&self, [a, b]: &[Point2<f64>; 2]) -> bool {
-        let (width, height) = self.size_px;
-        let margin = self.max_distance_px;
-        a.x.max(b.x) > -margin
-            && a.x.min(b.x) < width + margin
-            && a.y.max(b.y) > -margin
-            && a.y.min(b.y) < height + margin
+    fn window(&self) -> Window {
+        Window { size_px: self.size_px, margin_px: self.max_distance_px }
     }
 
     /// Sums of the pixel distances of doors and of the floor, and how many pixels there are of each.
@@ -130,17 +128,12 @@ impl OfficeObservationModel {
         let view = View::new(world_from_robot, &self.ideal_from_robot, &self.eye_in_robot);
         let max2 = (self.max_distance_px * self.max_distance_px) as f32;
         let mut smallest2 = [max2; MAX_PIXELS];
-        let sector = Sector::new(&view, self.size_px.0, self.max_distance_px);
-        self.sights.index.visit_in_sector(&world_from_robot.position(), &sector, |entry, walls| {
-            let line = &self.sights.lines[entry.line as usize];
-            let Some(group) = self.groups.iter().find(|group| group.kind == line.kind) else { return };
-            if !faces(&view.eye, line) {
-                return;
-            }
-            let Some(ends) = view.project(line) else { return };
-            if self.is_in_image(&ends) && self.sights.is_visible(&view.eye, line, entry.is_certain, walls) {
+        let group = |line: &TheoreticalLine| self.groups.iter().find(|group| group.kind == line.kind);
+        let is_wanted = |line: &TheoreticalLine| group(line).is_some();
+        self.sights.visit_seen(&world_from_robot.position(), &view, &self.window(), is_wanted, |line, ends| {
+            if let Some(group) = group(line) {
                 let pixels = group.from..group.to;
-                nearer(&ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
+                nearer(ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
             }
         });
         let mut sums = [(0.0, 0), (0.0, 0)];

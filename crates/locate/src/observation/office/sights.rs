@@ -4,9 +4,10 @@ use nalgebra::Point2;
 use visloc_world::office::Office;
 
 use super::{
-    index::{SightIndex, faces, is_seen},
+    index::SightIndex,
     lines::{TheoreticalLine, theoretical_lines},
     sector::Sector,
+    shadows::{faces, part_seen},
     view::View,
 };
 
@@ -25,39 +26,59 @@ impl Sights {
         Self { office: office.clone(), index: SightIndex::new(office, &lines, range_m), lines }
     }
 
-    /// Whether a line is seen from an eye: certain lines are, if they face it.
-    #[inline]
-    pub fn is_visible(
-        &self,
-        eye: &Point2<f64>,
-        line: &TheoreticalLine,
-        is_certain: bool,
-        walls: &[u32],
-    ) -> bool {
-        if is_certain {
-            return faces(eye, line);
-        }
-        is_seen(eye, line, walls.iter().map(|i| &self.office.walls()[*i as usize]))
-    }
-
-    /// Visits the lines before the camera of a robot at this place, as far as they are not beside an image of so many pixels
-    /// with a margin, with their ends in undistorted pixels.
+    /// Visits what is seen before the camera of a robot at this place of the lines that are wanted, as far as it comes into the
+    /// window, with its ends in undistorted pixels.
     #[inline]
     pub fn visit_seen(
         &self,
         robot: &Point2<f64>,
         view: &View,
-        (width_px, margin_px): (f64, f64),
+        window: &Window,
+        is_wanted: impl Fn(&TheoreticalLine) -> bool,
         mut visit: impl FnMut(&TheoreticalLine, &[Point2<f64>; 2]),
     ) {
-        self.index.visit_in_sector(robot, &Sector::new(view, width_px, margin_px), |entry, walls| {
+        let sector = Sector::new(view, window.size_px.0, window.margin_px);
+        self.index.visit_in_sector(robot, &sector, |entry, walls| {
             let line = &self.lines[entry.line as usize];
-            if faces(&view.eye, line)
-                && let Some(ends) = view.project(line)
-                && self.is_visible(&view.eye, line, entry.is_certain, walls)
-            {
-                visit(line, &ends);
+            if !(is_wanted(line) && faces(&view.eye, line)) {
+                return;
+            }
+            let Some(ends) = view.project(line).filter(|ends| window.may_show(ends)) else { return };
+            if entry.is_certain {
+                return visit(line, &ends);
+            }
+            let walls = walls.iter().map(|i| &self.office.walls()[*i as usize]);
+            match part_seen(&view.eye, line, walls) {
+                Some([0.0, 1.0]) => visit(line, &ends),
+                Some(part) => {
+                    let line = line.part(part);
+                    if let Some(ends) = view.project(&line).filter(|ends| window.may_show(ends)) {
+                        visit(&line, &ends);
+                    }
+                }
+                None => {}
             }
         });
+    }
+}
+
+/// An image and how far beside it lines matter.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Window {
+    /// Width and height, pixels.
+    pub size_px: (f64, f64),
+    pub margin_px: f64,
+}
+
+impl Window {
+    /// Whether a projected line may come into it.
+    #[inline]
+    pub fn may_show(&self, [a, b]: &[Point2<f64>; 2]) -> bool {
+        let (width, height) = self.size_px;
+        let margin = self.margin_px;
+        a.x.max(b.x) > -margin
+            && a.x.min(b.x) < width + margin
+            && a.y.max(b.y) > -margin
+            && a.y.min(b.y) < height + margin
     }
 }
