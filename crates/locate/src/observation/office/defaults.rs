@@ -40,7 +40,7 @@ pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
 
 const EVOLUTIONARY: &str = "
 max_races = 60
-max_exploiters = 300
+max_exploiters = 180
 max_victories = 8
 weight_exponent = 8.0
 mutation_noise_m = 0.012
