@@ -219,7 +219,7 @@ impl PoseFilter {
         self.mean[0] += cos * motion.x - sin * motion.y;
         self.mean[1] += sin * motion.x + cos * motion.y;
         self.mean[2] = angle::wrap(self.mean[2] + motion.z);
-        self.covariance = change * self.covariance * change.transpose() + Covariance::from_diagonal(&noise);
+        self.covariance = moved(&self.covariance, &change) + Covariance::from_diagonal(&noise);
     }
 
     /// Fits pose, tilt and height to the features of an image: one Gauss-Newton step for each gate.
@@ -270,6 +270,34 @@ fn slow_noise(config: &RefinementConfig) -> Vector4<f64> {
 fn image_noise(config: &RefinementConfig) -> CameraVector {
     let (eye, tilt) = (config.eye_noise_m, config.tilt_noise_rad);
     CameraVector::from([eye, eye, 0.0, tilt, tilt, tilt, eye])
+}
+
+/// `change * covariance * change^T`, without what is zero in every change: hundreds of tracks are moved on for each image.
+fn moved(covariance: &Covariance, change: &Covariance) -> Covariance {
+    /// What is beside the diagonal of a change: rows and their columns.
+    const BESIDE: [(usize, &[usize]); 3] =
+        [(0, &[2, MOTION, MOTION + 1]), (1, &[2, MOTION, MOTION + 1]), (2, &[MOTION + 2, DRIFT])];
+    let mut half = *covariance;
+    for (mut column, from) in half.column_iter_mut().zip(covariance.column_iter()) {
+        column.component_mul_assign(&change.diagonal());
+        for (row, others) in BESIDE {
+            for other in others {
+                column[row] += change[(row, *other)] * from[*other];
+            }
+        }
+    }
+    let mut both = half;
+    for i in 0..STATE {
+        both.column_mut(i).scale_mut(change[(i, i)]);
+    }
+    for (row, others) in BESIDE {
+        for other in others {
+            let share = half.column(*other) * change[(row, *other)];
+            let mut column = both.column_mut(row);
+            column += share;
+        }
+    }
+    both
 }
 
 fn square(value: f64) -> f64 {
