@@ -121,6 +121,10 @@ impl PoseFilter {
         PlanarPose::new(self.mean[0], self.mean[1], self.mean[2])
     }
 
+    pub fn x_m(&self) -> f64 {
+        self.mean[0]
+    }
+
     /// How improbable tilt and height of the camera are for a robot of which another filter knows them, or for one of which nothing
     /// is known: minus the logarithm of the probability density against its peak.
     pub fn bend(&self, robot: Option<&Self>, config: &RefinementConfig) -> f64 {

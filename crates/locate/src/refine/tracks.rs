@@ -309,17 +309,18 @@ fn near<'a>(
 ) -> impl Iterator<Item = usize> + 'a {
     let mirrored = model.mirrored(place);
     let is_there = move |track: &Track| {
-        let pose = track.filter.pose();
-        is_near(&pose, place, factor, config)
-            || mirrored.is_some_and(|place| is_near(&pose, &place, factor, config))
+        is_near(&track.filter, place, factor, config)
+            || mirrored.is_some_and(|place| is_near(&track.filter, &place, factor, config))
     };
     (0..tracks.len()).filter(move |i| is_there(&tracks[*i]))
 }
 
-fn is_near(a: &PlanarPose, b: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
+fn is_near(filter: &PoseFilter, place: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
     let max_m = factor * config.merge_distance_m;
     // Most of many tracks are far away along x: that is quickly told.
-    (a.x_m - b.x_m).abs() < max_m
-        && a.distance_m(b) < max_m
-        && a.heading_difference_rad(b) < factor * config.merge_turn_rad
+    if (filter.x_m() - place.x_m).abs() >= max_m {
+        return false;
+    }
+    let pose = filter.pose();
+    pose.distance_m(place) < max_m && pose.heading_difference_rad(place) < factor * config.merge_turn_rad
 }
