@@ -9,7 +9,7 @@ use super::{
     known::Known,
     search::{PlaceSearch, middle},
     track::View,
-    tracks::Tracks,
+    tracks::{Tracks, fullness},
     turning::{Turning, camera_yaw_rad},
 };
 use crate::{
@@ -169,7 +169,11 @@ impl Refined {
     fn update_reliability(&mut self, input: &StepInput<'_>, novelty: f64) {
         let shows_landmark = self.has_landmarks && input.percept.is_informative;
         let novelty = if shows_landmark { 1.0 } else { novelty };
-        let quality = input.percept.quality;
+        let quality = if self.config.has_look_alikes {
+            input.percept.quality.max(fullness(self.model.as_ref()))
+        } else {
+            input.percept.quality
+        };
         let Some(best) = self.tracks.best() else {
             self.reliability.reset();
             self.winner = None;

@@ -290,7 +290,7 @@ impl Tracks {
 
 /// How much an image has to say, 0 to 1.
 #[allow(clippy::cast_precision_loss)]
-fn fullness(model: &dyn FeatureModel) -> f64 {
+pub(super) fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }
 

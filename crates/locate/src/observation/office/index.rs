@@ -146,9 +146,8 @@ fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &W
     let steps = (length_m / POINTS_APART_M).ceil() as usize;
     // A little off the wall and from the ends, so that a corner does not hide what ends in it.
     let share = |i: usize| 0.01 + 0.98 * i as f64 / steps.max(1) as f64;
-    let points: Vec<Point2<f64>> = (0..=steps)
-        .map(|i| line.start + (line.end - line.start) * share(i) + line.normal * 0.01)
-        .collect();
+    let points: Vec<Point2<f64>> =
+        (0..=steps).map(|i| line.start + (line.end - line.start) * share(i) + line.normal * 0.01).collect();
     let mut seen = 0;
     for place in places.iter().filter(|place| faces(place, line)) {
         for point in &points {

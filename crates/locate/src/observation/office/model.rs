@@ -130,12 +130,18 @@ impl OfficeObservationModel {
         let mut smallest2 = [max2; MAX_PIXELS];
         let group = |line: &TheoreticalLine| self.groups.iter().find(|group| group.kind == line.kind);
         let is_wanted = |line: &TheoreticalLine| group(line).is_some();
-        self.sights.visit_seen(&world_from_robot.position(), &view, &self.window(), is_wanted, |line, ends| {
-            if let Some(group) = group(line) {
-                let pixels = group.from..group.to;
-                nearer(ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
-            }
-        });
+        self.sights.visit_seen(
+            &world_from_robot.position(),
+            &view,
+            &self.window(),
+            is_wanted,
+            |line, ends| {
+                if let Some(group) = group(line) {
+                    let pixels = group.from..group.to;
+                    nearer(ends, &self.u[pixels.clone()], &self.v[pixels.clone()], &mut smallest2[pixels]);
+                }
+            },
+        );
         let mut sums = [(0.0, 0), (0.0, 0)];
         for group in &self.groups {
             let sum = &mut sums[usize::from(!group.kind.is_door_edge())];

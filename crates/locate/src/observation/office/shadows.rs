@@ -37,9 +37,8 @@ pub(super) fn part_seen<'a>(
         [offset.dot(&along), offset.dot(&line.normal)]
     };
     let [eye_along, eye_before] = place(eye);
-    let shadow = |[along, before]: [f64; 2]| {
-        eye_along + (along - eye_along) * eye_before / (eye_before - before)
-    };
+    let shadow =
+        |[along, before]: [f64; 2]| eye_along + (along - eye_along) * eye_before / (eye_before - before);
     let [mut from, mut to] = [0.0, length_m];
     for wall in walls {
         let ends = [place(&wall.start), place(&wall.end)];
