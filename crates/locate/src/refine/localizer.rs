@@ -169,16 +169,16 @@ impl Refined {
     fn update_reliability(&mut self, input: &StepInput<'_>, novelty: f64) {
         let shows_landmark = self.has_landmarks && input.percept.is_informative;
         let novelty = if shows_landmark { 1.0 } else { novelty };
-        let quality = if self.config.has_look_alikes {
-            input.percept.quality.max(fullness(self.model.as_ref()))
-        } else {
-            input.percept.quality
-        };
         let Some(best) = self.tracks.best() else {
             self.reliability.reset();
             self.winner = None;
             return;
         };
+        let mut quality = input.percept.quality;
+        if self.config.has_look_alikes {
+            // Images of bare walls count for a place that doors have confirmed: bare walls look alike in too many places.
+            quality = quality.max(best.seen_doors * fullness(self.model.as_ref()));
+        }
         let before = self.reliability;
         self.reliability.update(best.last_agreement, quality);
         if self.reliability.value() > before.value() {
@@ -265,6 +265,9 @@ impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
         self.tracks = Tracks::default();
+        self.turning = Turning::default();
+        (self.turn, self.is_search_turn, self.lost_secs) = (0, false, 0.0);
+        (self.last_odometry, self.last_at, self.last_view) = (None, None, None);
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }

@@ -29,6 +29,8 @@ pub(super) struct Track {
     pub agreement: f64,
     /// How far landmarks, or new views on a map without any, have confirmed it, 0 to 1.
     pub confirmed: f64,
+    /// Where places look alike, how far doors have confirmed it, 0 to 1.
+    pub seen_doors: f64,
     /// Logarithm of its odds against the best one: 0 or less.
     pub log_odds: f64,
     /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
@@ -44,14 +46,17 @@ pub(super) struct Track {
 impl Track {
     /// Landmarks in view confirm the track or take its confirmation away; without landmarks new views do, slowly.
     pub fn confirm(&mut self, agreement: &Agreement, view: &View) {
+        let step_by = |share: f64| share * if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
         if !view.has_landmarks {
+            if let Some(share) = agreement.of_landmarks() {
+                self.seen_doors = (self.seen_doors + step_by(share)).clamp(0.0, 1.0);
+            }
             let is_good = agreement.value() > GOOD_AGREEMENT;
             // A blurred image does not speak against anybody.
             let step = if is_good { VIEW_CONFIRMATION } else { -VIEW_CONFIRMATION * view.clearness };
             self.confirmed = (self.confirmed + step * view.novelty).clamp(0.0, 1.0);
         } else if let Some(share) = agreement.of_landmarks() {
-            let step = if share > 0.0 { CONFIRMATION } else { CONTRADICTION };
-            self.confirmed = (self.confirmed + step * share).clamp(0.0, 1.0);
+            self.confirmed = (self.confirmed + step_by(share)).clamp(0.0, 1.0);
         }
     }
 

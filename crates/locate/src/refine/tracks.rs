@@ -259,6 +259,7 @@ impl Tracks {
             fitted_in: self.turn,
             agreement,
             confirmed: 0.0,
+            seen_doors: 0.0,
             log_odds,
             bend,
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },

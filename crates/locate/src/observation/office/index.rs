@@ -139,8 +139,8 @@ fn range(range: &Range<u32>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 /// How many pairs of a place and a point of the line see each other, and how many pairs there are.
+#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &Wall)]) -> (usize, usize) {
     let length_m = (line.end - line.start).norm();
     let steps = (length_m / POINTS_APART_M).ceil() as usize;

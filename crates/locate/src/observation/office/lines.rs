@@ -19,7 +19,7 @@ pub(super) struct TheoreticalLine {
     pub normal: Vector2<f64>,
 }
 
-/// Longer borders of the floor are cut, so that what a corner hides is hidden piece by piece, meters.
+/// Longer borders of the floor are cut: of a piece that is hidden in its middle only one side is seen, meters.
 const MAX_PIECE_M: f64 = 3.0;
 /// How far from a corner it is seen that the floor goes on around it, meters.
 const CORNER_M: f64 = 0.25;
@@ -27,11 +27,6 @@ const CORNER_M: f64 = 0.25;
 const MIN_PIECE_M: f64 = 0.02;
 
 impl TheoreticalLine {
-    /// The middle, (x, y) of the world, meters.
-    pub fn middle(&self) -> Point2<f64> {
-        nalgebra::center(&self.start, &self.end)
-    }
-
     /// A part of a border of the floor, from one share of its length to another.
     #[inline]
     pub fn part(&self, [from, to]: [f64; 2]) -> Self {

@@ -73,3 +73,68 @@ fn between([a, b]: [[f64; 2]; 2], [min, max]: [f64; 2]) -> Option<[[f64; 2]; 2]>
     };
     Some([a, b].map(|end| if (min..=max).contains(&end[1]) { end } else { at(end[1].clamp(min, max)) }))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector2;
+    use visloc_vision::FeatureKind;
+
+    use super::*;
+
+    /// A border from (0, 0) to (4, 0), seen from above.
+    fn border() -> TheoreticalLine {
+        TheoreticalLine {
+            kind: FeatureKind::WallFoot,
+            start: Point2::new(0.0, 0.0),
+            end: Point2::new(4.0, 0.0),
+            end_height_m: 0.0,
+            normal: Vector2::new(0.0, 1.0),
+        }
+    }
+
+    fn wall(from: (f64, f64), to: (f64, f64)) -> Wall {
+        Wall { start: Point2::new(from.0, from.1), end: Point2::new(to.0, to.1), origin: String::new() }
+    }
+
+    fn part(eye: (f64, f64), walls: &[Wall]) -> Option<[f64; 2]> {
+        part_seen(&Point2::new(eye.0, eye.1), &border(), walls.iter())
+    }
+
+    #[test]
+    fn a_wall_cuts_where_its_shadow_falls() {
+        assert_eq!(part((2.0, 2.0), &[]), Some([0.0, 1.0]));
+        // Halfway between: its end at x = 1.5 throws its shadow to x = 1.
+        for ends in [((-1.0, 1.0), (1.5, 1.0)), ((1.5, 1.0), (-1.0, 1.0))] {
+            let [from, to] = part((2.0, 2.0), &[wall(ends.0, ends.1)]).unwrap();
+            assert!((from - 0.25).abs() < 1e-9 && (to - 1.0).abs() < 1e-9, "{from} {to}");
+        }
+        let two = [wall((-1.0, 1.0), (1.5, 1.0)), wall((2.5, 1.0), (9.0, 1.0))];
+        let [from, to] = part((2.0, 2.0), &two).unwrap();
+        assert!((from - 0.25).abs() < 1e-9 && (to - 0.75).abs() < 1e-9, "{from} {to}");
+        assert_eq!(part((2.0, 2.0), &[wall((-9.0, 1.0), (9.0, 1.0))]), None);
+    }
+
+    #[test]
+    fn of_two_parts_the_longer_one_is_seen() {
+        // A shadow from x = 0.8 to x = 1.6.
+        let [from, to] = part((2.0, 2.0), &[wall((1.4, 1.0), (1.8, 1.0))]).unwrap();
+        assert!((from - 0.4).abs() < 1e-9 && (to - 1.0).abs() < 1e-9, "{from} {to}");
+    }
+
+    #[test]
+    fn walls_behind_the_eye_or_the_border_and_its_own_wall_hide_nothing() {
+        let harmless = [
+            wall((-9.0, 3.0), (9.0, 3.0)),
+            wall((-9.0, -1.0), (9.0, -1.0)),
+            wall((0.0, 0.0), (4.0, 0.0)),
+            wall((4.0, 0.0), (4.0, 5.0)),
+        ];
+        assert_eq!(part((2.0, 2.0), &harmless), Some([0.0, 1.0]));
+    }
+
+    #[test]
+    fn a_wall_that_reaches_past_the_eye_hides_one_side() {
+        let [from, to] = part((2.0, 2.0), &[wall((1.5, 1.0), (1.5, 9.0))]).unwrap();
+        assert!((from - 0.25).abs() < 1e-9 && (to - 1.0).abs() < 1e-9, "{from} {to}");
+    }
+}
