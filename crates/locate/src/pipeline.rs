@@ -23,7 +23,7 @@ use crate::{
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
         office::{
             OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, algorithm_defaults,
-            refinement_defaults,
+            refined_algorithm_defaults, refinement_defaults,
         },
     },
     refine::{Refined, RefinementConfig},
@@ -147,7 +147,8 @@ impl Pipeline {
     ) -> Result<Self, PipelineError> {
         config.lift.check()?;
         let parts = WorldParts::new(map, config)?;
-        let mut localizer = build_layered(algorithm, &layers(map, algorithm, algorithm_toml), parts.model)?;
+        let layers = layers(map, algorithm, config.features, algorithm_toml);
+        let mut localizer = build_layered(algorithm, &layers, parts.model)?;
         if let Some(rich) = parts.rich {
             localizer = Box::new(Refined::new(rich.config, localizer, rich.features, rich.pixels)?);
         }
@@ -200,15 +201,24 @@ impl Pipeline {
 pub fn algorithm_parameters(
     map: &Map,
     algorithm: &str,
+    features: FeatureChoice,
     algorithm_toml: Option<&str>,
 ) -> Result<Vec<Parameter>, ConfigError> {
-    describe_layered(algorithm, &layers(map, algorithm, algorithm_toml))
+    describe_layered(algorithm, &layers(map, algorithm, features, algorithm_toml))
 }
 
 /// What lies over an algorithm's defaults: what is different in this world, then what the user says.
-fn layers<'a>(map: &Map, algorithm: &str, algorithm_toml: Option<&'a str>) -> Vec<&'a str> {
-    let of_world = matches!(map, Map::Office(_)).then(|| algorithm_defaults(algorithm)).flatten();
-    of_world.into_iter().chain(algorithm_toml).collect()
+fn layers<'a>(
+    map: &Map,
+    algorithm: &str,
+    features: FeatureChoice,
+    algorithm_toml: Option<&'a str>,
+) -> Vec<&'a str> {
+    let is_office = matches!(map, Map::Office(_));
+    let is_refined = features == FeatureChoice::Rich;
+    let of_world = is_office.then(|| algorithm_defaults(algorithm)).flatten();
+    let of_tracks = (is_office && is_refined).then(|| refined_algorithm_defaults(algorithm)).flatten();
+    of_world.into_iter().chain(of_tracks).chain(algorithm_toml).collect()
 }
 
 /// What is different from world to world.

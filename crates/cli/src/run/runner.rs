@@ -112,7 +112,7 @@ impl Runner {
     pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
         let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
         // A mistake is told with its line in the user's own text.
-        algorithm_parameters(map, algorithm, *algorithm_toml)?;
+        algorithm_parameters(map, algorithm, pipeline.features, *algorithm_toml)?;
         let overrides = Overrides::from_toml(algorithm_toml.unwrap_or_default())?;
         let lineup = Lineup::new(RunSettings {
             map: Arc::new(map.clone()),

@@ -89,8 +89,8 @@ impl RunSettings {
     }
 
     fn contender(&self, name: &str, overrides: &Overrides) -> Result<Value, StudioError> {
-        let values = algorithm_parameters(&self.map, name, Some(&overrides.toml()?))?;
-        let defaults = algorithm_parameters(&self.map, name, None)?;
+        let values = algorithm_parameters(&self.map, name, self.pipeline.features, Some(&overrides.toml()?))?;
+        let defaults = algorithm_parameters(&self.map, name, self.pipeline.features, None)?;
         Ok(json!({
             "name": name,
             "parameters": with_defaults(values, &defaults),

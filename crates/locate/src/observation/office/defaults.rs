@@ -38,9 +38,16 @@ pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
     }
 }
 
+/// What of that is different where tracks refine the hypotheses: every new place gets its track at once, so fewer individuals
+/// need to stay with it.
+#[must_use]
+pub fn refined_algorithm_defaults(algorithm: &str) -> Option<&'static str> {
+    matches!(algorithm, "evolutionary" | "evolutionary-grid").then_some("max_exploiters = 180")
+}
+
 const EVOLUTIONARY: &str = "
 max_races = 60
-max_exploiters = 180
+max_exploiters = 300
 max_victories = 8
 weight_exponent = 8.0
 mutation_noise_m = 0.012
