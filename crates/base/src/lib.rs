@@ -1,6 +1,7 @@
 //! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's
 //! sensors, trajectories, and the trait of everything that produces frames.
 
+pub mod files;
 mod frame;
 mod gray;
 mod host;

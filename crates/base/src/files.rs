@@ -1,0 +1,219 @@
+//! Files of the user: read with a bound, written so that an earlier file is never half lost.
+//!
+//! All files that visloc reads whole come through [`read`] and [`read_text`], all that it writes whole through
+//! [`write()`] and [`NewFile`]. So no command can be hung up by a device that never ends, and none leaves a half
+//! written file behind under its final name.
+
+use std::{
+    fs::{self, File},
+    io::{self, BufWriter, Read, Write},
+    path::{Path, PathBuf},
+};
+
+use tempfile::NamedTempFile;
+
+/// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
+pub const MAX_TEXT_BYTES: u64 = 1 << 28;
+
+/// Opens a file for reading. Only regular files: a device or a pipe may never end, and nobody could tell.
+///
+/// # Errors
+/// What the system says, or that it is a folder, a device, a pipe or a socket.
+pub fn open(path: &Path) -> io::Result<File> {
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_file() {
+        return File::open(path);
+    }
+    let found = if kind.is_dir() { "a folder" } else { "a device, pipe or socket, which may never end" };
+    Err(io::Error::new(io::ErrorKind::InvalidInput, format!("expected a file, found {found}")))
+}
+
+/// Reads a whole file of at most so many bytes.
+///
+/// # Errors
+/// What the system says, that it is no regular file, or that it is longer.
+pub fn read(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
+    let file = open(path)?;
+    let num_bytes = file.metadata()?.len();
+    if num_bytes > max_bytes {
+        return Err(too_long(max_bytes));
+    }
+    let mut bytes = Vec::with_capacity(usize::try_from(num_bytes).unwrap_or(0));
+    // A file may grow while it is read, and those of the system (/proc) say that they are empty.
+    file.take(max_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > max_bytes { Err(too_long(max_bytes)) } else { Ok(bytes) }
+}
+
+/// Reads a whole file of text, UTF-8 of at most [`MAX_TEXT_BYTES`].
+///
+/// # Errors
+/// As [`read`], or that it is not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read(path, MAX_TEXT_BYTES)?)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8"))
+}
+
+fn too_long(max_bytes: u64) -> io::Error {
+    let message = format!("expected at most {} MiB", max_bytes >> 20);
+    io::Error::new(io::ErrorKind::FileTooLarge, message)
+}
+
+/// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched.
+///
+/// Devices and pipes (`/dev/stdout`) are written to directly. A symbolic link stays one: its target is replaced.
+#[derive(Debug)]
+pub struct NewFile {
+    path: PathBuf,
+    sink: Sink,
+}
+
+#[derive(Debug)]
+enum Sink {
+    Beside(BufWriter<NamedTempFile>),
+    Direct(BufWriter<File>),
+}
+
+impl NewFile {
+    /// Begins a file, and makes its folder.
+    ///
+    /// # Errors
+    /// If the folder cannot be made or nothing can be written there, with what the system says.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        if let Ok(found) = fs::metadata(&path) {
+            if found.is_dir() {
+                return Err(io::Error::new(
+                    io::ErrorKind::IsADirectory,
+                    "expected the name of a file, found a folder",
+                ));
+            }
+            // Who may not write a file must not replace it either, which the rights of the folder alone would allow.
+            let writable = File::options().append(true).open(&path)?;
+            if !found.is_file() {
+                return Ok(Self { path, sink: Sink::Direct(BufWriter::new(writable)) });
+            }
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        fs::create_dir_all(folder)?;
+        let mut builder = tempfile::Builder::new();
+        let beside = with_usual_rights(builder.prefix(".visloc-").suffix(".part")).tempfile_in(folder)?;
+        if let Ok(found) = fs::metadata(&path) {
+            // The new file may be read by whoever could read the old one.
+            let _ = beside.as_file().set_permissions(found.permissions());
+        }
+        Ok(Self { path, sink: Sink::Beside(BufWriter::new(beside)) })
+    }
+
+    /// Gives the complete file its name.
+    ///
+    /// # Errors
+    /// If the rest cannot be written; an earlier file is untouched then.
+    pub fn finish(self) -> io::Result<()> {
+        match self.sink {
+            Sink::Direct(mut writer) => writer.flush(),
+            Sink::Beside(writer) => {
+                let beside = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+                beside.as_file().sync_data()?;
+                beside.persist(&self.path).map(drop).map_err(|error| error.error)
+            }
+        }
+    }
+}
+
+impl Write for NewFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut self.sink {
+            Sink::Beside(writer) => writer.write(bytes),
+            Sink::Direct(writer) => writer.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Beside(writer) => writer.flush(),
+            Sink::Direct(writer) => writer.flush(),
+        }
+    }
+}
+
+/// Writes a whole file at once, and makes its folder.
+///
+/// # Errors
+/// What the system says; an earlier file is untouched then.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
+    let mut file = NewFile::create(path)?;
+    file.write_all(bytes.as_ref())?;
+    file.finish()
+}
+
+/// Temporary files are private unless told otherwise; an output is not. The user's mask still applies.
+#[cfg(unix)]
+fn with_usual_rights<'b, 'p, 's>(
+    builder: &'b mut tempfile::Builder<'p, 's>,
+) -> &'b mut tempfile::Builder<'p, 's> {
+    use std::os::unix::fs::PermissionsExt;
+    builder.permissions(fs::Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn with_usual_rights<'b, 'p, 's>(
+    builder: &'b mut tempfile::Builder<'p, 's>,
+) -> &'b mut tempfile::Builder<'p, 's> {
+    builder
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_file_appears_when_it_is_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new/poses.txt");
+        write(&path, "old").unwrap();
+        let mut file = NewFile::create(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        file.flush().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        drop(file);
+        assert_eq!(names(path.parent().unwrap()), ["poses.txt"], "what is given up is removed");
+        write(&path, "new").unwrap();
+        assert_eq!(read_text(&path).unwrap(), "new");
+    }
+
+    #[test]
+    fn long_files_folders_and_devices_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long");
+        write(&path, [b'x'; 11]).unwrap();
+        assert_eq!(read(&path, 11).unwrap().len(), 11);
+        assert!(read(&path, 10).unwrap_err().to_string().contains("at most"));
+        assert!(read(folder.path(), 10).unwrap_err().to_string().contains("found a folder"));
+        assert!(write(folder.path(), "").unwrap_err().to_string().contains("found a folder"));
+        #[cfg(unix)]
+        {
+            assert!(read_text(Path::new("/dev/zero")).unwrap_err().to_string().contains("never end"));
+            write(Path::new("/dev/null"), "gone").unwrap();
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_rights_stay() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let [target, link] = ["target", "link"].map(|name| folder.path().join(name));
+        fs::write(&target, "old").unwrap();
+        fs::set_permissions(&target, fs::Permissions::from_mode(0o640)).unwrap();
+        symlink(&target, &link).unwrap();
+        write(&link, "new").unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        assert_eq!(fs::metadata(&target).unwrap().permissions().mode() & 0o777, 0o640);
+    }
+}
