@@ -24,7 +24,7 @@ use super::{BroadcastArgs, CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartAr
                        visloc localize sim:kidnaps --plots out/kidnaps\n  \
                        visloc localize ros2:/camera/image_raw --map my-field.toml\n  \
                        visloc localize clip.mp4 --map my-field.toml --camera camera.toml --camera-height 0.5 --camera-tilt 15\n  \
-                       visloc localize sim:tour-2024 --start half:negative\n\n\
+                       visloc localize sim:tour-2024 --start half:positive\n\n\
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
 pub struct LocalizeArgs {

@@ -8,6 +8,7 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod experiment;
+mod guides;
 mod help;
 mod likelihood;
 mod localize;
