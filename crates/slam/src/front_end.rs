@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use visloc_base::{GrayImage, Rng, RngTree, Timestamp};
-use visloc_geom::{Camera, Rigid3};
+use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use crate::{
     config::SlamConfig,
+    frame_log::FrameLog,
     image::Pyramid,
     lie::CameraFromWorld,
     map::{KeyframeId, Map},
@@ -45,7 +46,7 @@ pub(crate) struct FrontEnd {
     tracker: Tracker,
     relocator: Relocator,
     rule: KeyframeRule,
-    frames: Vec<FramePose>,
+    frames: FrameLog,
     phase: Phase,
     num_bad: usize,
     started_at: usize,
@@ -72,7 +73,7 @@ impl FrontEnd {
             tracker: Tracker::new(camera, &config.tracking, &config.features),
             relocator: Relocator::new(camera, config),
             rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
-            frames: Vec::new(),
+            frames: FrameLog::default(),
             phase: Phase::Starting,
             num_bad: 0,
             started_at: 0,
@@ -85,11 +86,15 @@ impl FrontEnd {
         self.clock = clock;
     }
 
+    pub fn remember_frames(&mut self, least: usize) {
+        self.frames.remember(least);
+    }
+
     pub fn map(&self) -> &Map {
         &self.map
     }
 
-    pub fn frames(&self) -> &[FramePose] {
+    pub fn frames(&self) -> &FrameLog {
         &self.frames
     }
 
@@ -99,7 +104,7 @@ impl FrontEnd {
             let world_from_camera = self.camera_from_world(frame)?.inverse();
             Some(TrajectoryPose { at: frame.at, world_from_camera })
         };
-        self.frames.iter().filter_map(pose).collect()
+        self.frames.poses().iter().filter_map(pose).collect()
     }
 
     fn camera_from_world(&self, frame: &FramePose) -> Option<CameraFromWorld> {
@@ -135,7 +140,7 @@ impl FrontEnd {
         if expected != found {
             return Err(FrameError::Size { expected, found });
         }
-        match self.frames.last() {
+        match self.frames.poses().last() {
             Some(last) if last.at >= at => Err(FrameError::Time { last: last.at, found: at }),
             _ => Ok(()),
         }
@@ -170,13 +175,13 @@ impl FrontEnd {
         let StartedMap { map, first, second, frame, between } = started;
         self.map = map.clone();
         self.epoch += 1;
-        self.frames[map.keyframe(*first).frame].place = Some((*first, Rigid3::identity()));
+        self.place(map.keyframe(*first).frame, (*first, Rigid3::identity()));
         let world_from_first = map.keyframe(*first).camera_from_world().inverse();
         for (number, pose) in between {
-            self.frames[*number].place = Some((*first, *pose * world_from_first));
+            self.place(*number, (*first, *pose * world_from_first));
         }
         let number = self.number();
-        self.frames[number].place = Some((*second, Rigid3::identity()));
+        self.place(number, (*second, Rigid3::identity()));
         outcome.state = TrackingState::Tracking(Quality::Good);
         outcome.camera_from_world = Some(frame.camera_from_world);
         outcome.matches = (frame.features.len(), frame.features.len());
@@ -232,7 +237,7 @@ impl FrontEnd {
         let makes_keyframe = decision == KeyframeDecision::Make && report.quality == Quality::Good;
         let anchor_from_world = self.map.pose_of(self.anchor);
         let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
-        self.frames[report.frame.number].place = Some((self.anchor, from_anchor));
+        self.place(report.frame.number, (self.anchor, from_anchor));
         self.tracker.accept(report.frame.clone());
         self.awaits_keyframe |= makes_keyframe;
         timer.end("keyframe decision");
@@ -301,18 +306,26 @@ impl FrontEnd {
     fn rehang(&mut self, number: usize, keyframe: KeyframeId, camera_from_world: &CameraFromWorld) {
         let world_from_keyframe = camera_from_world.inverse();
         for later in number + 1..self.frames.len() {
-            if let Some(pose) = self.camera_from_world(&self.frames[later]) {
-                self.frames[later].place = Some((keyframe, pose * world_from_keyframe));
+            if let Some(pose) = self.frames.get(later).and_then(|frame| self.camera_from_world(frame)) {
+                self.place(later, (keyframe, pose * world_from_keyframe));
             }
         }
-        self.frames[number].place = Some((keyframe, Rigid3::identity()));
+        self.place(number, (keyframe, Rigid3::identity()));
+    }
+
+    /// Notes where a frame is, if it is still remembered.
+    fn place(&mut self, number: usize, place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>)) {
+        if let Some(frame) = self.frames.get_mut(number) {
+            frame.place = Some(place);
+        }
     }
 
     /// Takes over the pose of the last frame from the changed map. The very frame that a map was started with keeps its pose:
     /// its landmarks have hardly moved with it.
     fn correct_last(&mut self, number: usize, made: Option<KeyframeId>) {
         let Some(last) = self.tracker.last().map(|last| last.number) else { return };
-        let pose = if last > number { self.camera_from_world(&self.frames[last]) } else { None };
+        let later = self.frames.get(last).filter(|_| last > number);
+        let pose = later.and_then(|frame| self.camera_from_world(frame));
         let pose =
             pose.or_else(|| made.filter(|_| last == number).map(|keyframe| self.map.pose_of(keyframe)));
         if let Some(pose) = pose {

@@ -9,6 +9,7 @@
 
 pub mod config;
 pub mod feature;
+mod frame_log;
 mod front_end;
 pub mod image;
 pub mod lie;

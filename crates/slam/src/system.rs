@@ -71,10 +71,22 @@ impl Slam {
         self.front_end.map()
     }
 
-    /// All frames so far.
+    /// All frames so far that are remembered.
     #[must_use]
     pub fn frames(&self) -> &[FramePose] {
-        self.front_end.frames()
+        self.front_end.frames().poses()
+    }
+
+    /// From now on only the poses of the newest frames are remembered, at least so many of them, so that memory does not
+    /// grow with time. All are by default.
+    pub fn remember_frames(&mut self, least: usize) {
+        self.front_end.remember_frames(least);
+    }
+
+    /// Whether there were frames that are no longer remembered.
+    #[must_use]
+    pub fn has_forgotten_frames(&self) -> bool {
+        self.front_end.frames().has_forgotten()
     }
 
     /// Poses of all frames that have one, with all corrections of the map so far.

@@ -51,7 +51,7 @@ struct Collector {
 impl Spectator for Collector {
     fn after_frame(&mut self, view: &FrameView<'_>) {
         let Some(runner) = view.runners.first() else { return };
-        let Some(record) = runner.records().last().filter(|record| record.at == view.frame.at) else {
+        let Some(record) = runner.records().latest().filter(|record| record.at == view.frame.at) else {
             return;
         };
         let pose = record.is_localized().then_some(record.world_from_robot);

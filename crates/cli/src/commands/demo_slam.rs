@@ -79,7 +79,7 @@ fn print(run: &SlamRun, report: &SlamReport, truth: &CameraTrajectory, secs: f64
             ate.max * 1e3
         );
     }
-    let num_tracked = run.records.iter().filter(|record| record.is_tracked()).count();
+    let num_tracked = run.history.num_tracked;
     say::line!(
         "  {:.1} ms of one core for each of {num_tracked} tracked images, {:.0} ms for a keyframe",
         report.tracking_ms.mean,

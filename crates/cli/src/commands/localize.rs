@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use visloc_locate::FeatureChoice;
-use visloc_sources::SourceOptions;
+use visloc_sources::{SourceAddress, SourceOptions};
 use visloc_world::Map;
 
 use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
@@ -16,8 +16,8 @@ use crate::{
         SnapshotTaker, comparison_table, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Show,
-        Spectator, corrected, drive, open_source, source_options,
+        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
+        RunnerSettings, Show, Spectator, corrected, drive, open_source, source_options,
     },
     say,
 };
@@ -55,7 +55,10 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let runner = Runner::new(&source.map, &settings, OutputFiles::default());
     runner.with_context(|| config_place(args))?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
-    let mut runners = [Runner::new(&source.map, &settings, files)?];
+    let is_asked_for = args.plots.is_some() || args.json.json.is_some();
+    let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
+    let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
+    let mut runners = [Runner::new(&source.map, &settings, files)?.keeping(most_records)];
 
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics)).transpose()?;

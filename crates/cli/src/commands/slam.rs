@@ -12,11 +12,11 @@ use crate::{
     args::{ScheduleArg, SlamArgs},
     broadcast::Broadcast,
     report::save_json,
-    run::source_options,
+    run::{Records, source_options},
     say,
     slam::{
-        FramePictures, Lookers, RunOptions, Shown, SlamLive, SlamReport, SlamRun, SlamShow, SlamWatcher,
-        draw, open_input, run, write_log, write_ply,
+        FramePictures, Lookers, RunOptions, Shown, SlamLive, SlamRecord, SlamReport, SlamRun, SlamShow,
+        SlamWatcher, draw, open_input, run, write_log, write_ply,
     },
 };
 
@@ -53,7 +53,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         save_json(path, &report)?;
     }
     match run.error {
-        Some(error) => bail!("{error} (the {} frames before are done)", run.records.len()),
+        Some(error) => bail!("{error} (the {} frames before are done)", run.history.records.num_seen()),
         None => Ok(()),
     }
 }
@@ -92,7 +92,10 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions> {
         None => Schedule::Sequential,
     };
     let is_realtime = args.realtime || (args.broadcast.publish.is_some() && !is_live);
-    Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime })
+    let is_asked_for =
+        args.trajectory.is_some() || args.log.is_some() || args.plots.is_some() || args.json.json.is_some();
+    let most_records = Records::<SlamRecord>::most_of(is_live, is_asked_for);
+    Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime, most_records })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
@@ -115,7 +118,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
         write_ply(path, run.slam.map())?;
     }
     if let Some(path) = &args.log {
-        write_log(path, &run.records)?;
+        write_log(path, &run.history.records)?;
     }
     Ok(())
 }
@@ -155,7 +158,8 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         say::line!("    {}", stages.join(", "));
     }
     if run.trajectory.poses().is_empty()
-        && let Some(visloc_slam::TrackingState::Starting(wait)) = run.records.last().map(|r| r.state)
+        && let Some(visloc_slam::TrackingState::Starting(wait)) =
+            run.history.records.latest().map(|r| r.state)
     {
         say::line!("  no map was started: {wait}");
     }

@@ -80,7 +80,7 @@ impl EventLog {
 
     /// As in the evaluation: found if the estimate is right and stays right for a second.
     fn follow_search(&mut self, index: usize, runner: &Runner, view: &FrameView<'_>) {
-        let (Some(record), Some(truth)) = (runner.records().last(), view.truth) else { return };
+        let (Some(record), Some(truth)) = (runner.records().latest(), view.truth) else { return };
         let Some(search) = self.searches.get_mut(index).filter(|search| !search.is_over) else { return };
         let (estimate, truth) = (record.world_from_robot, truth.world_from_robot);
         let is_right = record.is_localized()

@@ -55,7 +55,7 @@ impl FieldMap {
             self.draw_cloud(&mut canvas, runner, algorithm_color(i));
         }
         for (i, runner) in view.runners.iter().enumerate() {
-            let Some(record) = runner.records().last() else { continue };
+            let Some(record) = runner.records().latest() else { continue };
             let color = algorithm_color(i);
             let color = if record.is_localized() { color } else { mix(color, CARPET, 0.45) };
             #[allow(clippy::cast_precision_loss)]

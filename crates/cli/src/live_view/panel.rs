@@ -33,7 +33,7 @@ pub fn status_lines(view: &FrameView<'_>, real_time_factor: f64) -> Vec<String> 
 }
 
 fn algorithm_lines(index: usize, runner: &Runner, truth: Option<&Truth>) -> Vec<String> {
-    let Some(record) = runner.records().last() else { return Vec::new() };
+    let Some(record) = runner.records().latest() else { return Vec::new() };
     let state = if record.is_localized() { "localized".to_owned() } else { paint("searching", GRAY) };
     let error = truth.map_or_else(String::new, |truth| {
         let (estimate, truth) = (record.world_from_robot, truth.world_from_robot);

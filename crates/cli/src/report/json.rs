@@ -82,7 +82,7 @@ impl AlgorithmReport {
         Self {
             algorithm: runner.name().to_owned(),
             evaluation: EvaluationReport {
-                frames: records.len(),
+                frames: records.num_seen(),
                 iteration_ms: Some(timing(|record| record.analysis_ms + record.localizer_ms)),
                 analysis_ms: Some(timing(|record| record.analysis_ms)),
                 ..comparison.as_ref().map(EvaluationReport::of).unwrap_or_default()

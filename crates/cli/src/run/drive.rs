@@ -7,7 +7,7 @@ use visloc_base::{
     Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Timestamp, Truth,
 };
 
-use super::Runner;
+use super::{Records, Runner};
 use crate::stopwatch::Stopwatch;
 
 /// What there is to see after a frame.
@@ -77,6 +77,7 @@ pub fn drive(
         wall_secs: 0.0,
     };
     let mut first_at = None;
+    let mut truths = Records::new(runners.first().and_then(|runner| runner.records().most()));
     while outcome.num_frames < max_frames {
         let (frame, truth) = match source.next_frame() {
             Some(Ok(next)) => (Arc::new(next.frame), next.truth),
@@ -89,8 +90,7 @@ pub fn drive(
         outcome.num_frames += 1;
         outcome.duration_secs = frame.at.secs_since(*first_at.get_or_insert(frame.at));
         if let Some(Truth { world_from_robot, height_m }) = truth {
-            // A second truth of the same time tells nothing new.
-            let _ = outcome.truth.push(StampedPose { at: frame.at, world_from_robot, height_m });
+            truths.push(StampedPose { at: frame.at, world_from_robot, height_m });
         }
         for spectator in spectators.iter_mut() {
             spectator.before_frame(runners);
@@ -112,6 +112,10 @@ pub fn drive(
     }
     for runner in runners.iter_mut() {
         runner.finish()?;
+    }
+    for pose in truths.iter() {
+        // A second truth of the same time tells nothing new.
+        let _ = outcome.truth.push(*pose);
     }
     outcome.num_dropped = source.num_dropped();
     outcome.skipped = source.skipped().to_vec();

@@ -8,7 +8,7 @@ use visloc_geom::PlanarPose;
 use visloc_locate::{PosePrior, StartPrior};
 use visloc_ros2::{NodeSettings, Order, ResultPublisher};
 
-use super::{FrameView, Runner, Spectator, results::result_sample};
+use super::{FrameView, Records, Runner, Spectator, results::result_sample};
 use crate::{host::host, report::LiveReport};
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
@@ -19,8 +19,8 @@ pub struct LiveOutput {
     publisher: ResultPublisher,
     results: ResultMessages,
     /// From receiving an image to publishing its pose, and of that what the algorithm did not take; milliseconds.
-    delays_ms: Vec<f64>,
-    overheads_ms: Vec<f64>,
+    delays_ms: Records<f64>,
+    overheads_ms: Records<f64>,
     num_dropped: usize,
 }
 
@@ -34,8 +34,8 @@ impl LiveOutput {
         Ok(Self {
             publisher: ResultPublisher::open(&node_settings(domain_id))?,
             results: ResultMessages::new(frames, TF_AHEAD_SECS),
-            delays_ms: Vec::new(),
-            overheads_ms: Vec::new(),
+            delays_ms: Records::new(Records::<f64>::most_of(true, false)),
+            overheads_ms: Records::new(Records::<f64>::most_of(true, false)),
             num_dropped: 0,
         })
     }
@@ -51,7 +51,7 @@ impl LiveOutput {
     }
 
     fn measure(&mut self, view: &FrameView<'_>, received_at: Timestamp) {
-        let Some(record) = view.runners.first().and_then(|runner| runner.records().last()) else { return };
+        let Some(record) = view.runners.first().and_then(|runner| runner.records().latest()) else { return };
         let delay_ms = crate::host::now().secs_since(received_at) * 1e3;
         self.delays_ms.push(delay_ms);
         self.overheads_ms.push(delay_ms - record.analysis_ms - record.localizer_ms);

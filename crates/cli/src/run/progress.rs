@@ -59,7 +59,7 @@ impl Progress {
 
 impl Spectator for Progress {
     fn after_frame(&mut self, view: &FrameView<'_>) {
-        if let Some(record) = view.runners.first().and_then(|runner| runner.records().last()) {
+        if let Some(record) = view.runners.first().and_then(|runner| runner.records().latest()) {
             self.bar.set_message(format!("reliability {:.2}", record.reliability));
         }
         self.advance();

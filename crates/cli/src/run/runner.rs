@@ -14,8 +14,11 @@ use visloc_studio::{
 use visloc_vision::{DropReason, Percept};
 use visloc_world::Map;
 
-use super::OutputFiles;
+use super::{OutputFiles, Records};
 use crate::stopwatch::Stopwatch;
+
+/// Most frames without an analysis that are kept; bounds memory of live sources.
+const MAX_REJECTED: usize = 10_000;
 
 /// What is kept of a frame. Small, so that an hour of frames fits into memory.
 #[derive(Debug, Clone, Copy)]
@@ -99,7 +102,7 @@ pub struct Runner {
     lineup: Lineup,
     clock: Clock,
     files: OutputFiles,
-    records: Vec<FrameRecord>,
+    records: Records<FrameRecord>,
     rejected: Vec<SkippedInput>,
     pixels: PixelCounts,
 }
@@ -127,7 +130,7 @@ impl Runner {
             lineup,
             clock: Clock::new(move || watch.secs()),
             files,
-            records: Vec::new(),
+            records: Records::new(None),
             rejected: Vec::new(),
             pixels: PixelCounts::default(),
         })
@@ -141,7 +144,9 @@ impl Runner {
         let Some(contender) = self.lineup.contenders_mut().first_mut() else { return Ok(()) };
         if let Err(error) = contender.step(frame, &self.clock) {
             let (at, origin) = (Some(frame.at), "image analysis".to_owned());
-            self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
+            if self.rejected.len() < MAX_REJECTED {
+                self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
+            }
             return Ok(());
         }
         let pipeline = contender.pipeline();
@@ -205,6 +210,13 @@ impl Runner {
         self.files.flush()
     }
 
+    /// Keeps at most so many records.
+    #[must_use]
+    pub fn keeping(mut self, most: Option<usize>) -> Self {
+        self.records = Records::new(most);
+        self
+    }
+
     /// Another name, where the algorithm's own would not tell this one from the others.
     #[must_use]
     pub fn named(mut self, name: &str) -> Self {
@@ -222,8 +234,8 @@ impl Runner {
         self.lineup.contenders()[0].pipeline()
     }
 
-    /// All frames so far.
-    pub fn records(&self) -> &[FrameRecord] {
+    /// All frames so far; of a live source evenly fewer.
+    pub fn records(&self) -> &Records<FrameRecord> {
         &self.records
     }
 

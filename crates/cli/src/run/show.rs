@@ -43,7 +43,7 @@ impl Show {
             let path = new_saved_file("trajectory", "tum")?;
             let mut text = Vec::new();
             write_tum_header(&mut text)?;
-            for record in runner.records() {
+            for record in runner.records().iter() {
                 let world_from_robot = record.world_from_robot;
                 write_tum_pose(&mut text, &StampedPose { at: record.at, world_from_robot, height_m: 0.0 })?;
             }

@@ -6,8 +6,11 @@ use visloc_geom::Camera;
 use visloc_slam::{Clock, FrameOutcome, Schedule, Slam, SlamConfig};
 use visloc_studio::slam::SlamFrame;
 
-use super::{FramePictures, Pace, SlamRecord, SlamShow};
+use super::{FramePictures, Pace, SlamHistory, SlamShow};
 use crate::{run::Progress, stopwatch::thread_cpu_secs};
+
+/// Most unusable images of which the reason is kept.
+const MOST_REFUSED: usize = 10_000;
 
 /// How to run.
 #[derive(Debug, Clone, Copy, Default)]
@@ -18,14 +21,16 @@ pub struct RunOptions {
     pub schedule: Schedule,
     /// Whether frames come at their stamps, and those are dropped for which tracking has no time.
     pub is_realtime: bool,
+    /// Most frames that are remembered one by one; `None` remembers all.
+    pub most_records: Option<usize>,
 }
 
 /// A finished run.
 pub struct SlamRun {
     /// The system with its map.
     pub slam: Slam,
-    /// One entry for each image that could be used.
-    pub records: Vec<SlamRecord>,
+    /// What became of each image that could be used.
+    pub history: SlamHistory,
     /// Final poses.
     pub trajectory: CameraTrajectory,
     /// Images of the sequence, unusable ones included.
@@ -72,6 +77,9 @@ pub fn run(
     let start = |camera: &Camera, config: &SlamConfig, seed: u64| -> Result<Slam> {
         let mut slam = Slam::with_schedule(camera, config, seed, options.schedule)?;
         slam.set_clock(Clock::new(thread_cpu_secs));
+        if let Some(most) = options.most_records {
+            slam.remember_frames(most);
+        }
         Ok(slam)
     };
     let (mut config, mut seed) = (config.clone(), options.seed);
@@ -79,7 +87,8 @@ pub fn run(
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
     let progress = Progress::new(source.num_images());
-    let (mut records, mut refused, mut error) = (Vec::new(), Vec::new(), None);
+    let mut history = SlamHistory::new(options.most_records);
+    let (mut refused, mut error) = (Vec::new(), None);
     let mut pace = options.is_realtime.then(Pace::start);
     let mut num_dropped = 0;
     while let Some(next) = source.next_image() {
@@ -102,16 +111,16 @@ pub fn run(
             (config, seed) = settings;
         }
         if is_reset || is_wished {
-            SlamRecord::add_mapped(&mut records[num_before..], slam.finish());
+            history.add_mapped(num_before, &slam.finish());
             slam = start(source.camera(), &config, seed)?;
-            num_before = records.len();
+            num_before = history.records.num_seen();
         }
         let is_shown = pictures.is_some() || show.is_some();
         let kept = is_shown.then(|| frame.image.clone());
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
                 if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
-                    pictures.look(records.len(), image, &outcome)?;
+                    pictures.look(history.records.num_seen(), image, &outcome)?;
                 }
                 if let (Some(show), Some(image)) = (show.as_deref_mut(), &kept) {
                     show.look(&slam, &SlamFrame { at: frame.at, image, outcome: &outcome });
@@ -119,25 +128,26 @@ pub fn run(
                 if let Some(watcher) = watcher.as_deref_mut() {
                     watcher.after_frame(frame.at, &outcome, &slam);
                 }
-                records.push(SlamRecord::new(frame.at, &outcome));
-                SlamRecord::add_mapped(&mut records[num_before..], outcome.mapped);
+                history.add(frame.at, &outcome);
+                history.add_mapped(num_before, &outcome.mapped);
             }
-            Err(reason) => refused.push(SkippedInput {
+            Err(reason) if refused.len() < MOST_REFUSED => refused.push(SkippedInput {
                 at: Some(frame.at),
                 origin: "images".to_owned(),
                 reason: reason.to_string(),
             }),
+            Err(_) => {}
         }
         progress.advance();
     }
     progress.clear();
-    SlamRecord::add_mapped(&mut records[num_before..], slam.finish());
+    history.add_mapped(num_before, &slam.finish());
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
-    let num_images = source.num_images().unwrap_or(records.len() + skipped.len() + num_dropped);
-    Ok(SlamRun { slam, records, trajectory, num_images, num_dropped, skipped, error })
+    let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);
+    Ok(SlamRun { slam, history, trajectory, num_images, num_dropped, skipped, error })
 }

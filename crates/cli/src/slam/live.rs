@@ -74,7 +74,7 @@ impl SlamLive {
 
 impl SlamWatcher for SlamLive {
     fn after_frame(&mut self, at: Timestamp, outcome: &FrameOutcome, slam: &Slam) {
-        let record = SlamRecord::new(at, outcome);
+        let record = SlamRecord::new(0, at, outcome);
         if let Some(camera_from_world) = outcome.camera_from_world.filter(|_| record.is_tracked()) {
             let pose = Pose::rigid(&camera_from_world.inverse());
             self.publisher.publish_camera(PoseStamped { header: Header::new(at, MAP_FRAME), pose });

@@ -1,6 +1,7 @@
 //! Running SLAM over a sequence: the loop, its records, its numbers and its files.
 
 mod drive;
+mod history;
 mod input;
 #[cfg(feature = "ros2")]
 mod live;
@@ -15,6 +16,7 @@ mod report;
 mod show;
 
 pub use drive::{Lookers, RunOptions, SlamRun, SlamWatcher, run};
+pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 pub use live::SlamLive;
 pub use pace::Pace;

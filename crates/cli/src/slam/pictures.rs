@@ -91,9 +91,9 @@ fn courses(
     truth: Option<&CameraTrajectory>,
     error: Option<&AbsoluteError>,
 ) -> TimeSeriesPicture {
-    let start = run.records.first().map(|record| record.at).unwrap_or_default();
+    let start = run.history.records.first().map(|record| record.at).unwrap_or_default();
     let series = |label: &str, color, value: &dyn Fn(&SlamRecord) -> f64| {
-        let points = run.records.iter().map(|r| (r.at.secs_since(start), value(r))).collect();
+        let points = run.history.records.iter().map(|r| (r.at.secs_since(start), value(r))).collect();
         Series::new(label, color, points)
     };
     let mut panels = Vec::new();
@@ -118,8 +118,8 @@ fn courses(
     panels.push(Panel {
         label: "time [ms]".to_owned(),
         series: vec![
-            series("mapping", Color::ORANGE, &|r| r.mapping.total_secs() * 1e3),
-            series("tracking", Color::BLUE, &|r| r.tracking.total_secs() * 1e3),
+            series("mapping", Color::ORANGE, &|r| r.mapping_secs * 1e3),
+            series("tracking", Color::BLUE, &|r| r.tracking_secs * 1e3),
         ],
         ..Panel::default()
     });

@@ -8,11 +8,13 @@ use std::{
 
 use anyhow::{Context, Result};
 use visloc_base::Timestamp;
-use visloc_slam::{FrameOutcome, Mapped, StageTimes, TrackingState};
+use visloc_slam::{FrameOutcome, TrackingState};
 
 /// One frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct SlamRecord {
+    /// Its number, from 0.
+    pub number: usize,
     /// When it was taken.
     pub at: Timestamp,
     /// What the system knew after it.
@@ -23,33 +25,24 @@ pub struct SlamRecord {
     pub is_keyframe: bool,
     /// Whether a lost camera was found in it.
     pub is_relocalized: bool,
-    /// Time of tracking by stage.
-    pub tracking: StageTimes,
-    /// Time of mapping by stage.
-    pub mapping: StageTimes,
+    /// Time of tracking, seconds.
+    pub tracking_secs: f64,
+    /// Time of mapping, seconds.
+    pub mapping_secs: f64,
 }
 
 impl SlamRecord {
-    /// Of an outcome; what the mapper does with it comes by [`SlamRecord::add_mapped`].
-    pub fn new(at: Timestamp, outcome: &FrameOutcome) -> Self {
+    /// Of an outcome; what the mapper does with it comes by [`SlamHistory::add_mapped`].
+    pub fn new(number: usize, at: Timestamp, outcome: &FrameOutcome) -> Self {
         Self {
+            number,
             at,
             state: outcome.state,
             matches: outcome.matches,
             is_keyframe: false,
             is_relocalized: outcome.is_relocalized,
-            tracking: outcome.tracking.clone(),
-            mapping: StageTimes::default(),
-        }
-    }
-
-    /// Notes what the mapper has finished.
-    pub fn add_mapped(records: &mut [Self], mapped: Vec<Mapped>) {
-        for Mapped { frame, report, times } in mapped {
-            if let Some(record) = records.get_mut(frame) {
-                record.is_keyframe = report.keyframe.is_some();
-                record.mapping = times;
-            }
+            tracking_secs: outcome.tracking.total_secs(),
+            mapping_secs: 0.0,
         }
     }
 
@@ -90,8 +83,8 @@ pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
                 record.matches.1,
                 u8::from(record.is_keyframe),
                 u8::from(record.is_relocalized),
-                record.tracking.total_secs() * 1e3,
-                record.mapping.total_secs() * 1e3
+                record.tracking_secs * 1e3,
+                record.mapping_secs * 1e3
             )?;
         }
         out.flush()

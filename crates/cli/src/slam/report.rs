@@ -3,9 +3,8 @@
 use serde::Serialize;
 use visloc_base::CameraTrajectory;
 use visloc_eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
-use visloc_slam::StageTimes;
 
-use super::{SlamRecord, SlamRun};
+use super::{SlamHistory, SlamRun, StageSums};
 
 /// Largest difference of stamps that belong together, seconds.
 const TOLERANCE_SECS: f64 = 0.01;
@@ -85,21 +84,24 @@ impl SlamReport {
         let pairs = truth.map(|truth| associate(truth, &run.trajectory, TOLERANCE_SECS)).unwrap_or_default();
         let error = absolute_error(&pairs, Alignment::Similarity);
         let relative = error.as_ref().and_then(|error| relative_error(&pairs, 1, &error.similarity));
-        let tracked = run.trajectory.poses().len();
-        let start = run.records.first().map(|record| record.at);
-        let first = run.records.iter().find(|record| record.is_tracked()).map(|record| record.at);
+        let SlamHistory { records, tracking, mapping, .. } = &run.history;
+        let tracked = if run.slam.has_forgotten_frames() {
+            run.history.num_tracked
+        } else {
+            run.trajectory.poses().len()
+        };
+        let start = records.first().map(|record| record.at);
+        let first = run.history.first_tracked_at;
         let map = run.slam.map();
-        let keyframe_times: Vec<&StageTimes> =
-            run.records.iter().filter(|r| r.is_keyframe).map(|r| &r.mapping).collect();
-        let tracking_times: Vec<&StageTimes> =
-            run.records.iter().filter(|r| r.is_tracked()).map(|r| &r.tracking).collect();
+        let keyframe_secs = records.iter().filter(|r| r.is_keyframe).map(|r| r.mapping_secs);
+        let tracking_secs = records.iter().filter(|r| r.is_tracked()).map(|r| r.tracking_secs);
         let report = Self {
             frames: run.num_images,
             tracked,
             coverage: tracked as f64 / run.num_images.max(1) as f64,
             initialized_at_s: start.zip(first).map(|(start, first)| first.secs_since(start)),
-            lost_spells: count_spells(&run.records),
-            relocalizations: run.records.iter().filter(|r| r.is_relocalized).count(),
+            lost_spells: run.history.num_lost_spells,
+            relocalizations: run.history.num_relocalized,
             keyframes: map.keyframes().count(),
             points: map.landmarks().filter(|(_, landmark)| landmark.is_converged()).count(),
             ate_m: error.as_ref().map(|error| AteReport {
@@ -111,8 +113,8 @@ impl SlamReport {
             }),
             rpe_rot_deg: relative.map(|r| r.rotation_rmse_rad.to_degrees()),
             rpe_trans_m: relative.map(|r| r.translation_rmse),
-            tracking_ms: TimesReport::new(&tracking_times),
-            mapping_ms: TimesReport::new(&keyframe_times),
+            tracking_ms: TimesReport::new(tracking_secs, tracking),
+            mapping_ms: TimesReport::new(keyframe_secs, mapping),
             peak_memory_mb: peak_memory_mb(),
             skipped: run.skipped.len(),
             dropped: run.num_dropped,
@@ -122,26 +124,14 @@ impl SlamReport {
     }
 }
 
-fn count_spells(records: &[SlamRecord]) -> usize {
-    let is_lost = |record: &SlamRecord| record.state == visloc_slam::TrackingState::Lost;
-    let spells = records.windows(2).filter(|pair| !is_lost(&pair[0]) && is_lost(&pair[1])).count();
-    spells + usize::from(records.first().is_some_and(is_lost))
-}
-
 impl TimesReport {
-    fn new(times: &[&StageTimes]) -> Self {
-        let mut totals: Vec<f64> = times.iter().map(|t| t.total_secs() * 1e3).collect();
+    fn new(secs: impl Iterator<Item = f64>, stages: &StageSums) -> Self {
+        let mut totals: Vec<f64> = secs.map(|secs| secs * 1e3).collect();
         totals.sort_by(f64::total_cmp);
         let Some(max) = totals.last().copied() else { return Self::default() };
         let n = totals.len() as f64;
         let rank = |share: f64| totals[((n - 1.0) * share).round() as usize];
-        let mut stages: Vec<(String, f64)> = Vec::new();
-        for (name, secs) in times.iter().flat_map(|t| t.stages()) {
-            match stages.iter_mut().find(|(other, _)| other == name) {
-                Some((_, sum)) => *sum += secs * 1e3 / n,
-                None => stages.push(((*name).to_owned(), secs * 1e3 / n)),
-            }
-        }
+        let stages = stages.means_ms();
         Self { mean: totals.iter().sum::<f64>() / n, median: rank(0.5), p95: rank(0.95), max, stages }
     }
 }

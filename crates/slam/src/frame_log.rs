@@ -1,0 +1,76 @@
+//! The places of the frames so far, or of the newest ones.
+
+use crate::outcome::FramePose;
+
+/// Frames in order, by number. Memory is bounded if only the newest are to be remembered.
+#[derive(Debug, Default)]
+pub(crate) struct FrameLog {
+    poses: Vec<FramePose>,
+    /// Number of the first frame that is remembered.
+    first: usize,
+    /// At least so many of the newest frames are remembered; `None` remembers all.
+    least: Option<usize>,
+}
+
+impl FrameLog {
+    pub fn remember(&mut self, least: usize) {
+        self.least = Some(least.max(1));
+    }
+
+    pub fn push(&mut self, pose: FramePose) {
+        self.poses.push(pose);
+        // The older half goes at once, so that a frame costs the same as without.
+        if let Some(least) = self.least.filter(|least| self.poses.len() >= 2 * least) {
+            let num_old = self.poses.len() - least;
+            self.poses.drain(..num_old);
+            self.first += num_old;
+        }
+    }
+
+    /// The frames that are remembered.
+    pub fn poses(&self) -> &[FramePose] {
+        &self.poses
+    }
+
+    pub fn has_forgotten(&self) -> bool {
+        self.first > 0
+    }
+
+    /// How many frames there were.
+    pub fn len(&self) -> usize {
+        self.first + self.poses.len()
+    }
+
+    pub fn get(&self, number: usize) -> Option<&FramePose> {
+        self.poses.get(number.checked_sub(self.first)?)
+    }
+
+    pub fn get_mut(&mut self, number: usize) -> Option<&mut FramePose> {
+        self.poses.get_mut(number.checked_sub(self.first)?)
+    }
+
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut FramePose> {
+        self.poses.iter_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use visloc_base::Timestamp;
+
+    #[test]
+    fn the_newest_frames_keep_their_numbers() {
+        let mut log = FrameLog::default();
+        log.remember(100);
+        for number in 0..1_000 {
+            log.push(FramePose { at: Timestamp::from_nanos(number), place: None });
+            assert!(log.poses().len() < 200);
+        }
+        assert_eq!(log.len(), 1_000);
+        assert!(log.has_forgotten() && log.get(0).is_none() && log.get(1_000).is_none());
+        for number in 900..1_000 {
+            assert_eq!(log.get(number).unwrap().at, Timestamp::from_nanos(number as i64));
+        }
+    }
+}
