@@ -1,6 +1,7 @@
 """Replays a ROS 2 bag as live topics through Cyclone DDS, and receives what visloc says about it.
 
     python replay.py BAG [--received FILE.csv] [--json FILE] [--drop N] [--late N] [--wrong-type] [--again] [--orders]
+    python replay.py BAG --minutes M        over and over for so long, every message stamped with the time at which it is sent
 
 It waits until somebody subscribes to the images, plays the bag in real time (or --rate times as fast), and waits a moment for
 the last answers. Every message of results is decoded by Cyclone DDS and counted; poses go to the CSV file.
@@ -138,6 +139,38 @@ def play(participant, bag, args, sent):
     return num_images
 
 
+def stamp_now(message, now):
+    """Gives a message, and all transforms in it, the time now."""
+    headers = [message.header] if hasattr(message, "header") else []
+    headers += [transform.header for transform in getattr(message, "transforms", [])]
+    for header in headers:
+        header.stamp.sec, header.stamp.nanosec = divmod(now, 1_000_000_000)
+
+
+def play_for(participant, bag, minutes, args):
+    """Plays the bag again and again; how many images were sent."""
+    writers = {topic: writer_for(participant, topic, kind) for topic, kind in bag["topics"].items()}
+    image_topic = next(topic for topic, kind in bag["topics"].items() if kind is ros.CompressedImage)
+    if not wait_for_reader(writers[image_topic], args.wait):
+        sys.exit("nobody subscribes to " + image_topic)
+    time.sleep(1.0)
+    first, last = bag["messages"][0][0], bag["messages"][-1][0]
+    frame = (last - first) / max(1, sum(topic == image_topic for _, topic, _ in bag["messages"]) - 1)
+    start, num_images, round_start = time.time_ns(), 0, time.time_ns()
+    while time.time_ns() < start + minutes * 60e9:
+        for at, topic, message in bag["messages"]:
+            due = round_start + (at - first)
+            ahead = (due - time.time_ns()) * 1e-9
+            if ahead > 0:
+                time.sleep(ahead)
+            # All messages of an image carry its stamp, so they are sent with one time.
+            stamp_now(message, int(due))
+            num_images += topic == image_topic
+            writers[topic].write(message)
+        round_start += int(last - first + frame)
+    return num_images
+
+
 def give_orders(participant):
     """After four seconds forgets the pose, after six names one."""
     reset = DataWriter(participant, Topic(participant, "rt/visloc/reset", ros.Empty), qos=RELIABLE)
@@ -166,6 +199,7 @@ def main():
     parser.add_argument("--wrong-type", action="store_true", help="publish Bool on the topic of the images, nothing else")
     parser.add_argument("--again", action="store_true", help="leave after the end, and play all from the start once more")
     parser.add_argument("--orders", action="store_true", help="reset after four seconds, initial pose after six")
+    parser.add_argument("--minutes", type=float, help="play over and over for so long, stamped with the time now")
     args = parser.parse_args()
 
     bag = {"topics": {}, "messages": []}
@@ -183,7 +217,7 @@ def main():
     if args.orders:
         threading.Thread(target=give_orders, args=(participant,), daemon=True).start()
     players = DomainParticipant(args.domain)
-    num_images = play(players, bag, args, sent)
+    num_images = play_for(players, bag, args.minutes, args) if args.minutes else play(players, bag, args, sent)
     if args.again:
         del players
         time.sleep(5.0)
@@ -192,13 +226,16 @@ def main():
     results.stop = True
     results.thread.join()
 
-    delays = sorted((came - sent[at]) * 1e-6 for at, _, _, _, came in results.poses if at in sent)
+    # An endless replay sends each message at its stamp.
+    is_sent = (lambda at: True) if args.minutes else sent.__contains__
+    delays = sorted((came - sent.get(at, at)) * 1e-6 for at, _, _, _, came in results.poses if is_sent(at))
     summary = {
         "images": num_images,
         "counts": results.counts,
         "map_from_odom": results.map_from_odom,
         "delay_ms": {
-            "median": delays[len(delays) // 2], "p95": delays[int(0.95 * (len(delays) - 1))], "max": delays[-1]
+            "median": delays[len(delays) // 2], "p95": delays[int(0.95 * (len(delays) - 1))], "max": delays[-1],
+            "later_than_100": sum(delay > 100 for delay in delays), "num": len(delays)
         } if delays else None,
     }
     if "/diagnostics" in results.last:
