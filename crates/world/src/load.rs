@@ -1,17 +1,21 @@
 //! Reading a map by name or from a file.
 
-use std::{fs, io::ErrorKind, path::Path};
+use std::{io::ErrorKind, path::Path};
 
 use serde::Deserialize;
 use thiserror::Error;
+use visloc_base::files;
 
 use crate::{
     field::Field,
     office::{
         Office,
-        import::{is_grid, read_dxf, read_grid, read_list, read_svg},
+        import::{Import, ImportNote, is_grid, read_dxf, read_grid, read_list, read_picture, read_svg},
     },
 };
+
+/// Longer files are no maps, bytes.
+const MAX_BYTES: u64 = 1 << 26;
 
 /// Maps that are part of the program: name and text.
 pub const BUILT_IN_MAPS: [(&str, &str); 5] = [
@@ -61,9 +65,6 @@ pub enum MapError {
 fn unreadable(source: &std::io::Error) -> String {
     match source.kind() {
         ErrorKind::NotFound => format!("{source}; expected a file or one of: {}", built_in_names()),
-        ErrorKind::InvalidData => {
-            "expected a map as text (TOML, YAML, SVG, DXF), found other data".to_owned()
-        }
         _ => source.to_string(),
     }
 }
@@ -96,18 +97,56 @@ impl Map {
         if let Some((name, text)) = BUILT_IN_MAPS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
         }
-        let text = fs::read_to_string(Path::new(name_or_path))
+        Ok(Self::load_with_notes(name_or_path)?.0)
+    }
+
+    /// As [`Map::load`], with notes on what was passed over in a file of another format.
+    ///
+    /// # Errors
+    /// As [`Map::load`].
+    pub fn load_with_notes(name_or_path: &str) -> Result<(Self, Vec<ImportNote>), MapError> {
+        if let Some((name, text)) = BUILT_IN_MAPS.iter().find(|(name, _)| *name == name_or_path) {
+            return Ok((Self::parse(name, text)?, Vec::new()));
+        }
+        let bytes = files::read(Path::new(name_or_path), MAX_BYTES)
             .map_err(|source| MapError::Unreadable { name: name_or_path.to_owned(), source })?;
-        let extension = Path::new(name_or_path).extension().and_then(|extension| extension.to_str());
-        let read = match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("yaml" | "yml") if is_grid(&text) => read_grid,
-            Some("yaml" | "yml") => read_list,
-            Some("svg") => read_svg,
-            Some("dxf") => read_dxf,
-            _ => return Self::parse(name_or_path, &text),
+        let picture = |image: &str| read_picture(name_or_path, image);
+        Self::from_bytes(name_or_path, &bytes, picture)
+    }
+
+    /// A map from the bytes of a file; `name` says which format it has, and is used in errors. `picture` gives the bytes of
+    /// the picture that the file of an occupancy grid names.
+    ///
+    /// # Errors
+    /// As [`Map::load`].
+    pub fn from_bytes(
+        name: &str,
+        bytes: &[u8],
+        picture: impl FnOnce(&str) -> Result<Vec<u8>, String>,
+    ) -> Result<(Self, Vec<ImportNote>), MapError> {
+        let not_text = |found: &str| MapError::Syntax {
+            name: name.to_owned(),
+            line: None,
+            reason: format!("expected a map as text in UTF-8 (TOML, YAML, SVG) or DXF, found {found}"),
         };
-        let plan = read(name_or_path, stem(name_or_path), &text)?;
-        Ok(Self::Office(Office::new(name_or_path, plan)?))
+        let title = stem(name);
+        let Import { plan, notes } = match Format::of(name, bytes) {
+            Format::Dxf => read_dxf(name, title, bytes)?,
+            Format::Picture => {
+                return Err(not_text("a picture; give the YAML file of the occupancy grid beside it"));
+            }
+            format => {
+                let text = std::str::from_utf8(bytes).map_err(|_| not_text("other data"))?;
+                let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+                match format {
+                    Format::Svg => read_svg(name, title, text)?,
+                    Format::Yaml if is_grid(text) => read_grid(name, title, text, picture)?,
+                    Format::Yaml => read_list(name, title, text)?,
+                    _ => return Ok((Self::parse(name, text)?, Vec::new())),
+                }
+            }
+        };
+        Ok((Self::Office(Office::new(name, plan)?), notes))
     }
 
     /// A map from its text; `name` is used in errors.
@@ -145,6 +184,42 @@ impl Map {
         match self {
             Self::Field(field) => &field.dimensions().name,
             Self::Office(office) => &office.plan().name,
+        }
+    }
+}
+
+/// What kind of file a map is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Toml,
+    Yaml,
+    Svg,
+    Dxf,
+    Picture,
+}
+
+impl Format {
+    /// By the ending of the name, unless the file begins with what only one format begins with.
+    fn of(name: &str, bytes: &[u8]) -> Self {
+        let extension = Path::new(name).extension().and_then(|extension| extension.to_str());
+        let has_key = |key: &str| {
+            let lines = bytes.split(|byte| *byte == b'\n').filter_map(|line| std::str::from_utf8(line).ok());
+            lines
+                .filter_map(|line| line.split_once('='))
+                .any(|(left, _)| left == key || left.trim_end() == key)
+        };
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            _ if bytes.starts_with(b"AutoCAD Binary DXF") => Self::Dxf,
+            _ if bytes.starts_with(b"\x89PNG") || bytes.starts_with(b"P5") || bytes.starts_with(b"P2") => {
+                Self::Picture
+            }
+            Some("svg") => Self::Svg,
+            Some("dxf") => Self::Dxf,
+            Some("yaml" | "yml") if has_key("kind") => Self::Toml,
+            Some("yaml" | "yml") => Self::Yaml,
+            Some("toml") => Self::Toml,
+            _ if bytes.trim_ascii_start().starts_with(b"<") => Self::Svg,
+            _ => Self::Toml,
         }
     }
 }

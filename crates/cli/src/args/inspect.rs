@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
+use super::JsonArg;
+
 /// Arguments of `visloc config`.
 #[derive(Debug, Args)]
 #[command(
@@ -35,7 +37,8 @@ pub enum ConfigCommand {
 #[derive(Debug, Args)]
 #[command(
     arg_required_else_help = true,
-    long_about = "Checks a map: prints its dimensions, or says what is wrong with it and where.",
+    long_about = "Checks a map: prints its dimensions, or says what is wrong with it and where, what was passed over in a file of \
+                  another format, and what hinders a robot from being found in it.",
     after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml"
 )]
 pub struct MapArgs {
@@ -49,12 +52,15 @@ pub struct MapArgs {
 pub enum MapCommand {
     /// Say what is wrong with a map, or print its dimensions
     Check {
-        /// Built-in map, TOML file, or list of walls and doors (.yaml)
+        /// Built-in map, TOML file, list of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf)
         #[arg(value_name = "NAME|FILE")]
         map: String,
         /// Draw the map into this folder
         #[arg(long, value_name = "DIR")]
         plots: Option<PathBuf>,
+        /// Where the findings go
+        #[command(flatten)]
+        json: JsonArg,
     },
     /// Print a building in another format as a map in TOML, to go on from
     Import {

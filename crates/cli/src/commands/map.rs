@@ -3,12 +3,17 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
+use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
-use visloc_world::{BUILT_IN_MAPS, Map, field::Field, office::Office};
+use visloc_world::{
+    BUILT_IN_MAPS, Hindrance, Map,
+    field::Field,
+    office::{Office, import::ImportNote},
+};
 
 use crate::{
     args::{MapArgs, MapCommand},
-    report::ground,
+    report::{ground, save_json},
     say,
 };
 
@@ -18,19 +23,36 @@ use crate::{
 /// If there is no such map or it has a mistake.
 pub fn execute(args: &MapArgs) -> Result<()> {
     match &args.command {
-        MapCommand::Check { map, plots } => {
-            let loaded = Map::load(map)?;
-            say::line!("{map}: fine");
+        MapCommand::Check { map, plots, json } => {
+            let (loaded, notes) = Map::load_with_notes(map)?;
+            let hindrances = loaded.what_hinders_localization();
+            say::line!("{map}: {}", if hindrances.is_empty() { "fine" } else { "can be read, but" });
+            for hindrance in &hindrances {
+                say::line!("  {hindrance}");
+            }
             describe(&loaded);
+            for note in &notes {
+                say::line!("  note            {note}");
+            }
             if let Some(folder) = plots {
                 draw(folder, &loaded)?;
             }
+            if let Some(path) = &json.json {
+                save_json(path, &Findings { map, name: loaded.name(), hindrances, notes })?;
+            }
         }
         MapCommand::Import { file } => {
-            let Map::Office(office) = Map::load(file)? else {
+            let (Map::Office(office), notes) = Map::load_with_notes(file)? else {
                 return Err(anyhow!("{file}: expected the plan of a building"));
             };
             say::text(format_args!("{}", office.plan().to_toml()?));
+            // Beside the map, which may go to a file.
+            for note in notes.iter().map(ToString::to_string) {
+                eprintln!("note: {note}");
+            }
+            for hindrance in Map::Office(office).what_hinders_localization() {
+                eprintln!("note: {hindrance}");
+            }
         }
         MapCommand::Show { map } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);
@@ -39,6 +61,15 @@ pub fn execute(args: &MapArgs) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct Findings<'a> {
+    map: &'a str,
+    name: &'a str,
+    hindrances: Vec<Hindrance>,
+    notes: Vec<ImportNote>,
 }
 
 /// Draws a map.
@@ -137,7 +168,4 @@ fn describe_field(field: &Field) {
         goals.inner_height_m,
         goals.post_diameter_m
     );
-    if field.is_point_symmetric() {
-        say::line!("  note: both halves look the same; the camera alone cannot tell one from the other");
-    }
 }

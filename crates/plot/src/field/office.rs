@@ -26,8 +26,17 @@ impl GroundView {
     fn draw_floor(&self, canvas: &mut Canvas, office: &Office) {
         let floor = color(office.plan().floor_color);
         if office.plan().corridors.is_empty() {
-            canvas.rect(&self.rect(), &Paint::fill(Color::WHITE));
-            canvas.rect(&self.rect(), &Paint::fill(floor).opacity(FLOOR_OPACITY));
+            // What the walls enclose, as far as a robot can be there.
+            for [low, high] in office.free_space().strips_m() {
+                let corners = [
+                    self.px(low.x, low.y),
+                    self.px(high.x, low.y),
+                    self.px(high.x, high.y),
+                    self.px(low.x, high.y),
+                ];
+                canvas.polygon(&corners, &Paint::fill(Color::WHITE));
+                canvas.polygon(&corners, &Paint::fill(floor).opacity(FLOOR_OPACITY));
+            }
         }
         for corridor in &office.plan().corridors {
             let corners: Vec<Point> = corridor.outline.iter().map(|[x, y]| self.px(*x, *y)).collect();

@@ -7,19 +7,31 @@ use super::{
 use crate::MapError;
 
 /// Shorter walls and doors are mistakes, meters.
-const MIN_LENGTH_M: f64 = 0.05;
+pub(super) const MIN_LENGTH_M: f64 = 0.05;
 /// Walls that lie on each other for less than this only touch, meters.
-const TOUCH_M: f64 = 0.02;
+pub(super) const TOUCH_M: f64 = 0.02;
 /// Sides of outlines that reach farther than this to both sides of each other cross, meters. Less may be what is left of
 /// a grid's cells.
 const CROSSING_M: f64 = 0.15;
-/// No building is larger, meters from the origin.
-const MAX_COORDINATE_M: f64 = 10_000.0;
+/// No building is farther from the origin, meters.
+pub(super) const MAX_COORDINATE_M: f64 = 10_000.0;
+/// No building is larger, the square around it: the floor is kept in cells, square meters.
+const MAX_AREA_M2: f64 = 250_000.0;
+/// More walls or doors are not compared with each other.
+pub(super) const MAX_WALLS: usize = 20_000;
+const MAX_DOORS: usize = 5_000;
 
-/// Checks a plan with its walls.
+/// Checks what a plan says before anything is made of it: numbers, counts and sizes.
+pub(super) fn check_sizes(name: &str, plan: &OfficePlan) -> Result<(), MapError> {
+    let check = Check { name };
+    check.counts(plan)?;
+    check.sizes(plan)?;
+    check.area(plan)
+}
+
+/// Checks a plan with its walls, after [`check_sizes`].
 pub(super) fn check_plan(name: &str, plan: &OfficePlan, walls: &[Wall]) -> Result<(), MapError> {
     let check = Check { name };
-    check.sizes(plan)?;
     if walls.is_empty() {
         return check.fail("corridors, walls", "at least one wall", "none".to_owned());
     }
@@ -37,6 +49,38 @@ impl Check<'_> {
         Err(MapError::Value { name: self.name.to_owned(), key: key.to_owned(), expected, found })
     }
 
+    fn counts(&self, plan: &OfficePlan) -> Result<(), MapError> {
+        let num_sides: usize = plan.corridors.iter().map(|corridor| corridor.outline.len()).sum();
+        let num_walls = num_sides + plan.walls.len();
+        if num_walls > MAX_WALLS {
+            let expected = "at most 20000 sides and walls; leave out furniture and other details";
+            return self.fail("corridors, walls", expected, num_walls.to_string());
+        }
+        if plan.doors.len() > MAX_DOORS {
+            return self.fail("doors", "at most 5000 doors", plan.doors.len().to_string());
+        }
+        Ok(())
+    }
+
+    /// Whether the floor is small enough to be kept in cells.
+    fn area(&self, plan: &OfficePlan) -> Result<(), MapError> {
+        let corners = || {
+            let outlines = plan.corridors.iter().flat_map(|corridor| &corridor.outline);
+            outlines.chain(plan.walls.iter().flat_map(|wall| [&wall.from, &wall.to])).copied().map(point)
+        };
+        let Some(first) = corners().next() else { return Ok(()) };
+        let size = corners().fold(first, |max, p| max.sup(&p)) - corners().fold(first, |min, p| min.inf(&p));
+        if size.x * size.y <= MAX_AREA_M2 {
+            return Ok(());
+        }
+        let expected = "a building on at most 250000 square meters, in meters";
+        self.fail(
+            "corridors, walls",
+            expected,
+            format!("{:.0} x {:.0} m; is the unit right?", size.x, size.y),
+        )
+    }
+
     fn sizes(&self, plan: &OfficePlan) -> Result<(), MapError> {
         let height_m = plan.ceiling_height_m;
         if !(height_m > 0.5 && height_m < 100.0) {
@@ -46,6 +90,10 @@ impl Check<'_> {
             if corridor.outline.len() < 3 {
                 let found = format!("{} corners", corridor.outline.len());
                 return self.fail(&format!("corridors[{i}].outline"), "at least 3 corners", found);
+            }
+            if let Some(side) = corridor.open_sides.iter().find(|side| **side >= corridor.outline.len()) {
+                let key = format!("corridors[{i}].open_sides");
+                return self.fail(&key, "numbers of sides, counted from 0", side.to_string());
             }
             for corner in &corridor.outline {
                 self.position(&format!("corridors[{i}].outline"), corner)?;
@@ -70,7 +118,7 @@ impl Check<'_> {
         if xy.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
             return Ok(());
         }
-        self.fail(key, "coordinates in meters, at most 10000 m", format!("{xy:?}"))
+        self.fail(key, "coordinates in meters, at most 10000 m", format!("[{:e}, {:e}]", xy[0], xy[1]))
     }
 
     fn walls(&self, walls: &[Wall]) -> Result<(), MapError> {
@@ -87,7 +135,11 @@ impl Check<'_> {
         order.sort_by(|a, b| min_x(a).total_cmp(&min_x(b)));
         for (i, wall) in order.iter().enumerate() {
             let near = order[i + 1..].iter().take_while(|other| min_x(other) <= max_x(wall) + ON_WALL_M);
-            for other in near.filter(|other| other.origin != wall.origin) {
+            let is_beside = |other: &&&Wall| {
+                other.start.y.min(other.end.y) <= wall.start.y.max(wall.end.y) + ON_WALL_M
+                    && wall.start.y.min(wall.end.y) <= other.start.y.max(other.end.y) + ON_WALL_M
+            };
+            for other in near.filter(is_beside).filter(|other| other.origin != wall.origin) {
                 let overlap_m = overlap_m(wall, other);
                 if overlap_m > TOUCH_M {
                     let (first, second) =
@@ -157,7 +209,7 @@ impl Check<'_> {
 }
 
 /// Length for which two walls lie on each other, meters.
-fn overlap_m(wall: &Wall, other: &Wall) -> f64 {
+pub(super) fn overlap_m(wall: &Wall, other: &Wall) -> f64 {
     let along = wall.direction();
     let offsets = [other.start, other.end].map(|end| end - wall.start);
     if offsets.iter().any(|offset| offset.perp(&along).abs() > TOUCH_M) {

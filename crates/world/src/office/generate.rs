@@ -33,7 +33,7 @@ impl WindingCorridor {
     pub fn plan(&self, name: &str, mut random: impl FnMut() -> f64) -> OfficePlan {
         let path = self.path();
         let mut plan = OfficePlan::named(name);
-        plan.corridors.push(CorridorPlan { outline: self.outline(&path) });
+        plan.corridors.push(CorridorPlan::closed(self.outline(&path)));
         for leg in 0..self.num_legs {
             let (from, to) = (path[2 * leg], path[2 * leg + 1]);
             let is_regular = leg % 2 == 1;

@@ -2,7 +2,10 @@
 
 use nalgebra::{Point2, Vector2};
 
-use super::{FreeSpace, OfficePlan, SurfaceColor, WallSides, check::check_plan};
+use super::{
+    FreeSpace, OfficePlan, SurfaceColor, WallSides,
+    check::{check_plan, check_sizes},
+};
 use crate::{MapError, load::syntax_error};
 
 /// A wall seen from one side: it is seen by those who stand to the right of the way from `start` to `end`, for whom
@@ -60,6 +63,7 @@ impl Office {
     /// If walls overlap or have no length, a door lies off any wall or over another one, or colors cannot be told
     /// apart. The error names the element.
     pub fn new(name: &str, plan: OfficePlan) -> Result<Self, MapError> {
+        check_sizes(name, &plan)?;
         let walls = walls_of(&plan);
         check_plan(name, &plan, &walls)?;
         let mut door_colors = Vec::new();
@@ -180,17 +184,23 @@ pub(super) fn point(xy: [f64; 2]) -> Point2<f64> {
 /// All walls of a plan, seen from their free side.
 fn walls_of(plan: &OfficePlan) -> Vec<Wall> {
     let mut walls = Vec::new();
+    let extents: Vec<[Point2<f64>; 2]> = plan.corridors.iter().map(|c| extent(&c.outline)).collect();
     for (i, corridor) in plan.corridors.iter().enumerate() {
         let corners: Vec<_> = corridor.outline.iter().copied().map(point).collect();
         // An outline inside an odd number of others is a pillar or a courtyard: its floor is outside.
-        let others = plan.corridors.iter().enumerate().filter(|(j, _)| *j != i);
-        let depth = corners
-            .first()
-            .map_or(0, |corner| others.filter(|(_, other)| is_inside(&other.outline, corner)).count());
+        let others = |corner: &Point2<f64>| {
+            let near = (0..extents.len()).filter(|j| *j != i && is_within(&extents[*j], corner));
+            near.filter(|j| is_inside(&plan.corridors[*j].outline, corner)).count()
+        };
+        let depth = corners.first().map_or(0, others);
         let is_floor_inside = depth % 2 == 0;
         // Going around clockwise, the inside is at the right.
         let is_as_written = (signed_area(&corners) < 0.0) == is_floor_inside;
-        for (k, start) in corners.iter().enumerate() {
+        let mut has_wall = vec![true; corners.len()];
+        for side in &corridor.open_sides {
+            has_wall[*side] = false;
+        }
+        for (k, start) in corners.iter().enumerate().filter(|(k, _)| has_wall[*k]) {
             let end = corners[(k + 1) % corners.len()];
             let (start, end) = if is_as_written { (*start, end) } else { (end, *start) };
             walls.push(Wall { start, end, origin: format!("corridors[{i}] side {k}") });
@@ -204,6 +214,16 @@ fn walls_of(plan: &OfficePlan) -> Vec<Wall> {
         walls.push(Wall { start, end, origin });
     }
     walls
+}
+
+/// Least and largest coordinates of corners.
+fn extent(corners: &[[f64; 2]]) -> [Point2<f64>; 2] {
+    let [none, all] = [f64::MAX, f64::MIN].map(|value| Point2::new(value, value));
+    corners.iter().fold([none, all], |[min, max], xy| [min.inf(&point(*xy)), max.sup(&point(*xy))])
+}
+
+fn is_within([min, max]: &[Point2<f64>; 2], at: &Point2<f64>) -> bool {
+    *min <= *at && *at <= *max
 }
 
 /// Twice the area that corners enclose, positive if they go around counterclockwise.

@@ -21,7 +21,7 @@ pub struct OfficePlan {
     /// Color of the floor.
     #[serde(default = "default_floor_color")]
     pub floor_color: SurfaceColor,
-    /// Floors with walls all around.
+    /// Floors with walls all around. Without any, the floor is what the walls enclose.
     #[serde(default)]
     pub corridors: Vec<CorridorPlan>,
     /// Walls that stand by themselves.
@@ -40,6 +40,18 @@ pub struct CorridorPlan {
     /// The corners in order, either way around.
     #[serde(deserialize_with = "pairs")]
     pub outline: Vec<[f64; 2]>,
+    /// Sides without a wall: the known floor ends there, and nobody knows what comes behind. Side k goes from corner k to
+    /// the next one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub open_sides: Vec<usize>,
+}
+
+impl CorridorPlan {
+    /// A floor with walls all around.
+    #[must_use]
+    pub fn closed(outline: Vec<[f64; 2]>) -> Self {
+        Self { outline, open_sides: Vec::new() }
+    }
 }
 
 /// A wall that stands by itself.

@@ -162,7 +162,7 @@ doors:
 
 #[test]
 fn a_list_of_walls_becomes_a_corridor() {
-    let office = Office::new("map.yaml", read_list("map.yaml", "map", LIST).unwrap()).unwrap();
+    let office = Office::new("map.yaml", read_list("map.yaml", "map", LIST).unwrap().plan).unwrap();
     assert_eq!((office.walls().len(), office.doors().len()), (4, 1));
     assert!((office.free_space().area_m2() - 5.8 * 1.8).abs() < 0.3);
 }
@@ -173,6 +173,6 @@ fn errors_in_a_list_name_file_and_line() {
     let error = read_list("map.yaml", "map", &broken).unwrap_err().to_string();
     assert!(error.starts_with("map map.yaml, line 6:"), "{error}");
     let off_wall = LIST.replace("y1: 1.0", "y1: 0.4");
-    let error = Office::new("map.yaml", read_list("map.yaml", "map", &off_wall).unwrap()).unwrap_err();
+    let error = Office::new("map.yaml", read_list("map.yaml", "map", &off_wall).unwrap().plan).unwrap_err();
     assert!(error.to_string().contains("map map.yaml: doors[0]"), "{error}");
 }

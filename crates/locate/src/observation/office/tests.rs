@@ -240,7 +240,7 @@ fn derivatives_of_the_residuals_are_those_of_differences() {
 fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
     const SPACING_M: f64 = 4.0;
     let mut plan = OfficePlan::named("alike");
-    plan.corridors.push(CorridorPlan { outline: vec![[0.0, -1.0], [25.0, -1.0], [25.0, 1.0], [0.0, 1.0]] });
+    plan.corridors.push(CorridorPlan::closed(vec![[0.0, -1.0], [25.0, -1.0], [25.0, 1.0], [0.0, 1.0]]));
     plan.doors = (0..6)
         .map(|i| DoorPlan {
             from: [2.0 + SPACING_M * f64::from(i), 1.0],

@@ -1,5 +1,10 @@
 //! From the strokes of a drawing to a plan: which stroke is a wall, a corridor or a door.
 
+use super::{
+    doors::{Door, place_doors},
+    notes::{Import, Notes, Part},
+    walls::{self, Piece},
+};
 use crate::office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides};
 
 /// What a stroke stands for.
@@ -20,13 +25,34 @@ pub(super) struct Stroke {
     pub role: Role,
     pub points: Vec<[f64; 2]>,
     pub is_closed: bool,
+    /// First and last index of the points that lie on one curve.
+    pub curves: Vec<[usize; 2]>,
+    /// Strokes of a block belong together.
+    pub block: Option<usize>,
+    pub part: Part,
+}
+
+/// Filled outlines of walls: what is inside is solid.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Solid {
+    pub contours: Vec<Vec<[f64; 2]>>,
+    pub is_even_odd: bool,
+}
+
+/// All that a file draws.
+#[derive(Debug, Default)]
+pub(super) struct Drawing {
+    pub strokes: Vec<Stroke>,
+    pub solids: Vec<Solid>,
+    pub notes: Notes,
 }
 
 /// Names say what a stroke is; the first that says something counts. Layers of architects' drawings are called `A-WALL` or
 /// `A-DOOR`, so a part of the name suffices.
 pub(super) fn role_by_name<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<Role> {
     names.into_iter().find_map(|name| {
-        let name = name.to_ascii_lowercase();
+        // What is bound into another drawing has that drawing's name in front: `FLOOR-2$0$A-WALL`.
+        let name = name.rsplit('$').next().unwrap_or(name).to_lowercase();
         if name.contains("door") {
             Some(Role::Door { color: None, is_open: name.contains("open") })
         } else if name.contains("corridor") || name.contains("floor") {
@@ -37,80 +63,98 @@ pub(super) fn role_by_name<'a>(names: impl IntoIterator<Item = &'a str>) -> Opti
     })
 }
 
-/// A door's edges so near to the ends of walls fill the gap between them, meters.
-const GAP_M: f64 = 0.05;
+/// Points that are this near to each other are the same, meters.
+pub(super) const GAP_M: f64 = 0.05;
 /// Shorter pieces of walls are left out: rests of rounding, meters.
-const MIN_WALL_M: f64 = 0.05;
+pub(super) const MIN_WALL_M: f64 = 0.05;
+/// How far a curve is off the straight lines that stand for it, meters.
+pub(super) const FLAT_M: f64 = 0.005;
+/// More points are no plan.
+pub(super) const MAX_POINTS: usize = 200_000;
 
-/// The plan of all strokes. Where a wall is interrupted by a door, the wall goes on behind it.
-pub(super) fn plan_of(title: &str, strokes: &[Stroke]) -> OfficePlan {
+/// The plan of a drawing. Where a wall is interrupted by a door, the wall goes on behind it. The error says what there is
+/// too much of.
+pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
+    let Drawing { strokes, solids, mut notes } = drawing;
     let mut plan = OfficePlan::named(title);
-    for stroke in strokes {
+    let (mut lines, mut doors) = (Vec::new(), Vec::new());
+    for stroke in &strokes {
         let points: Vec<[f64; 2]> = stroke.points.iter().map(|point| point.map(rounded)).collect();
         match stroke.role {
-            Role::Corridor => plan.corridors.push(CorridorPlan { outline: points }),
+            Role::Corridor => {
+                let outline = without_short_sides(&points);
+                if outline.len() >= 3 {
+                    plan.corridors.push(CorridorPlan::closed(outline));
+                } else {
+                    notes.passed_over(&stroke.part, "as a corridor: an outline has at least three corners");
+                }
+            }
             Role::Wall => {
-                let closing = stroke.is_closed.then(|| [points[points.len() - 1], points[0]]);
+                let closing =
+                    (stroke.is_closed && !points.is_empty()).then(|| [points[points.len() - 1], points[0]]);
                 let pieces = points.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing);
-                let long = pieces.filter(|[from, to]| distance_m(from, to) >= MIN_WALL_M);
-                plan.walls.extend(long.map(|[from, to]| WallPlan { from, to, sides: WallSides::Both }));
+                lines.extend(pieces.filter(|[from, to]| distance_m(from, to) >= MIN_WALL_M));
             }
-            Role::Door { color, is_open } => {
-                let [from, to] = farthest(&points);
-                let empty = DoorPlan { from, to, height_m: 2.05, color: SurfaceColor::RED, is_open };
-                plan.doors.push(DoorPlan { color: color.unwrap_or(empty.color), ..empty });
-            }
+            Role::Door { color, is_open } => doors.push(Door { stroke, points, color, is_open }),
         }
     }
-    let is_end = |at: &[f64; 2]| {
-        let ends = plan.walls.iter().flat_map(|wall| [wall.from, wall.to]);
-        ends.chain(plan.corridors.iter().flat_map(|corridor| corridor.outline.iter().copied()))
-            .any(|end| distance_m(&end, at) < GAP_M)
-    };
-    let is_wall = |door: &DoorPlan| {
-        plan.walls.iter().any(|wall| {
-            let off = |end: &[f64; 2]| distance_from_line_m(wall, end);
-            off(&door.from) < GAP_M && off(&door.to) < GAP_M
-        })
-    };
-    let in_gap = |door: &&DoorPlan| is_end(&door.from) && is_end(&door.to) && !is_wall(door);
-    let fills: Vec<WallPlan> = plan
-        .doors
-        .iter()
-        .filter(in_gap)
-        .map(|door| WallPlan { from: door.from, to: door.to, sides: WallSides::Both })
-        .collect();
-    plan.walls.extend(fills);
-    plan
+    let (faces, sheets) = walls::faces_of(&solids)?;
+    lines.extend(sheets);
+    let sides = plan.corridors.iter().flat_map(|corridor| sides(&corridor.outline));
+    let known: Vec<Piece> = sides.chain(faces.iter().copied()).collect();
+    let lines = walls::merged(lines, &known)?;
+    let wall = |[from, to]: &Piece, sides| WallPlan { from: *from, to: *to, sides };
+    plan.walls.extend(lines.iter().map(|piece| wall(piece, WallSides::Both)));
+    plan.walls.extend(faces.iter().map(|piece| wall(piece, WallSides::Right)));
+    let pieces: Vec<Piece> = lines.into_iter().chain(known).collect();
+    let placed = place_doors(&doors, &pieces, &mut notes)?;
+    for door in placed {
+        plan.walls.extend(door.fill.iter().map(|piece| wall(piece, WallSides::Both)));
+        let [from, to] = door.ends;
+        let color = door.color.unwrap_or(SurfaceColor::RED);
+        plan.doors.push(DoorPlan { from, to, height_m: 2.05, color, is_open: door.is_open });
+    }
+    Ok(Import { plan, notes: notes.into_vec() })
+}
+
+/// Adds the points of a curve after its first one, which is there already.
+pub(super) fn push_curve(points: &mut Vec<[f64; 2]>, curves: &mut Vec<[usize; 2]>, curve: &[[f64; 2]]) {
+    let (Some(first), Some(end)) = (points.len().checked_sub(1), curve.last()) else { return };
+    for point in &curve[..curve.len() - 1] {
+        let is_far = |other: &[f64; 2]| distance_m(point, other) >= 1.2 * MIN_WALL_M;
+        if is_far(&points[points.len() - 1]) && is_far(end) {
+            points.push(*point);
+        }
+    }
+    points.push(*end);
+    curves.push([first, points.len() - 1]);
+}
+
+/// An outline's corners without those that are too near to the one before.
+fn without_short_sides(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let mut kept: Vec<[f64; 2]> = Vec::with_capacity(outline.len());
+    for corner in outline {
+        if kept.last().is_none_or(|last| distance_m(last, corner) >= MIN_WALL_M) {
+            kept.push(*corner);
+        }
+    }
+    while kept.len() > 1 && distance_m(&kept[0], &kept[kept.len() - 1]) < MIN_WALL_M {
+        kept.pop();
+    }
+    kept
+}
+
+/// The sides of an outline.
+pub(super) fn sides(outline: &[[f64; 2]]) -> impl Iterator<Item = Piece> {
+    let next = outline.iter().cycle().skip(1);
+    outline.iter().zip(next).map(|(from, to)| [*from, *to])
 }
 
 /// To a tenth of a millimeter: units of drawings are turned into meters with an error in the last digits. No negative zero.
-fn rounded(value_m: f64) -> f64 {
+pub(super) fn rounded(value_m: f64) -> f64 {
     (value_m * 1e4).round() / 1e4 + 0.0
 }
 
-fn distance_m(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+pub(super) fn distance_m(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-/// Distance of a point from a wall, ends included.
-fn distance_from_line_m(wall: &WallPlan, at: &[f64; 2]) -> f64 {
-    let [along_x, along_y] = [wall.to[0] - wall.from[0], wall.to[1] - wall.from[1]];
-    let [x, y] = [at[0] - wall.from[0], at[1] - wall.from[1]];
-    let length2 = along_x * along_x + along_y * along_y;
-    let t = if length2 > 0.0 { ((x * along_x + y * along_y) / length2).clamp(0.0, 1.0) } else { 0.0 };
-    (x - t * along_x).hypot(y - t * along_y)
-}
-
-/// The two points of a door that are farthest apart: a door may be drawn as a leaf with its thickness.
-fn farthest(points: &[[f64; 2]]) -> [[f64; 2]; 2] {
-    let mut best = [points[0], points[0]];
-    for (i, a) in points.iter().enumerate() {
-        for b in &points[i + 1..] {
-            if distance_m(a, b) > distance_m(&best[0], &best[1]) {
-                best = [*a, *b];
-            }
-        }
-    }
-    best
 }

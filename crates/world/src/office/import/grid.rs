@@ -1,36 +1,76 @@
-//! Occupancy grids of ROS' `map_server`: a YAML file beside a picture. The border between free and other cells becomes
-//! outlines of corridors.
+//! Occupancy grids of ROS' `map_server`: a YAML file beside a picture. The border of the free cells becomes outlines of
+//! corridors, with walls where it meets occupied cells.
+//!
+//! Source: `nav2_map_server`, documentation of the map's YAML file and the modes `trinary`, `scale` and `raw`.
 
-use std::path::Path;
+use std::{io::Cursor, path::Path};
 
+use image::{DynamicImage, GenericImageView, ImageFormat, ImageReader, Limits};
 use serde::Deserialize;
+use visloc_base::files;
 
-use super::{picture::GrayPicture, yaml_error};
-use crate::{
-    MapError,
-    office::{CorridorPlan, OfficePlan},
+use super::{
+    Import,
+    notes::{Notes, Part},
+    outline::{Cell, Cells, outlines},
+    yaml_error,
 };
+use crate::{MapError, office::OfficePlan};
 
-/// The YAML file.
+/// The YAML file. The defaults are what `map_saver` writes.
 #[derive(Deserialize)]
 struct Grid {
     image: String,
+    #[serde(default)]
+    mode: Mode,
     resolution: f64,
     origin: [f64; 3],
     #[serde(default)]
-    negate: u8,
+    negate: Negate,
+    #[serde(default = "default_occupied_thresh")]
+    occupied_thresh: f64,
     #[serde(default = "default_free_thresh")]
     free_thresh: f64,
+}
+
+/// How the values of the picture are meant.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Mode {
+    #[default]
+    Trinary,
+    Scale,
+    Raw,
+}
+
+/// Whether dark cells are free: a number or a truth value.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged)]
+enum Negate {
+    Number(i64),
+    Truth(bool),
+}
+
+impl Default for Negate {
+    fn default() -> Self {
+        Self::Truth(false)
+    }
+}
+
+fn default_occupied_thresh() -> f64 {
+    0.65
 }
 
 fn default_free_thresh() -> f64 {
     0.25
 }
 
-/// Corners nearer to a straight line than this many cells are left out.
-const TOLERANCE_CELLS: f64 = 1.2;
-/// Smaller outlines are specks, square meters.
-const MIN_AREA_M2: f64 = 0.05;
+/// Longer files are no pictures of grids, bytes.
+const MAX_BYTES: u64 = 1 << 28;
+/// No grid is larger, cells.
+const MAX_CELLS: u64 = 1 << 26;
+/// What `map_saver` writes for unknown cells; its own default of `free_thresh` makes them free when they are read back.
+const SAVED_UNKNOWN: [u8; 4] = [205, 205, 205, 255];
 
 /// Whether a YAML text belongs to an occupancy grid rather than to a list of walls, which has none of these keys.
 #[must_use]
@@ -38,12 +78,26 @@ pub fn is_grid(text: &str) -> bool {
     text.lines().any(|line| line.starts_with("image:") || line.starts_with("resolution:"))
 }
 
-/// Reads a grid; its picture lies beside the file `name`, and `title` becomes the name of the map. The grid has no doors:
-/// they are added to the map by hand.
+/// The file of the picture of a grid, which lies beside its YAML file `name`.
+///
+/// # Errors
+/// What the system says.
+pub(crate) fn read_picture(name: &str, image: &str) -> Result<Vec<u8>, String> {
+    let path = Path::new(name).parent().unwrap_or(Path::new("")).join(image);
+    files::read(&path, MAX_BYTES).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Reads a grid; `picture` gives the bytes of the picture that the YAML names, and `title` becomes the name of the map. A
+/// grid has no doors: they are added to the map by hand.
 ///
 /// # Errors
 /// If the YAML or the picture cannot be read, or no cell is free. The error names the key or the picture.
-pub fn read_grid(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapError> {
+pub fn read_grid(
+    name: &str,
+    title: &str,
+    text: &str,
+    picture: impl FnOnce(&str) -> Result<Vec<u8>, String>,
+) -> Result<Import, MapError> {
     let grid: Grid = serde_saphyr::from_str(text).map_err(|error| yaml_error(name, &error))?;
     let refused = |key: &str, expected: &'static str, found: String| MapError::Value {
         name: name.to_owned(),
@@ -51,133 +105,139 @@ pub fn read_grid(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapE
         expected,
         found,
     };
-    if !(grid.resolution > 0.0 && grid.resolution < 10.0) {
-        return Err(refused(
-            "resolution",
-            "meters a cell, above 0 and below 10",
-            grid.resolution.to_string(),
-        ));
-    }
-    if !grid.origin.iter().all(|value| value.is_finite()) {
-        return Err(refused("origin", "x and y in meters and an angle", format!("{:?}", grid.origin)));
-    }
-    if !(grid.free_thresh > 0.0 && grid.free_thresh <= 1.0) {
-        return Err(refused("free_thresh", "above 0, at most 1", grid.free_thresh.to_string()));
-    }
-    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    let picture = GrayPicture::read(&folder.join(&grid.image))
-        .map_err(|found| refused("image", "a PGM or PNG picture", found))?;
-    let is_free = |x: i64, y: i64| {
-        picture.at(x, y).is_some_and(|value| {
-            let dark = if grid.negate == 0 { 255 - value } else { value };
-            f64::from(dark) / 255.0 < grid.free_thresh
-        })
-    };
-    let (sin, cos) = grid.origin[2].sin_cos();
-    let to_map = |[x, y]: [f64; 2]| {
-        let (x, y) = (x * grid.resolution, (f64::from(picture.height) - y) * grid.resolution);
-        [grid.origin[0] + cos * x - sin * y, grid.origin[1] + sin * x + cos * y]
-    };
+    grid.check().map_err(|(key, expected, found)| refused(key, expected, found))?;
+    let not_read = |found: String| refused("image", "a PGM, PNG or BMP picture", found);
+    let bytes = picture(&grid.image).map_err(not_read)?;
+    let picture = decoded(&bytes).map_err(|reason| not_read(format!("{}: {reason}", grid.image)))?;
+    let mut notes = Notes::default();
+    let cells = grid.cells(&picture, &mut notes);
     let mut plan = OfficePlan::named(title);
-    for ring in rings(&picture, is_free) {
-        let outline: Vec<[f64; 2]> = simplified(&ring).into_iter().map(to_map).collect();
-        if outline.len() >= 3 && area_m2(&outline) >= MIN_AREA_M2 {
-            plan.corridors.push(CorridorPlan { outline });
-        }
+    plan.corridors = outlines(&cells, grid.resolution, &mut notes).map_err(not_read)?;
+    let (sin, cos) = grid.origin[2].sin_cos();
+    for corner in plan.corridors.iter_mut().flat_map(|corridor| &mut corridor.outline) {
+        let [x, y] = *corner;
+        *corner = [grid.origin[0] + cos * x - sin * y, grid.origin[1] + sin * x + cos * y];
     }
     if plan.corridors.is_empty() {
-        return Err(refused("image", "free cells with walls around", "none".to_owned()));
+        return Err(refused("image", "free cells", "none, after free_thresh, mode and negate".to_owned()));
     }
-    Ok(plan)
+    Ok(Import { plan, notes: notes.into_vec() })
 }
 
-/// Closed ways around the free cells, corner by corner, with the free cells at one side.
-fn rings(picture: &GrayPicture, is_free: impl Fn(i64, i64) -> bool) -> Vec<Vec<[f64; 2]>> {
-    let (width, height) = (i64::from(picture.width), i64::from(picture.height));
-    let index = |x: i64, y: i64| usize::try_from(y * (width + 1) + x).unwrap_or(0);
-    // From every corner of the grid at most two borders go out; a border goes with the free cell at its right.
-    let mut outgoing: Vec<[Option<(i64, i64)>; 2]> = vec![[None; 2]; index(width, height) + 1];
-    let mut add = |from: (i64, i64), to: (i64, i64)| {
-        let slots = &mut outgoing[index(from.0, from.1)];
-        let slot = usize::from(slots[0].is_some());
-        slots[slot] = Some(to);
-    };
-    for y in 0..height {
-        for x in 0..width {
-            if !is_free(x, y) {
-                continue;
-            }
-            if !is_free(x, y - 1) {
-                add((x, y), (x + 1, y));
-            }
-            if !is_free(x + 1, y) {
-                add((x + 1, y), (x + 1, y + 1));
-            }
-            if !is_free(x, y + 1) {
-                add((x + 1, y + 1), (x, y + 1));
-            }
-            if !is_free(x - 1, y) {
-                add((x, y + 1), (x, y));
+impl Grid {
+    fn check(&self) -> Result<(), (&'static str, &'static str, String)> {
+        if !(self.resolution > 0.0 && self.resolution < 10.0) {
+            return Err(("resolution", "meters a cell, above 0 and below 10", self.resolution.to_string()));
+        }
+        if !self.origin.iter().all(|value| value.abs() <= 1e6) {
+            return Err(("origin", "x and y in meters and an angle", format!("{:?}", self.origin)));
+        }
+        for (key, value) in [("free_thresh", self.free_thresh), ("occupied_thresh", self.occupied_thresh)] {
+            if !(value > 0.0 && value <= 1.0) {
+                return Err((key, "above 0, at most 1", value.to_string()));
             }
         }
+        if self.occupied_thresh < self.free_thresh {
+            return Err(("occupied_thresh", "at least free_thresh", self.occupied_thresh.to_string()));
+        }
+        match self.negate {
+            Negate::Number(number) if !(0..=1).contains(&number) => {
+                Err(("negate", "0, 1, false or true", number.to_string()))
+            }
+            _ => Ok(()),
+        }
     }
-    let mut rings = Vec::new();
-    for start in (0..=height).flat_map(|y| (0..=width).map(move |x| (x, y))) {
-        loop {
-            let (mut at, mut ring) = (start, Vec::new());
-            while let Some(to) = {
-                let slots = &mut outgoing[index(at.0, at.1)];
-                slots[1].take().or_else(|| slots[0].take())
-            } {
-                #[allow(clippy::cast_precision_loss)]
-                ring.push([at.0 as f64, at.1 as f64]);
-                at = to;
-                if at == start {
-                    break;
+
+    /// What `map_server` makes of every cell.
+    fn cells(&self, picture: &DynamicImage, notes: &mut Notes) -> Cells {
+        let has_alpha = picture.color().has_alpha();
+        let is_saved = self.mode == Mode::Trinary && self.cell(SAVED_UNKNOWN, has_alpha) == Cell::Free;
+        // 205 among 254 is what `map_saver` writes, and it means unknown.
+        let is_saved =
+            is_saved && !self.is_negated() && picture.pixels().any(|(_, _, p)| p.0[..3] == [254; 3]);
+        let mut unknown = None;
+        let cells = picture.pixels().map(|(x, y, pixel)| {
+            if is_saved && pixel.0 == SAVED_UNKNOWN {
+                unknown.get_or_insert((x, y));
+                return Cell::Unknown;
+            }
+            self.cell(pixel.0, has_alpha)
+        });
+        let values = cells.collect();
+        if unknown.is_some() {
+            let part = Part {
+                what: format!("picture with cells of 205 and free_thresh {}", self.free_thresh),
+                ..Part::default()
+            };
+            notes.taken(
+                &part,
+                "with 205 as unknown, as map_saver writes it; map_server would take it for free",
+            );
+        }
+        Cells { width: picture.width() as usize, height: picture.height() as usize, values }
+    }
+
+    fn is_negated(&self) -> bool {
+        matches!(self.negate, Negate::Truth(true) | Negate::Number(1))
+    }
+
+    /// One cell: red, green, blue and opacity.
+    fn cell(&self, [red, green, blue, alpha]: [u8; 4], has_alpha: bool) -> Cell {
+        let colors: f64 = [red, green, blue].map(f64::from).iter().sum();
+        // Opacity counts as a channel in one of the modes.
+        let brightness = if self.mode == Mode::Trinary && has_alpha {
+            (colors + f64::from(alpha)) / (4.0 * 255.0)
+        } else {
+            colors / (3.0 * 255.0)
+        };
+        let occupied = if self.is_negated() { brightness } else { 1.0 - brightness };
+        match self.mode {
+            Mode::Scale if alpha != 255 => Cell::Unknown,
+            // Between the thresholds lie the values from 0 to 100.
+            Mode::Scale if (self.free_thresh..=self.occupied_thresh).contains(&occupied) => {
+                let share = (occupied - self.free_thresh) / (self.occupied_thresh - self.free_thresh);
+                match (100.0 * share).round_ties_even() {
+                    0.0 => Cell::Free,
+                    100.0 => Cell::Occupied,
+                    _ => Cell::Unknown,
                 }
             }
-            if ring.is_empty() {
-                break;
+            Mode::Raw => {
+                // The value is the probability in percent; above 100 it is unknown.
+                let percent = (brightness * 255.0).round();
+                if percent > 100.0 { Cell::Unknown } else { self.thresholded(percent / 100.0) }
             }
-            rings.push(ring);
+            _ => self.thresholded(occupied),
         }
     }
-    rings
-}
 
-/// A ring without the corners that lie on straight lines. After Douglas and Peucker, 1973.
-fn simplified(ring: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    // A ring has no ends: it is cut at its first corner and at the one farthest from it.
-    let far = |i: &usize, j: &usize| distance(&ring[0], &ring[*i]).total_cmp(&distance(&ring[0], &ring[*j]));
-    let middle = (0..ring.len()).max_by(far).unwrap_or(0);
-    let mut kept = vec![false; ring.len() + 1];
-    let closed: Vec<[f64; 2]> = ring.iter().copied().chain(ring.first().copied()).collect();
-    let mut open = vec![(0, middle), (middle, ring.len())];
-    while let Some((from, to)) = open.pop() {
-        (kept[from], kept[to]) = (true, true);
-        let off = |i: &usize| distance_from_line(&closed[*i], &closed[from], &closed[to]);
-        let worst = (from + 1..to).max_by(|i, j| off(i).total_cmp(&off(j)));
-        if let Some(worst) = worst.filter(|worst| off(worst) > TOLERANCE_CELLS) {
-            open.extend([(from, worst), (worst, to)]);
+    fn thresholded(&self, occupied: f64) -> Cell {
+        if self.occupied_thresh < occupied {
+            Cell::Occupied
+        } else if occupied < self.free_thresh {
+            Cell::Free
+        } else {
+            Cell::Unknown
         }
     }
-    (0..ring.len()).filter(|i| kept[*i]).map(|i| ring[i]).collect()
 }
 
-fn distance(a: &[f64; 2], b: &[f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
-}
-
-fn distance_from_line(at: &[f64; 2], from: &[f64; 2], to: &[f64; 2]) -> f64 {
-    let length = distance(from, to);
-    if length < 1e-9 {
-        return distance(at, from);
+/// The picture, after a look at its size.
+fn decoded(bytes: &[u8]) -> Result<DynamicImage, String> {
+    let text = |error: image::ImageError| error.to_string();
+    let reader =
+        || ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string());
+    match reader()?.format() {
+        Some(ImageFormat::Pnm | ImageFormat::Png | ImageFormat::Bmp) => {}
+        other => return Err(other.map_or("another format".to_owned(), |format| format!("{format:?}"))),
     }
-    ((to[0] - from[0]) * (at[1] - from[1]) - (to[1] - from[1]) * (at[0] - from[0])).abs() / length
-}
-
-fn area_m2(outline: &[[f64; 2]]) -> f64 {
-    let next = outline.iter().cycle().skip(1);
-    let twice: f64 = outline.iter().zip(next).map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum();
-    0.5 * twice.abs()
+    let (width, height) = reader()?.into_dimensions().map_err(text)?;
+    if u64::from(width) * u64::from(height) > MAX_CELLS {
+        return Err(format!("{width} x {height} cells, more than {MAX_CELLS}"));
+    }
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(8 * MAX_CELLS + (1 << 20));
+    let mut reader = reader()?;
+    reader.limits(limits);
+    reader.decode().map_err(|error| format!("{width} x {height} cells, but {error}"))
 }

@@ -1,11 +1,17 @@
 //! A plain list of walls and doors as YAML, as recordings of corridors come with it.
 
-use serde::Deserialize;
+use std::collections::BTreeMap;
 
-use super::yaml_error;
+use serde::{Deserialize, de::IgnoredAny};
+
+use super::{
+    Import,
+    notes::{Notes, Part},
+    yaml_error,
+};
 use crate::{
     MapError,
-    office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides},
+    office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides, check::MAX_WALLS},
 };
 
 /// The file: walls as `[x1, y1, x2, y2]` with the floor to the right of the way from the first to the second point.
@@ -14,10 +20,11 @@ struct List {
     ceiling_height: Option<f64>,
     wall_color: Option<String>,
     floor_color: Option<String>,
-    #[serde(default)]
-    walls: Vec<[f64; 4]>,
+    walls: Option<Vec<[f64; 4]>>,
     #[serde(default)]
     doors: Vec<ListDoor>,
+    #[serde(flatten)]
+    others: BTreeMap<String, IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -34,14 +41,29 @@ struct ListDoor {
 
 /// Walls whose ends are nearer than this are joined, meters.
 const JOINED_M: f64 = 0.01;
+/// Keys of another file that are told.
+const MAX_KEYS_SHOWN: usize = 8;
 
 /// Reads a list of walls and doors; `name` is used in errors, and `title` becomes the name of the map. Walls that close a
 /// ring become a corridor.
 ///
 /// # Errors
 /// If the text is not YAML of this form; the error names the line.
-pub fn read_list(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapError> {
+pub fn read_list(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
     let list: List = serde_saphyr::from_str(text).map_err(|error| yaml_error(name, &error))?;
+    let Some(walls) = list.walls else {
+        let keys: Vec<&str> = list.others.keys().map(String::as_str).take(MAX_KEYS_SHOWN).collect();
+        let reason = format!(
+            "expected walls (a list of [x1, y1, x2, y2]), or image, resolution and origin of an occupancy grid, found \
+             only {}; a map of a field or a building of visloc is TOML (visloc map show robocup-spl-2010)",
+            if keys.is_empty() { "other data".to_owned() } else { keys.join(", ") }
+        );
+        return Err(MapError::Syntax { name: name.to_owned(), line: None, reason });
+    };
+    if walls.len() > MAX_WALLS {
+        let reason = format!("expected at most {MAX_WALLS} walls, found {}", walls.len());
+        return Err(MapError::Syntax { name: name.to_owned(), line: None, reason });
+    }
     let color = |key: &str, text: Option<String>, default: SurfaceColor| match text {
         None => Ok(default),
         Some(text) => text.parse().map_err(|reason| MapError::Syntax {
@@ -57,7 +79,7 @@ pub fn read_list(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapE
         floor_color: color("floor_color", list.floor_color, empty.floor_color)?,
         ..empty
     };
-    (plan.corridors, plan.walls) = rings(&list.walls);
+    (plan.corridors, plan.walls) = rings(&walls);
     for (i, door) in list.doors.into_iter().enumerate() {
         plan.doors.push(DoorPlan {
             from: [door.x1, door.y1],
@@ -67,16 +89,26 @@ pub fn read_list(name: &str, title: &str, text: &str) -> Result<OfficePlan, MapE
             is_open: door.open,
         });
     }
-    Ok(plan)
+    let mut notes = Notes::default();
+    for key in list.others.keys() {
+        notes.passed_over(
+            &Part { what: format!("key {key:?}"), ..Part::default() },
+            "not a part of a list of walls",
+        );
+    }
+    Ok(Import { plan, notes: notes.into_vec() })
 }
 
 /// Follows walls from end to end. Closed rings become corridors, everything else stays a wall.
 fn rings(walls: &[[f64; 4]]) -> (Vec<CorridorPlan>, Vec<WallPlan>) {
-    let mut left: Vec<[f64; 4]> = walls.to_vec();
+    let mut is_used = vec![false; walls.len()];
     let (mut corridors, mut single) = (Vec::new(), Vec::new());
     let is_joined = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < JOINED_M;
-    while !left.is_empty() {
-        let mut chain = vec![left.remove(0)];
+    for begin in 0..walls.len() {
+        if std::mem::replace(&mut is_used[begin], true) {
+            continue;
+        }
+        let mut chain = vec![walls[begin]];
         let first = [chain[0][0], chain[0][1]];
         loop {
             let last = chain[chain.len() - 1];
@@ -84,12 +116,14 @@ fn rings(walls: &[[f64; 4]]) -> (Vec<CorridorPlan>, Vec<WallPlan>) {
             if is_joined(end, first) {
                 break;
             }
-            let Some(next) = left.iter().position(|wall| is_joined([wall[0], wall[1]], end)) else { break };
-            chain.push(left.remove(next));
+            let is_next = |i: &usize| !is_used[*i] && is_joined([walls[*i][0], walls[*i][1]], end);
+            let Some(next) = (begin + 1..walls.len()).find(is_next) else { break };
+            is_used[next] = true;
+            chain.push(walls[next]);
         }
         let last = chain[chain.len() - 1];
         if chain.len() >= 3 && is_joined([last[2], last[3]], first) {
-            corridors.push(CorridorPlan { outline: chain.iter().map(|wall| [wall[0], wall[1]]).collect() });
+            corridors.push(CorridorPlan::closed(chain.iter().map(|wall| [wall[0], wall[1]]).collect()));
         } else {
             single.extend(chain.iter().map(|wall| WallPlan {
                 from: [wall[0], wall[1]],

@@ -1,19 +1,27 @@
 //! Plans in other formats: lists of walls and doors, occupancy grids, and drawings as SVG and DXF.
+//!
+//! All of them have one frame: x to the right, y up, meters. A reader takes the text or the bytes of a file and gives a plan
+//! with notes on what it passed over.
 
+mod doors;
 mod drawing;
 mod dxf;
 mod grid;
 mod list;
-mod picture;
+mod notes;
+mod outline;
 mod svg;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 use crate::MapError;
 
 pub use dxf::read_dxf;
+pub(crate) use grid::read_picture;
 pub use grid::{is_grid, read_grid};
 pub use list::read_list;
+pub use notes::{Import, ImportNote};
 pub use svg::read_svg;
 
 /// What is wrong with a YAML text, without the place that the line number tells.
@@ -28,4 +36,18 @@ fn yaml_error(name: &str, error: &serde_saphyr::Error) -> MapError {
         line: at.map(|at| usize::try_from(at.line()).unwrap_or(usize::MAX)),
         reason: reason.to_owned(),
     }
+}
+
+/// That a drawing has nothing of a plan, with what it has instead.
+fn found_nothing(expected: &str, notes: notes::Notes) -> String {
+    const MAX_SHOWN: usize = 6;
+    let notes = notes.into_vec();
+    if notes.is_empty() {
+        return format!("{expected}, found none");
+    }
+    let mut found: Vec<String> = notes.iter().take(MAX_SHOWN).map(ToString::to_string).collect();
+    if notes.len() > MAX_SHOWN {
+        found.push("...".to_owned());
+    }
+    format!("{expected}, found none; {}", found.join("; "))
 }

@@ -1,6 +1,6 @@
 use std::{fs, path::PathBuf};
 
-use super::{read_dxf, read_svg};
+use super::{Import, read_dxf, read_svg};
 use crate::{
     Map,
     office::{Office, SurfaceColor},
@@ -18,8 +18,8 @@ const SVG: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" data-meters-per-un
   </g>
 </svg>"##;
 
-fn office(name: &str, plan: Result<crate::office::OfficePlan, crate::MapError>) -> Office {
-    Office::new(name, plan.unwrap()).unwrap()
+fn office(name: &str, import: Result<Import, crate::MapError>) -> Office {
+    Office::new(name, import.unwrap().plan).unwrap()
 }
 
 #[test]
@@ -43,11 +43,11 @@ fn svg_errors_name_the_element() {
         read_svg("plan.svg", "plan", &SVG.replace(from, to)).unwrap_err().to_string()
     };
     assert_eq!(
-        error("M100 0h90", "M100 0 C1 2 3 4 5 6"),
-        "map plan.svg, line 6: <path>: d: expected straight lines (M, L, H, V, Z), found 'C'"
+        error("x1=\"300\"", "x1=\"3m\""),
+        "map plan.svg, line 7: <line>: x1: expected a number, found \"3m\""
     );
-    assert!(error("x1=\"300\"", "x1=\"3m\"").contains("line 7: <line>: x1: expected a number, found \"3m\""));
-    assert!(error("translate(100 0)", "skewX(1)").contains("<polyline>: transform: expected"));
+    assert!(error("M100 0h90", "M100 0h90X3").contains("line 6: <path>: d: expected a path"));
+    assert!(error("translate(100 0)", "turn(1)").contains("<g> \"walls\": transform: expected"));
     assert!(error("\"0.01\"", "\"0\"").contains("data-meters-per-unit"));
     assert!(read_svg("a.svg", "a", "<svg>").unwrap_err().to_string().contains("map a.svg, line 1"));
     assert!(read_svg("a.svg", "a", "<svg/>").unwrap_err().to_string().contains("found none"));
@@ -99,7 +99,7 @@ fn dxf_plan(bulge: &str) -> String {
 
 #[test]
 fn a_dxf_names_walls_and_doors_by_layer() {
-    let office = office("plan.dxf", read_dxf("plan.dxf", "plan", &dxf_plan("0")));
+    let office = office("plan.dxf", read_dxf("plan.dxf", "plan", dxf_plan("0").as_bytes()));
     assert_eq!((office.plan().walls.len(), office.plan().doors.len()), (4, 1));
     assert_eq!(office.plan().doors[0].to, [1.9, 2.0], "millimeters");
     assert_eq!(office.plan().doors[0].color, "blue".parse().unwrap());
@@ -107,12 +107,8 @@ fn a_dxf_names_walls_and_doors_by_layer() {
 
 #[test]
 fn dxf_errors_name_the_entity() {
-    let error = |text: &str| read_dxf("p.dxf", "p", text).unwrap_err().to_string();
-    assert_eq!(
-        error(&dxf_plan("0.5")),
-        "map p.dxf, line 15: LWPOLYLINE on layer A-WALL: expected straight lines, found an arc"
-    );
-    assert!(error("AutoCAD Binary DXF\n1\n").contains("line 1: expected a group code"));
+    let error = |text: &str| read_dxf("p.dxf", "p", text.as_bytes()).unwrap_err().to_string();
+    assert!(error("AutoCAD Binary\n1\n").contains("line 1: expected a group code"));
     assert!(error(&dxf_plan("x")).contains("expected a number, found \"x\""));
     assert!(error(&dxf(&[(0, "EOF")])).contains("expected lines on layers"));
     let elsewhere = dxf_plan("0").replace("A-WALL", "OUTER").replace("A-DOOR", "INNER");
@@ -188,7 +184,7 @@ fn an_occupancy_grid_becomes_outlines() {
 fn errors_of_a_grid_name_key_and_picture() {
     let folder = Folder::new("bad-grid");
     let error = |yaml: &str| folder.load(yaml).unwrap_err().to_string();
-    assert!(error(GRID).contains("image: expected a PGM or PNG picture, found"));
+    assert!(error(GRID).contains("image: expected a PGM, PNG or BMP picture, found"));
     fs::write(folder.0.join("grid.pgm"), &l_shaped()[..500]).unwrap();
     assert!(error(GRID).contains("130 x 80 cells, but"));
     fs::write(folder.0.join("grid.pgm"), b"P5\n4 4\n255\n0000000000000000").unwrap();

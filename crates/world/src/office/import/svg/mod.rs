@@ -1,0 +1,261 @@
+//! Plans as SVG: everything that draws lines or areas, with styles, transforms and copies.
+
+mod geometry;
+mod style;
+
+use std::collections::HashMap;
+
+use kurbo::Affine;
+use roxmltree::{Document, Node, NodeId, ParsingOptions};
+use simplecss::StyleSheet;
+
+use self::{
+    geometry::{Drawn, Page, drawn, shape, transform},
+    style::{Paint, Style, style_of},
+};
+use super::{
+    Import,
+    drawing::{Drawing, MAX_POINTS, Role, Solid, Stroke, plan_of, role_by_name},
+    found_nothing,
+    notes::Part,
+};
+use crate::MapError;
+
+/// Deeper nesting is no drawing.
+const MAX_DEPTH: usize = 200;
+/// More elements, copies included, are no plan of a building.
+const MAX_ELEMENTS: usize = 500_000;
+/// Rules of style sheets times elements.
+const MAX_MATCHES: usize = 20_000_000;
+
+/// Elements that draw nothing where they are.
+const NOT_DRAWN: [&str; 13] = [
+    "clipPath",
+    "defs",
+    "desc",
+    "filter",
+    "linearGradient",
+    "marker",
+    "mask",
+    "metadata",
+    "pattern",
+    "radialGradient",
+    "script",
+    "style",
+    "title",
+];
+
+/// Reads the plan of an SVG file; `name` is used in errors, and `title` becomes the name of the map.
+///
+/// What a stroke is, its `id`, `class` or Inkscape's layer name says, or that of the nearest group around it: `wall`,
+/// `corridor` or `door` (`open` too: it stands open) as a part of the name. Strokes without such a name are doors if their
+/// stroke has a hue, and walls if it is gray or black. Walls that are filled are solid. One unit is a meter, unless the
+/// root element has an attribute `data-meters-per-unit`. The origin is the lower left corner of the page, unless
+/// `data-origin` says where that corner is; y points up.
+///
+/// # Errors
+/// If the text is not SVG, a number cannot be read, or there is too much of something. The error names line and element.
+pub fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
+    let syntax =
+        |line: Option<usize>, reason: String| MapError::Syntax { name: name.to_owned(), line, reason };
+    let options =
+        ParsingOptions { nodes_limit: 4 * MAX_ELEMENTS as u32, allow_dtd: true, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options)
+        .map_err(|error| syntax(Some(error.pos().row as usize), error.to_string()))?;
+    let mut reader = Reader::new(&document).map_err(|reason| syntax(None, reason))?;
+    let root = Inherited { to_map: reader.page.to_map(), ..Inherited::default() };
+    reader.visit(document.root_element(), &root, 0).map_err(|(node, reason)| {
+        let id = node.attribute("id").map(|id| format!(" {id:?}")).unwrap_or_default();
+        let element = format!("<{}>{id}: {reason}", node.tag_name().name());
+        syntax(Some(reader.line_of(node)), element)
+    })?;
+    if reader.drawing.strokes.is_empty() && reader.drawing.solids.is_empty() {
+        let expected =
+            "expected strokes with wall, corridor or door in their id, class or layer, or with a color";
+        return Err(syntax(None, found_nothing(expected, reader.drawing.notes)));
+    }
+    plan_of(title, reader.drawing).map_err(|reason| syntax(None, reason))
+}
+
+/// What an element has from the groups around it.
+#[derive(Debug, Clone, Default)]
+struct Inherited {
+    to_map: Affine,
+    style: Style,
+    role: Option<Role>,
+    /// Whether it is there by `use`.
+    is_copy: bool,
+}
+
+type Failure<'a, 'd> = (Node<'a, 'd>, String);
+
+struct Reader<'a, 'd> {
+    line_starts: Vec<usize>,
+    by_id: HashMap<&'a str, NodeId>,
+    document: &'a Document<'d>,
+    sheet: StyleSheet<'a>,
+    page: Page,
+    drawing: Drawing,
+    num_elements: usize,
+    num_points: usize,
+}
+
+impl<'a, 'd: 'a> Reader<'a, 'd> {
+    fn new(document: &'a Document<'d>) -> Result<Self, String> {
+        let mut sheet = StyleSheet::new();
+        let mut by_id = HashMap::new();
+        for node in document.descendants().filter(Node::is_element) {
+            if let Some(id) = node.attribute("id") {
+                by_id.entry(id).or_insert(node.id());
+            }
+            if node.tag_name().name() == "style" {
+                node.children().filter_map(|child| child.text()).for_each(|text| sheet.parse_more(text));
+            }
+        }
+        let ends = document.input_text().match_indices('\n').map(|(end, _)| end + 1);
+        Ok(Self {
+            line_starts: std::iter::once(0).chain(ends).collect(),
+            by_id,
+            document,
+            sheet,
+            page: Page::of(&document.root_element())?,
+            drawing: Drawing::default(),
+            num_elements: 0,
+            num_points: 0,
+        })
+    }
+
+    fn line_of(&self, node: Node<'_, '_>) -> usize {
+        self.line_starts.partition_point(|start| *start <= node.range().start)
+    }
+
+    fn part(&self, node: Node<'_, '_>) -> Part {
+        Part { what: format!("<{}>", node.tag_name().name()), layer: None, line: Some(self.line_of(node)) }
+    }
+
+    /// Reads an element with all that is inside it.
+    fn visit(&mut self, node: Node<'a, 'd>, around: &Inherited, depth: usize) -> Result<(), Failure<'a, 'd>> {
+        self.num_elements += 1;
+        if depth > MAX_DEPTH {
+            return Err((
+                node,
+                format!("expected at most {MAX_DEPTH} elements inside of each other, found more"),
+            ));
+        }
+        if self.num_elements > MAX_ELEMENTS || self.num_elements * self.sheet.rules.len() > MAX_MATCHES {
+            let rules = self.sheet.rules.len();
+            return Err((
+                node,
+                format!("expected a simpler drawing, found too many elements, copies or rules ({rules})"),
+            ));
+        }
+        let tag = node.tag_name().name();
+        let is_svg = node.tag_name().namespace().is_none_or(|space| space == "http://www.w3.org/2000/svg");
+        if !is_svg || NOT_DRAWN.contains(&tag) || (tag == "symbol" && !around.is_copy) {
+            return Ok(());
+        }
+        let fail = |reason: String| (node, reason);
+        let style = style_of(node, &around.style, &self.sheet);
+        if style.is_hidden {
+            self.drawing.notes.passed_over(&self.part(node), "with all inside: display is none");
+            return Ok(());
+        }
+        let label = node.attributes().find(|a| a.name() == "label").map(|a| a.value());
+        let names = [node.attribute("id"), node.attribute("class"), label];
+        let own = role_by_name(names.into_iter().flatten()).filter(|_| tag != "svg");
+        let mut here = Inherited {
+            to_map: around.to_map * transform(&node).map_err(fail)?,
+            style,
+            role: own.or(around.role),
+            is_copy: tag == "use",
+        };
+        match tag {
+            "svg" | "symbol" if depth > 0 && node.has_attribute("viewBox") => {
+                self.drawing
+                    .notes
+                    .passed_over(&self.part(node), "a page in the page, with a scale of its own");
+            }
+            "svg" | "g" | "a" | "switch" | "symbol" => {
+                if tag == "svg" && depth > 0 {
+                    here.to_map *= geometry::offset(&node).map_err(fail)?;
+                }
+                for child in node.children().filter(Node::is_element) {
+                    self.visit(child, &here, depth + 1)?;
+                }
+            }
+            "use" => {
+                here.to_map *= geometry::offset(&node).map_err(fail)?;
+                let target =
+                    node.attributes().find(|a| a.name() == "href").and_then(|a| a.value().strip_prefix('#'));
+                match target.and_then(|id| self.by_id.get(id)).and_then(|id| self.document.get_node(*id)) {
+                    Some(target) => self.visit(target, &here, depth + 1)?,
+                    None => {
+                        self.drawing.notes.passed_over(&self.part(node), "what it shows is not in the file")
+                    }
+                }
+            }
+            _ => match shape(&node).map_err(fail)? {
+                Some(path) => {
+                    let drawn = drawn(&path, here.to_map).map_err(fail)?;
+                    self.add(node, &here, drawn).map_err(fail)?;
+                }
+                None => self.drawing.notes.passed_over(&self.part(node), "not a line or an area"),
+            },
+        }
+        Ok(())
+    }
+
+    /// Adds what an element draws to the drawing.
+    fn add(&mut self, node: Node<'_, '_>, here: &Inherited, drawn: Vec<Drawn>) -> Result<(), String> {
+        let part = self.part(node);
+        let drawn: Vec<Drawn> = drawn.into_iter().filter(|d| d.points.len() >= 2).collect();
+        self.num_points += drawn.iter().map(|d| d.points.len()).sum::<usize>();
+        if self.num_points > MAX_POINTS {
+            return Err(format!("expected at most {MAX_POINTS} points in all, found more"));
+        }
+        let Style { stroke, fill, is_invisible, is_even_odd, .. } = here.style;
+        let reason = if drawn.is_empty() {
+            Some("without length")
+        } else if is_invisible || (stroke == Paint::None && fill == Paint::None) {
+            Some("not visible")
+        } else {
+            None
+        };
+        if let Some(reason) = reason {
+            self.drawing.notes.passed_over(&part, reason);
+            return Ok(());
+        }
+        let role = match (here.role, stroke, fill) {
+            (Some(Role::Door { is_open, .. }), ..) => {
+                let color = stroke.hue().or(fill.hue());
+                Role::Door { color, is_open }
+            }
+            (Some(role), ..) => role,
+            (None, Paint::Color(color), _) if color.is_gray() => Role::Wall,
+            (None, Paint::Color(color), _) => Role::Door { color: Some(color), is_open: false },
+            (None, _, Paint::Color(color)) if color.is_gray() && color.rgb[1] < 0x90 => Role::Wall,
+            _ => {
+                let reason =
+                    "neither named wall, corridor or door, nor with a stroke of a color or a dark fill";
+                self.drawing.notes.passed_over(&part, reason);
+                return Ok(());
+            }
+        };
+        let is_filled =
+            matches!(fill, Paint::Color(_)) && (stroke == fill || !matches!(stroke, Paint::Color(_)));
+        if role == Role::Wall && is_filled && drawn.iter().any(|d| d.points.len() > 2) {
+            let contours = drawn.into_iter().map(|d| d.points).filter(|points| points.len() > 2).collect();
+            self.drawing.solids.push(Solid { contours, is_even_odd });
+            return Ok(());
+        }
+        self.drawing.strokes.extend(drawn.into_iter().map(|Drawn { points, curves, is_closed }| Stroke {
+            role,
+            points,
+            is_closed,
+            curves,
+            block: None,
+            part: part.clone(),
+        }));
+        Ok(())
+    }
+}
