@@ -1,5 +1,8 @@
 //! Maps that others made: every format, as it is meant, and damaged.
 
+// Tables are long, and what takes too long is measured.
+#![allow(clippy::unwrap_used, clippy::too_many_lines, clippy::type_complexity, clippy::disallowed_methods)]
+
 use std::{
     f64::consts::FRAC_PI_2,
     time::{Duration, Instant},
@@ -226,7 +229,7 @@ fn one_plan_is_the_same_map_in_every_format() {
 fn what_was_passed_over_is_counted() {
     let (_, notes) = office(load("plan.dxf", dxf(&dxf_pairs())));
     for expected in [
-        "2 INSERT of block \"LEAF90\" on layer A-DOOR (the first in line 85): taken as a door",
+        "2 INSERT of block \"LEAF90\" on layer A-DOOR (the first in line 91): taken as a door",
         "1 LINE on layer FURNITURE (in line ",
         "passed over its layer names neither wall, door nor corridor",
         "1 TEXT on layer A-DOOR",
@@ -284,7 +287,7 @@ fn cells_are_what_map_server_makes_of_them() {
             0.25,
             &[(255, "free"), (192, "free"), (191, "free"), (190, "unknown"), (0, "occupied")],
         ),
-        ("scale", "0", 0.9, 0.1, &[(230, "free"), (128, "unknown"), (26, "unknown"), (25, "occupied")]),
+        ("scale", "0", 0.9, 0.1, &[(230, "free"), (128, "unknown"), (28, "unknown"), (26, "occupied")]),
         (
             "raw",
             "0",
@@ -414,25 +417,24 @@ fn strange_values_of_a_grid_are_refused() {
 /// What a drawing becomes: walls in the plan, doors, square meters of floor, and a part of the notes.
 type Expected = Result<(usize, usize, f64, &'static str), &'static str>;
 
-fn check(name: &str, what: &str, bytes: &[u8], expected: &Expected) {
-    let loaded = load(name, bytes);
-    match (loaded, expected) {
-        (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{what}: {error}"),
-        (Err(error), Ok(_)) => panic!("{what}: {error}"),
-        (Ok(loaded), Err(part)) => panic!("{what}: expected {part:?}, found {loaded:?}"),
-        (Ok(loaded), Ok((num_walls, num_doors, area_m2, note))) => {
-            let (office, notes) = office(Ok(loaded));
-            let (plan, area) = (office.plan(), office.free_space().area_m2());
-            assert_eq!(
-                (plan.walls.len(), plan.doors.len()),
-                (*num_walls, *num_doors),
-                "{what}: {plan:#?}\n{notes}"
-            );
-            // Without the 10 cm beside the walls.
-            assert!((area - area_m2).abs() < 0.05 * area_m2 + 0.1, "{what}: {area} m2\n{notes}");
-            assert!(notes.contains(note), "{what}: {notes:?}");
-        }
+/// What is wrong with a drawing; empty if it becomes what is expected.
+fn check(name: &str, what: &str, bytes: &[u8], expected: &Expected) -> String {
+    let (num_walls, num_doors, area_m2, note) = match (load(name, bytes), expected) {
+        (Err(error), Err(part)) if error.to_string().contains(part) => return String::new(),
+        (Err(error), _) => return format!("{what}: {error}\n"),
+        (Ok(_), Err(part)) => return format!("{what}: expected {part:?}\n"),
+        (Ok(_), Ok(expected)) => *expected,
+    };
+    let (office, notes) = office(load(name, bytes));
+    let (plan, area) = (office.plan(), office.free_space().area_m2());
+    let is_same = (plan.walls.len(), plan.doors.len()) == (num_walls, num_doors);
+    // Without the 10 cm beside the walls.
+    let is_as_large = (area - area_m2).abs() < 0.04 * area_m2 + 0.1;
+    if is_same && is_as_large && notes.contains(note) {
+        return String::new();
     }
+    let found = format!("{} walls, {} doors, {area:.2} m2", plan.walls.len(), plan.doors.len());
+    format!("{what}: {found}, expected {expected:?}; {notes}\n")
 }
 
 #[test]
@@ -461,8 +463,8 @@ fn drawings_as_svg() {
             <use href="#room" x="3" y="2"/><use href="#nowhere"/>"##.to_owned(), Ok((4, 0, ROOM, "what it shows is not in the file"))),
         ("a symbol", r##"<symbol id="room"><path d="M0 0h4v3h-4z" stroke="black" fill="none"/></symbol>
             <use xlink:href="#room" xmlns:xlink="http://www.w3.org/1999/xlink"/>"##.to_owned(), Ok((4, 0, ROOM, ""))),
-        ("a round room", r##"<circle class="wall" fill="none" r="2"/>"##.to_owned(), Ok((64, 0, 3.15 * 1.9 * 1.9, ""))),
-        ("a bay", r##"<path id="wall" fill="none" d="M0 0H4V3H3A1 1 0 0 1 1 3H0Z"/>"##.to_owned(), Ok((30, 0, ROOM + 1.3, ""))),
+        ("a round room", r##"<circle class="wall" fill="none" r="2"/>"##.to_owned(), Ok((48, 0, 3.15 * 1.9 * 1.9, ""))),
+        ("a bay", r##"<path id="wall" fill="none" d="M0 0H4V3H3A1 1 0 0 1 1 3H0Z"/>"##.to_owned(), Ok((23, 0, ROOM + 1.3, ""))),
         ("a swing in a gap", r##"<g id="wall" stroke="black" fill="none"><path d="M1 0H0V3H4V0H1.9"/></g>
             <g id="door"><path d="M1 0v.9"/><path d="M1 .9C1.5.9 1.9.5 1.9 0"/></g>"##.to_owned(),
             Ok((6, 1, ROOM, "passed over as a door: no wall within 5 cm of both its ends"))),
@@ -481,11 +483,13 @@ fn drawings_as_svg() {
         ("deep", "<g>".repeat(1000) + &"</g>".repeat(1000), Err("at most 200 elements inside of each other")),
         ("an unknown entity", "&lol;".to_owned(), Err("map plan.svg, line 3")),
     ];
+    let mut wrong = String::new();
     for (what, inside, expected) in cases {
         let text =
             format!("<svg xmlns=\"http://www.w3.org/2000/svg\" \n viewBox=\"0 0 10 10\">\n{inside}</svg>");
-        check("plan.svg", what, text.as_bytes(), &expected);
+        wrong += &check("plan.svg", what, text.as_bytes(), &expected);
     }
+    assert!(wrong.is_empty(), "{wrong}");
 }
 
 /// Sections around entities and blocks.
@@ -615,7 +619,7 @@ fn drawings_as_dxf() {
             Ok((5, 0, ROOM - 0.2, "")),
         ),
         ("a mirrored polyline", drawing(&[], &mirrored), Ok((4, 0, ROOM, ""))),
-        ("a half circle", drawing(&[], &bulge), Ok((34, 0, ROOM + 6.2, ""))),
+        ("a half circle", drawing(&[], &bulge), Ok((26, 0, ROOM + 6.2, ""))),
         (
             "a column",
             drawing(&[], &with(&[(0, "CIRCLE"), (8, "WALLS"), (10, "2"), (20, "1.5"), (40, "0.3")])),
@@ -670,12 +674,14 @@ fn drawings_as_dxf() {
             Err("found lines on OUTER"),
         ),
     ];
+    let mut wrong = String::new();
     for (what, text, expected) in cases {
-        check("plan.dxf", what, text.as_bytes(), &expected);
+        wrong += &check("plan.dxf", what, text.as_bytes(), &expected);
     }
     let umlauts = drawing(&[], &room).replace("WALLS", "WALL-T\u{dc}R");
     let latin: Vec<u8> = umlauts.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
-    check("plan.dxf", "an old code page", &latin, &Ok((4, 0, ROOM, "")));
+    wrong += &check("plan.dxf", "an old code page", &latin, &Ok((4, 0, ROOM, "")));
+    assert!(wrong.is_empty(), "{wrong}");
 }
 
 #[test]
@@ -742,12 +748,7 @@ fn large_files_are_refused_or_read_in_time() {
         ),
         ("50,000 walls", "a.svg", svg(lines(50_000, &wall)), Some("at most 40000")),
         ("18,000 walls", "a.svg", svg(lines(18_000, &wall)), None),
-        (
-            "many rules",
-            "a.svg",
-            svg(rules + &"<g/>".repeat(10_000)),
-            Some("too many elements, copies or rules"),
-        ),
+        ("many rules", "a.svg", svg(rules + &"<g/>".repeat(10_000)), Some("at most 128 kB")),
         ("walls one upon the other", "a.svg", svg("<path id=\"wall\" d=\"M0 0h9\"/>".repeat(15_000)), None),
         ("30,000 walls in a list", "a.yaml", list(30_000), Some("at most 20000")),
         ("9,000 walls in a list", "a.yaml", list(9_000), None),
@@ -809,6 +810,15 @@ fn damaged_files_are_read_or_refused_with_a_sentence() {
             }
             try_one(name, &damaged, &picture);
         }
+    }
+    for _ in 0..300 {
+        let letter = |_| char::from(b".#*{}:;,>@/[]()\"'ab 0-!+~|=\\"[rng.random_range(0..28)]);
+        let sheet: String = (0..40).map(letter).collect();
+        try_one(
+            "plan.svg",
+            format!("<svg><style><![CDATA[{sheet}]]></style><g/></svg>").as_bytes(),
+            &picture,
+        );
     }
     for part in 0..20 {
         try_one("grid.yaml", GRID.as_bytes(), &picture[..picture.len() * part / 20]);

@@ -97,18 +97,18 @@ fn found_in<'d, 'a>(group: &'d [Door<'a>], walls: &[Piece]) -> Vec<(&'d Door<'a>
 
 /// Whether both ends of a door lie on one wall, or it reaches from one wall to another.
 fn fit(ends: &Piece, walls: &[Piece]) -> Option<Fit> {
-    let near = || walls.iter().filter(|wall| is_near(wall, ends));
-    let holds = |wall: &&Piece| {
+    let near: Vec<&Piece> = walls.iter().filter(|wall| is_near(wall, ends)).collect();
+    let holds = |wall: &&&Piece| {
         let length_m = distance_m(&wall[0], &wall[1]);
         ends.iter().all(|end| {
             let (along, across) = place(wall, end);
             across.abs() <= GAP_M && along >= -GAP_M && along <= length_m + GAP_M
         })
     };
-    if near().any(|wall| holds(&wall)) {
+    if near.iter().any(|wall| holds(&wall)) {
         return Some(Fit::OnWall);
     }
-    let touches = |end: &[f64; 2]| near().any(|wall| distance_from_m(wall, end) < GAP_M);
+    let touches = |end: &[f64; 2]| near.iter().any(|wall| distance_from_m(wall, end) < GAP_M);
     ends.iter().all(touches).then_some(Fit::Gap)
 }
 

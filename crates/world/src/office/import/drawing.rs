@@ -5,7 +5,9 @@ use super::{
     notes::{Import, Notes, Part},
     walls::{self, Piece},
 };
-use crate::office::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides};
+use crate::office::{
+    CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides, check::MAX_WALLS,
+};
 
 /// What a stroke stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,6 +109,12 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
     plan.walls.extend(lines.iter().map(|piece| wall(piece, WallSides::Both)));
     plan.walls.extend(faces.iter().map(|piece| wall(piece, WallSides::Right)));
     let pieces: Vec<Piece> = lines.into_iter().chain(known).collect();
+    if pieces.len() > MAX_WALLS {
+        let num = pieces.len();
+        return Err(format!(
+            "expected at most {MAX_WALLS} walls, found {num}; leave out furniture and other details"
+        ));
+    }
     let placed = place_doors(&doors, &pieces, &mut notes)?;
     for door in placed {
         plan.walls.extend(door.fill.iter().map(|piece| wall(piece, WallSides::Both)));

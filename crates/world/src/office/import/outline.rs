@@ -132,8 +132,7 @@ fn trace(cells: &Cells, mut outgoing: Vec<u8>) -> Result<Vec<Ring>, String> {
         while outgoing[start] != 0 {
             let mut ring: Ring = Vec::new();
             let (mut at, mut last) = (start, None);
-            loop {
-                let Some(step) = (0..4).find(|step| outgoing[at] >> step & 1 == 1) else { break };
+            while let Some(step) = (0..4).find(|step| outgoing[at] >> step & 1 == 1) {
                 outgoing[at] &= !(1 << step);
                 let (x, y) = ((at % columns) as i64, (at / columns) as i64);
                 // The free cell is at the right of the step; what is beyond it decides whether there is a wall.

@@ -1,11 +1,14 @@
 //! Walls of drawings: filled shapes become their faces, and lines that lie on each other become one.
 
+use std::collections::HashSet;
+
 use i_overlay::{
     core::{fill_rule::FillRule, overlay_rule::OverlayRule},
     float::{overlay::FloatOverlay, simplify::SimplifyShape},
 };
 
-use super::drawing::{MAX_POINTS, MIN_WALL_M, Solid, distance_m, rounded, sides};
+use super::drawing::{MIN_WALL_M, Solid, distance_m, rounded, sides};
+use crate::office::check::MAX_WALLS;
 
 /// A straight piece of a wall from end to end, meters.
 pub(super) type Piece = [[f64; 2]; 2];
@@ -39,8 +42,8 @@ pub(super) fn faces_of(solids: &[Solid]) -> Result<(Vec<Piece>, Vec<Piece>), Str
             faces.extend(sides(&contour).filter(|[from, to]| distance_m(from, to) >= MIN_WALL_M));
         }
     }
-    if faces.len() > MAX_POINTS {
-        return Err(format!("expected at most {MAX_POINTS} sides of filled walls, found {}", faces.len()));
+    if faces.len() > MAX_WALLS {
+        return Err(format!("expected at most {MAX_WALLS} sides of filled walls, found {}", faces.len()));
     }
     Ok((faces, sheets))
 }
@@ -55,20 +58,31 @@ fn longest(contour: &[[f64; 2]]) -> Option<Piece> {
 /// Lines without those that lie on `known` pieces; lines that lie on each other become one.
 pub(super) fn merged(lines: Vec<Piece>, known: &[Piece]) -> Result<Vec<Piece>, String> {
     const MAX_LINES: usize = 40_000;
+    const MAX_COMPARED: usize = 10_000_000;
     if lines.len() > MAX_LINES {
         let many = lines.len();
         return Err(format!("expected at most {MAX_LINES} pieces of walls, found {many}; leave out details"));
     }
+    let lines = without_copies(lines);
     let is_known = |piece: &Piece| known.iter().any(|wall| is_near(wall, piece) && is_on(wall, piece));
     let lines: Vec<Piece> = lines.into_iter().filter(|piece| !is_known(piece)).collect();
-    let mut joined: Vec<usize> = (0..lines.len()).collect();
+    let (mut joined, mut num_compared): (Vec<usize>, usize) = ((0..lines.len()).collect(), 0);
     let mut order = joined.clone();
     let [min_x, max_x] = [f64::min, f64::max].map(|of| move |piece: &Piece| of(piece[0][0], piece[1][0]));
     order.sort_by(|a, b| min_x(&lines[*a]).total_cmp(&min_x(&lines[*b])).then(a.cmp(b)));
     for (i, a) in order.iter().enumerate() {
         let end = max_x(&lines[*a]) + SAME_M;
         for b in order[i + 1..].iter().take_while(|b| min_x(&lines[**b]) <= end) {
-            if is_near(&lines[*a], &lines[*b]) && overlap_m(&lines[*a], &lines[*b]) > TOUCH_M {
+            if !is_near(&lines[*a], &lines[*b]) {
+                continue;
+            }
+            num_compared += 1;
+            if num_compared > MAX_COMPARED {
+                return Err(
+                    "expected a plan, found thousands of lines that lie close to each other".to_owned()
+                );
+            }
+            if overlap_m(&lines[*a], &lines[*b]) > TOUCH_M {
                 let (a, b) = (root(&mut joined, *a), root(&mut joined, *b));
                 joined[a.max(b)] = a.min(b);
             }
@@ -80,6 +94,14 @@ pub(super) fn merged(lines: Vec<Piece>, known: &[Piece]) -> Result<Vec<Piece>, S
     }
     let groups = members.iter().filter(|group| !group.is_empty());
     Ok(groups.map(|group| if let [one] = group[..] { lines[one] } else { spanned(&lines, group) }).collect())
+}
+
+/// Each line once, in the order of their first ones.
+fn without_copies(lines: Vec<Piece>) -> Vec<Piece> {
+    let mut known = HashSet::new();
+    let bits = |end: &[f64; 2]| end.map(f64::to_bits);
+    let key = |[a, b]: &Piece| if bits(a) < bits(b) { [bits(a), bits(b)] } else { [bits(b), bits(a)] };
+    lines.into_iter().filter(|piece| known.insert(key(piece))).collect()
 }
 
 fn root(joined: &mut [usize], mut at: usize) -> usize {

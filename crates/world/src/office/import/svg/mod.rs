@@ -25,8 +25,10 @@ use crate::MapError;
 const MAX_DEPTH: usize = 200;
 /// More elements, copies included, are no plan of a building.
 const MAX_ELEMENTS: usize = 500_000;
+/// More style sheets take too long: reading them is not linear.
+const MAX_STYLE_BYTES: usize = 1 << 17;
 /// Rules of style sheets times elements.
-const MAX_MATCHES: usize = 20_000_000;
+const MAX_MATCHES: usize = 5_000_000;
 
 /// Elements that draw nothing where they are.
 const NOT_DRAWN: [&str; 13] = [
@@ -102,16 +104,20 @@ struct Reader<'a, 'd> {
 
 impl<'a, 'd: 'a> Reader<'a, 'd> {
     fn new(document: &'a Document<'d>) -> Result<Self, String> {
-        let mut sheet = StyleSheet::new();
-        let mut by_id = HashMap::new();
+        let (mut styles, mut by_id) = (Vec::new(), HashMap::new());
         for node in document.descendants().filter(Node::is_element) {
             if let Some(id) = node.attribute("id") {
                 by_id.entry(id).or_insert(node.id());
             }
             if node.tag_name().name() == "style" {
-                node.children().filter_map(|child| child.text()).for_each(|text| sheet.parse_more(text));
+                styles.extend(node.children().filter_map(|child| child.text()));
             }
         }
+        if styles.iter().map(|text| text.len()).sum::<usize>() > MAX_STYLE_BYTES {
+            return Err("<style>: expected at most 128 kB of style sheets, found more".to_owned());
+        }
+        let mut sheet = StyleSheet::new();
+        styles.iter().for_each(|text| sheet.parse_more(text));
         let ends = document.input_text().match_indices('\n').map(|(end, _)| end + 1);
         Ok(Self {
             line_starts: std::iter::once(0).chain(ends).collect(),
