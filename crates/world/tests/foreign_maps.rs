@@ -231,13 +231,13 @@ fn what_was_passed_over_is_counted() {
     for expected in [
         "2 INSERT of block \"LEAF90\" on layer A-DOOR (the first in line 91): taken as a door",
         "1 LINE on layer FURNITURE (in line ",
-        "passed over its layer names neither wall, door nor corridor",
+        "passed over, its layer names neither wall, door nor corridor",
         "1 TEXT on layer A-DOOR",
     ] {
         assert!(notes.contains(expected), "{expected}\n{notes}");
     }
     let (_, notes) = office(load("plan.svg", SVG));
-    assert!(notes.contains("1 <text> (in line 8): passed over not a line or an area"), "{notes}");
+    assert!(notes.contains("1 <text> (in line 8): passed over, not a line or an area"), "{notes}");
     assert!(notes.contains("1 <path> (in line 6): taken as a door"), "{notes}");
 }
 
@@ -467,13 +467,13 @@ fn drawings_as_svg() {
         ("a bay", r##"<path id="wall" fill="none" d="M0 0H4V3H3A1 1 0 0 1 1 3H0Z"/>"##.to_owned(), Ok((23, 0, ROOM + 1.3, ""))),
         ("a swing in a gap", r##"<g id="wall" stroke="black" fill="none"><path d="M1 0H0V3H4V0H1.9"/></g>
             <g id="door"><path d="M1 0v.9"/><path d="M1 .9C1.5.9 1.9.5 1.9 0"/></g>"##.to_owned(),
-            Ok((6, 1, ROOM, "passed over as a door: no wall within 5 cm of both its ends"))),
+            Ok((6, 1, ROOM, "passed over, no wall within 5 cm of both ends"))),
         ("a door in a filled wall", r##"<g id="wall"><path fill="black" d="M1 0V-.2H-.2V3.2H4.2V-.2H1.9V0H4V3H0V0Z"/></g>
             <rect class="door" fill="blue" x="1" y="-.2" width=".9" height=".2"/>"##.to_owned(), Ok((13, 1, ROOM, ""))),
         ("lines over each other", format!(r##"{line_room}<path stroke="black" d="M-1 0H5"/><path stroke="black" d="M0 0H4"/>"##),
             Ok((4, 0, ROOM, ""))),
         ("colored areas and texts", format!(r##"{line_room}<rect fill="green" width="1" height="1"/><text>x</text><image/>"##),
-            Ok((4, 0, ROOM, "1 <rect> (in line 3): passed over neither named"))),
+            Ok((4, 0, ROOM, "1 <rect> (in line 3): passed over, neither named"))),
         ("a hidden room", r##"<g visibility="hidden"><rect stroke="black" width="4" height="3"/></g>"##.to_owned(), Err("not visible")),
         ("nothing", "<text/>".to_owned(), Err("found none; 1 <text>")),
         ("a broken path", r##"<path id="wall" d="M0 0 L1"/>"##.to_owned(), Err("line 3: <path> \"wall\": d: expected a path")),
@@ -636,7 +636,7 @@ fn drawings_as_dxf() {
         (
             "a door off the walls",
             drawing(&[], &with(&[(0, "LINE"), (8, "Door"), (10, "1"), (20, "2"), (11, "1.9"), (21, "2")])),
-            Ok((4, 0, ROOM, "1 LINE on layer Door (in line 57): passed over as a door")),
+            Ok((4, 0, ROOM, "1 LINE on layer Door (in line 57): passed over, no wall")),
         ),
         (
             "a spline and a hatch",

@@ -54,8 +54,8 @@ pub(super) fn place_doors(
         let found = found_in(group, walls);
         let has_swing = group.iter().any(|door| !swings(door).is_empty());
         let reason = match (found.is_empty(), has_swing) {
-            (true, true) => "as a door: no wall within 5 cm of where its swing begins and ends",
-            (true, false) => "as a door: no wall within 5 cm of both its ends, as of a leaf that stands open",
+            (true, true) => "no wall within 5 cm of where its swing begins and ends",
+            (true, false) => "no wall within 5 cm of both ends of this door, as of a leaf that stands open",
             _ => "",
         };
         if found.is_empty() {
@@ -63,7 +63,7 @@ pub(super) fn place_doors(
         }
         for (door, ends, fit) in found {
             if placed.iter().any(|other| is_near(&other.ends, &ends) && lies_over(&other.ends, &ends)) {
-                notes.passed_over(part, "as a door: another one is in its place");
+                notes.passed_over(part, "another door is in its place");
                 continue;
             }
             let fill = (fit == Fit::Gap).then(|| fill(&ends, walls));

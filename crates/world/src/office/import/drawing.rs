@@ -88,7 +88,7 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
                 if outline.len() >= 3 {
                     plan.corridors.push(CorridorPlan::closed(outline));
                 } else {
-                    notes.passed_over(&stroke.part, "as a corridor: an outline has at least three corners");
+                    notes.passed_over(&stroke.part, "a corridor has at least three corners");
                 }
             }
             Role::Wall => {

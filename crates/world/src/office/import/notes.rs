@@ -42,7 +42,7 @@ impl fmt::Display for ImportNote {
             let first = if self.count > 1 { "the first " } else { "" };
             write!(f, " ({first}in line {line})")?;
         }
-        let fate = if self.is_taken { "taken" } else { "passed over" };
+        let fate = if self.is_taken { "taken" } else { "passed over," };
         write!(f, ": {fate} {}", self.reason)
     }
 }

@@ -163,7 +163,7 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
         let fail = |reason: String| (node, reason);
         let style = style_of(node, &around.style, &self.sheet);
         if style.is_hidden {
-            self.drawing.notes.passed_over(&self.part(node), "with all inside: display is none");
+            self.drawing.notes.passed_over(&self.part(node), "display is none");
             return Ok(());
         }
         let label = node.attributes().find(|a| a.name() == "label").map(|a| a.value());
