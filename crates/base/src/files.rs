@@ -69,7 +69,10 @@ pub struct NewFile {
 
 #[derive(Debug)]
 enum Sink {
+    /// Removed when it is given up.
     Beside(BufWriter<NamedTempFile>),
+    /// Visible as [`part_path`], and left there when it is given up.
+    Part(BufWriter<File>),
     Direct(BufWriter<File>),
 }
 
@@ -79,29 +82,47 @@ impl NewFile {
     /// # Errors
     /// If the folder cannot be made or nothing can be written there, with what the system says.
     pub fn create(path: &Path) -> io::Result<Self> {
+        Self::create_with(path, |path| {
+            let mut builder = tempfile::Builder::new();
+            let builder = with_usual_rights(builder.prefix(".visloc-").suffix(".part"));
+            let beside = builder.tempfile_in(folder_of(path))?;
+            keep_rights(path, beside.as_file());
+            Ok(Sink::Beside(BufWriter::new(beside)))
+        })
+    }
+
+    /// As [`NewFile::create`], for a file that grows during a long run: until it is complete it can be looked at as
+    /// `NAME.part`, and if the program is killed it is still there. A part that an earlier run left is replaced.
+    ///
+    /// # Errors
+    /// As [`NewFile::create`].
+    pub fn create_growing(path: &Path) -> io::Result<Self> {
+        Self::create_with(path, |path| {
+            let part = part_path(path);
+            // Removed first, so that a link of that name is not followed.
+            match fs::remove_file(&part) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+            let file = File::create_new(&part)?;
+            keep_rights(path, &file);
+            Ok(Sink::Part(BufWriter::new(file)))
+        })
+    }
+
+    fn create_with(path: &Path, open: impl FnOnce(&Path) -> io::Result<Sink>) -> io::Result<Self> {
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if let Ok(found) = fs::metadata(&path) {
-            if found.is_dir() {
-                return Err(io::Error::new(
-                    io::ErrorKind::IsADirectory,
-                    "expected the name of a file, found a folder",
-                ));
-            }
+            refuse_folder(&found)?;
             // Who may not write a file must not replace it either, which the rights of the folder alone would allow.
             let writable = File::options().append(true).open(&path)?;
             if !found.is_file() {
                 return Ok(Self { path, sink: Sink::Direct(BufWriter::new(writable)) });
             }
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        fs::create_dir_all(folder)?;
-        let mut builder = tempfile::Builder::new();
-        let beside = with_usual_rights(builder.prefix(".visloc-").suffix(".part")).tempfile_in(folder)?;
-        if let Ok(found) = fs::metadata(&path) {
-            // The new file may be read by whoever could read the old one.
-            let _ = beside.as_file().set_permissions(found.permissions());
-        }
-        Ok(Self { path, sink: Sink::Beside(BufWriter::new(beside)) })
+        fs::create_dir_all(folder_of(&path))?;
+        let sink = open(&path)?;
+        Ok(Self { path, sink })
     }
 
     /// Gives the complete file its name.
@@ -116,7 +137,35 @@ impl NewFile {
                 beside.as_file().sync_data()?;
                 beside.persist(&self.path).map(drop).map_err(|error| error.error)
             }
+            Sink::Part(writer) => {
+                writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()?;
+                fs::rename(part_path(&self.path), &self.path)
+            }
         }
+    }
+}
+
+/// Where a file that grows is until it is complete: `NAME.part`.
+#[must_use]
+pub fn part_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn refuse_folder(found: &fs::Metadata) -> io::Result<()> {
+    let message = "expected the name of a file, found a folder";
+    if found.is_dir() { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
+}
+
+/// The new file may be read by whoever could read the old one.
+fn keep_rights(old: &Path, new: &File) {
+    if let Ok(found) = fs::metadata(old) {
+        let _ = new.set_permissions(found.permissions());
     }
 }
 
@@ -124,15 +173,49 @@ impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.sink {
             Sink::Beside(writer) => writer.write(bytes),
-            Sink::Direct(writer) => writer.write(bytes),
+            Sink::Part(writer) | Sink::Direct(writer) => writer.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.sink {
             Sink::Beside(writer) => writer.flush(),
-            Sink::Direct(writer) => writer.flush(),
+            Sink::Part(writer) | Sink::Direct(writer) => writer.flush(),
         }
+    }
+}
+
+/// Whether a file could be written at a path; leaves nothing behind.
+///
+/// # Errors
+/// Why not, with what the system says.
+pub fn try_file(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(found) if found.is_file() => File::options().append(true).open(path).map(drop)?,
+        // Whoever opens a pipe for a moment ends it for its reader.
+        Ok(found) => return refuse_folder(&found),
+        Err(_) => {}
+    }
+    // A link is replaced where it leads to.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    try_folder(folder_of(&path))
+}
+
+/// Whether files could be written into a folder, which may have to be made; leaves nothing behind.
+///
+/// # Errors
+/// Why not, with what the system says.
+pub fn try_folder(path: &Path) -> io::Result<()> {
+    match fs::metadata(path) {
+        Ok(found) if !found.is_dir() => {
+            let message = format!("expected a folder, found that {} is none", path.display());
+            Err(io::Error::new(io::ErrorKind::NotADirectory, message))
+        }
+        Ok(_) => tempfile::tempfile_in(path).map(drop),
+        Err(error) if error.kind() == io::ErrorKind::NotFound && path != Path::new(".") => {
+            try_folder(folder_of(path))
+        }
+        Err(error) => Err(error),
     }
 }
 
@@ -184,6 +267,47 @@ mod tests {
         assert_eq!(names(path.parent().unwrap()), ["poses.txt"], "what is given up is removed");
         write(&path, "new").unwrap();
         assert_eq!(read_text(&path).unwrap(), "new");
+    }
+
+    #[test]
+    fn a_file_that_grows_can_be_looked_at_and_outlives_the_program() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        write(&path, "old").unwrap();
+        for _ in 0..2 {
+            let mut file = NewFile::create_growing(&path).unwrap();
+            file.write_all(b"line").unwrap();
+            file.flush().unwrap();
+            drop(file);
+            assert_eq!(read_text(&part_path(&path)).unwrap(), "line", "and is replaced the next time");
+            assert_eq!(read_text(&path).unwrap(), "old");
+        }
+        let mut file = NewFile::create_growing(&path).unwrap();
+        file.write_all(b"all lines").unwrap();
+        file.finish().unwrap();
+        assert_eq!(
+            (names(folder.path()), read_text(&path).unwrap()),
+            (vec!["table.csv".into()], "all lines".into())
+        );
+    }
+
+    #[test]
+    fn trying_leaves_nothing_behind() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        write(&path("file"), "kept").unwrap();
+        try_file(&path("a/b/new")).unwrap();
+        try_file(&path("file")).unwrap();
+        try_folder(&path("c/d")).unwrap();
+        assert!(try_file(folder.path()).unwrap_err().to_string().contains("found a folder"));
+        assert!(try_folder(&path("file")).unwrap_err().to_string().contains("expected a folder"));
+        assert!(try_folder(&path("file/below")).is_err() && try_file(&path("file/below")).is_err());
+        assert_eq!(
+            (names(folder.path()), read_text(&path("file")).unwrap()),
+            (vec!["file".into()], "kept".into())
+        );
+        #[cfg(target_os = "linux")]
+        assert!(try_file(Path::new("/proc/new")).is_err() && try_file(Path::new("/dev/full")).is_ok());
     }
 
     #[test]
