@@ -7,13 +7,15 @@
 //! All say where the camera (or body) is in the world: its pose takes points of the camera to the world.
 
 use std::{
-    fs,
     io::{self, Write},
     path::Path,
 };
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_base::{CameraPose, CameraTrajectory, SkippedInput, Timestamp};
+use visloc_base::{
+    CameraPose, CameraTrajectory, SkippedInput, Timestamp,
+    files::{self, NewFile},
+};
 use visloc_geom::{CameraFrame, Rigid3, World};
 
 use crate::{
@@ -58,7 +60,7 @@ pub fn read_camera_trajectory(path: &Path) -> Result<CameraTrajectory, SequenceE
 /// # Errors
 /// As [`read_camera_trajectory`].
 pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, SequenceError> {
-    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let text = files::read_text(path).map_err(SequenceError::io(path))?;
     let first =
         data_lines(&text).next().ok_or_else(|| SequenceError::layout(path, "expected poses, found none"))?;
     let format = recognize(first.1).map_err(SequenceError::line(path, first.0))?;
@@ -162,22 +164,23 @@ pub(crate) fn parse_kitti(line: &str) -> Result<Rigid3<World, CameraFrame>, Stri
 /// # Errors
 /// If the file cannot be written.
 pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), SequenceError> {
-    let file = fs::File::create(path).map_err(SequenceError::io(path))?;
-    let mut out = io::BufWriter::new(file);
-    let mut write = || -> io::Result<()> {
+    let mut out = NewFile::create(path).map_err(SequenceError::io(path))?;
+    let write = move || -> io::Result<()> {
         writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, map units")?;
         for pose in poses {
             let t = pose.world_from_camera.translation();
             let [x, y, z, w] = pose.world_from_camera.quaternion_xyzw();
             writeln!(out, "{} {:.9} {:.9} {:.9} {x:.12} {y:.12} {z:.12} {w:.12}", pose.at, t.x, t.y, t.z)?;
         }
-        out.flush()
+        out.finish()
     };
     write().map_err(SequenceError::io(path))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     fn read(text: &str) -> Result<CameraTrajectoryFile, String> {

@@ -1,14 +1,13 @@
 //! JPEG and PNG pictures.
 
 use std::{
-    fs,
     io::{self, Cursor},
     path::{Path, PathBuf},
 };
 
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
-use visloc_base::{GrayImage, RgbImage};
+use visloc_base::{GrayImage, RgbImage, files};
 
 /// Largest width or height that is decoded, pixels.
 const MAX_SIDE_PX: u32 = 16_384;
@@ -156,12 +155,16 @@ fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), Image
         .map_err(|error| encode_error(error.to_string()))
 }
 
+/// Most bytes of the file of an image.
+const MAX_FILE_BYTES: u64 = 1 << 28;
+
 /// Reads a JPEG or PNG file.
 ///
 /// # Errors
 /// If the file cannot be read or decoded.
 pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
-    let bytes = fs::read(path).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
+    let bytes = files::read(path, MAX_FILE_BYTES)
+        .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
     decode(&bytes)
 }
 
@@ -170,7 +173,8 @@ pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
 /// # Errors
 /// If the file cannot be read or decoded.
 pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
-    let bytes = fs::read(path).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
+    let bytes = files::read(path, MAX_FILE_BYTES)
+        .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
     decode_gray(&bytes)
 }
 
@@ -204,7 +208,7 @@ pub fn save_jpeg(image: &RgbImage, quality: u8, path: &Path) -> Result<(), Image
 }
 
 fn save(bytes: &[u8], path: &Path) -> Result<(), ImageCodecError> {
-    fs::write(path, bytes).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
+    files::write(path, bytes).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
 }
 
 #[cfg(test)]

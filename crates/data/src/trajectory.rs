@@ -2,13 +2,15 @@
 //! columns (`t,x,y,z,yaw,...`).
 
 use std::{
-    fs::File,
-    io::{self, BufRead, BufReader, BufWriter, Write},
+    io::{self, BufRead, BufReader, Write},
     path::{Path, PathBuf},
 };
 
 use thiserror::Error;
-use visloc_base::{PlanarTrajectory, StampedPose};
+use visloc_base::{
+    PlanarTrajectory, StampedPose,
+    files::{self, NewFile},
+};
 use visloc_geom::{PlanarPose, Rigid3, Robot, World};
 
 use crate::text::{parse_number, parse_secs};
@@ -51,7 +53,7 @@ pub enum TrajectoryError {
 /// If the file cannot be read, a line is not in the format, or time does not increase; with the number of the line.
 pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError> {
     let io_error = |source| TrajectoryError::Io { path: path.to_path_buf(), source };
-    let file = File::open(path).map_err(io_error)?;
+    let file = files::open(path).map_err(io_error)?;
     let mut trajectory = PlanarTrajectory::new();
     let mut columns: Option<Columns> = None;
     for (i, text) in BufReader::new(file).lines().enumerate() {
@@ -88,8 +90,8 @@ pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError>
 /// If the file cannot be written.
 pub fn write_tum(path: &Path, trajectory: &PlanarTrajectory) -> Result<(), TrajectoryError> {
     let io_error = |source| TrajectoryError::Io { path: path.to_path_buf(), source };
-    let mut file = BufWriter::new(File::create(path).map_err(io_error)?);
-    write_tum_to(&mut file, trajectory).and_then(|()| file.flush()).map_err(io_error)
+    let mut file = NewFile::create(path).map_err(io_error)?;
+    write_tum_to(&mut file, trajectory).and_then(|()| file.finish()).map_err(io_error)
 }
 
 /// As [`write_tum`], to anything that takes bytes.

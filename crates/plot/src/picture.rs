@@ -1,8 +1,9 @@
 //! A finished picture.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use resvg::{tiny_skia, usvg};
+use visloc_base::files;
 
 use crate::{PlotError, font};
 
@@ -57,11 +58,10 @@ impl Picture {
     /// # Errors
     /// If a file cannot be written or the PNG would be too large.
     pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
-        fs::create_dir_all(dir).map_err(|source| PlotError::Write { path: dir.to_owned(), source })?;
         let png = self.png(Self::SAVED_PNG_SCALE)?;
         for (extension, bytes) in [("svg", self.svg.as_bytes()), ("png", &png)] {
             let path = dir.join(format!("{name}.{extension}"));
-            fs::write(&path, bytes).map_err(|source| PlotError::Write { path, source })?;
+            files::write(&path, bytes).map_err(|source| PlotError::Write { path, source })?;
         }
         Ok(())
     }

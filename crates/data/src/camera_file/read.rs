@@ -1,7 +1,8 @@
 //! Reading, whatever the form.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
+use visloc_base::files;
 use visloc_geom::Camera;
 
 use super::{CameraFileError, CameraToml, yaml_forms};
@@ -12,7 +13,7 @@ use crate::sequence::read_calibration;
 /// # Errors
 /// If the file cannot be read, has none of the forms, or no camera has its values.
 pub fn read_camera(path: &Path) -> Result<Camera, CameraFileError> {
-    let text = fs::read_to_string(path).map_err(CameraFileError::io(path))?;
+    let text = files::read_text(path).map_err(CameraFileError::io(path))?;
     if let Some(camera) = in_known_form(path, &text) {
         return camera.map_err(|reason| CameraFileError::form(path, reason));
     }

@@ -10,9 +10,10 @@
 //! OpenCV's files are not quite YAML (`%YAML:1.0`), and a fault is to be named with its line, so the little that is needed is read
 //! here.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use visloc_base::files;
 use visloc_geom::{Camera, CameraFrame, Distortion, Rigid3};
 
 use super::SequenceError;
@@ -73,7 +74,7 @@ impl Calibration {
 /// # Errors
 /// If the file cannot be read, a value is missing or not a number, or the lens model is not known.
 pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
-    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let text = files::read_text(path).map_err(SequenceError::io(path))?;
     if let Some(camera) = in_known_form(path, &text) {
         let camera = camera.map_err(|reason| SequenceError::layout(path, reason))?;
         return Ok(Calibration {

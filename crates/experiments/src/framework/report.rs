@@ -1,8 +1,9 @@
 //! What an experiment shows at its end.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use serde_json::Value;
+use visloc_base::files;
 use visloc_plot::Picture;
 
 use super::{ExperimentError, Table};
@@ -38,10 +39,9 @@ impl Report {
     /// # Errors
     /// If a file cannot be written.
     pub fn save(&self, folder: &Path) -> Result<(), ExperimentError> {
-        fs::create_dir_all(folder).map_err(ExperimentError::file(folder))?;
         let write = |name: String, text: &str| {
             let path = folder.join(name);
-            fs::write(&path, text).map_err(ExperimentError::file(&path))
+            files::write(&path, text).map_err(ExperimentError::file(&path))
         };
         write("report.txt".to_owned(), &self.text())?;
         write("report.json".to_owned(), &format!("{:#}\n", self.json))?;

@@ -7,9 +7,12 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use visloc_base::files;
 
 use super::{Experiment, ExperimentError, Results, Shard};
 
+/// Most bytes of a file of records.
+const MAX_RECORD_BYTES: u64 = 1 << 32;
 const MANIFEST: &str = "experiment.json";
 
 /// What a folder's records belong to.
@@ -38,7 +41,7 @@ impl Manifest {
     /// If there is none or it is damaged.
     pub fn read(folder: &Path) -> Result<Self, ExperimentError> {
         let path = folder.join(MANIFEST);
-        let text = fs::read_to_string(&path).map_err(ExperimentError::file(&path))?;
+        let text = files::read_text(&path).map_err(ExperimentError::file(&path))?;
         serde_json::from_str(&text)
             .map_err(|error| ExperimentError::Folder { path, reason: format!("not a manifest: {error}") })
     }
@@ -82,7 +85,7 @@ impl Store {
         } else {
             let text = serde_json::to_string_pretty(manifest)
                 .map_err(|error| ExperimentError::Folder { path: path.clone(), reason: error.to_string() })?;
-            fs::write(&path, text + "\n").map_err(ExperimentError::file(&path))?;
+            files::write(&path, text + "\n").map_err(ExperimentError::file(&path))?;
         }
         let name = if shard.is_whole() {
             "records.jsonl".to_owned()
@@ -93,8 +96,10 @@ impl Store {
         let mut file =
             File::options().create(true).append(true).open(&path).map_err(ExperimentError::file(&path))?;
         // A line that was cut off by an interruption must not swallow the next one.
-        let is_cut =
-            fs::read(&path).map_err(ExperimentError::file(&path))?.last().is_some_and(|b| *b != b'\n');
+        let is_cut = files::read(&path, MAX_RECORD_BYTES)
+            .map_err(ExperimentError::file(&path))?
+            .last()
+            .is_some_and(|b| *b != b'\n');
         if is_cut {
             file.write_all(b"\n").map_err(ExperimentError::file(&path))?;
         }
@@ -119,7 +124,8 @@ pub(super) fn read_records<E: Experiment>(
 ) -> Result<(), ExperimentError> {
     manifest.check(&Manifest::read(folder)?, folder)?;
     for path in record_files(folder)? {
-        let text = fs::read_to_string(&path).map_err(ExperimentError::file(&path))?;
+        let text = files::read(&path, MAX_RECORD_BYTES).map_err(ExperimentError::file(&path))?;
+        let text = String::from_utf8_lossy(&text);
         for line in text.lines().filter_map(parse::<E::Record>) {
             let cell = experiment.cells().iter().position(|cell| cell.label == line.cell);
             if let (Some(cell), Ok(run)) = (cell, usize::try_from(line.run)) {

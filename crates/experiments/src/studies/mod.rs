@@ -13,7 +13,9 @@ mod segments;
 mod symmetry;
 mod truth;
 
-use std::{fs, path::Path};
+use std::path::Path;
+
+use visloc_base::files;
 
 use crate::{ExperimentError, Report};
 
@@ -72,7 +74,7 @@ impl StudyOutcome {
         self.report.save(folder)?;
         for (name, text) in &self.files {
             let path = folder.join(name);
-            fs::write(&path, text).map_err(ExperimentError::file(&path))?;
+            files::write(&path, text).map_err(ExperimentError::file(&path))?;
         }
         Ok(())
     }

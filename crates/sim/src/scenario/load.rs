@@ -1,9 +1,10 @@
 //! Reading a scenario by name or from a file.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use serde::Deserialize;
 use thiserror::Error;
+use visloc_base::files;
 use visloc_world::MapError;
 
 use super::check::Check;
@@ -173,7 +174,7 @@ impl Scenario {
         if let Some((name, text)) = BUILT_IN_SCENARIOS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
         }
-        let text = fs::read_to_string(Path::new(name_or_path))
+        let text = files::read_text(Path::new(name_or_path))
             .map_err(|source| ScenarioError::Unreadable { name: name_or_path.to_owned(), source })?;
         Self::parse(name_or_path, &text)
     }

@@ -7,12 +7,9 @@
 //!
 //! Source: Geiger et al., "Are we ready for autonomous driving? The KITTI vision benchmark suite", 2012, and its page.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
+use visloc_base::{CameraPose, CameraTrajectory, Timestamp, files};
 
 use super::{Contents, Layout, first_file, numbered::image_files, tum};
 use crate::{
@@ -77,7 +74,7 @@ fn read_images(folder: &Path) -> Result<Contents, SequenceError> {
 }
 
 fn read_times(path: &Path) -> Result<Vec<Timestamp>, SequenceError> {
-    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let text = files::read_text(path).map_err(SequenceError::io(path))?;
     let mut stamps: Vec<Timestamp> = Vec::new();
     for (number, line) in data_lines(&text) {
         let at = parse_secs(line).map_err(SequenceError::line(path, number))?;
@@ -102,7 +99,7 @@ fn truth_file(folder: &Path) -> Option<PathBuf> {
 
 /// A pose for each image, in their order.
 fn read_truth(path: &Path, stamps: &[Timestamp]) -> Result<CameraTrajectory, SequenceError> {
-    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let text = files::read_text(path).map_err(SequenceError::io(path))?;
     let mut truth = CameraTrajectory::new();
     for ((number, line), at) in data_lines(&text).zip(stamps) {
         let world_from_camera = parse_kitti(line).map_err(SequenceError::line(path, number))?;

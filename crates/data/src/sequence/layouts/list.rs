@@ -1,8 +1,8 @@
 //! Lists of images with their times.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
-use visloc_base::{SkippedInput, Timestamp};
+use visloc_base::{SkippedInput, Timestamp, files};
 
 use super::Contents;
 use crate::{
@@ -21,7 +21,7 @@ pub(super) fn read_list(
     parse: impl Fn(&str) -> Parsed<'_>,
     contents: &mut Contents,
 ) -> Result<(), SequenceError> {
-    let text = fs::read_to_string(list).map_err(SequenceError::io(list))?;
+    let text = files::read_text(list).map_err(SequenceError::io(list))?;
     for (number, line) in data_lines(&text) {
         let last = contents.images.last().map(|image| image.at);
         let parsed = parse(line).and_then(|(at, name)| match last {

@@ -7,10 +7,10 @@
 //!
 //! Source: Majdik et al., "The Zurich urban micro aerial vehicle dataset", 2017.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
+use visloc_base::{CameraPose, CameraTrajectory, Timestamp, files};
 use visloc_geom::{Distortion, Rigid3};
 
 use super::{
@@ -63,7 +63,7 @@ fn at(number: f64) -> Timestamp {
 
 /// Lines `imgid, x, y, z, omega, phi, kappa, ...` below a header.
 fn read_truth(path: &Path) -> Result<CameraTrajectory, SequenceError> {
-    let text = fs::read_to_string(path).map_err(SequenceError::io(path))?;
+    let text = files::read_text(path).map_err(SequenceError::io(path))?;
     let mut truth = CameraTrajectory::new();
     let mut origin = None;
     for (number, line) in data_lines(&text) {
