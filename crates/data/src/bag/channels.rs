@@ -1,12 +1,22 @@
 //! A recording that is being written: topics and their messages.
 
-use std::{collections::BTreeMap, fs::File, io::BufWriter, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::BufWriter,
+    path::PathBuf,
+};
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
 use visloc_base::Timestamp;
 
 use crate::bag::{BagError, TopicInfo, messages::to_cdr, schemas};
+
+/// A part of the file is completed after so much time of the recording, seconds, or so many bytes. From then on other programs can
+/// read it, even if this one is killed.
+const PART_SECS: f64 = 0.5;
+const PART_BYTES: usize = 1 << 20;
 
 /// Writes messages to an MCAP file and makes a channel for each topic when it is first used.
 pub(super) struct ChannelWriter {
@@ -16,18 +26,22 @@ pub(super) struct ChannelWriter {
     sequence: u32,
     /// Stamps of the first and the last message.
     span: Option<(Timestamp, Timestamp)>,
+    /// When the part at work began, and how long it is.
+    part: Option<(Timestamp, usize)>,
+    completed_at: Option<Timestamp>,
 }
 
 impl ChannelWriter {
     /// Starts a file; one that is there is replaced.
     pub(super) fn create(path: PathBuf, options: WriteOptions) -> Result<Self, BagError> {
-        let file = File::create(&path).map_err(|source| BagError::Io {
-            path: path.clone(),
-            action: "create it",
-            source,
-        })?;
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| File::create(&path));
+        let file = file.map_err(|source| BagError::Io { path: path.clone(), action: "create it", source })?;
+        // Parts are gathered in memory, so that each comes to the file as a whole.
+        let options = options.chunk_size(None).disable_seeking(true);
         let writer = options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
-        Ok(Self { path, writer, channels: Vec::new(), sequence: 0, span: None })
+        let channels = Vec::new();
+        Ok(Self { path, writer, channels, sequence: 0, span: None, part: None, completed_at: None })
     }
 
     /// Appends a message. An empty topic is not written.
@@ -77,6 +91,12 @@ impl ChannelWriter {
     }
 
     fn write(&mut self, channel_id: u16, at: Timestamp, data: &[u8]) -> Result<(), BagError> {
+        let is_full = |(since, num_bytes): (Timestamp, usize)| is_due(since, at) || num_bytes >= PART_BYTES;
+        if self.part.is_some_and(is_full) {
+            self.complete_part(at)?;
+        }
+        let (since, num_bytes) = self.part.unwrap_or((at, 0));
+        self.part = Some((since, num_bytes + data.len()));
         let first = self.span.map_or(at, |(first, _)| first);
         self.span = Some((first, at));
         // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
@@ -85,6 +105,19 @@ impl ChannelWriter {
             MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
         self.sequence = self.sequence.wrapping_add(1);
         self.writer.write_to_known_channel(&header, data).map_err(|error| write_error(&self.path, &error))
+    }
+
+    /// Completes a part if it is time, for messages that come seldom. To be called when all messages of a moment are written.
+    pub(super) fn end_moment(&mut self, at: Timestamp) -> Result<(), BagError> {
+        if self.completed_at.is_none_or(|completed_at| is_due(completed_at, at)) {
+            self.complete_part(at)?;
+        }
+        Ok(())
+    }
+
+    fn complete_part(&mut self, at: Timestamp) -> Result<(), BagError> {
+        (self.part, self.completed_at) = (None, Some(at));
+        self.writer.flush().map_err(|error| write_error(&self.path, &error))
     }
 
     /// Completes the file.
@@ -136,6 +169,15 @@ impl ChannelWriter {
     }
 }
 
+fn is_due(since: Timestamp, at: Timestamp) -> bool {
+    at.secs_since(since).abs() >= PART_SECS
+}
+
 fn write_error(path: &std::path::Path, error: &mcap::McapError) -> BagError {
-    BagError::Write { path: path.to_path_buf(), reason: error.to_string() }
+    // What the system says is more than that it was a system.
+    let reason = match error {
+        mcap::McapError::Io(source) => source.to_string(),
+        error => error.to_string(),
+    };
+    BagError::Write { path: path.to_path_buf(), reason }
 }

@@ -7,7 +7,7 @@ use std::{
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_base::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth};
+use visloc_base::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files};
 use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
@@ -162,7 +162,8 @@ impl BagWriter {
             None => {}
         }
         self.send(TopicRole::CameraInfo, at, &camera_info_message(at, &frame.camera, &camera_frame))?;
-        self.send_image(at, &frame.image, &camera_frame)
+        self.send_image(at, &frame.image, &camera_frame)?;
+        self.channels.end_moment(at)
     }
 
     /// Appends a picture without a robot, with its calibration if that is known.
@@ -175,7 +176,8 @@ impl BagWriter {
             let message = camera_info_message(picture.at, camera, &camera_frame);
             self.send(TopicRole::CameraInfo, picture.at, &message)?;
         }
-        self.send_image(picture.at, &picture.image, &camera_frame)
+        self.send_image(picture.at, &picture.image, &camera_frame)?;
+        self.channels.end_moment(picture.at)
     }
 
     /// Appends a gray picture with its calibration, as PNG whatever the encoding of others.
@@ -224,6 +226,15 @@ impl BagWriter {
         self.channels.send_raw((topic, encoding), at, bytes)
     }
 
+    /// Makes sure that what was written so far can be read if the program is killed, if that was not done for half a second of the
+    /// recording. Frames and pictures do so by themselves.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn end_moment(&mut self, at: Timestamp) -> Result<(), BagError> {
+        self.channels.end_moment(at)
+    }
+
     /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read.
     ///
     /// # Errors
@@ -236,7 +247,7 @@ impl BagWriter {
         let file_name = self.channels.path().file_name().unwrap_or_default().to_string_lossy();
         let text = metadata_yaml(&file_name, start_nanos, duration_nanos, &topics);
         let path = folder.join("metadata.yaml");
-        fs::write(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
+        files::write(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
     }
 
     fn send_image(&mut self, at: Timestamp, image: &RgbImage, camera_frame: &str) -> Result<(), BagError> {

@@ -1,7 +1,6 @@
 //! Writes a recording.
 
 use std::{
-    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -33,9 +32,6 @@ impl Recorder {
     /// If that is not possible.
     pub fn create(path: &Path) -> Result<Self, RecordingError> {
         let refused = |reason: String| RecordingError::Write { path: path.to_path_buf(), reason };
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(|error| refused(error.to_string()))?;
-        }
         let options = BagWriterOptions {
             image_encoding: ImageEncoding::Png,
             has_chunks: false,
@@ -74,6 +70,7 @@ impl Recorder {
         written.map_err(|error| RecordingError::Write { path: self.path.clone(), reason: error.to_string() })
     }
 
+    /// The state comes last and ends the moment.
     fn write(&mut self, update: &Update, at: Timestamp, input: Option<&Input<'_>>) -> Result<(), BagError> {
         if !self.scene.as_ref().is_some_and(|known| Arc::ptr_eq(known, &update.scene)) {
             self.writer.write_raw((SCENE_TOPIC, ENCODING), at, &update.scene)?;
@@ -85,7 +82,8 @@ impl Recorder {
         if let Some(bytes) = &update.image {
             self.writer.write_raw((IMAGE_TOPIC, ENCODING), at, bytes)?;
         }
-        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &update.state)
+        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &update.state)?;
+        self.writer.end_moment(at)
     }
 
     fn write_input(&mut self, input: &Input<'_>) -> Result<(), BagError> {
