@@ -1,4 +1,4 @@
-//! What a live source borrows from the program that opens it.
+//! What a source borrows from the program that opens it.
 
 use std::{
     fmt,
@@ -10,18 +10,19 @@ use std::{
 
 use crate::Timestamp;
 
-/// Clock, voice and stop sign of the program. Cheap to clone; the clones share the stop sign.
+/// Clock, voice and stop sign of the program. Cheap to clone; the clones share the stop sign and what came of it.
 #[derive(Clone)]
 pub struct Host {
     clock: fn() -> Timestamp,
     notice: Arc<dyn Fn(&str) + Send + Sync>,
     is_stopped: Arc<AtomicBool>,
+    was_interrupted: Arc<AtomicBool>,
 }
 
 impl Host {
     /// With a clock for the stamps of live images, and a voice for what the user should know at once.
     pub fn new(clock: fn() -> Timestamp, notice: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { clock, notice: Arc::new(notice), is_stopped: Arc::default() }
+        Self { clock, notice: Arc::new(notice), is_stopped: Arc::default(), was_interrupted: Arc::default() }
     }
 
     /// A host without a voice whose time stands still. Recorded sources need no more.
@@ -50,6 +51,17 @@ impl Host {
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// Notes that the stop sign ended something before its end; live sources have none.
+    pub fn note_interruption(&self) {
+        self.was_interrupted.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the stop sign ended something before its end.
+    #[must_use]
+    pub fn was_interrupted(&self) -> bool {
+        self.was_interrupted.load(Ordering::Relaxed)
     }
 
     /// The stop sign itself, for whoever waits without a host.

@@ -18,5 +18,5 @@ pub mod symmetry;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
-    Table, merge, run,
+    Table, merge, run, run_until,
 };

@@ -1,6 +1,6 @@
 //! What a user writes for a source.
 
-use std::{fmt, path::Path};
+use std::{fmt, io, path::Path};
 
 use crate::{KINDS, SourceKind, SourcesError, kinds};
 
@@ -28,7 +28,10 @@ impl<'a> SourceAddress<'a> {
             return Ok(Self { text, scheme, rest, kind });
         }
         let path = Path::new(text);
-        if !path.exists() {
+        if let Err(source) = path.metadata() {
+            if source.kind() != io::ErrorKind::NotFound {
+                return Err(SourcesError::Unreadable { argument: text.into(), source });
+            }
             let nearest = nearest_name(text);
             return Err(SourcesError::NotFound { argument: text.into(), nearest, known: known_forms() });
         }
@@ -158,5 +161,11 @@ mod tests {
         std::fs::write(folder.path().join("run1.mcap"), "").unwrap();
         let error = kind(&folder.path().join("run.mcap").display().to_string()).unwrap_err();
         assert!(error.contains("no such file") && error.contains("run1.mcap'?"), "{error}");
+        let below_a_file = folder.path().join("run1.mcap/x").display().to_string();
+        let error = kind(&below_a_file).unwrap_err();
+        assert!(
+            !error.contains("no such file") && !error.contains("did you mean"),
+            "the system's reason: {error}"
+        );
     }
 }

@@ -34,6 +34,14 @@ pub enum SourcesError {
         /// All kinds.
         known: String,
     },
+    /// The system refuses to look at it.
+    #[error("{argument}: {source}")]
+    Unreadable {
+        /// What the user wrote.
+        argument: String,
+        /// What the system says.
+        source: io::Error,
+    },
     /// A file that no kind of source claims.
     #[error("{}: cannot tell what it is from its name; expected {known}, or say the kind, such as video:FILE", path.display())]
     UnknownFile {

@@ -21,7 +21,7 @@ mod open;
 mod options;
 mod video;
 
-pub use adapt::{CalibratedFrames, CalibratedImages, Mount};
+pub use adapt::{CalibratedFrames, CalibratedImages, Mount, UntilStopped};
 pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind};

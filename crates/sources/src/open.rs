@@ -6,7 +6,7 @@ use visloc_base::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
 use visloc_data::sequence::Calibration;
 use visloc_world::Map;
 
-use crate::{Host, SourceAddress, SourceOptions, SourcesError};
+use crate::{Host, SourceAddress, SourceOptions, SourcesError, UntilStopped};
 
 /// All that a robot senses.
 pub struct OpenFrames {
@@ -63,7 +63,9 @@ impl Request<'_> {
 /// If there is no such source, or it has no frames of a robot and they cannot be made of what it has.
 pub fn open_frames(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenFrames, SourcesError> {
     let address = SourceAddress::parse(text)?;
-    (address.kind().frames)(&Request { address, options, host })
+    let open = (address.kind().frames)(&Request { address, options, host })?;
+    let frames = Box::new(UntilStopped::of_kind(open.frames, host, address.kind().is_live));
+    Ok(OpenFrames { frames, ..open })
 }
 
 /// Opens a source for SLAM.
@@ -72,7 +74,9 @@ pub fn open_frames(text: &str, options: &SourceOptions, host: &Host) -> Result<O
 /// If there is no such source, or it has no images of a calibrated camera.
 pub fn open_images(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenImages, SourcesError> {
     let address = SourceAddress::parse(text)?;
-    (address.kind().images)(&Request { address, options, host })
+    let open = (address.kind().images)(&Request { address, options, host })?;
+    let images = Box::new(UntilStopped::of_kind(open.images, host, address.kind().is_live));
+    Ok(OpenImages { images, ..open })
 }
 
 /// Opens a source for whoever looks at its pictures only: calibration, viewers.
@@ -81,5 +85,7 @@ pub fn open_images(text: &str, options: &SourceOptions, host: &Host) -> Result<O
 /// If there is no such source.
 pub fn open_pictures(text: &str, options: &SourceOptions, host: &Host) -> Result<OpenPictures, SourcesError> {
     let address = SourceAddress::parse(text)?;
-    (address.kind().pictures)(&Request { address, options, host })
+    let open = (address.kind().pictures)(&Request { address, options, host })?;
+    let pictures = Box::new(UntilStopped::of_kind(open.pictures, host, address.kind().is_live));
+    Ok(OpenPictures { pictures, ..open })
 }

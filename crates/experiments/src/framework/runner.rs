@@ -1,6 +1,9 @@
 //! Doing the runs.
 
-use std::path::Path;
+use std::{
+    path::Path,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use rayon::prelude::*;
 use visloc_base::RngTree;
@@ -50,6 +53,20 @@ pub fn run<E: Experiment>(
     options: &RunOptions<'_>,
     watch: &mut dyn FnMut(RunProgress),
 ) -> Result<Results<E::Record>, ExperimentError> {
+    run_until(experiment, options, &AtomicBool::new(false), watch)
+}
+
+/// As [`run`], but when the sign is set, runs that have begun are the last.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_until<E: Experiment>(
+    experiment: &E,
+    options: &RunOptions<'_>,
+    stop_sign: &AtomicBool,
+    watch: &mut dyn FnMut(RunProgress),
+) -> Result<Results<E::Record>, ExperimentError> {
+    let is_stopped = || stop_sign.load(Ordering::Relaxed);
     let manifest = Manifest::of(experiment, options.seed)?;
     let cells = experiment.cells();
     let mut results = Results::new(cells.iter().map(|cell| cell.num_runs));
@@ -66,9 +83,11 @@ pub fn run<E: Experiment>(
     let mut num_done = 0;
     watch(RunProgress { num_done, num_wanted: wanted.len() });
     for chunk in wanted.chunks((experiment.runs_per_thread() * rayon::current_num_threads()).max(1)) {
-        let records: Vec<_> =
-            chunk.par_iter().map(|(cell, run)| experiment.run(*cell, *run, &seeds)).collect();
+        let do_run =
+            |(cell, run): &(usize, u64)| (!is_stopped()).then(|| experiment.run(*cell, *run, &seeds));
+        let records: Vec<_> = chunk.par_iter().map(do_run).collect();
         for ((cell, run), record) in chunk.iter().zip(records) {
+            let Some(record) = record else { continue };
             let record = record?;
             if let Some(store) = &mut store {
                 store.append(&cells[*cell].label, *run, &record)?;
@@ -78,6 +97,9 @@ pub fn run<E: Experiment>(
         }
         num_done += chunk.len();
         watch(RunProgress { num_done, num_wanted: wanted.len() });
+        if is_stopped() {
+            break;
+        }
     }
     Ok(results)
 }

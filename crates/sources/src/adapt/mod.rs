@@ -6,6 +6,7 @@ mod gray;
 mod mount;
 mod ranged;
 mod skipped;
+mod until_stopped;
 
 pub use calibrated::{CalibratedFrames, CalibratedImages};
 pub(crate) use calibrated::{frames_of_pictures, images_of_gray, images_of_pictures};
@@ -13,3 +14,4 @@ pub(crate) use from_frames::{FramePictures, PicturesOfImages};
 pub(crate) use gray::{GrayOf, GrayStream};
 pub use mount::Mount;
 pub(crate) use ranged::Ranged;
+pub use until_stopped::UntilStopped;
