@@ -55,8 +55,8 @@ impl Broadcast {
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs) -> Result<Self> {
-        let recording = args.record.as_deref().map(Recording::create).transpose()?;
         let watched = args.publish.map(|address| publish(address, args.token.clone())).transpose()?;
+        let recording = args.record.as_deref().map(Recording::create).transpose()?;
         Ok(Self { recording, watched, error: None })
     }
 

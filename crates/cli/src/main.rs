@@ -3,6 +3,7 @@
 mod args;
 mod broadcast;
 mod calibration;
+mod claims;
 mod commands;
 mod host;
 mod live_view;
@@ -17,40 +18,30 @@ use std::{
     process::ExitCode,
 };
 
-use clap::Parser;
+use anyhow::Result;
+use clap::{CommandFactory, FromArgMatches};
 
 fn main() -> ExitCode {
-    match commands::execute(args::Cli::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // One line, outermost context first, so that scripts and people find the place at once.
-            let _ = writeln!(io::stderr(), "error: {}", one_line(&error));
-            ExitCode::FAILURE
-        }
+    let result = run();
+    if let Err(error) = &result {
+        // One line, outermost context first, so that scripts and people find the place at once.
+        let _ = writeln!(io::stderr(), "error: {}", say::one_line(error));
+        return ExitCode::FAILURE;
     }
+    if host::host().was_interrupted() {
+        let _ = writeln!(io::stderr(), "interrupted; what was computed until then is saved");
+        return ExitCode::from(host::INTERRUPTED);
+    }
+    ExitCode::SUCCESS
 }
 
-/// The message with its causes. A cause that the message before already quotes is not said twice.
-fn one_line(error: &anyhow::Error) -> String {
-    let mut line = String::new();
-    for cause in error.chain().map(ToString::to_string) {
-        if !line.contains(&cause) {
-            let separator = if line.is_empty() { "" } else { ": " };
-            line = line + separator + &cause;
-        }
-    }
-    line.replace('\n', " ")
-}
-
-#[cfg(test)]
-mod tests {
-    use anyhow::anyhow;
-
-    use super::one_line;
-
-    #[test]
-    fn a_quoted_cause_is_said_once() {
-        let error = anyhow!("no such file").context("x.mcap: no such file").context("cannot start");
-        assert_eq!(one_line(&error), "cannot start: x.mcap: no such file");
-    }
+fn run() -> Result<()> {
+    let mut command = args::Cli::command();
+    command.build();
+    let matches = command.clone().get_matches();
+    let cli = args::Cli::from_arg_matches(&matches)
+        .map_err(|error| error.format(&mut command))
+        .unwrap_or_else(|error| error.exit());
+    claims::Claims::of(&command, &matches).check()?;
+    commands::execute(cli)
 }

@@ -11,6 +11,18 @@ pub fn text(text: Arguments<'_>) {
     let _ = output.write_fmt(text).and_then(|()| output.flush());
 }
 
+/// The message with its causes. A cause that the message before already quotes is not said twice.
+pub fn one_line(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if !line.contains(&cause) {
+            let separator = if line.is_empty() { "" } else { ": " };
+            line = line + separator + &cause;
+        }
+    }
+    line.replace('\n', " ")
+}
+
 /// Prints a line, as `println!` but without a panic at a closed pipe.
 macro_rules! line {
     () => { $crate::say::text(format_args!("\n")) };
@@ -18,3 +30,16 @@ macro_rules! line {
 }
 
 pub(crate) use line;
+
+#[cfg(test)]
+mod tests {
+    use anyhow::anyhow;
+
+    use super::one_line;
+
+    #[test]
+    fn a_quoted_cause_is_said_once() {
+        let error = anyhow!("no such file").context("x.mcap: no such file").context("cannot start");
+        assert_eq!(one_line(&error), "cannot start: x.mcap: no such file");
+    }
+}

@@ -1,11 +1,11 @@
 //! `visloc evaluate` and `visloc colors`.
 
-use std::{path::PathBuf, str::FromStr};
+use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use visloc_eval::camera::Step;
 
-use super::JsonArg;
+use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder};
 
 /// Arguments of `visloc evaluate`.
 #[derive(Debug, Args)]
@@ -29,16 +29,16 @@ use super::JsonArg;
 pub struct EvaluateArgs {
     /// Where the robot or camera was
     #[arg(value_name = "TRUTH")]
-    pub truth: PathBuf,
+    pub truth: InputPath,
     /// Where an algorithm said that it was
     #[arg(value_name = "ESTIMATE")]
-    pub estimate: PathBuf,
+    pub estimate: InputPath,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
+    pub plots: Option<OutputFolder>,
     /// Map below the trajectories in the pictures of a robot, built-in or TOML file
     #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["align", "delta", "all_pairs", "offset", "max_diff"])]
-    pub map: Option<String>,
+    pub map: Option<InputName>,
     #[command(flatten)]
     pub camera: CameraErrorArgs,
     #[command(flatten)]
@@ -125,11 +125,11 @@ impl FromStr for DeltaArg {
 pub struct ColorsArgs {
     /// Image of the robot's camera, JPEG or PNG
     #[arg(value_name = "IMAGE")]
-    pub image: PathBuf,
+    pub image: InputPath,
     /// The painted classes, PNG of the same size
     #[arg(long, value_name = "FILE")]
-    pub labels: PathBuf,
+    pub labels: InputPath,
     /// Where the classes go: a file for `visloc localize --pipeline`
     #[arg(long, value_name = "FILE")]
-    pub out: PathBuf,
+    pub out: OutputFile,
 }

@@ -1,11 +1,9 @@
 //! `visloc calibrate`.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
-use super::JsonArg;
+use super::{InputName, JsonArg, OutputFile, OutputFolder};
 
 /// Kinds of boards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -111,7 +109,7 @@ fn columns_and_rows(text: &str) -> Result<(usize, usize), String> {
 pub struct CalibrateArgs {
     /// Folder of images (PNG, JPEG) of one camera, or a video, camera, bag or topic (`visloc sources`)
     #[arg(value_name = "SOURCE")]
-    pub source: String,
+    pub source: InputName,
     #[command(flatten)]
     pub pattern: PatternArgs,
     /// The lens
@@ -119,13 +117,13 @@ pub struct CalibrateArgs {
     pub model: ModelArg,
     /// Write the camera to this file, TOML
     #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFile>,
     /// Write the camera to this file, as ROS reads it (YAML of a CameraInfo)
     #[arg(long, value_name = "FILE")]
-    pub ros: Option<PathBuf>,
+    pub ros: Option<OutputFile>,
     /// Write a report with pictures into this folder
     #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
+    pub report: Option<OutputFolder>,
     #[command(flatten)]
     pub json: JsonArg,
 }

@@ -1,17 +1,15 @@
 //! `visloc calibrate-robot`, and the corrections that it writes.
 
-use std::path::PathBuf;
-
 use clap::Args;
 
-use super::{JsonArg, SeedArg, SourceArgs, ThreadsArg, TopicArgs};
+use super::{InputName, InputPath, JsonArg, OutputFile, SeedArg, SourceArgs, ThreadsArg, TopicArgs};
 
 /// Corrections of what a recording says.
 #[derive(Debug, Clone, Default, Args)]
 pub struct CorrectionArgs {
     /// Corrections of the camera's pose and of the odometry, TOML, as visloc calibrate-robot writes them
     #[arg(long, value_name = "FILE")]
-    pub robot: Option<PathBuf>,
+    pub robot: Option<InputPath>,
 }
 
 /// Arguments of `visloc calibrate-robot`.
@@ -29,13 +27,13 @@ pub struct CorrectionArgs {
 pub struct CalibrateRobotArgs {
     /// A drive: ROS 2 bag (.mcap or folder), sim:SCENARIO, or another source of `visloc sources`
     #[arg(value_name = "SOURCE")]
-    pub source: String,
+    pub source: InputName,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO
     #[arg(long, value_name = "NAME|FILE")]
-    pub map: Option<String>,
+    pub map: Option<InputName>,
     /// Write the corrections to this file, TOML
     #[arg(long, value_name = "FILE")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFile>,
     /// Most passes over the recording
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10))]
     pub passes: u32,

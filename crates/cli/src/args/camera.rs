@@ -1,11 +1,9 @@
 //! `visloc camera` and `visloc check-camera`.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand, ValueEnum};
 use visloc_data::camera_file::CameraFormat;
 
-use super::{JsonArg, PatternArgs, SeedArg};
+use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg};
 
 /// Arguments of `visloc check-camera`.
 #[derive(Debug, Args)]
@@ -18,10 +16,10 @@ use super::{JsonArg, PatternArgs, SeedArg};
 pub struct CheckCameraArgs {
     /// Calibration: TOML, or YAML of ROS, Kalibr or OpenCV
     #[arg(value_name = "CAMERA")]
-    pub camera: PathBuf,
+    pub camera: InputPath,
     /// Folder of images of this camera, or another source; walls, doors or field lines near the border say most
     #[arg(value_name = "SOURCE")]
-    pub source: Option<String>,
+    pub source: Option<InputName>,
     #[command(flatten)]
     pub json: JsonArg,
 }
@@ -42,10 +40,10 @@ pub enum CameraCommand {
     Convert {
         /// Calibration
         #[arg(value_name = "IN")]
-        input: PathBuf,
+        input: InputPath,
         /// File to write
         #[arg(value_name = "OUT")]
-        output: PathBuf,
+        output: OutputFile,
         /// Form of the file [default: toml for .toml, ros for .yaml]
         #[arg(long, value_enum)]
         format: Option<FormatArg>,
@@ -56,7 +54,7 @@ pub enum CameraCommand {
         pattern: PatternArgs,
         /// File to write
         #[arg(long, value_name = "FILE")]
-        out: PathBuf,
+        out: OutputFile,
     },
     /// Write a page on which map and image are laid over each other by hand, for a browser
     ///
@@ -65,13 +63,13 @@ pub enum CameraCommand {
     ByHand {
         /// Image, PNG or JPEG
         #[arg(value_name = "IMAGE")]
-        image: PathBuf,
+        image: InputPath,
         /// Built-in map or file
         #[arg(long, value_name = "NAME|FILE")]
-        map: String,
+        map: InputName,
         /// Camera to start from [default: 60 degrees across, no distortion]
         #[arg(long, value_name = "FILE")]
-        camera: Option<PathBuf>,
+        camera: Option<InputPath>,
         /// Pose of the camera to start from: x, y, height (meters), heading, pitch down, roll clockwise (degrees)
         #[arg(
             long,
@@ -81,13 +79,13 @@ pub enum CameraCommand {
         pose: Option<[f64; 6]>,
         /// Page to write
         #[arg(long, value_name = "FILE")]
-        out: PathBuf,
+        out: OutputFile,
     },
     /// Draw pictures of a board as a camera would see it, to try a calibration out
     Render {
         /// The camera: TOML, ROS, Kalibr, OpenCV
         #[arg(value_name = "CAMERA")]
-        camera: PathBuf,
+        camera: InputPath,
         #[command(flatten)]
         pattern: PatternArgs,
         /// How many pictures
@@ -95,7 +93,7 @@ pub enum CameraCommand {
         count: u32,
         /// Folder for the pictures
         #[arg(long, value_name = "DIR")]
-        out: PathBuf,
+        out: OutputFolder,
         #[command(flatten)]
         seed: SeedArg,
     },

@@ -1,10 +1,10 @@
 //! `visloc demo` and `visloc simulate`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::{JsonArg, SeedArg, ThreadsArg};
+use super::{InputName, JsonArg, OutputFolder, OutputRecording, OverwriteArg, SeedArg, ThreadsArg};
 
 /// Arguments of `visloc demo`.
 #[derive(Debug, Args)]
@@ -29,10 +29,10 @@ pub struct DemoArgs {
     pub seed: SeedArg,
     /// Folder for pictures, trajectories and numbers [default: out/demo, out/demo-slam]
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFolder>,
     /// Built-in scenario or TOML file; for slam: room, hall, walking or kidnap [default: demo, room]
     #[arg(long, value_name = "NAME|FILE")]
-    pub scenario: Option<String>,
+    pub scenario: Option<InputName>,
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
@@ -58,7 +58,7 @@ impl DemoArgs {
             DemoKind::Field => "out/demo",
             DemoKind::Slam => "out/demo-slam",
         };
-        self.out.clone().unwrap_or_else(|| folder.into())
+        self.out.as_deref().unwrap_or(Path::new(folder)).to_path_buf()
     }
 
     /// What is simulated.
@@ -88,10 +88,12 @@ impl DemoArgs {
 pub struct SimulateArgs {
     /// Built-in scenario or TOML file
     #[arg(value_name = "SCENARIO", required_unless_present = "list")]
-    pub scenario: Option<String>,
+    pub scenario: Option<InputName>,
     /// The bag: FILE.mcap or a folder [default: out/SCENARIO.mcap]
     #[arg(long, value_name = "BAG")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputRecording>,
+    #[command(flatten)]
+    pub overwrite: OverwriteArg,
     /// List the built-in scenarios and do nothing else
     #[arg(long, exclusive = true)]
     pub list: bool,

@@ -1,11 +1,9 @@
 //! `visloc experiment`.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand, ValueEnum};
 use visloc_experiments::{Shard, robocup::RobocupSet};
 
-use super::{JsonArg, SeedArg};
+use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg};
 
 /// Arguments of `visloc experiment`.
 #[derive(Debug, Args)]
@@ -49,7 +47,7 @@ pub enum ExperimentCommand {
 pub struct RunsArgs {
     /// Keep every run's result, tables and pictures in this folder; runs that are there are not done again
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFolder>,
     /// Do one part of the runs only: 2/8 is the second of eight
     #[arg(long, value_name = "K/N", default_value_t = Shard::WHOLE)]
     pub shard: Shard,
@@ -124,7 +122,7 @@ pub struct RobocupArgs {
 pub struct OfficeArgs {
     /// Scenarios of the simulator, or recordings (.mcap) with map.yaml beside them [default: the simulator's office scenarios]
     #[arg(value_name = "PLACE")]
-    pub places: Vec<String>,
+    pub places: Vec<InputName>,
     /// Name of an algorithm (see: visloc algorithms); may be given several times [default: mce, evolutionary]
     #[arg(long = "algorithm", value_name = "NAME")]
     pub algorithms: Vec<String>,
@@ -141,7 +139,7 @@ pub struct SlamStudyArgs {
     /// Folders of datasets, or sim:NAME; sequences of the documents are told by their folders' names and get the published
     /// figures beside them [default: sequences of the simulator]
     #[arg(value_name = "SEQUENCE")]
-    pub sequences: Vec<String>,
+    pub sequences: Vec<InputName>,
     /// Runs of each sequence and configuration
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub runs: u64,
@@ -168,13 +166,13 @@ pub enum Features {
 pub struct MergeArgs {
     /// Folders of the parts
     #[arg(value_name = "DIR", required = true)]
-    pub folders: Vec<PathBuf>,
+    pub folders: Vec<InputPath>,
     /// Runs of each cell [default: as many as the experiment does]
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub runs: Option<u64>,
     /// Write tables and pictures into this folder
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFolder>,
     #[command(flatten)]
     pub json: JsonArg,
 }

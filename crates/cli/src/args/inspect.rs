@@ -1,10 +1,8 @@
 //! `visloc config` and `visloc map`.
 
-use std::path::PathBuf;
-
 use clap::{Args, Subcommand};
 
-use super::JsonArg;
+use super::{InputName, JsonArg, OutputFolder};
 
 /// Arguments of `visloc config`.
 #[derive(Debug, Args)]
@@ -54,10 +52,10 @@ pub enum MapCommand {
     Check {
         /// Built-in map, TOML file, list of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf)
         #[arg(value_name = "NAME|FILE")]
-        map: String,
+        map: InputName,
         /// Draw the map into this folder
         #[arg(long, value_name = "DIR")]
-        plots: Option<PathBuf>,
+        plots: Option<OutputFolder>,
         /// Where the findings go
         #[command(flatten)]
         json: JsonArg,
@@ -66,7 +64,7 @@ pub enum MapCommand {
     Import {
         /// List of walls and doors (.yaml), occupancy grid of map_server (.yaml), plan (.svg, .dxf)
         #[arg(value_name = "FILE")]
-        file: String,
+        file: InputName,
     },
     /// Print a built-in map as TOML, to start a map of your own from
     Show {

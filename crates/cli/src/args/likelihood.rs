@@ -1,10 +1,10 @@
 //! `visloc likelihood`.
 
-use std::{path::PathBuf, str::FromStr};
+use std::str::FromStr;
 
 use clap::Args;
 
-use super::{JsonArg, SeedArg, SourceArgs, TopicArgs};
+use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg, SourceArgs, TopicArgs};
 
 /// Arguments of `visloc likelihood`.
 #[derive(Debug, Args)]
@@ -22,7 +22,7 @@ use super::{JsonArg, SeedArg, SourceArgs, TopicArgs};
 pub struct LikelihoodArgs {
     /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ... (see: visloc sources)
     #[arg(value_name = "SOURCE", required_unless_present = "view")]
-    pub bag: Option<String>,
+    pub bag: Option<InputName>,
     /// Which frame of the recording: the first that is so many seconds after the start
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
     pub at: f64,
@@ -37,7 +37,7 @@ pub struct LikelihoodArgs {
     pub tilt: f64,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO [default with --view: robocup-spl-2010]
     #[arg(long, value_name = "NAME|FILE")]
-    pub map: Option<String>,
+    pub map: Option<InputName>,
     /// Heading at every place: "best", "truth" or degrees
     #[arg(long, value_name = "HEADING", default_value = "best", allow_hyphen_values = true)]
     pub heading: HeadingText,
@@ -52,10 +52,10 @@ pub struct LikelihoodArgs {
     pub all_pixels: bool,
     /// Parameters of image analysis and observation model, TOML
     #[arg(long, value_name = "FILE")]
-    pub pipeline: Option<PathBuf>,
+    pub pipeline: Option<InputPath>,
     /// Folder for pictures and tables
     #[arg(long, value_name = "DIR", default_value = "out/likelihood")]
-    pub out: PathBuf,
+    pub out: OutputFolder,
     #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]

@@ -1,10 +1,11 @@
 //! `visloc localize`.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 
-use super::{BroadcastArgs, CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartArg, ThreadsArg};
+use super::{
+    BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
+    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
+};
 
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
@@ -30,19 +31,19 @@ use super::{BroadcastArgs, CorrectionArgs, JsonArg, SeedArg, SourceArgs, StartAr
 pub struct LocalizeArgs {
     /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ros2:TOPIC, video, v4l2:DEVICE, ... (see: visloc sources)
     #[arg(value_name = "SOURCE")]
-    pub source: String,
+    pub source: InputName,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO
     #[arg(long, value_name = "NAME|FILE")]
-    pub map: Option<String>,
+    pub map: Option<InputName>,
     /// Name of the algorithm (see: visloc algorithms)
     #[arg(long, value_name = "NAME", default_value = "evolutionary")]
     pub algorithm: String,
     /// Parameters of the algorithm, TOML; names only what differs from the defaults
     #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
+    pub config: Option<InputPath>,
     /// Parameters of image analysis, observation model and lift detector, TOML
     #[arg(long, value_name = "FILE")]
-    pub pipeline: Option<PathBuf>,
+    pub pipeline: Option<InputPath>,
     /// What poses are computed from [default: rich, or what --pipeline says]
     #[arg(long, value_enum)]
     pub features: Option<FeaturesArg>,
@@ -65,16 +66,16 @@ pub struct LocalizeArgs {
     pub no_publish_ros: bool,
     /// Write the frames with pose, path, tf and reliability beside them as a ROS 2 bag
     #[arg(long, value_name = "BAG")]
-    pub bag_out: Option<PathBuf>,
+    pub bag_out: Option<OutputRecording>,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
-    pub trajectory: Option<PathBuf>,
+    pub trajectory: Option<OutputFile>,
     /// Write every frame's pose, reliability and uncertainty to this file, CSV
     #[arg(long, value_name = "FILE")]
-    pub estimates: Option<PathBuf>,
+    pub estimates: Option<OutputFile>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
+    pub plots: Option<OutputFolder>,
     /// The image shown in the picture of the analysis, seconds after the first [default: the most telling one]
     #[arg(long, value_name = "SECONDS", requires = "plots")]
     pub picture_at: Option<f64>,
@@ -83,6 +84,8 @@ pub struct LocalizeArgs {
     pub frames: Option<u32>,
     #[command(flatten)]
     pub broadcast: BroadcastArgs,
+    #[command(flatten)]
+    pub overwrite: OverwriteArg,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]
@@ -107,7 +110,7 @@ pub struct TopicArgs {
     /// Names of all topics and frames, TOML (see: visloc config show topics); those of tf and of the feet can be set only
     /// here
     #[arg(long, value_name = "FILE")]
-    pub topics: Option<PathBuf>,
+    pub topics: Option<InputPath>,
     /// Topic of the images
     #[arg(long, value_name = "TOPIC")]
     pub image_topic: Option<String>,

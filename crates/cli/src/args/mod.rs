@@ -9,6 +9,7 @@ mod experiment;
 mod inspect;
 mod likelihood;
 mod localize;
+mod paths;
 mod shared;
 mod slam;
 mod source;
@@ -29,6 +30,7 @@ pub use experiment::{
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
+pub use paths::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording, OverwriteArg};
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use source::{ImageFormat, RecordArgs, SourceArgs, SourcesArgs};

@@ -1,8 +1,10 @@
 //! Options of several commands.
 
-use std::{net::SocketAddr, path::PathBuf, thread};
+use std::{net::SocketAddr, thread};
 
 use clap::Args;
+
+use super::{OutputFile, OutputRecording};
 
 /// The seed of everything random.
 #[derive(Debug, Clone, Copy, Args)]
@@ -17,7 +19,7 @@ pub struct SeedArg {
 pub struct JsonArg {
     /// Write all numbers to this file as JSON
     #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    pub json: Option<OutputFile>,
 }
 
 /// What others may see of a run.
@@ -27,7 +29,7 @@ pub struct BroadcastArgs {
     /// Record everything that there is to see: .mcap for visloc studio --replay, .rrd for the Rerun viewer (if visloc was
     /// built with it)
     #[arg(long, value_name = "FILE")]
-    pub record: Option<PathBuf>,
+    pub record: Option<OutputRecording>,
     /// Let visloc studio --connect watch from another computer; frames come at their stamps then
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub publish: Option<SocketAddr>,

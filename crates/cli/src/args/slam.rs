@@ -1,11 +1,12 @@
 //! `visloc slam`.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use visloc_data::sequence::Bound;
 
-use super::{BroadcastArgs, JsonArg, SeedArg, SourceArgs, TopicArgs};
+use super::{
+    BroadcastArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OverwriteArg, SeedArg,
+    SourceArgs, TopicArgs,
+};
 
 /// Parameters of SLAM.
 #[derive(Debug, Clone, Args)]
@@ -15,7 +16,7 @@ pub struct SlamParametersArgs {
     pub preset: String,
     /// Parameters, TOML; names only what differs from the preset
     #[arg(long, value_name = "FILE")]
-    pub config: Option<PathBuf>,
+    pub config: Option<InputPath>,
     /// One parameter, over preset and file; can be given several times
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -41,18 +42,18 @@ pub enum ScheduleArg {
                   sim:kidnap; a ROS 2 bag; a video or a webcam with --camera; live topics (`visloc sources`).\n\n\
                   One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
     after_long_help = "Examples:\n  \
-                       visloc slam desk --trajectory desk.tum --map desk.ply\n  \
+                       visloc slam desk --trajectory desk.tum --points desk.ply\n  \
                        visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
                        visloc slam desk --plots out/desk --json out/desk.json\n  \
                        visloc slam MH_01_easy --start 40s --stride 2 --scale 0.5\n  \
                        visloc slam sim:room --plots out/room\n  \
-                       visloc slam clip.mp4 --camera camera.toml --map clip.ply\n  \
-                       visloc slam v4l2:/dev/video0 --camera camera.toml --map desk.ply"
+                       visloc slam clip.mp4 --camera camera.toml --points clip.ply\n  \
+                       visloc slam v4l2:/dev/video0 --camera camera.toml --points desk.ply"
 )]
 pub struct SlamArgs {
     /// Folder of the sequence, sim:NAME, bag, video, v4l2:DEVICE, ros2:TOPIC, ... (see: visloc sources)
     #[arg(value_name = "SOURCE")]
-    pub source: String,
+    pub source: InputName,
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
     /// When tracking and mapping run [default: sequential; threaded for live sources]
@@ -85,21 +86,23 @@ pub struct SlamArgs {
     pub no_publish_ros: bool,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
-    pub trajectory: Option<PathBuf>,
+    pub trajectory: Option<OutputFile>,
     /// Write the poses of the keyframes to this file, TUM format
     #[arg(long, value_name = "FILE")]
-    pub keyframes: Option<PathBuf>,
+    pub keyframes: Option<OutputFile>,
     /// Write the landmarks to this file, PLY
-    #[arg(long, value_name = "FILE")]
-    pub map: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", visible_alias = "map")]
+    pub points: Option<OutputFile>,
     /// Write state, matches and times of every frame to this file, CSV
     #[arg(long, value_name = "FILE")]
-    pub log: Option<PathBuf>,
+    pub log: Option<OutputFile>,
     /// Draw pictures into this folder
     #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
+    pub plots: Option<OutputFolder>,
     #[command(flatten)]
     pub broadcast: BroadcastArgs,
+    #[command(flatten)]
+    pub overwrite: OverwriteArg,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

@@ -1,8 +1,8 @@
 //! Options of everything that frames come from.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
+
+use super::{InputName, InputPath, OutputRecording, OverwriteArg};
 
 /// How a source is opened.
 #[derive(Debug, Clone, Args)]
@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 pub struct SourceArgs {
     /// Calibration of the camera, over what the source itself says: TOML, CameraInfo, OpenCV, Kalibr (docs/own-camera.md)
     #[arg(long, value_name = "FILE", visible_alias = "calibration")]
-    pub camera: Option<PathBuf>,
+    pub camera: Option<InputPath>,
     /// Where the camera is on the robot, for sources without tf: height above the ground, meters
     #[arg(long, value_name = "M", value_parser = height)]
     pub camera_height: Option<f64>,
@@ -40,7 +40,7 @@ pub struct SourceArgs {
     pub patience: Option<f64>,
     /// The program that decodes videos and cameras
     #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
-    pub ffmpeg: PathBuf,
+    pub ffmpeg: InputPath,
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     pub ros_domain: Option<u16>,
@@ -59,7 +59,7 @@ pub struct SourcesArgs {
     pub json: bool,
     /// The program that decodes videos and cameras
     #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
-    pub ffmpeg: PathBuf,
+    pub ffmpeg: InputPath,
 }
 
 /// Arguments of `visloc record`.
@@ -77,10 +77,12 @@ pub struct SourcesArgs {
 pub struct RecordArgs {
     /// What to record (see: visloc sources)
     #[arg(value_name = "SOURCE")]
-    pub source: String,
+    pub source: InputName,
     /// The bag: FILE.mcap or a folder
     #[arg(long, value_name = "BAG")]
-    pub out: PathBuf,
+    pub out: OutputRecording,
+    #[command(flatten)]
+    pub overwrite: OverwriteArg,
     /// How images are stored
     #[arg(long, value_enum, default_value_t = ImageFormat::Jpeg)]
     pub images: ImageFormat,

@@ -1,10 +1,12 @@
 //! `visloc studio`.
 
-use std::{net::IpAddr, path::PathBuf};
+use std::{net::IpAddr, path::Path};
 
 use clap::Args;
 
-use super::{SeedArg, SourceArgs, TopicArgs};
+use super::{
+    InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg, SeedArg, SourceArgs, TopicArgs,
+};
 
 /// Arguments of `visloc studio`.
 #[derive(Debug, Args)]
@@ -28,32 +30,34 @@ pub struct StudioArgs {
     /// Follow a robot or a camera through any source (see: visloc sources): with --map, or with sim:SCENARIO, on a known map, else
     /// without one
     #[arg(value_name = "SOURCE")]
-    pub source: Option<String>,
+    pub source: Option<InputName>,
     /// The map that SOURCE moves on: a name (visloc maps) or a file
     #[arg(long, value_name = "NAME|FILE", requires = "source")]
-    pub map: Option<String>,
+    pub map: Option<InputName>,
     /// What to show first: robocup-2010, robocup-2024, office, office-large, or
     /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,
     /// Play a recording that was made with --record; can be given several times
     #[arg(long, value_name = "FILE")]
-    pub replay: Vec<PathBuf>,
+    pub replay: Vec<InputPath>,
     /// Write the recording of --replay as another file instead of opening the page: .rrd for the Rerun viewer
     #[arg(long, value_name = "FILE", requires = "replay", conflicts_with_all = ["source", "sequence", "scene", "connect"])]
-    pub export: Option<PathBuf>,
+    pub export: Option<OutputRecording>,
+    #[command(flatten)]
+    pub overwrite: OverwriteArg,
     /// Follow a camera without a map (as visloc slam SOURCE); can be given several times
     #[arg(long, value_name = "SOURCE")]
-    pub sequence: Vec<String>,
+    pub sequence: Vec<InputName>,
     /// Watch a robot elsewhere, where visloc localize or slam runs with --publish
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "scene")]
     pub connect: Option<String>,
     /// What the robot elsewhere asks for; it printed it
     #[arg(long, value_name = "TOKEN", requires = "connect")]
     pub token: Option<String>,
-    /// Where the page's button puts recordings
-    #[arg(long, value_name = "DIR", default_value = "out/studio")]
-    pub recordings: PathBuf,
+    /// Where the page's button puts recordings [default: out/studio]
+    #[arg(long, value_name = "DIR")]
+    pub recordings: Option<OutputFolder>,
     /// Port of the page; 0 for any free one
     #[arg(long, default_value_t = 7878)]
     pub port: u16,
@@ -69,4 +73,11 @@ pub struct StudioArgs {
     pub topics: TopicArgs,
     #[command(flatten)]
     pub seed: SeedArg,
+}
+
+impl StudioArgs {
+    /// Where the page's button puts recordings.
+    pub fn recordings(&self) -> &Path {
+        self.recordings.as_deref().unwrap_or(Path::new("out/studio"))
+    }
 }

@@ -1,11 +1,9 @@
 //! `visloc study`.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use visloc_experiments::studies::Study;
 
-use super::{JsonArg, SeedArg};
+use super::{JsonArg, OutputFolder, SeedArg};
 
 /// Arguments of `visloc study`.
 #[derive(Debug, Args)]
@@ -24,7 +22,7 @@ pub struct StudyArgs {
     pub study: StudyName,
     /// Folder for tables and pictures
     #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
+    pub out: Option<OutputFolder>,
     #[command(flatten)]
     pub seed: SeedArg,
     #[command(flatten)]

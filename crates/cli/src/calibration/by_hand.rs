@@ -4,6 +4,7 @@ use std::{f64::consts::TAU, path::Path};
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
+use visloc_base::files;
 use visloc_data::{
     camera_file::{CameraToml, read_camera},
     image_codec::read_gray_image,
@@ -14,6 +15,8 @@ use visloc_world::{Map, field::Field, office::Office};
 
 /// The page; `/*INPUT*/` is replaced by what it shows.
 const PAGE: &str = include_str!("by_hand.html");
+/// Most bytes of an image.
+const MAX_IMAGE_BYTES: u64 = 1 << 28;
 /// Angle of view of a camera that is not known, degrees.
 const USUAL_VIEW_DEG: f64 = 60.0;
 
@@ -44,7 +47,7 @@ struct Input {
 pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String> {
     let pixels = read_gray_image(image)?;
     let size_px = (u32::try_from(pixels.width())?, u32::try_from(pixels.height())?);
-    let bytes = std::fs::read(image).with_context(|| image.display().to_string())?;
+    let bytes = files::read(image, MAX_IMAGE_BYTES).with_context(|| image.display().to_string())?;
     let kind = if bytes.starts_with(&[0x89, b'P', b'N', b'G']) { "png" } else { "jpeg" };
     let camera = match start.camera {
         Some(path) => read_camera(path)?,

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use visloc_calib::{Board, ViewInput, detect};
 
 use super::NamedImage;
+use crate::host::host;
 
 /// What was found in the pictures.
 #[derive(Debug, Clone, Default)]
@@ -24,6 +25,10 @@ pub struct Detected {
 pub fn find_boards(board: &Board, images: &[NamedImage]) -> Result<Detected> {
     type Outcome = Result<((usize, usize), Result<ViewInput, String>), String>;
     let look = |image: &NamedImage| -> Outcome {
+        if host().is_stopped() {
+            host().note_interruption();
+            return Err("not looked at: interrupted".to_owned());
+        }
         let pixels = image.read().map_err(|error| format!("{error:#}"))?;
         let found = detect(board, &pixels).map_err(|why| why.to_string());
         let view = found.map(|found| ViewInput { name: image.name.clone(), corners: found.corners });

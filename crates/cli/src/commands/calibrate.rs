@@ -11,8 +11,9 @@ use crate::{
     calibration::{
         CalibrationReport, Detected, NamedImage, camera_toml, draw, find_boards, markdown, open_images, print,
     },
+    host::stop_at_signals,
     report::save_json,
-    run::write_text,
+    run::{Saving, write_text},
     say,
 };
 
@@ -22,6 +23,7 @@ use crate::{
 /// If the pictures cannot be read, do not show the board or do not determine the camera, or a file cannot be written.
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
+    stop_at_signals();
     let images = open_images(&args.source)?;
     let detected = find_boards(&board, &images)?;
     let config = CalibrationConfig::new(args.model.lens());
@@ -30,26 +32,28 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
     let report = CalibrationReport::new(&found, &coverage, &detected);
-    if let Some(path) = &args.out {
+    let mut saving = Saving::default();
+    saving.save_if(args.out.as_deref(), |path| {
         write_text(path, &camera_toml(&found)?)?;
         say::line!("camera: {}", path.display());
-    }
-    if let Some(path) = &args.ros {
+        Ok(())
+    });
+    saving.save_if(args.ros.as_deref(), |path| {
         write_text(
             path,
             &write_camera(&found.camera, CameraFormat::Ros, "").map_err(|error| anyhow!(error))?,
         )?;
         say::line!("CameraInfo: {}", path.display());
-    }
-    if let Some(folder) = &args.report {
+        Ok(())
+    });
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(args.report.as_deref(), |folder| {
         write_text(&folder.join("report.md"), &markdown(&args.source, &report))?;
         draw_all(folder, &found, &coverage, &images)?;
         say::line!("report: {}", folder.join("report.md").display());
-    }
-    if let Some(path) = &args.json.json {
-        save_json(path, &report)?;
-    }
-    Ok(())
+        Ok(())
+    });
+    saving.end()
 }
 
 /// Why the board was not found in the first picture where it was not.

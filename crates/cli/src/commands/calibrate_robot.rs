@@ -14,10 +14,11 @@ use visloc_world::Map;
 use super::settings::{bag_topics, pipeline_config};
 use crate::{
     args::CalibrateRobotArgs,
+    host::host,
     report::save_json,
     run::{
-        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Spectator, drive, open_source,
-        read_correction, source_options, with_correction, write_text,
+        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, open_source,
+        prepare, read_correction, source_options, with_correction, write_text,
     },
     say,
 };
@@ -64,6 +65,7 @@ impl Spectator for Collector {
 /// # Errors
 /// If an input cannot be used or the drive tells too little.
 pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
+    prepare(&args.source)?;
     let mut correction = read_correction(&args.corrections)?;
     // The camera is corrected for each pass; the odometry is always seen as it was reported.
     correction.odometry = Default::default();
@@ -81,7 +83,7 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
         first_rms_px.get_or_insert(mount.rms_px.0);
         result = Some((mount, odometry));
         let change = mount.correction.pitch_down_deg.abs().max(mount.correction.roll_clockwise_deg.abs());
-        if change < SETTLED_DEG {
+        if change < SETTLED_DEG || host().is_stopped() {
             break;
         }
     }
@@ -121,7 +123,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     let mut runners = [Runner::new(&source.map, &settings, OutputFiles::default())?];
     let mut progress = Progress::new(frames.num_frames());
     let mut collector = Collector::default();
-    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector])?;
+    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector]);
     progress.clear();
     if let Some(error) = outcome.error {
         say::line!("note: {error} (the {} frames before are used)", outcome.num_frames);
@@ -156,13 +158,13 @@ fn print(args: &CalibrateRobotArgs, report: &RobotReport) {
 }
 
 fn write(args: &CalibrateRobotArgs, report: &RobotReport) -> Result<()> {
-    if let Some(path) = &args.out {
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, report));
+    saving.save_if(args.out.as_deref(), |path| {
         let head = "# What is always wrong with this robot, for visloc localize --robot. Written by visloc calibrate-robot.\n";
         write_text(path, &(head.to_owned() + &toml::to_string(&report.correction)?))?;
         say::line!("corrections: {}", path.display());
-    }
-    if let Some(path) = &args.json.json {
-        save_json(path, report)?;
-    }
-    Ok(())
+        Ok(())
+    });
+    saving.end()
 }

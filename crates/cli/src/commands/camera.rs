@@ -3,7 +3,7 @@
 use std::{fmt::Write as _, path::Path};
 
 use anyhow::{Context, Result, anyhow, bail};
-use visloc_base::{RgbImage, RngTree};
+use visloc_base::{RgbImage, RngTree, files};
 use visloc_calib::{
     Board,
     render::{RenderSettings, random_pose, render},
@@ -82,8 +82,6 @@ fn board_svg(board: &Board) -> String {
 
 fn render_pictures(camera: &Path, board: &Board, count: u32, folder: &Path, seed: u64) -> Result<()> {
     let camera = read_camera(camera)?;
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     for index in 0..count {
         let mut rng = RngTree::new(seed).stream("board", u64::from(index));
         let pose = random_pose(board, &camera, &mut rng).ok_or_else(|| {
@@ -93,7 +91,7 @@ fn render_pictures(camera: &Path, board: &Board, count: u32, folder: &Path, seed
         let rgb = gray.data().iter().flat_map(|v| [*v; 3]).collect();
         let image = RgbImage::from_raw(camera.size_px().0, camera.size_px().1, rgb)?;
         let path = folder.join(format!("{index:03}.png"));
-        std::fs::write(&path, encode_png(&image)?).with_context(|| path.display().to_string())?;
+        files::write(&path, encode_png(&image)?).with_context(|| path.display().to_string())?;
     }
     say::line!("{count} pictures: {}", folder.display());
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Result, anyhow};
+use anyhow::Result;
 use visloc_data::trajectory::write_tum;
 use visloc_locate::{FeatureChoice, PipelineConfig, StartPrior};
 use visloc_plot::Picture;
@@ -17,7 +17,8 @@ use crate::{
         save_json,
     },
     run::{
-        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Spectator, drive, simulation,
+        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Saving, Spectator, drive,
+        simulation, until_stopped,
     },
     say,
 };
@@ -41,10 +42,12 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
 }
 
 fn on_the_field(args: &DemoArgs) -> Result<()> {
-    let mut simulation = simulation(args.scenario(), args.seed.seed, args.threads.count(), args.frames)?;
+    let simulation = simulation(args.scenario(), args.seed.seed, args.threads.count(), args.frames)?;
     let map = simulation.map().clone();
+    let summary = simulation.scenario().summary.clone();
+    let mut frames = until_stopped(simulation);
     let mut runners = start_runners(args, &map)?;
-    say::line!("visloc demo: {}; where is the robot?", simulation.scenario().summary);
+    say::line!("visloc demo: {summary}; where is the robot?");
     say::line!(
         "Two algorithms look for it in the same images: {} with all borders in view, and",
         ALGORITHMS[0].0
@@ -56,11 +59,10 @@ fn on_the_field(args: &DemoArgs) -> Result<()> {
         Some(live) => Box::new(live),
         None => Box::new(PlainLog::new(ALGORITHMS.len())),
     };
-    let outcome = drive(&mut simulation, None, &mut runners, &mut [viewer.as_mut(), &mut snapshots])?;
+    let outcome = drive(&mut frames, None, &mut runners, &mut [viewer.as_mut(), &mut snapshots]);
     drop(viewer);
-    if let Some(error) = outcome.error {
-        return Err(anyhow!(error));
-    }
+    let mut saving = Saving::default();
+    runners.iter_mut().for_each(|runner| saving.save(runner.finish()));
     let report = DemoReport {
         scenario: args.scenario().to_owned(),
         map: map.name().to_owned(),
@@ -71,7 +73,10 @@ fn on_the_field(args: &DemoArgs) -> Result<()> {
     };
     print_table(&report);
     let analysis = snapshots.snapshot().map(|snapshot| snapshot.draw());
-    save(args, &report, &Results { map: &map, runners: &runners, outcome: &outcome, analysis })?;
+    let results = Results { map: &map, runners: &runners, outcome: &outcome, analysis };
+    save(args, &report, &results, &mut saving);
+    saving.save(outcome.error.map_or(Ok(()), Err));
+    saving.end()?;
     print_next_steps(&args.out());
     Ok(())
 }
@@ -106,8 +111,12 @@ struct Results<'a> {
     analysis: Option<Picture>,
 }
 
-fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<()> {
+/// Numbers first, pictures last.
+fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>, saving: &mut Saving) {
     let bar = Progress::message("drawing pictures");
+    saving.save(save_json(&args.out().join("summary.json"), report));
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, report));
+    saving.save(write_tum(&args.out().join("truth.tum"), &results.outcome.truth));
     let curve = |(runner, report)| {
         let (runner, report): (&Runner, &AlgorithmReport) = (runner, report);
         Curve {
@@ -128,14 +137,9 @@ fn save(args: &DemoArgs, report: &DemoReport, results: &Results<'_>) -> Result<(
         truth: &results.outcome.truth,
         curves: results.runners.iter().zip(&report.algorithms).map(curve).collect(),
     };
-    pictures.save(&args.out())?;
-    if let Some(analysis) = &results.analysis {
-        analysis.save(&args.out(), "analysis")?;
-    }
-    write_tum(&args.out().join("truth.tum"), &results.outcome.truth)?;
-    save_json(&args.out().join("summary.json"), report)?;
+    saving.save(pictures.save(&args.out()).map(drop));
+    saving.save_if(results.analysis.as_ref(), |analysis| Ok(analysis.save(&args.out(), "analysis")?));
     bar.clear();
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, report))
 }
 
 fn print_next_steps(out: &Path) {

@@ -1,17 +1,19 @@
 //! `visloc demo slam`: a camera in a room that nobody knows.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
-use visloc_base::CameraTrajectory;
+use anyhow::{Result, anyhow};
+use visloc_base::{CameraTrajectory, ImageSource};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_sim::CameraTour;
 use visloc_slam::SlamConfig;
+use visloc_sources::UntilStopped;
 
 use crate::{
     args::DemoArgs,
+    host::{host, stop_at_signals},
     report::save_json,
-    run::Progress,
+    run::{Progress, Saving},
     say,
     slam::{FramePictures, Lookers, RunOptions, SlamReport, SlamRun, draw, run, write_ply},
     stopwatch::Stopwatch,
@@ -31,7 +33,8 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
         tour = tour.with_frames(0, frames as usize, 1);
     }
     let truth = tour.truth();
-    fs::create_dir_all(&out).with_context(|| out.display().to_string())?;
+    stop_at_signals();
+    let mut tour: UntilStopped<Box<dyn ImageSource>> = UntilStopped::new(Box::new(tour), host());
     say::line!("visloc demo slam: a camera is carried through a room ({name}); nobody tells it anything.");
     say::line!("Where was it, and what did it see?\n");
     let watch = Stopwatch::start();
@@ -39,21 +42,23 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let options = RunOptions { seed: args.seed.seed, ..RunOptions::default() };
     let lookers = Lookers { pictures: Some(&mut pictures), ..Lookers::default() };
     let run = run(&mut tour, &SlamConfig::default(), options, lookers)?;
-    if let Some(error) = &run.error {
-        return Err(anyhow!(error.clone()));
-    }
     let (report, error) = SlamReport::new(&run, Some(&truth));
     print(&run, &report, &truth, watch.secs());
     let bar = Progress::message("drawing pictures");
     let title = format!("visloc demo slam: {name}, seed {}", args.seed.seed);
-    draw(&out, &title, &run, Some(&truth), error.as_ref())?;
-    write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses())?;
-    write_camera_trajectory(&out.join("truth.tum"), truth.poses())?;
-    write_ply(&out.join("map.ply"), run.slam.map())?;
-    save_json(&out.join("summary.json"), &report)?;
+    let mut saving = Saving::default();
+    saving.save(save_json(&out.join("summary.json"), &report));
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save(write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses()));
+    saving.save(write_camera_trajectory(&out.join("truth.tum"), truth.poses()));
+    saving.save(write_ply(&out.join("map.ply"), run.slam.map()));
+    saving.save(draw(&out, &title, &run, Some(&truth), error.as_ref()));
+    saving.save(pictures.finish());
+    saving.save(run.error.as_ref().map_or(Ok(()), |error| Err(anyhow!(error.clone()))));
     bar.clear();
+    saving.end()?;
     print_next_steps(&out);
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+    Ok(())
 }
 
 fn print(run: &SlamRun, report: &SlamReport, truth: &CameraTrajectory, secs: f64) {

@@ -11,6 +11,7 @@ use super::{evaluate_camera, settings::read_text};
 use crate::{
     args::EvaluateArgs,
     report::{Column, Curve, EvaluationReport, RunPictures, comparison_table, save_json},
+    run::Saving,
     say,
 };
 
@@ -40,7 +41,9 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     let label =
         args.estimate.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     say::text(format_args!("{}", comparison_table(&[Column { title: &label, report: &report }])));
-    if let Some(folder) = &args.plots {
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(args.plots.as_deref(), |folder| {
         let pictures = RunPictures {
             title: label.clone(),
             subtitle: format!("{} against {}", args.estimate.display(), args.truth.display()),
@@ -55,8 +58,9 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
         };
         pictures.save(folder)?;
         say::line!("\npictures: {}", folder.display());
-    }
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+        Ok(())
+    });
+    saving.end()
 }
 
 /// A trajectory, with the reliabilities if the file is a table that has them.

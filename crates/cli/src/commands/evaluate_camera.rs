@@ -10,6 +10,7 @@ use visloc_eval::camera::{Alignment, Motions, Step, absolute_error, associate, c
 use crate::{
     args::{AlignArg, EvaluateArgs, TrajectoryKind},
     report::{CameraReport, camera_pictures, save_json},
+    run::Saving,
     say,
 };
 
@@ -96,12 +97,15 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     };
     let report = report.with_errors(&absolute, &relative);
     print(&report);
-    if let Some(folder) = &args.plots {
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(args.plots.as_deref(), |folder| {
         let title = args.estimate.display().to_string();
         camera_pictures(folder, &title, (&truth, &estimate), &pairs, (&absolute, &relative))?;
         say::line!("\npictures: {}", folder.display());
-    }
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+        Ok(())
+    });
+    saving.end()
 }
 
 fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {

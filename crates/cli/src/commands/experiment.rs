@@ -13,7 +13,7 @@ use visloc_experiments::{
     merge,
     office::{OfficeExperiment, OfficeSettings},
     robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, measure},
-    run,
+    run_until,
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
@@ -21,9 +21,13 @@ use visloc_locate::FeatureChoice;
 use visloc_slam::Clock;
 
 use crate::{
-    args::{ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
+    args::{
+        ExperimentArgs, ExperimentCommand, Features, InputName, MergeArgs, RobocupArgs, RunsArgs,
+        SlamStudyArgs,
+    },
+    host::{host, stop_at_signals},
     report::save_json,
-    run::Progress,
+    run::{Progress, Saving},
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
@@ -54,7 +58,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
         ExperimentCommand::Office(args) => {
             let mut settings = OfficeSettings::default();
             if !args.places.is_empty() {
-                settings.scenarios.clone_from(&args.places);
+                settings.scenarios = names(&args.places);
             }
             if !args.algorithms.is_empty() {
                 settings.algorithms.clone_from(&args.algorithms);
@@ -70,8 +74,12 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
     }
 }
 
+fn names(inputs: &[InputName]) -> Vec<String> {
+    inputs.iter().map(ToString::to_string).collect()
+}
+
 fn slam(study: SlamStudy, args: &SlamStudyArgs) -> Result<()> {
-    let mut settings = SlamSettings::new(study, &args.sequences);
+    let mut settings = SlamSettings::new(study, &names(&args.sequences));
     settings.max_frames = args.frames.map_or(usize::MAX, |frames| frames as usize);
     let experiment = SlamExperiment::new(settings, args.runs, Clock::new(thread_cpu_secs))?;
     conduct(&experiment, &args.common, SlamExperiment::report)
@@ -126,10 +134,18 @@ where
     let progress = Progress::runs();
     let mut watch = |done: RunProgress| progress.set(done.num_done, done.num_wanted);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
-    let results = pool.install(|| run(experiment, &options, &mut watch));
+    stop_at_signals();
+    let results = pool.install(|| run_until(experiment, &options, &host().stop_sign(), &mut watch));
     progress.clear();
     let results = results?;
-    if results.num_missing() > 0 {
+    if host().is_stopped() {
+        host().note_interruption();
+        say::line!(
+            "{} of {} runs are done; with --out the same command goes on with the others\n",
+            results.num_runs() - results.num_missing(),
+            results.num_runs()
+        );
+    } else if results.num_missing() > 0 {
         say::line!(
             "{} of {} runs are there, {} belong to other parts (see: visloc experiment merge)\n",
             results.num_runs() - results.num_missing(),
@@ -146,11 +162,14 @@ where
 
 fn show(report: &Report, folder: Option<&Path>, json: Option<&Path>) -> Result<()> {
     say::text(format_args!("{}", report.text()));
-    if let Some(folder) = folder {
+    let mut saving = Saving::default();
+    saving.save_if(json, |path| save_json(path, &report.json));
+    saving.save_if(folder, |folder| {
         report.save(folder)?;
         say::line!("\ntables and pictures: {}", folder.display());
-    }
-    json.map_or(Ok(()), |path| save_json(path, &report.json))
+        Ok(())
+    });
+    saving.end()
 }
 
 /// Puts parts together. Which experiment they are of is written in their folders.

@@ -15,7 +15,7 @@ use super::settings::{bag_topics, pipeline_config};
 use crate::{
     args::{HeadingText, LikelihoodArgs},
     report::save_json,
-    run::{open_source, source_options, write_text},
+    run::{Saving, open_source, source_options, write_text},
     say,
 };
 
@@ -175,8 +175,10 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
             .collect(),
     };
     print(&report, (x_m, y_m));
-    save(args, eye, frame, &map, ((x_m, y_m), &profile))?;
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save(save(args, eye, frame, &map, ((x_m, y_m), &profile)));
+    saving.end()
 }
 
 fn print(report: &LikelihoodReport, place: (f64, f64)) {
@@ -240,12 +242,12 @@ fn save(
         field: eye.field(),
         truth,
     };
+    write_text(&args.out.join("likelihood-map.csv"), &map_csv(map))?;
+    write_text(&args.out.join("likelihood-heading.csv"), &profile_csv(profile))?;
     pictures.heat(map).save(&args.out, "likelihood-map")?;
     pictures.surface(map).save(&args.out, "likelihood-surface")?;
     pictures.profile(place, profile).save(&args.out, "likelihood-heading")?;
     pictures.image(&frame.frame, eye.percept()).save(&args.out, "image")?;
-    write_text(&args.out.join("likelihood-map.csv"), &map_csv(map))?;
-    write_text(&args.out.join("likelihood-heading.csv"), &profile_csv(profile))?;
     say::line!("\npictures and tables: {}", args.out.display());
     Ok(())
 }

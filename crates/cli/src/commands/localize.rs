@@ -11,13 +11,14 @@ use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
 use crate::{
     args::{FeaturesArg, LocalizeArgs},
     broadcast::Broadcast,
+    host::host,
     report::{
         AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
         SnapshotTaker, comparison_table, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Show, Spectator, corrected, drive, open_source, source_options,
+        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner, RunnerSettings,
+        Saving, Show, Spectator, corrected, drive, open_source, prepare, source_options,
     },
     say,
 };
@@ -42,6 +43,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         max_frames: args.frames.map(|frames| frames as usize),
         ..source_options(&args.options, bag_topics(&args.topics)?)?
     };
+    prepare(&args.source)?;
     let source = open_source(&args.source, args.map.as_deref(), &options)?;
     source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
     let settings = RunnerSettings {
@@ -54,18 +56,16 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     // A wrong name or parameter must not empty the files of an earlier run, so the algorithm is tried first.
     let runner = Runner::new(&source.map, &settings, OutputFiles::default());
     runner.with_context(|| config_place(args))?;
-    let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
     let is_asked_for = args.plots.is_some() || args.json.json.is_some();
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
-    let mut runners = [Runner::new(&source.map, &settings, files)?.keeping(most_records)];
-
-    let mut bag_out =
-        args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics)).transpose()?;
     let mut live = live_output(args, &options)?;
-
     let mut progress = Progress::new(source.frames.num_frames());
     let mut show = Show::new(Broadcast::open(&args.broadcast)?, &args.source);
+    let mut bag_out =
+        args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics)).transpose()?;
+    let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
+    let mut runners = [Runner::new(&source.map, &settings, files)?.keeping(most_records)];
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.
@@ -77,29 +77,37 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     }
     spectators.push(&mut show);
     let mut frames = corrected(source.frames, &args.corrections)?;
-    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators)?;
+    let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators);
     progress.clear();
-    show.finish()?;
-    let [runner] = runners;
-    if let Some(bag) = bag_out {
-        bag.finish()?;
-    }
+    let [mut runner] = runners;
+    // Numbers first, pictures last.
+    let mut saving = Saving::default();
+    saving.save(runner.finish());
     let live = live.as_ref().map(LiveOutput::report);
     let report = summarize(args, &source.map, &runner, &outcome, live);
     print(&report, &runner);
-    if let Some(folder) = &args.plots {
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(bag_out, BagOutput::finish);
+    saving.save(show.finish());
+    saving.save_if(args.plots.as_deref(), |folder| {
         draw(folder, &source.map, &report, &runner, &outcome)?;
         if let Some(snapshot) = snapshots.snapshot() {
             snapshot.draw().save(folder, "analysis")?;
         }
         say::line!("pictures: {}", folder.display());
-    }
-    if let Some(path) = &args.json.json {
-        save_json(path, &report)?;
-    }
-    match outcome.error {
+        Ok(())
+    });
+    saving.save(verdict(args, &outcome));
+    saving.end()
+}
+
+/// Whether the source was read to its end.
+fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
+    match &outcome.error {
         Some(error) => Err(anyhow!("{error} (the {} frames before are done)", outcome.num_frames)),
-        None if outcome.num_frames == 0 => Err(anyhow!("{}: no frame that can be used", args.source)),
+        None if outcome.num_frames == 0 && !host().is_stopped() => {
+            Err(anyhow!("{}: no frame that can be used", args.source))
+        }
         None => Ok(()),
     }
 }
@@ -128,7 +136,7 @@ fn summarize(
     #[allow(clippy::cast_precision_loss)]
     let frames_per_s = outcome.num_frames as f64 / outcome.wall_secs.max(1e-9);
     LocalizeReport {
-        source: args.source.clone(),
+        source: args.source.to_string(),
         map: map.name().to_owned(),
         seed: args.seed.seed,
         algorithm: AlgorithmReport::new(runner, outcome),

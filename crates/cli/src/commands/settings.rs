@@ -1,8 +1,9 @@
 //! Settings from files and options.
 
-use std::{fs, path::Path};
+use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
+use visloc_base::files;
 use visloc_data::bag::BagTopics;
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_settings::{Settings, SettingsError, overlay};
@@ -16,7 +17,7 @@ use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
 /// # Errors
 /// If it cannot be read; the error names it.
 pub fn read_text(path: &Path) -> Result<String> {
-    fs::read_to_string(path).with_context(|| format!("{}: cannot read it", path.display()))
+    files::read_text(path).with_context(|| format!("{}: cannot read it", path.display()))
 }
 
 /// Parameters of everything but the algorithm.

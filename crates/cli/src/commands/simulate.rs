@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
-use visloc_base::{FrameSource, PlanarTrajectory, StampedPose};
+use anyhow::Result;
+use visloc_base::{FrameSource, PlanarTrajectory, StampedPose, Truth};
 use visloc_data::{
     bag::{BagTopics, BagWriter},
     trajectory::write_tum,
@@ -12,8 +12,9 @@ use visloc_sim::{BUILT_IN_SCENARIOS, Scenario};
 
 use crate::{
     args::SimulateArgs,
+    claims::Claims,
     report::{SimulateReport, save_json},
-    run::{Progress, simulation},
+    run::{Progress, Saving, simulation, until_stopped},
     say,
 };
 
@@ -23,37 +24,22 @@ use crate::{
 /// If the scenario cannot be used or the bag not be written.
 pub fn execute(args: &SimulateArgs) -> Result<()> {
     let Some(scenario) = &args.scenario else { return list() };
-    let bag = &args.out.clone().unwrap_or_else(|| default_bag(scenario));
-    let mut simulation = simulation(scenario, args.seed.seed, args.threads.count(), args.frames)?;
-    if let Some(folder) = bag.parent() {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    }
-    let mut writer = BagWriter::create(bag, BagTopics::default())?;
-    let progress = Progress::new(simulation.num_frames());
-    let mut truth = PlanarTrajectory::new();
-    while let Some(next) = simulation.next_frame() {
-        let next = next?;
-        writer.write(&next)?;
-        if let Some(known) = next.truth {
-            let (world_from_robot, height_m) = (known.world_from_robot, known.height_m);
-            truth
-                .push(StampedPose { at: next.frame.at, world_from_robot, height_m })
-                .map_err(|refused| anyhow!("two frames at {}", refused.at))?;
-        }
-        progress.advance();
-    }
-    writer.finish()?;
-    progress.clear();
+    let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
+    Claims::of_recording(("SCENARIO", scenario), ("--out", bag), args.overwrite.overwrite).check()?;
+    let simulation = simulation(scenario, args.seed.seed, args.threads.count(), args.frames)?;
+    let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());
+    let writer = BagWriter::create(bag, BagTopics::default())?;
+    let mut saving = Saving::default();
+    let truth = write(until_stopped(simulation), writer, &mut saving);
     let truth_path = truth_path(bag);
-    write_tum(&truth_path, &truth)?;
+    saving.save(write_tum(&truth_path, &truth));
     let duration_s = match (truth.poses().first(), truth.poses().last()) {
         (Some(first), Some(last)) => last.at.secs_since(first.at),
         _ => 0.0,
     };
     let report = SimulateReport {
-        scenario: scenario.clone(),
-        map: simulation.map().name().to_owned(),
+        scenario: scenario.to_string(),
+        map: map_name,
         seed: args.seed.seed,
         frames: truth.poses().len(),
         duration_s,
@@ -62,8 +48,36 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     };
     say::line!("{}: {} frames, {:.1} s", report.bag, report.frames, report.duration_s);
     say::line!("{}: the truth", report.truth);
-    say::line!("next: visloc localize {} --map {}", report.bag, simulation.scenario().map);
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &report))
+    say::line!("next: visloc localize {} --map {map}", report.bag);
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.end()
+}
+
+/// Writes all frames; the truth of those that are written.
+fn write(mut frames: impl FrameSource, mut writer: BagWriter, saving: &mut Saving) -> PlanarTrajectory {
+    let progress = Progress::new(frames.num_frames());
+    let mut truth = PlanarTrajectory::new();
+    while let Some(next) = frames.next_frame() {
+        let written = next.map_err(anyhow::Error::from).and_then(|next| {
+            writer.write(&next)?;
+            Ok(next)
+        });
+        let next = match written {
+            Ok(next) => next,
+            Err(error) => {
+                saving.save(Err(error));
+                break;
+            }
+        };
+        if let Some(Truth { world_from_robot, height_m }) = next.truth {
+            // A second truth of the same time tells nothing new.
+            let _ = truth.push(StampedPose { at: next.frame.at, world_from_robot, height_m });
+        }
+        progress.advance();
+    }
+    saving.save(writer.finish());
+    progress.clear();
+    truth
 }
 
 /// Where the bag goes if nobody says it: named as the scenario or its file.

@@ -12,7 +12,7 @@ use crate::{
     args::{ScheduleArg, SlamArgs},
     broadcast::Broadcast,
     report::save_json,
-    run::{Records, source_options},
+    run::{Records, Saving, source_options},
     say,
     slam::{
         FramePictures, Lookers, RunOptions, Shown, SlamLive, SlamRecord, SlamReport, SlamRun, SlamShow,
@@ -42,20 +42,19 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         show: show.as_mut(),
     };
     let run = run(source.as_mut(), &config, run_options(args)?, lookers)?;
-    show.map_or(Ok(()), SlamShow::finish)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
-    write_files(args, &run)?;
-    if let Some(folder) = &args.plots {
-        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
-    }
-    if let Some(path) = &args.json.json {
-        save_json(path, &report)?;
-    }
-    match run.error {
-        Some(error) => bail!("{error} (the {} frames before are done)", run.history.records.num_seen()),
-        None => Ok(()),
-    }
+    // Numbers first, pictures last.
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    write_files(args, &run, &mut saving);
+    saving.save_if(show, SlamShow::finish);
+    saving.save_if(args.plots.as_deref(), |folder| {
+        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())
+    });
+    saving.save_if(pictures, FramePictures::finish);
+    saving.save_if(run.error, |error| bail!("{error} (the {} frames before are done)", run.history.records.num_seen()));
+    saving.end()
 }
 
 /// Live topics, if they are asked for or the source is one itself.
@@ -65,7 +64,7 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
         return Ok(None);
     }
     let options = source_options(&args.options, bag_topics(&args.topics)?)?;
-    Ok(Some(SlamLive::open(options.domain_id, args.map.clone())?))
+    Ok(Some(SlamLive::open(options.domain_id, args.points.as_deref())?))
 }
 
 /// What shows the run to others, if anybody asks for it.
@@ -98,11 +97,11 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions> {
     Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime, most_records })
 }
 
-fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
-    if let Some(path) = &args.trajectory {
-        write_camera_trajectory(path, run.trajectory.poses())?;
-    }
-    if let Some(path) = &args.keyframes {
+fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
+    saving.save_if(args.trajectory.as_deref(), |path| {
+        Ok(write_camera_trajectory(path, run.trajectory.poses())?)
+    });
+    saving.save_if(args.keyframes.as_deref(), |path| {
         let map = run.slam.map();
         let pose = |(_, k): (_, &visloc_slam::map::Keyframe)| CameraPose {
             at: k.at,
@@ -112,15 +111,10 @@ fn write_files(args: &SlamArgs, run: &SlamRun) -> Result<()> {
         for pose in map.keyframes().map(pose) {
             let _ = keyframes.push(pose);
         }
-        write_camera_trajectory(path, keyframes.poses())?;
-    }
-    if let Some(path) = &args.map {
-        write_ply(path, run.slam.map())?;
-    }
-    if let Some(path) = &args.log {
-        write_log(path, &run.history.records)?;
-    }
-    Ok(())
+        Ok(write_camera_trajectory(path, keyframes.poses())?)
+    });
+    saving.save_if(args.points.as_deref(), |path| write_ply(path, run.slam.map()));
+    saving.save_if(args.log.as_deref(), |path| write_log(path, &run.history.records));
 }
 
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {

@@ -6,7 +6,8 @@ use std::{
     path::Path,
     process::{Command, Stdio},
     sync::{Arc, mpsc::Receiver},
-    thread,
+    thread::{self, JoinHandle},
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail};
@@ -28,11 +29,14 @@ use super::settings::bag_topics;
 use crate::{
     args::StudioArgs,
     broadcast::Recording,
-    host::host,
+    host::{another, host, stop_at_signals},
     run::source_options,
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
+
+/// How often it is looked whether the program is to end.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Runs the command, until it is interrupted.
 ///
@@ -48,15 +52,22 @@ pub fn execute(args: &StudioArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
     let (hub, commands) = Hub::new(clock.clone(), log);
-    start_engine(args, &hub, commands, clock)?;
-    let host = args.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
-    let server = Server::start(SocketAddr::new(host, args.port), None, hub)?;
+    stop_at_signals();
+    let engine = start_engine(args, &hub, commands, clock)?;
+    let address = args.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
+    let server = Server::start(SocketAddr::new(address, args.port), None, Arc::clone(&hub))?;
     let url = server.url();
     say::line!("The studio is at {url}  (Ctrl+C ends it)");
     if !args.no_open {
         open_browser(&url);
     }
-    server.wait();
+    while !host().is_stopped() {
+        thread::sleep(LOOK_EVERY);
+    }
+    // What is recorded is completed before the program ends.
+    hub.close();
+    let _ = engine.join();
+    drop(server);
     Ok(())
 }
 
@@ -66,39 +77,45 @@ fn start_engine(
     hub: &Arc<Hub>,
     commands: Receiver<VisitorCommand>,
     clock: Clock,
-) -> Result<()> {
+) -> Result<JoinHandle<()>> {
     let hub = Arc::clone(hub);
     let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
     let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
-        .with_recordings(args.replay.clone())
-        .with_folder(args.recordings.clone())
+        .with_recordings(args.replay.iter().map(|path| path.to_path_buf()).collect())
+        .with_folder(args.recordings().to_path_buf())
         .with_sources(named_sources(args)?);
     if let Some(robot) = robot {
         scenes = scenes.with_robot(robot, log);
     }
-    let tape = Tape::new(&args.recordings);
+    let tape = Tape::new(args.recordings());
     let first = args.scene.clone().unwrap_or_else(|| scenes.first());
     let session = scenes.open(&first)?;
     thread::Builder::new()
         .name("studio-engine".to_owned())
         .spawn(move || run_engine(Box::new(scenes), session, tape, &hub, &commands, &clock))
-        .context("cannot start the engine")?;
-    Ok(())
+        .context("cannot start the engine")
 }
 
 /// Writes a recording as another file.
 fn export(source: &Path, target: &Path) -> Result<()> {
     let mut index = RecordingIndex::open(source)?;
     let mut file = Recording::create(target)?;
+    stop_at_signals();
+    let mut num_written = 0;
     for frame in 0..index.num_frames() {
+        if host().is_stopped() {
+            host().note_interruption();
+            break;
+        }
         let state = index.state(frame)?;
         let secs = state.header.get("secs").and_then(Value::as_f64).unwrap_or(0.0);
         let scene = index.scene(frame)?.write().into();
         let image = index.image(frame)?.map(Into::into);
         file.add(&Update { scene, state: state.write().into(), image }, secs, None)?;
+        num_written += 1;
     }
     file.finish()?;
-    say::line!("{}: {} frames", target.display(), index.num_frames());
+    say::line!("{}: {} frames", target.display(), num_written);
     Ok(())
 }
 
@@ -113,7 +130,7 @@ fn named_sources(args: &StudioArgs) -> Result<Vec<NamedSource>> {
         let address = SourceAddress::parse(name)?;
         let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
         sources.push(NamedSource {
-            name: name.clone(),
+            name: name.to_string(),
             is_live: address.kind().is_live,
             opener: if is_robot {
                 SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options)?)
@@ -125,17 +142,17 @@ fn named_sources(args: &StudioArgs) -> Result<Vec<NamedSource>> {
     for name in &args.sequence {
         let is_live = SourceAddress::parse(name)?.kind().is_live;
         let opener = SourceOpener::Images(images_opener(name, &options));
-        sources.push(NamedSource { name: name.clone(), is_live, opener });
+        sources.push(NamedSource { name: name.to_string(), is_live, opener });
     }
     Ok(sources)
 }
 
 fn frames_opener(name: &str, map: Option<&str>, options: &SourceOptions) -> Result<FramesOpener> {
     let map = map.map(Map::load).transpose()?;
-    let (name, options) = (name.to_owned(), options.clone());
+    let (name, options, host) = (name.to_owned(), options.clone(), another());
     Ok(Arc::new(move |seed| {
         let options = SourceOptions { seed, ..options.clone() };
-        let open = open_frames(&name, &options, host()).map_err(|error| refused(&name, &error))?;
+        let open = open_frames(&name, &options, &host).map_err(|error| refused(&name, &error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         let map = map.clone().or(open.map).ok_or_else(|| refused(&name, &"expected --map NAME|FILE"))?;
         Ok(OpenRun { frames: open.frames, map })
@@ -143,10 +160,10 @@ fn frames_opener(name: &str, map: Option<&str>, options: &SourceOptions) -> Resu
 }
 
 fn images_opener(name: &str, options: &SourceOptions) -> ImagesOpener {
-    let (name, options) = (name.to_owned(), options.clone());
+    let (name, options, host) = (name.to_owned(), options.clone(), another());
     Arc::new(move |seed| {
         let options = SourceOptions { seed, ..options.clone() };
-        let open = open_images(&name, &options, host()).map_err(|error| refused(&name, &error))?;
+        let open = open_images(&name, &options, &host).map_err(|error| refused(&name, &error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         Ok(OpenCamera { images: open.images, truth: open.truth })
     })

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use visloc_experiments::studies::Study;
 
-use crate::{args::StudyArgs, report::save_json, say};
+use crate::{args::StudyArgs, report::save_json, run::Saving, say};
 
 /// Runs the command.
 ///
@@ -12,9 +12,12 @@ use crate::{args::StudyArgs, report::save_json, say};
 pub fn execute(args: &StudyArgs) -> Result<()> {
     let outcome = Study::from(args.study).conduct(args.seed.seed)?;
     say::text(format_args!("{}", outcome.report.text()));
-    if let Some(folder) = &args.out {
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &outcome.report.json));
+    saving.save_if(args.out.as_deref(), |folder| {
         outcome.save(folder)?;
         say::line!("\ntables and pictures: {}", folder.display());
-    }
-    args.json.json.as_deref().map_or(Ok(()), |path| save_json(path, &outcome.report.json))
+        Ok(())
+    });
+    saving.end()
 }

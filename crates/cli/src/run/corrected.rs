@@ -1,7 +1,7 @@
 //! Frames with another mounting of the camera or other odometry than the recording says.
 
 use anyhow::{Context, Result};
-use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame, files};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
 use crate::args::CorrectionArgs;
@@ -57,7 +57,7 @@ pub fn with_correction(inner: Box<dyn FrameSource>, robot: RobotCorrection) -> B
 pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
     let Some(path) = &args.robot else { return Ok(RobotCorrection::default()) };
     let place = || path.display().to_string();
-    let text = std::fs::read_to_string(path).with_context(place)?;
+    let text = files::read_text(path).with_context(place)?;
     let robot: RobotCorrection = toml::from_str(&text).with_context(place)?;
     robot.check().with_context(place)?;
     Ok(robot)

@@ -14,6 +14,7 @@ mod progress;
 mod records;
 mod results;
 mod runner;
+mod saving;
 mod show;
 mod source;
 
@@ -27,5 +28,6 @@ pub use progress::Progress;
 pub use records::Records;
 pub use results::BagOutput;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
+pub use saving::Saving;
 pub use show::Show;
-pub use source::{open_source, prepare, simulation, source_options};
+pub use source::{open_source, prepare, simulation, source_options, until_stopped};

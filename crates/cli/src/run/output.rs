@@ -1,16 +1,18 @@
-//! Files that grow while a run goes on.
+//! Files that a run writes.
 
 use std::{
-    fs::{self, File},
-    io::{BufWriter, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, Result};
-use visloc_base::{StampedPose, Timestamp};
+use visloc_base::{
+    StampedPose, Timestamp,
+    files::{self, NewFile},
+};
 use visloc_data::trajectory::{write_tum_header, write_tum_pose};
 
-use super::FrameRecord;
+use super::{FrameRecord, Saving};
 
 /// First line of a table of estimates. Seconds, meters and radians; `t`, `x`, `y`, `yaw` as in tables of the truth.
 pub const CSV_HEADER: &str =
@@ -19,7 +21,7 @@ pub const CSV_HEADER: &str =
 /// So much data is lost at most if the program is killed, seconds.
 const FLUSH_SECS: f64 = 1.0;
 
-/// Trajectory and table of one algorithm.
+/// Trajectory and table of one algorithm. Until the run ends they have `.part` behind their names.
 #[derive(Default)]
 pub struct OutputFiles {
     trajectory: Option<GrowingFile>,
@@ -27,9 +29,11 @@ pub struct OutputFiles {
     flushed_at: Option<Timestamp>,
 }
 
+/// A file that takes lines until one cannot be written; why is told at the end, so that the run goes on for the other outputs.
 struct GrowingFile {
     path: PathBuf,
-    writer: BufWriter<File>,
+    file: NewFile,
+    fault: Option<io::Error>,
 }
 
 impl OutputFiles {
@@ -44,56 +48,60 @@ impl OutputFiles {
             flushed_at: None,
         };
         if let Some(file) = &mut files.trajectory {
-            file.write(write_tum_header)?;
+            file.write(write_tum_header);
         }
         if let Some(file) = &mut files.estimates {
-            file.write(|writer| writeln!(writer, "{CSV_HEADER}"))?;
+            file.write(|writer| writeln!(writer, "{CSV_HEADER}"));
         }
         Ok(files)
     }
 
     /// Appends a frame.
-    ///
-    /// # Errors
-    /// If the disk is full or the like.
-    pub fn append(&mut self, record: &FrameRecord) -> Result<()> {
+    pub fn append(&mut self, record: &FrameRecord) {
         if let Some(file) = &mut self.trajectory {
             let world_from_robot = record.world_from_robot;
             let pose = StampedPose { at: record.at, world_from_robot, height_m: 0.0 };
-            file.write(|writer| write_tum_pose(writer, &pose))?;
+            file.write(|writer| write_tum_pose(writer, &pose));
         }
         if let Some(file) = &mut self.estimates {
-            file.write(|writer| writeln!(writer, "{}", csv_line(record)))?;
+            file.write(|writer| writeln!(writer, "{}", csv_line(record)));
         }
         let flushed_at = *self.flushed_at.get_or_insert(record.at);
         if record.at.secs_since(flushed_at) >= FLUSH_SECS {
             self.flushed_at = Some(record.at);
-            self.flush()?;
+            let files = [&mut self.trajectory, &mut self.estimates];
+            files.into_iter().flatten().for_each(|file| file.write(Write::flush));
         }
-        Ok(())
     }
 
-    /// Everything so far goes to the disk.
+    /// Gives the files their names.
     ///
     /// # Errors
-    /// If the disk is full or the like.
-    pub fn flush(&mut self) -> Result<()> {
-        [&mut self.trajectory, &mut self.estimates]
-            .into_iter()
-            .flatten()
-            .try_for_each(|file| file.write(Write::flush))
+    /// If one could not be written.
+    pub fn finish(&mut self) -> Result<()> {
+        let mut saving = Saving::default();
+        let files = [&mut self.trajectory, &mut self.estimates].map(Option::take);
+        files.into_iter().flatten().for_each(|file| saving.save(file.finish()));
+        saving.end()
     }
 }
 
 impl GrowingFile {
     fn create(path: &Path) -> Result<Self> {
-        make_parent(path)?;
-        let file = File::create(path).with_context(|| format!("{}: cannot create it", path.display()))?;
-        Ok(Self { path: path.to_path_buf(), writer: BufWriter::new(file) })
+        let file = NewFile::create_growing(path);
+        let file = file.with_context(|| format!("{}: cannot create it", path.display()))?;
+        Ok(Self { path: path.to_path_buf(), file, fault: None })
     }
 
-    fn write(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
-        write(&mut self.writer).with_context(|| format!("{}: cannot write it", self.path.display()))
+    fn write(&mut self, write: impl FnOnce(&mut NewFile) -> io::Result<()>) {
+        if self.fault.is_none() {
+            self.fault = write(&mut self.file).err();
+        }
+    }
+
+    fn finish(self) -> Result<()> {
+        let finished = self.fault.map_or_else(|| self.file.finish(), Err);
+        finished.with_context(|| format!("{}: cannot write it", self.path.display()))
     }
 }
 
@@ -102,17 +110,7 @@ impl GrowingFile {
 /// # Errors
 /// If that is not possible.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
-    make_parent(path)?;
-    fs::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
-}
-
-/// Makes the folder of a file.
-///
-/// # Errors
-/// If that is not possible.
-pub fn make_parent(path: &Path) -> Result<()> {
-    let Some(parent) = path.parent() else { return Ok(()) };
-    fs::create_dir_all(parent).with_context(|| format!("{}: cannot make the folder", parent.display()))
+    files::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
 }
 
 fn csv_line(record: &FrameRecord) -> String {

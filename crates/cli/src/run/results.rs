@@ -37,7 +37,6 @@ impl BagOutput {
     /// # Errors
     /// If the file cannot be made.
     pub fn create(path: &Path, topics: &BagTopics) -> Result<Self> {
-        super::output::make_parent(path)?;
         let frames = ResultFrames { base: topics.base_frame.clone(), ..ResultFrames::default() };
         Ok(Self {
             writer: BagWriter::create(path, topics.clone())?,

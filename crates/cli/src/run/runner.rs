@@ -138,16 +138,15 @@ impl Runner {
 
     /// Takes in a frame, measures, and writes the result.
     ///
-    /// # Errors
-    /// If an output file cannot be written. A frame that cannot be analyzed is left out and counted.
-    pub fn step(&mut self, frame: &Frame) -> Result<()> {
-        let Some(contender) = self.lineup.contenders_mut().first_mut() else { return Ok(()) };
+    /// A frame that cannot be analyzed is left out and counted.
+    pub fn step(&mut self, frame: &Frame) {
+        let Some(contender) = self.lineup.contenders_mut().first_mut() else { return };
         if let Err(error) = contender.step(frame, &self.clock) {
             let (at, origin) = (Some(frame.at), "image analysis".to_owned());
             if self.rejected.len() < MAX_REJECTED {
                 self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
             }
-            return Ok(());
+            return;
         }
         let pipeline = contender.pipeline();
         let [analysis_ms, localizer_ms] = contender.times_ms();
@@ -168,7 +167,7 @@ impl Runner {
             localizer_ms,
         };
         self.records.push(record);
-        self.files.append(&record)
+        self.files.append(&record);
     }
 
     /// Begins again with what is known about the pose.
@@ -205,9 +204,9 @@ impl Runner {
     /// Completes the output files.
     ///
     /// # Errors
-    /// If one cannot be written.
+    /// If one could not be written.
     pub fn finish(&mut self) -> Result<()> {
-        self.files.flush()
+        self.files.finish()
     }
 
     /// Keeps at most so many records.

@@ -1,15 +1,17 @@
 //! Opens what the user names.
 
+use std::path::Path;
+
 use anyhow::{Context, Result, anyhow};
 use visloc_base::FrameSource;
 use visloc_data::bag::BagTopics;
 use visloc_sim::{Scenario, Simulation};
-use visloc_sources::{Mount, SourceAddress, SourceOptions, open_frames};
+use visloc_sources::{Mount, SourceAddress, SourceOptions, UntilStopped, open_frames};
 use visloc_world::Map;
 
 use crate::{
     args::SourceArgs,
-    host::{host, stop_at_interrupt},
+    host::{host, stop_at_signals},
 };
 
 /// Frames and the map that they belong to.
@@ -36,11 +38,11 @@ pub fn source_options(args: &SourceArgs, topics: BagTopics) -> Result<SourceOpti
     });
     Ok(SourceOptions {
         topics,
-        camera: args.camera.clone(),
+        camera: args.camera.as_deref().map(Path::to_path_buf),
         mount,
         rate_hz: args.fps,
         patience_secs: args.patience,
-        ffmpeg: args.ffmpeg.clone(),
+        ffmpeg: args.ffmpeg.to_path_buf(),
         domain_id: domain_id(args.ros_domain)?,
         ..SourceOptions::default()
     })
@@ -69,24 +71,28 @@ pub fn open_source(name: &str, map: Option<&str>, options: &SourceOptions) -> Re
         SourceAddress::parse(name)?;
         return Err(anyhow!("{name} needs a map: --map robocup-spl-2010, or your own TOML file"));
     }
-    prepare(name)?;
     let open = open_frames(name, options, host())?;
     let map = given_map.or(open.map).ok_or_else(|| anyhow!("{name}: expected --map NAME|FILE"))?;
     Ok(OpenSource { frames: open.frames, map, warnings: open.warnings })
 }
 
-/// Live sources end with Ctrl-C, and the results are kept.
+/// Sources end with Ctrl-C, and the results are kept.
 ///
 /// # Errors
 /// If there is no such source.
 pub fn prepare(name: &str) -> Result<()> {
-    if SourceAddress::parse(name)?.kind().is_live {
-        stop_at_interrupt();
-    }
+    SourceAddress::parse(name)?;
+    stop_at_signals();
     Ok(())
 }
 
-/// Starts the simulation of a scenario.
+/// A simulation that ends with Ctrl-C, and the results are kept.
+pub fn until_stopped(frames: impl FrameSource + 'static) -> UntilStopped<Box<dyn FrameSource>> {
+    stop_at_signals();
+    UntilStopped::new(Box::new(frames), host())
+}
+
+/// Starts the simulation of a scenario; it ends with Ctrl-C as other sources do (see [`until_stopped`]).
 ///
 /// # Errors
 /// If the scenario cannot be used.

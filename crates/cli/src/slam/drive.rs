@@ -120,7 +120,7 @@ pub fn run(
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
                 if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
-                    pictures.look(history.records.num_seen(), image, &outcome)?;
+                    pictures.look(history.records.num_seen(), image, &outcome);
                 }
                 if let (Some(show), Some(image)) = (show.as_deref_mut(), &kept) {
                     show.look(&slam, &SlamFrame { at: frame.at, image, outcome: &outcome });

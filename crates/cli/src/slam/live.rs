@@ -1,6 +1,6 @@
 //! SLAM on live ROS 2 topics: camera pose, map points and state, and orders from there.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use visloc_base::Timestamp;
@@ -32,9 +32,14 @@ impl SlamLive {
     ///
     /// # Errors
     /// If there is no network.
-    pub fn open(domain_id: u16, map_file: Option<PathBuf>) -> Result<Self> {
+    pub fn open(domain_id: u16, map_file: Option<&Path>) -> Result<Self> {
         let publisher = ResultPublisher::open(&node_settings(domain_id))?;
-        Ok(Self { publisher, map_file, points_sent_at: None, is_reset: false })
+        Ok(Self {
+            publisher,
+            map_file: map_file.map(Path::to_path_buf),
+            points_sent_at: None,
+            is_reset: false,
+        })
     }
 
     fn obey(&mut self, slam: &Slam) {
@@ -47,8 +52,9 @@ impl SlamLive {
                         let saved = || format!("map saved: {}", path.display());
                         host().notice(&result.map_or_else(|error| format!("{error:#}"), |()| saved()));
                     }
-                    None => host()
-                        .notice("save_map: expected a file for the map, found none; start with --map FILE"),
+                    None => host().notice(
+                        "save_map: expected a file for the map, found none; start with --points FILE",
+                    ),
                 },
                 Order::InitialPose(..) => host().notice("initialpose: SLAM has no map to place a pose on"),
             }

@@ -6,8 +6,8 @@ use anyhow::Result;
 use visloc_base::{CameraTrajectory, GrayImage, RgbImage};
 use visloc_eval::camera::{AbsoluteError, associate};
 use visloc_plot::{
-    Color, ImageDots, ImagePicture, Panel, Series, SpacePath, SpaceViews, TimeSeriesPicture, image_picture,
-    space_views, time_series,
+    Color, ImageDots, ImagePicture, Panel, PlotError, Series, SpacePath, SpaceViews, TimeSeriesPicture,
+    image_picture, space_views, time_series,
 };
 use visloc_slam::FrameOutcome;
 
@@ -17,21 +17,19 @@ use super::{SlamRecord, SlamRun};
 pub struct FramePictures {
     folder: PathBuf,
     every: usize,
+    fault: Option<PlotError>,
 }
 
 impl FramePictures {
     /// Into a folder, every so many frames.
     pub fn new(folder: &Path, every: usize) -> Self {
-        Self { folder: folder.to_path_buf(), every: every.max(1) }
+        Self { folder: folder.to_path_buf(), every: every.max(1), fault: None }
     }
 
-    /// Draws a frame if it is its turn.
-    ///
-    /// # Errors
-    /// If the picture cannot be written.
-    pub fn look(&mut self, number: usize, image: &GrayImage, outcome: &FrameOutcome) -> Result<()> {
-        if !number.is_multiple_of(self.every) {
-            return Ok(());
+    /// Draws a frame if it is its turn. After a picture that cannot be written there are no more.
+    pub fn look(&mut self, number: usize, image: &GrayImage, outcome: &FrameOutcome) {
+        if !number.is_multiple_of(self.every) || self.fault.is_some() {
+            return;
         }
         let dots = |wanted: bool, label: &str, color: Color| ImageDots {
             label: label.to_owned(),
@@ -55,8 +53,15 @@ impl FramePictures {
             ],
             ..ImagePicture::default()
         });
-        picture.save(&self.folder, &format!("frame-{number:05}"))?;
-        Ok(())
+        self.fault = picture.save(&self.folder, &format!("frame-{number:05}")).err();
+    }
+
+    /// Whether all could be written.
+    ///
+    /// # Errors
+    /// Why one could not.
+    pub fn finish(self) -> Result<()> {
+        self.fault.map_or(Ok(()), |fault| Err(fault.into()))
     }
 }
 

@@ -1,12 +1,9 @@
 //! The landmarks as a file that 3-D viewers open.
 
-use std::{
-    fs::File,
-    io::{BufWriter, Write},
-    path::Path,
-};
+use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
+use visloc_base::files::NewFile;
 use visloc_slam::map::Map;
 
 /// Writes converged landmarks as points, with the number of keyframes that see each.
@@ -16,7 +13,7 @@ use visloc_slam::map::Map;
 pub fn write_ply(path: &Path, map: &Map) -> Result<()> {
     let landmarks: Vec<_> = map.landmarks().filter(|(_, landmark)| landmark.is_converged()).collect();
     let write = || -> std::io::Result<()> {
-        let mut out = BufWriter::new(File::create(path)?);
+        let mut out = NewFile::create(path)?;
         writeln!(out, "ply\nformat ascii 1.0\ncomment map units\nelement vertex {}", landmarks.len())?;
         writeln!(
             out,
@@ -26,7 +23,7 @@ pub fn write_ply(path: &Path, map: &Map) -> Result<()> {
             let p = landmark.point_in_world;
             writeln!(out, "{:.6} {:.6} {:.6} {}", p.x, p.y, p.z, landmark.observations.len())?;
         }
-        out.flush()
+        out.finish()
     };
     write().with_context(|| path.display().to_string())
 }

@@ -1,13 +1,9 @@
 //! What is kept of every frame.
 
-use std::{
-    fs::File,
-    io::{BufWriter, Write},
-    path::Path,
-};
+use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
-use visloc_base::Timestamp;
+use visloc_base::{Timestamp, files::NewFile};
 use visloc_slam::{FrameOutcome, TrackingState};
 
 /// One frame.
@@ -67,7 +63,7 @@ impl SlamRecord {
 /// If the file cannot be written.
 pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
     let write = || -> std::io::Result<()> {
-        let mut out = BufWriter::new(File::create(path)?);
+        let mut out = NewFile::create(path)?;
         writeln!(out, "t,state,searched,found,keyframe,relocalized,tracking_ms,mapping_ms,reason")?;
         for record in records {
             let state = record.state_name();
@@ -87,7 +83,7 @@ pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
                 record.mapping_secs * 1e3
             )?;
         }
-        out.flush()
+        out.finish()
     };
     write().with_context(|| path.display().to_string())
 }

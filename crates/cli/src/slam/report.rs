@@ -1,7 +1,9 @@
 //! The numbers of a run. Keys stay as they are; what is not known is `null`.
 
+use std::path::Path;
+
 use serde::Serialize;
-use visloc_base::CameraTrajectory;
+use visloc_base::{CameraTrajectory, files};
 use visloc_eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
 
 use super::{SlamHistory, SlamRun, StageSums};
@@ -138,7 +140,7 @@ impl TimesReport {
 
 /// From the system's own account of the process; `None` where there is none.
 fn peak_memory_mb() -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let status = files::read_text(Path::new("/proc/self/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
     Some(kilobytes / 1024.0)

@@ -1,0 +1,129 @@
+//! Whether the outputs of a command may be made.
+
+use std::{
+    fs::File,
+    io::Read,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, bail};
+use visloc_base::files;
+
+use super::{
+    Claims,
+    collect::{Input, Output, UseAs},
+    identity::{Identity, Kind},
+};
+
+/// Endings of recordings, and how they begin.
+const RECORDING_ENDINGS: [&str; 4] = ["mcap", "db3", "bag", "rrd"];
+const RECORDING_STARTS: [&[u8]; 4] = [b"\x89MCAP", b"SQLite format 3\0", b"#ROSBAG V", b"RRF"];
+
+impl Claims {
+    /// Refuses outputs that would harm an input, another output or a recording, or that cannot be written. Creates nothing.
+    ///
+    /// # Errors
+    /// The first of them, with both arguments or with what the system says.
+    pub fn check(&self) -> Result<()> {
+        for (number, output) in self.outputs.iter().enumerate() {
+            for input in &self.inputs {
+                check_input(input, output)?;
+            }
+            let earlier = self.outputs.iter().take(number).find(|earlier| is_same_output(earlier, output));
+            if let Some(earlier) = earlier {
+                bail!("{}: expected another file than {}", output.text, earlier.text);
+            }
+            self.check_recording(output)?;
+        }
+        self.outputs.iter().try_for_each(check_writable)
+    }
+
+    /// Recordings are replaced on demand only.
+    fn check_recording(&self, output: &Output) -> Result<()> {
+        if self.is_overwriting == Some(true) || !holds_recording(output) {
+            return Ok(());
+        }
+        match self.is_overwriting {
+            Some(_) => bail!(
+                "{}: there is one already; choose another name, or replace it with --overwrite",
+                output.text
+            ),
+            None => bail!("{}: there is a recording already; choose another name", output.text),
+        }
+    }
+}
+
+fn is_same_output(a: &Output, b: &Output) -> bool {
+    // Devices take everything, and pictures of several kinds share a folder.
+    let is_shared =
+        a.identity.kind() == Kind::Device || (a.use_as == UseAs::Folder && b.use_as == UseAs::Folder);
+    !is_shared && a.identity.is(&b.identity)
+}
+
+fn check_input(input: &Input, output: &Output) -> Result<()> {
+    let (read, written) = (&input.identity, &output.identity);
+    if written.is(read) {
+        bail!("{}: expected something else than {}, which is read", output.text, input.text);
+    }
+    let is_refused = match output.use_as {
+        UseAs::File => written.kind() != Kind::Missing && written.is_inside(read),
+        // A new part of a recording would belong to it.
+        UseAs::Recording => written.is_inside(read) || read.is_inside(written),
+        UseAs::Folder => has_harm(written, read),
+    };
+    if is_refused {
+        bail!("{}: it has to do with {}, which is read; choose another place", output.text, input.text);
+    }
+    Ok(())
+}
+
+/// Whether pictures that are written into a folder could replace what is read, or be taken for it.
+fn has_harm(folder: &Identity, read: &Identity) -> bool {
+    let is_nested = folder.is_inside(read);
+    folder.entries().filter(|path| is_picture(path)).any(|path| {
+        if is_nested {
+            // Pictures of visloc come in pairs; others are part of the input.
+            return !(path.with_extension("svg").exists() && path.with_extension("png").exists());
+        }
+        let entry = Identity::of(&path);
+        entry.is(read) || entry.is_inside(read)
+    })
+}
+
+fn is_picture(path: &Path) -> bool {
+    has_ending(path, &["svg", "png", "jpg", "jpeg"])
+}
+
+fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| endings.contains(&&*ending))
+}
+
+/// Whether something is there that took a run to make.
+fn holds_recording(output: &Output) -> bool {
+    match (output.use_as, output.identity.kind()) {
+        (UseAs::Recording, Kind::File) => true,
+        (UseAs::Recording, Kind::Folder) => output.identity.entries().next().is_some(),
+        (UseAs::File, Kind::File) => is_recording(&output.path),
+        _ => false,
+    }
+}
+
+fn is_recording(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut start));
+    let is_begun = |known: &&[u8]| start.starts_with(known);
+    has_ending(path, &RECORDING_ENDINGS) || (read.is_ok() && RECORDING_STARTS.iter().any(is_begun))
+}
+
+/// Tried before the run: what took an hour must not fail at its end for a reason that was there at its start.
+fn check_writable(output: &Output) -> Result<()> {
+    let path: PathBuf = output.path.clone();
+    let tried = match output.use_as {
+        UseAs::File => files::try_file(&path),
+        UseAs::Folder => files::try_folder(&path),
+        UseAs::Recording if output.identity.kind() == Kind::Folder => files::try_folder(&path),
+        UseAs::Recording => files::try_file(&path),
+    };
+    tried.with_context(|| format!("{}: cannot write there", output.text))
+}

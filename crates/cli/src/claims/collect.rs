@@ -1,0 +1,131 @@
+//! What the arguments of a command name.
+
+use std::{
+    any::Any,
+    path::{Path, PathBuf},
+};
+
+use clap::{Arg, ArgMatches, Command};
+use visloc_base::files;
+
+use super::identity::{Identity, Kind};
+use crate::args::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording};
+
+/// Most bytes of a file of settings that is searched for names of other files.
+const MAX_SETTINGS_BYTES: u64 = 1 << 16;
+
+/// All that a command reads and writes.
+#[derive(Debug, Default)]
+pub struct Claims {
+    pub(super) inputs: Vec<Input>,
+    pub(super) outputs: Vec<Output>,
+    /// Whether recordings may be replaced; `None` if the command cannot be told so.
+    pub(super) is_overwriting: Option<bool>,
+}
+
+/// Something that is read.
+#[derive(Debug)]
+pub(super) struct Input {
+    /// The argument and its value, for people.
+    pub text: String,
+    pub identity: Identity,
+}
+
+/// Something that is written.
+#[derive(Debug)]
+pub(super) struct Output {
+    /// The argument and its value, for people.
+    pub text: String,
+    pub path: PathBuf,
+    pub use_as: UseAs,
+    pub identity: Identity,
+}
+
+/// What is made of an output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UseAs {
+    File,
+    Folder,
+    Recording,
+}
+
+impl Claims {
+    /// What a command line names, by the types of its arguments.
+    pub fn of(command: &Command, matches: &ArgMatches) -> Self {
+        let (mut command, mut matches) = (command, matches);
+        while let Some((name, below)) = matches.subcommand() {
+            let Some(found) = command.find_subcommand(name) else { break };
+            (command, matches) = (found, below);
+        }
+        let mut claims =
+            Self { is_overwriting: values::<bool>(matches, "overwrite").next(), ..Self::default() };
+        for arg in command.get_arguments() {
+            let (id, name) = (arg.get_id().as_str(), name_of(arg));
+            values::<InputPath>(matches, id)
+                .for_each(|path| claims.add_input(&name, &path.to_string_lossy()));
+            values::<InputName>(matches, id).for_each(|text| claims.add_input(&name, &text));
+            values::<OutputFile>(matches, id).for_each(|path| claims.add_output(&name, &path, UseAs::File));
+            values::<OutputFolder>(matches, id)
+                .for_each(|path| claims.add_output(&name, &path, UseAs::Folder));
+            values::<OutputRecording>(matches, id)
+                .for_each(|path| claims.add_output(&name, &path, UseAs::Recording));
+        }
+        claims
+    }
+
+    /// One input and one recording, for a command that chooses the recording's name itself.
+    pub fn of_recording(input: (&str, &str), output: (&str, &Path), is_overwriting: bool) -> Self {
+        let mut claims = Self { is_overwriting: Some(is_overwriting), ..Self::default() };
+        claims.add_input(input.0, input.1);
+        claims.add_output(output.0, output.1, UseAs::Recording);
+        claims
+    }
+
+    /// A path, or a kind of source and a path, and the files that are named in it.
+    fn add_input(&mut self, argument: &str, value: &str) {
+        let text = format!("{argument} {value}");
+        let mut rest = value;
+        // `loop:DIR`, `bag:FILE`: what stands behind the colon, unless the whole is a file.
+        while let (false, Some((_, behind))) = (Path::new(rest).exists(), rest.split_once(':')) {
+            rest = behind;
+        }
+        let path = Path::new(rest);
+        let named =
+            named_in(path).into_iter().map(|path| (format!("{}, named in {text}", path.display()), path));
+        let all = std::iter::once((text.clone(), path.to_path_buf())).chain(named);
+        let inputs = all.map(|(text, path)| Input { text, identity: Identity::of(&path) });
+        // What is not there, the name of a built-in map for instance, cannot be harmed.
+        self.inputs.extend(inputs.filter(|input| input.identity.kind() != Kind::Missing));
+    }
+
+    fn add_output(&mut self, argument: &str, path: &Path, use_as: UseAs) {
+        let text = format!("{argument} {}", path.display());
+        self.outputs.push(Output { text, path: path.to_path_buf(), use_as, identity: Identity::of(path) });
+    }
+}
+
+/// The values of an argument, if it is of this type and there are any.
+fn values<T: Any + Clone + Send + Sync>(matches: &ArgMatches, id: &str) -> impl Iterator<Item = T> {
+    matches.try_get_many::<T>(id).ok().flatten().into_iter().flatten().cloned()
+}
+
+/// `--out`, or `SOURCE`.
+fn name_of(arg: &Arg) -> String {
+    let value_name = || arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
+    let long = arg.get_long().map(|long| format!("--{long}"));
+    long.or_else(value_name).unwrap_or_else(|| arg.get_id().to_string())
+}
+
+/// Files that a file of settings names, relative to itself or to the working folder: the picture of a map, the map of a scenario.
+fn named_in(path: &Path) -> Vec<PathBuf> {
+    let is_settings = path.extension().is_some_and(|e| e == "yaml" || e == "yml" || e == "toml");
+    let Ok(text) = (if is_settings { files::read(path, MAX_SETTINGS_BYTES) } else { Ok(Vec::new()) }) else {
+        return Vec::new();
+    };
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let words = text.split(|c: char| c.is_whitespace() || "\"'=,[]{}".contains(c));
+    let names = words.filter(|word| word.contains('.') && word.parse::<f64>().is_err());
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let candidates = names.flat_map(|name| [folder.join(name), PathBuf::from(name)]);
+    candidates.filter(|path| Identity::of(path).kind() == Kind::File).collect()
+}

@@ -1,0 +1,118 @@
+//! What a path leads to, however it is written.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+/// Most files of a folder that are looked at.
+const MAX_FILES: usize = 100_000;
+
+/// The file or folder that a path leads to. Two paths are the same if they end at the same place, through links of either kind.
+#[derive(Debug, Clone)]
+pub struct Identity {
+    path: PathBuf,
+    kind: Kind,
+    /// Device, number on it, and number of names.
+    node: Option<(u64, u64, u64)>,
+}
+
+/// What is there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Nothing yet.
+    Missing,
+    File,
+    Folder,
+    /// A device, a pipe or a socket.
+    Device,
+}
+
+impl Identity {
+    /// Follows a path.
+    pub fn of(path: &Path) -> Self {
+        let found = fs::metadata(path).ok();
+        let kind = match &found {
+            None => Kind::Missing,
+            Some(found) if found.is_file() => Kind::File,
+            Some(found) if found.is_dir() => Kind::Folder,
+            Some(_) => Kind::Device,
+        };
+        Self { path: canonical(path), kind, node: found.as_ref().and_then(node) }
+    }
+
+    /// What is there.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Whether both lead to the same place.
+    pub fn is(&self, other: &Self) -> bool {
+        let is_node = |(device, number, _): (u64, u64, u64)| {
+            other.node.is_some_and(|(d, n, _)| (d, n) == (device, number))
+        };
+        self.path == other.path || self.node.is_some_and(is_node)
+    }
+
+    /// Whether this is below a folder, or a file there has another name for it.
+    pub fn is_inside(&self, folder: &Self) -> bool {
+        if folder.kind != Kind::Folder || self.is(folder) {
+            return false;
+        }
+        let has_other_names = self.kind == Kind::File && self.node.is_some_and(|(.., names)| names > 1);
+        self.path.starts_with(&folder.path) || (has_other_names && folder.has(self))
+    }
+
+    /// Whether a file below a folder is another.
+    fn has(&self, other: &Self) -> bool {
+        let mut folders = vec![self.path.clone()];
+        let mut num_files = 0;
+        while let Some(folder) = folders.pop() {
+            for entry in entries(&folder) {
+                num_files += 1;
+                if num_files > MAX_FILES {
+                    return false;
+                }
+                match entry.file_type() {
+                    Ok(kind) if kind.is_dir() => folders.push(entry.path()),
+                    Ok(_) if Self::of(&entry.path()).is(other) => return true,
+                    _ => {}
+                }
+            }
+        }
+        false
+    }
+
+    /// What is directly in a folder; nothing of anything else.
+    pub fn entries(&self) -> impl Iterator<Item = PathBuf> {
+        entries(&self.path).map(|entry| entry.path())
+    }
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = fs::DirEntry> {
+    fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok)
+}
+
+/// Without links, as far as the path exists.
+fn canonical(path: &Path) -> PathBuf {
+    if let Ok(path) = fs::canonicalize(path) {
+        return path;
+    }
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    match (absolute.parent(), absolute.file_name()) {
+        (Some(folder), Some(name)) => canonical(folder).join(name),
+        _ => absolute,
+    }
+}
+
+#[cfg(unix)]
+#[allow(clippy::unnecessary_wraps)]
+fn node(found: &fs::Metadata) -> Option<(u64, u64, u64)> {
+    use std::os::unix::fs::MetadataExt;
+    Some((found.dev(), found.ino(), found.nlink()))
+}
+
+#[cfg(not(unix))]
+fn node(_: &fs::Metadata) -> Option<(u64, u64, u64)> {
+    None
+}

@@ -1,0 +1,181 @@
+//! Outputs never harm inputs, are tried before the run, and are all saved even if one cannot be.
+
+use std::fs;
+
+use crate::support::{MAP, Workspace, data_lines, excerpt_text};
+
+/// The options of commands that write, with what they need besides `b.mcap`, a recording.
+const COMMANDS: [&[&str]; 12] = [
+    &["record", "b.mcap", "--out"],
+    &["localize", "b.mcap", "--map", MAP, "--bag-out"],
+    &["localize", "b.mcap", "--map", MAP, "--record"],
+    &["localize", "b.mcap", "--map", MAP, "--estimates"],
+    &["localize", "b.mcap", "--map", MAP, "--json"],
+    &["slam", "b.mcap", "--trajectory"],
+    &["slam", "b.mcap", "--points"],
+    &["slam", "bag:b.mcap", "--map"],
+    &["calibrate-robot", "b.mcap", "--map", MAP, "--out"],
+    &["likelihood", "b.mcap", "--map", MAP, "--json"],
+    &["studio", "--replay", "b.mcap", "--export"],
+    &["check-camera", "camera.toml", "b.mcap", "--json"],
+];
+
+#[cfg(unix)]
+#[test]
+fn a_recording_is_never_written_over_by_what_is_made_of_it() {
+    let workspace = Workspace::new();
+    workspace.bag("b.mcap", 3, |_, _| {});
+    let bytes = fs::read(workspace.path("b.mcap")).unwrap();
+    std::os::unix::fs::symlink("b.mcap", workspace.path("link.mcap")).unwrap();
+    fs::hard_link(workspace.path("b.mcap"), workspace.path("hard.mcap")).unwrap();
+    let absolute = workspace.path("b.mcap").display().to_string();
+    for command in COMMANDS {
+        for name in ["b.mcap", "./b.mcap", "link.mcap", "hard.mcap", &absolute] {
+            let error = workspace.refused(&[command, &[name]].concat());
+            assert!(error.contains(name) && error.contains("which is read"), "{command:?} {name}: {error}");
+            assert!(fs::read(workspace.path("b.mcap")).unwrap() == bytes, "{command:?} {name}");
+        }
+    }
+}
+
+#[test]
+fn recordings_that_are_there_are_replaced_on_demand_only() {
+    let workspace = Workspace::new();
+    let simulate = ["simulate", "still", "--frames", "2", "--out", "s.mcap"];
+    let record = ["record", "sim:still", "--frames", "3", "--out", "bag"];
+    workspace.must(&simulate);
+    workspace.must(&record);
+    let before = fs::read(workspace.path("s.mcap")).unwrap();
+    for command in [&simulate[..], &record[..]] {
+        let error = workspace.refused(command);
+        assert!(error.contains("--overwrite"), "{error}");
+        workspace.must(&[command, &["--overwrite"]].concat());
+    }
+    assert_eq!(fs::read(workspace.path("s.mcap")).unwrap(), before, "the same again");
+    workspace.must(&["simulate", "still", "--frames", "2"]);
+    assert!(workspace.refused(&["simulate", "still"]).contains("out/still.mcap"), "the usual name as well");
+}
+
+#[test]
+fn outputs_are_tried_before_the_run() {
+    let workspace = Workspace::new();
+    workspace.write("file", "kept");
+    fs::create_dir(workspace.path("folder")).unwrap();
+    // Without the check these would run for minutes.
+    for (options, expected) in [
+        (["--json", "folder"], "found a folder"),
+        (["--plots", "file"], "expected a folder"),
+        (["--trajectory", "file/below.tum"], "cannot write there"),
+        (["--bag-out", "file/bag.mcap"], "cannot write there"),
+        #[cfg(target_os = "linux")]
+        (["--estimates", "/proc/robot.csv"], "cannot write there"),
+    ] {
+        let error = workspace.refused(&[&["localize", "sim:tour"], &options[..]].concat());
+        assert!(error.contains(options[1]) && error.contains(expected), "{error}");
+    }
+    assert_eq!(workspace.read("file"), "kept");
+    assert_eq!(fs::read_dir(workspace.path("folder")).unwrap().count(), 0);
+}
+
+/// A full disk, as the system has one for trying.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_output_that_fails_does_not_take_the_others_along() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    std::os::unix::fs::symlink("/dev/full", workspace.path("full.mcap")).unwrap();
+    let run = ["localize", &bag, "--map", MAP, "--frames", "5", "--trajectory", "r.tum"];
+    for (full, place, kept) in [
+        ("--estimates", "/dev/full", "--json"),
+        ("--json", "/dev/full", "--estimates"),
+        ("--bag-out", "full.mcap", "--json"),
+        ("--record", "full.mcap", "--json"),
+    ] {
+        let error = workspace.refused(&[&run[..], &[full, place, kept, "kept"]].concat());
+        assert!(error.contains(place) && error.contains("No space left on device"), "{full}: {error}");
+        assert!(!workspace.read("kept").is_empty(), "{full}");
+        assert_eq!(data_lines(&workspace.read("r.tum")).len(), 5, "{full}");
+        fs::remove_file(workspace.path("kept")).unwrap();
+    }
+    let run = ["slam", "sim:room", "--end", "12", "--trajectory", "s.tum", "--json", "s.json"];
+    let error = workspace.refused(
+        &[&run[..], &["--points", "/dev/full", "--log", "/dev/full", "--record", "/dev/full"]].concat(),
+    );
+    assert_eq!(error.matches("No space left on device").count(), 3, "each is told: {error}");
+    assert!(workspace.json("s.json")["frames"].is_u64() && !workspace.read("s.tum").is_empty());
+    let simulate = ["simulate", "still", "--frames", "30", "--out", "full.mcap", "--json", "m.json"];
+    let error = workspace.refused(&simulate);
+    assert!(error.contains("full.mcap") && error.contains("No space left on device"), "{error}");
+    assert!(workspace.json("m.json")["frames"].is_u64(), "the numbers of what was written");
+}
+
+#[test]
+fn nothing_else_is_left_of_a_run() {
+    let workspace = Workspace::new();
+    workspace.must(&[
+        "localize",
+        "sim:still",
+        "--frames",
+        "3",
+        "--trajectory",
+        "out/r.tum",
+        "--estimates",
+        "out/r.csv",
+    ]);
+    let entries = fs::read_dir(workspace.path("out")).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["r.csv", "r.tum"]);
+}
+
+/// Whole files are read with a bound and written so that no half of them has their name; devices that never end are refused.
+#[test]
+fn files_are_read_and_written_in_one_place() {
+    /// What reads and writes files in other ways, and why it may.
+    const OTHERS: [&str; 9] = [
+        "base/src/files.rs",
+        // Recordings that grow, and are read record by record.
+        "data/src/bag/channels.rs",
+        "data/src/bag/index.rs",
+        "data/src/bag/records.rs",
+        "studio/src/recording/index.rs",
+        // Records of experiments that are appended.
+        "experiments/src/framework/store.rs",
+        // Looks at the first bytes of a file.
+        "cli/src/claims/check.rs",
+        // Takes a name that is free.
+        "studio/src/new_file.rs",
+        // Frames of the measurement of detections, for people.
+        "scenarios/src",
+    ];
+    const CALLS: [&str; 7] = [
+        "fs::write(",
+        "fs::read(",
+        "fs::read_to_string(",
+        "File::create",
+        "File::open(",
+        "File::options(",
+        "OpenOptions",
+    ];
+    let crates = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut folders: Vec<_> =
+        fs::read_dir(crates).unwrap().map(|entry| entry.unwrap().path().join("src")).collect();
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path()) {
+            let name = path.strip_prefix(crates).unwrap().display().to_string();
+            if path.is_dir() {
+                folders.push(path);
+            } else if name.ends_with(".rs")
+                && !name.contains("tests")
+                && !OTHERS.iter().any(|other| name.starts_with(other))
+            {
+                let text = fs::read_to_string(&path).unwrap();
+                let program = text.split("#[cfg(test)]").next().unwrap_or_default();
+                let calls = program.lines().filter(|line| CALLS.iter().any(|call| line.contains(call)));
+                found.extend(calls.map(|line| format!("{name}: {}", line.trim())));
+            }
+        }
+    }
+    assert!(found.is_empty(), "use visloc_base::files:\n{}", found.join("\n"));
+}

@@ -1,0 +1,212 @@
+//! Ctrl-C and its kin end a command with all results so far.
+
+#![cfg(unix)]
+
+use std::{
+    fs,
+    process::{Child, Command, ExitStatus},
+    time::{Duration, Instant},
+};
+
+use visloc_base::FrameSource;
+use visloc_data::bag::{BagReader, BagTopics};
+use visloc_studio::recording::RecordingIndex;
+
+use crate::support::{Workspace, data_lines};
+
+/// Longest time until a command has begun, and until it has ended.
+const MOST: Duration = Duration::from_secs(60);
+
+fn send(signal: &str, child: &Child) {
+    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+#[allow(clippy::disallowed_methods)]
+fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let begun_at = Instant::now();
+    while !is_so() {
+        assert!(begun_at.elapsed() < MOST, "{what}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn end_of(child: &mut Child, what: &str) -> ExitStatus {
+    let mut status = None;
+    wait_until(what, || {
+        status = child.try_wait().unwrap();
+        status.is_some()
+    });
+    status.unwrap()
+}
+
+/// A command that would run for a minute and longer.
+struct Case {
+    args: &'static [&'static str],
+    /// It has begun when this file has more bytes.
+    begun: (&'static str, u64),
+    code: i32,
+    check: fn(&Workspace),
+}
+
+fn num_frames(workspace: &Workspace, name: &str) -> usize {
+    let mut reader = BagReader::open(workspace.path(name), BagTopics::default()).unwrap();
+    std::iter::from_fn(|| reader.next_frame()).map(Result::unwrap).count()
+}
+
+fn has(workspace: &Workspace, names: &[&str]) {
+    for name in names {
+        assert!(fs::metadata(workspace.path(name)).is_ok_and(|found| found.len() > 0), "{name}");
+    }
+}
+
+const CASES: [Case; 8] = [
+    Case {
+        args: &[
+            "localize",
+            "sim:tour",
+            "--estimates",
+            "r.csv",
+            "--trajectory",
+            "r.tum",
+            "--json",
+            "r.json",
+            "--bag-out",
+            "b.mcap",
+            "--record",
+            "s.mcap",
+            "--plots",
+            "plots",
+        ],
+        begun: ("b.mcap", 100_000),
+        code: 130,
+        check: |workspace| {
+            let num = usize::try_from(workspace.json("r.json")["frames"].as_u64().unwrap()).unwrap();
+            assert!(num > 0);
+            assert_eq!(workspace.read("r.csv").lines().count(), num + 1);
+            assert_eq!(data_lines(&workspace.read("r.tum")).len(), num);
+            assert_eq!(num_frames(workspace, "b.mcap"), num);
+            assert_eq!(RecordingIndex::open(&workspace.path("s.mcap")).unwrap().num_frames(), num);
+            has(workspace, &["plots/errors.png", "plots/trajectories.svg"]);
+        },
+    },
+    Case {
+        args: &["simulate", "tour", "--out", "b.mcap", "--json", "s.json"],
+        begun: ("b.mcap", 100_000),
+        code: 130,
+        check: |workspace| {
+            let num = usize::try_from(workspace.json("s.json")["frames"].as_u64().unwrap()).unwrap();
+            assert_eq!(num_frames(workspace, "b.mcap"), num);
+            assert_eq!(data_lines(&workspace.read("b.truth.tum")).len(), num);
+        },
+    },
+    Case {
+        args: &["record", "sim:tour", "--out", "bag"],
+        begun: ("bag/bag_0.mcap", 100_000),
+        code: 130,
+        check: |workspace| {
+            has(workspace, &["bag/metadata.yaml"]);
+            assert!(num_frames(workspace, "bag") > 0);
+        },
+    },
+    Case {
+        args: &[
+            "slam",
+            "sim:room",
+            "--trajectory",
+            "t.tum",
+            "--points",
+            "p.ply",
+            "--keyframes",
+            "k.tum",
+            "--log",
+            "l.csv",
+            "--json",
+            "s.json",
+            "--record",
+            "s.mcap",
+            "--plots",
+            "plots",
+        ],
+        begun: ("s.mcap", 500_000),
+        code: 130,
+        check: |workspace| {
+            has(workspace, &["t.tum", "p.ply", "k.tum", "s.json", "plots/courses.png"]);
+            let num = workspace.read("l.csv").lines().count() - 1;
+            assert_eq!(RecordingIndex::open(&workspace.path("s.mcap")).unwrap().num_frames(), num);
+        },
+    },
+    Case {
+        args: &["demo", "--out", "d", "--json", "d.json"],
+        begun: ("d/evolutionary.csv.part", 1000),
+        code: 130,
+        check: |workspace| {
+            has(
+                workspace,
+                &[
+                    "d/evolutionary.csv",
+                    "d/mcae.tum",
+                    "d/truth.tum",
+                    "d/summary.json",
+                    "d/errors.png",
+                    "d.json",
+                ],
+            );
+        },
+    },
+    Case {
+        args: &["demo", "slam", "--out", "d"],
+        begun: ("d/frame-00000.png", 0),
+        code: 130,
+        check: |workspace| {
+            has(workspace, &["d/estimate.tum", "d/map.ply", "d/summary.json", "d/courses.png"])
+        },
+    },
+    Case {
+        args: &["experiment", "kidnap", "--runs", "100000", "--out", "e", "--json", "e.json"],
+        begun: ("e/records.jsonl", 0),
+        code: 130,
+        check: |workspace| has(workspace, &["e/report.txt", "e/report.json", "e/kidnap.csv", "e.json"]),
+    },
+    Case {
+        args: &["studio", "--no-open", "--port", "0", "--recordings", "out"],
+        begun: ("stdout", 10),
+        code: 0,
+        check: |_| {},
+    },
+];
+
+#[test]
+fn every_long_command_ends_with_all_results_so_far() {
+    for (case, signal) in CASES.iter().zip(["-INT", "-TERM"].into_iter().cycle()) {
+        let workspace = Workspace::new();
+        let what = format!("{signal} {:?}", case.args);
+        let output = |name: &str| fs::File::create(workspace.path(name)).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+        command.args(case.args).current_dir(workspace.path("."));
+        let mut child = command.stdout(output("stdout")).stderr(output("stderr")).spawn().unwrap();
+        let (file, num_bytes) = case.begun;
+        wait_until(&what, || {
+            assert_eq!(child.try_wait().unwrap(), None, "{what}: {}", workspace.read("stderr"));
+            fs::metadata(workspace.path(file)).is_ok_and(|found| found.len() > num_bytes)
+        });
+        send(signal, &child);
+        let status = end_of(&mut child, &what);
+        assert_eq!(status.code(), Some(case.code), "{what}: {}", workspace.read("stderr"));
+        let said = workspace.read("stderr");
+        assert_eq!(said.lines().count(), usize::from(case.code != 0), "{what}: {said}");
+        assert_eq!(said.contains("interrupted"), case.code != 0, "{what}: {said}");
+        (case.check)(&workspace);
+    }
+}
+
+#[test]
+fn a_second_signal_ends_at_once() {
+    let workspace = Workspace::new();
+    let mut child = workspace.start(&["localize", "sim:tour", "--plots", "plots", "--bag-out", "b.mcap"]);
+    wait_until("begun", || fs::metadata(workspace.path("b.mcap")).is_ok_and(|found| found.len() > 100_000));
+    send("-INT", &child);
+    send("-TERM", &child);
+    assert_eq!(end_of(&mut child, "two signals").code(), Some(130));
+    assert!(!workspace.path("plots").join("analysis.png").exists(), "no pictures any more");
+}
