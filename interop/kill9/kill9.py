@@ -62,7 +62,8 @@ def check_whole(path):
     elif path.suffix == ".ply":
         head, _, body = data.partition(b"end_header\n")
         count = int(head.split(b"element vertex ")[1].split()[0])
-        assert body.count(b"\n") == count, f"{path}: {body.count(b'\n')} of {count} points"
+        found = body.count(b"\n")
+        assert found == count, f"{path}: {found} of {count} points"
     elif path.suffix == ".png":
         assert data.endswith(b"IEND\xaeB`\x82"), f"{path}: cut"
     elif path.suffix == ".svg":

@@ -95,8 +95,8 @@ fn place(way: Way, is_folder_written: bool) -> Place {
     Place { _folder: folder, input, file, output }
 }
 
-/// What is typed for one input and one output. Positions before them are filled.
-fn typed(words: &[String], command: &Command, values: [(&Arg, &Path); 2]) -> Vec<String> {
+/// What is typed for some arguments. Positions before them are filled.
+fn typed(words: &[String], command: &Command, values: &[(&Arg, &Path)]) -> Vec<String> {
     let value = |arg: &Arg| values.iter().find(|(with, _)| with.get_id() == arg.get_id());
     let text = |path: &Path| path.to_str().unwrap().to_owned();
     let last = values.iter().filter_map(|(arg, _)| arg.get_index()).max().unwrap_or(0);
@@ -131,7 +131,7 @@ fn no_output_of_any_command_may_be_one_of_its_inputs() {
                 ways.into_iter().filter(|way| cfg!(unix) || !matches!(way, Way::SymbolicLink | Way::HardLink))
             {
                 let place = place(way, is::<OutputFolder>(output));
-                let line = typed(&words, &command, [(input, &place.input), (output, &place.output)]);
+                let line = typed(&words, &command, &[(input, &place.input), (output, &place.output)]);
                 let error = check(&line).expect_err(&format!("{way:?}: {line:?}"));
                 let message = format!("{error:#}");
                 assert!(message.contains(place.output.to_str().unwrap()), "{way:?}: {line:?}: {message}");
@@ -153,7 +153,7 @@ fn outputs_that_cannot_be_written_are_refused_at_once() {
         command.build();
         for output in command.get_arguments().filter(|arg| is_output(arg)) {
             let bad = if is::<OutputFile>(output) { folder.path().to_path_buf() } else { file.join("below") };
-            let line = typed(&words, &command, [(output, &bad), (output, &bad)]);
+            let line = typed(&words, &command, &[(output, &bad)]);
             let error = check(&line).expect_err(&format!("{line:?}"));
             assert!(format!("{error:#}").contains("cannot write there"), "{line:?}: {error:#}");
         }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use visloc_base::files;
 use visloc_data::{
     bag::{BagPictures, BagReader},
     sequence::Calibration,
@@ -35,7 +36,7 @@ fn claims(path: &Path) -> bool {
 }
 
 fn is_rosbag_metadata(folder: &Path) -> bool {
-    let text = std::fs::read_to_string(folder.join("metadata.yaml"));
+    let text = files::read_text(&folder.join("metadata.yaml"));
     text.is_ok_and(|text| text.contains("rosbag2_bagfile_information"))
 }
 
