@@ -4,13 +4,13 @@
 
 use std::{
     fs,
-    sync::atomic::{AtomicUsize, Ordering},
+    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
 };
 
 use rand::RngExt;
 use visloc_base::RngTree;
 use visloc_experiments::{
-    Cell, Experiment, ExperimentError, RunOptions, RunProgress, RunTarget, Shard, merge, run,
+    Cell, Experiment, ExperimentError, RunOptions, RunProgress, RunTarget, Shard, merge, run, run_until,
 };
 
 /// Draws one number per run, and counts how often it was asked to.
@@ -67,6 +67,22 @@ fn the_same_seed_gives_the_same_results_on_any_number_of_threads() {
     assert_eq!(whole(3), pool.install(|| whole(3)));
     assert_ne!(whole(3), whole(4));
     assert_eq!((whole(3).num_runs(), whole(3).num_missing()), (65, 0));
+}
+
+#[test]
+fn a_stopped_experiment_keeps_what_is_done_and_goes_on_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = options(3, "1/1", RunTarget::Folder(folder.path()));
+    let stop_sign = AtomicBool::new(false);
+    let mut stop_soon = |done: RunProgress| {
+        if done.num_done > 0 {
+            stop_sign.store(true, Ordering::Relaxed);
+        }
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let part = pool.install(|| run_until(&Dice::new(6), &options, &stop_sign, &mut stop_soon)).unwrap();
+    assert!(part.num_missing() > 0 && part.num_missing() < part.num_runs());
+    assert_eq!(run(&Dice::new(6), &options, &mut |_| ()).unwrap(), whole(3));
 }
 
 #[test]

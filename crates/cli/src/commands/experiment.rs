@@ -115,7 +115,10 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     let experiment = RobocupExperiment::new(settings, num_runs)?;
     conduct(&experiment, &args.common, |experiment, results, seed| {
         let watch = Stopwatch::start();
-        let timings = measure(experiment, seed, &mut || watch.ms())?;
+        // Whoever interrupts does not wait for times.
+        let is_wanted = !host().is_stopped();
+        let timings =
+            is_wanted.then(|| measure(experiment, seed, &mut || watch.ms())).transpose()?.unwrap_or_default();
         experiment.report(results, seed, &timings)
     })
 }

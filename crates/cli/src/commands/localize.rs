@@ -17,8 +17,8 @@ use crate::{
         SnapshotTaker, comparison_table, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner, RunnerSettings,
-        Saving, Show, Spectator, corrected, drive, open_source, prepare, source_options,
+        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
+        RunnerSettings, Saving, Show, Spectator, corrected, drive, open_source, prepare, source_options,
     },
     say,
 };

@@ -53,7 +53,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())
     });
     saving.save_if(pictures, FramePictures::finish);
-    saving.save_if(run.error, |error| bail!("{error} (the {} frames before are done)", run.history.records.num_seen()));
+    saving.save_if(run.error, |error| {
+        bail!("{error} (the {} frames before are done)", run.history.records.num_seen())
+    });
     saving.end()
 }
 

@@ -13,7 +13,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use visloc_slam::Clock as SlamClock;
-use visloc_sources::{SourceAddress, SourceOptions, open_frames, open_images};
+use visloc_sources::{Host, SourceAddress, SourceOptions, open_frames, open_images};
 use visloc_studio::{
     Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
     Update,
@@ -52,11 +52,13 @@ pub fn execute(args: &StudioArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let clock = Clock::new(move || watch.secs());
     let (hub, commands) = Hub::new(clock.clone(), log);
-    stop_at_signals();
-    let engine = start_engine(args, &hub, commands, clock)?;
+    // Sources are stopped after the end, so that none that waits for images keeps the engine from it.
+    let sources = another();
+    let engine = start_engine(args, &hub, commands, clock, &sources)?;
     let address = args.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
     let server = Server::start(SocketAddr::new(address, args.port), None, Arc::clone(&hub))?;
     let url = server.url();
+    stop_at_signals();
     say::line!("The studio is at {url}  (Ctrl+C ends it)");
     if !args.no_open {
         open_browser(&url);
@@ -66,6 +68,7 @@ pub fn execute(args: &StudioArgs) -> Result<()> {
     }
     // What is recorded is completed before the program ends.
     hub.close();
+    sources.stop();
     let _ = engine.join();
     drop(server);
     Ok(())
@@ -77,13 +80,14 @@ fn start_engine(
     hub: &Arc<Hub>,
     commands: Receiver<VisitorCommand>,
     clock: Clock,
+    host: &Host,
 ) -> Result<JoinHandle<()>> {
     let hub = Arc::clone(hub);
     let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
     let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
         .with_recordings(args.replay.iter().map(|path| path.to_path_buf()).collect())
         .with_folder(args.recordings().to_path_buf())
-        .with_sources(named_sources(args)?);
+        .with_sources(named_sources(args, host)?);
     if let Some(robot) = robot {
         scenes = scenes.with_robot(robot, log);
     }
@@ -120,7 +124,7 @@ fn export(source: &Path, target: &Path) -> Result<()> {
 }
 
 /// The sources that the user names.
-fn named_sources(args: &StudioArgs) -> Result<Vec<NamedSource>> {
+fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     let options = SourceOptions {
         num_threads: thread::available_parallelism().map_or(1, usize::from),
         ..source_options(&args.options, bag_topics(&args.topics)?)?
@@ -133,23 +137,28 @@ fn named_sources(args: &StudioArgs) -> Result<Vec<NamedSource>> {
             name: name.to_string(),
             is_live: address.kind().is_live,
             opener: if is_robot {
-                SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options)?)
+                SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options, host)?)
             } else {
-                SourceOpener::Images(images_opener(name, &options))
+                SourceOpener::Images(images_opener(name, &options, host))
             },
         });
     }
     for name in &args.sequence {
         let is_live = SourceAddress::parse(name)?.kind().is_live;
-        let opener = SourceOpener::Images(images_opener(name, &options));
+        let opener = SourceOpener::Images(images_opener(name, &options, host));
         sources.push(NamedSource { name: name.to_string(), is_live, opener });
     }
     Ok(sources)
 }
 
-fn frames_opener(name: &str, map: Option<&str>, options: &SourceOptions) -> Result<FramesOpener> {
+fn frames_opener(
+    name: &str,
+    map: Option<&str>,
+    options: &SourceOptions,
+    host: &Host,
+) -> Result<FramesOpener> {
     let map = map.map(Map::load).transpose()?;
-    let (name, options, host) = (name.to_owned(), options.clone(), another());
+    let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Ok(Arc::new(move |seed| {
         let options = SourceOptions { seed, ..options.clone() };
         let open = open_frames(&name, &options, &host).map_err(|error| refused(&name, &error))?;
@@ -159,8 +168,8 @@ fn frames_opener(name: &str, map: Option<&str>, options: &SourceOptions) -> Resu
     }))
 }
 
-fn images_opener(name: &str, options: &SourceOptions) -> ImagesOpener {
-    let (name, options, host) = (name.to_owned(), options.clone(), another());
+fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
+    let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
         let options = SourceOptions { seed, ..options.clone() };
         let open = open_images(&name, &options, &host).map_err(|error| refused(&name, &error))?;

@@ -3,7 +3,7 @@
 use visloc_base::GroundContact;
 use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression, ImageEncoding};
 
-use crate::support::{frame, read, read_with, write};
+use crate::support::{at, frame, read, read_with, write};
 
 #[test]
 fn frames_come_back_equal_with_every_compression_and_image_encoding() {
@@ -70,4 +70,29 @@ fn truth_can_be_left_out_and_topics_renamed() {
     let back = read_with(BagReader::open(&path, topics).unwrap().without_truth());
     assert_eq!(back.frames[0].frame.ground_contact, Some(GroundContact::Contact(false)));
     assert!(back.frames[0].truth.is_none());
+}
+
+/// As if the program had been killed: the file ends wherever it ends.
+#[test]
+fn other_readers_get_all_but_the_last_half_second_of_a_killed_program() {
+    let folder = tempfile::tempdir().unwrap();
+    for (num_frames, secs) in [(1, 0.0), (27, 2.6)] {
+        for has_chunks in [true, false] {
+            let path = folder.path().join("killed.mcap");
+            let options = BagWriterOptions { has_chunks, ..BagWriterOptions::default() };
+            let mut writer = BagWriter::create_with(&path, BagTopics::default(), options).unwrap();
+            for index in 0..num_frames {
+                writer.write(&frame(index)).unwrap();
+            }
+            // Not even its buffers are written.
+            std::mem::forget(writer);
+            let bytes = std::fs::read(&path).unwrap();
+            let options = mcap::read::Options::IgnoreEndMagic.into();
+            let stream = mcap::MessageStream::new_with_options(&bytes, options).unwrap();
+            let stamps: Vec<u64> = stream.map_while(Result::ok).map(|message| message.log_time).collect();
+            let first = u64::try_from(at(0).nanos()).unwrap();
+            let last_secs = (stamps.last().unwrap() - first) as f64 * 1e-9;
+            assert!(last_secs >= secs - 0.5 - 1e-9, "{num_frames} {has_chunks}: {last_secs} s");
+        }
+    }
 }
