@@ -28,7 +28,7 @@ COMMANDS = {
 
 
 def read(path):
-    """Stamps (seconds) of all messages that can be read, and whether the file is cut inside of a record."""
+    """Stamps (seconds) of all messages that can be read, and whether the file lacks its end."""
     stamps, is_cut = [], False
     with open(path, "rb") as file:
         try:
@@ -86,11 +86,11 @@ def check(out, name, killed_at, tally):
             tally["unfinished"] += 1
         elif path.suffix == ".mcap":
             if path.stat().st_size == 0:
-                tally["empty"] += 1
+                tally["without a frame yet"] += 1
                 continue
             stamps, is_cut = read(path)
             tally["recordings"] += 1
-            tally["cut inside of a record"] += is_cut
+            tally["without their end"] += is_cut
             tally["messages"] += len(stamps)
             longest = longest_chunk(path)
             assert longest <= MOST_MISSING, f"{path}: a part of {longest} s"
@@ -121,7 +121,7 @@ def main():
     visloc, num_moments, seed = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
     draw = random.Random(seed)
     tally = dict.fromkeys(
-        ["killed", "ended before", "recordings", "messages", "cut inside of a record", "empty", "complete files",
+        ["killed", "ended before", "recordings", "messages", "without their end", "without a frame yet", "complete files",
          "unfinished", "most missing", "most apart"], 0)
     with tempfile.TemporaryDirectory() as scratch:
         images = Path(scratch) / "images"
