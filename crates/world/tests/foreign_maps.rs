@@ -370,8 +370,8 @@ fn unknown_is_neither_floor_nor_wall() {
     let is_at_border =
         |wall: &visloc_world::office::Wall| (wall.start.x - 4.0).abs().max((wall.end.x - 4.0).abs()) < 0.1;
     assert!(!office.walls().iter().any(is_at_border), "nobody knows of a wall there: {:?}", office.walls());
-    assert!(notes.contains("1 borders from free to unknown"), "{notes}");
-    assert!(notes.contains("with 205 as unknown"), "{notes}");
+    assert!(notes.contains("1 border from free to unknown"), "{notes}");
+    assert!(notes.contains("taken 205 as unknown"), "{notes}");
     let map = Map::Office(office);
     assert_eq!(Map::parse("again", &map.to_toml().unwrap()).unwrap(), map);
 }

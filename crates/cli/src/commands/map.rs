@@ -139,7 +139,8 @@ fn describe_office(office: &Office) {
     );
     let num_open = plan.doors.iter().filter(|door| door.is_open).count();
     let colors: Vec<String> = office.door_colors().iter().map(ToString::to_string).collect();
-    say::line!("  doors           {}, {num_open} of them open; {}", plan.doors.len(), colors.join(", "));
+    let colors = if colors.is_empty() { String::new() } else { format!("; {}", colors.join(", ")) };
+    say::line!("  doors           {}, {num_open} of them open{colors}", plan.doors.len());
     say::line!("  floor           {}", plan.floor_color);
 }
 

@@ -169,10 +169,7 @@ impl Grid {
                 what: format!("picture with cells of 205 and free_thresh {}", self.free_thresh),
                 ..Part::default()
             };
-            notes.taken(
-                &part,
-                "with 205 as unknown, as map_saver writes it; map_server would take it for free",
-            );
+            notes.taken(&part, "205 as unknown, as map_saver writes it; map_server would take it for free");
         }
         Cells { width: picture.width() as usize, height: picture.height() as usize, values }
     }

@@ -68,12 +68,9 @@ pub(super) fn outlines(cells: &Cells, cell_m: f64, notes: &mut Notes) -> Result<
         corridors.push(CorridorPlan { outline, open_sides });
     }
     let num_open: usize = corridors.iter().map(|corridor| corridor.open_sides.len()).sum();
-    if num_open > 0 {
-        let part = Part {
-            what: format!("map with {num_open} borders from free to unknown cells"),
-            ..Part::default()
-        };
-        notes.taken(&part, "as the end of the floor, without walls");
+    for _ in 0..num_open {
+        let part = Part { what: "border from free to unknown cells".to_owned(), ..Part::default() };
+        notes.taken(&part, "as the end of the floor, without a wall");
     }
     Ok(corridors)
 }
