@@ -19,6 +19,11 @@ pub trait PictureSource {
     /// The next picture in order of time, `None` at the end. After an error there are no more pictures.
     fn next_picture(&mut self) -> Option<Result<Picture, SourceError>>;
 
+    /// The file of the last picture as it stands in the source, JPEG or PNG; `None` if it was no file.
+    fn original(&self) -> Option<&[u8]> {
+        None
+    }
+
     /// How many pictures there will be, if that is known; those that cannot be read count.
     fn num_pictures(&self) -> Option<usize> {
         None
@@ -38,6 +43,10 @@ pub trait PictureSource {
 impl<P: PictureSource + ?Sized> PictureSource for Box<P> {
     fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
         (**self).next_picture()
+    }
+
+    fn original(&self) -> Option<&[u8]> {
+        (**self).original()
     }
 
     fn num_pictures(&self) -> Option<usize> {

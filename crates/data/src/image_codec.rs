@@ -14,6 +14,9 @@ const MAX_SIDE_PX: u32 = 16_384;
 /// Most memory that decoding may take, bytes.
 const MAX_DECODE_BYTES: u64 = 256 << 20;
 
+/// Longest file that is read, bytes: a picture, and the film that phones put behind it.
+const MAX_FILE_BYTES: u64 = 256 << 20;
+
 /// Why a picture cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -90,7 +93,7 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     match reader.format() {
         // The decoder paints missing parts gray; a picture half gray must not reach an algorithm.
         Some(ImageFormat::Jpeg) if !has_jpeg_end(bytes) => {
-            return Err(decode_error("the JPEG is cut off, its end mark is missing".into()));
+            return Err(decode_error("the JPEG is cut off or damaged, its end mark is missing".into()));
         }
         Some(ImageFormat::Jpeg | ImageFormat::Png) => {}
         _ => return Err(decode_error("the format is neither".into())),
@@ -103,10 +106,34 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     reader.decode().map_err(|error| decode_error(error.to_string()))
 }
 
-/// Whether the end mark of JPEG stands at the end, except for zeros that some cameras append.
+/// Whether the picture goes on to its end mark. Whatever stands behind that does not matter: phones append films and notes.
+///
+/// Source: ITU-T T.81, annex B. Segments have lengths, so the pictures in them (thumbnails) and their end marks are passed over.
 fn has_jpeg_end(bytes: &[u8]) -> bool {
-    let end = bytes.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
-    bytes[..end].ends_with(&[0xff, 0xd9])
+    const START: u8 = 0xd8;
+    const END: u8 = 0xd9;
+    const SCAN: u8 = 0xda;
+    // Marks without a segment: the start, restarts, and a byte of a private use of old times.
+    let is_alone = |mark: u8| matches!(mark, START | 0xd0..=0xd7 | 0x01);
+    let mut rest = bytes;
+    loop {
+        let Some(mark_at) = rest.windows(2).position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
+        else {
+            return false;
+        };
+        let mark = rest[mark_at + 1];
+        rest = &rest[mark_at + 2..];
+        if mark == END {
+            return true;
+        }
+        if is_alone(mark) {
+            continue;
+        }
+        let Some((length, _)) = rest.split_first_chunk::<2>() else { return false };
+        // The data of a scan have no length; they end with the next mark that is not a restart.
+        let length = if mark == SCAN { 2 } else { usize::from(u16::from_be_bytes(*length)).max(2) };
+        rest = rest.get(length..).unwrap_or_default();
+    }
 }
 
 /// Encodes as JPEG with a quality from 1 to 100.
@@ -155,17 +182,21 @@ fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), Image
         .map_err(|error| encode_error(error.to_string()))
 }
 
-/// Most bytes of the file of an image.
-const MAX_FILE_BYTES: u64 = 1 << 28;
+/// The bytes of a JPEG or PNG file, not looked at yet.
+///
+/// # Errors
+/// If the file cannot be read or is too long for a picture.
+pub fn read_image_file(path: &Path) -> Result<Vec<u8>, ImageCodecError> {
+    files::read(path, MAX_FILE_BYTES)
+        .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
+}
 
 /// Reads a JPEG or PNG file.
 ///
 /// # Errors
 /// If the file cannot be read or decoded.
 pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
-    let bytes = files::read(path, MAX_FILE_BYTES)
-        .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
-    decode(&bytes)
+    decode(&read_image_file(path)?)
 }
 
 /// Reads a JPEG or PNG file as gray.
@@ -173,9 +204,7 @@ pub fn read_image(path: &Path) -> Result<RgbImage, ImageCodecError> {
 /// # Errors
 /// If the file cannot be read or decoded.
 pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
-    let bytes = files::read(path, MAX_FILE_BYTES)
-        .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })?;
-    decode_gray(&bytes)
+    decode_gray(&read_image_file(path)?)
 }
 
 /// A gray image in another size, width and height in pixels; averages where it gets smaller. The borders stay where they are.
@@ -257,10 +286,20 @@ mod tests {
     }
 
     #[test]
-    fn zeros_behind_the_end_mark_are_allowed() {
-        let mut jpeg = encode_jpeg(&gradient(), 90).unwrap();
-        jpeg.extend([0; 5]);
-        assert!(decode(&jpeg).is_ok());
+    fn what_phones_put_behind_and_into_a_picture_is_passed_over() {
+        let jpeg = encode_jpeg(&gradient(), 90).unwrap();
+        let picture = decode(&jpeg).unwrap();
+        for behind in [&[0; 5][..], b"SEFT\x01\xff", b"\0\0\0\x18ftypmp42 a film", &jpeg, &jpeg[..300]] {
+            assert_eq!(decode(&[&jpeg, behind].concat()).unwrap(), picture);
+        }
+        // A thumbnail in a segment has an end mark of its own, which is not that of the picture.
+        let thumbnail = encode_jpeg(&RgbImage::new(8, 8), 50).unwrap();
+        let length = u16::try_from(thumbnail.len() + 2).unwrap().to_be_bytes();
+        let with_thumbnail = [&jpeg[..2], &[0xff, 0xe1], &length, &thumbnail, &jpeg[2..]].concat();
+        assert_eq!(decode(&with_thumbnail).unwrap(), picture);
+        assert!(
+            decode(&with_thumbnail[..with_thumbnail.len() - 50]).unwrap_err().to_string().contains("cut off")
+        );
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Everything visloc reads from and writes to files: recordings of a robot (ROS 2 bags in MCAP), images and
+//! Everything visloc reads from and writes to files: recordings of a robot (bags of ROS 2 and ROS 1), images and
 //! trajectories.
 //!
 //! A recording is read as a stream: memory does not grow with its length, and a damaged or cut file gives every frame
@@ -21,6 +21,7 @@ pub mod bag;
 pub mod camera_file;
 pub mod camera_trajectory;
 pub mod image_codec;
+pub mod raw_image;
 mod ros_lens;
 pub mod sequence;
 mod text;

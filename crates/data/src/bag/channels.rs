@@ -5,13 +5,14 @@ use std::{
     fs::{self, File},
     io::BufWriter,
     path::PathBuf,
+    sync::Arc,
 };
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
 use visloc_base::Timestamp;
 
-use crate::bag::{BagError, TopicInfo, messages::to_cdr, schemas};
+use crate::bag::{BagError, BagMessage, Channel, TopicInfo, messages::to_cdr, schemas};
 
 /// A part of the file is completed after so much time of the recording, seconds, or so many bytes. From then on other programs can
 /// read it, even if this one is killed.
@@ -23,6 +24,10 @@ pub(super) struct ChannelWriter {
     path: PathBuf,
     writer: Writer<BufWriter<File>>,
     channels: Vec<(u16, TopicInfo)>,
+    /// Channels of messages that are copied, by where they stand in memory.
+    copied: BTreeMap<usize, (u16, Arc<Channel>)>,
+    /// Quality of service of channels that have one.
+    qos: BTreeMap<u16, String>,
     sequence: u32,
     /// Stamps of the first and the last message.
     span: Option<(Timestamp, Timestamp)>,
@@ -40,8 +45,17 @@ impl ChannelWriter {
         // Parts are gathered in memory, so that each comes to the file as a whole.
         let options = options.chunk_size(None).disable_seeking(true);
         let writer = options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
-        let channels = Vec::new();
-        Ok(Self { path, writer, channels, sequence: 0, span: None, part: None, completed_at: None })
+        Ok(Self {
+            path,
+            writer,
+            channels: Vec::new(),
+            copied: BTreeMap::new(),
+            qos: BTreeMap::new(),
+            sequence: 0,
+            span: None,
+            part: None,
+            completed_at: None,
+        })
     }
 
     /// Appends a message. An empty topic is not written.
@@ -90,21 +104,72 @@ impl ChannelWriter {
         self.write(channel_id, at, data)
     }
 
+    /// Appends a message as it stands in another recording, on a channel like the one there.
+    pub(super) fn copy(&mut self, message: &BagMessage) -> Result<(), BagError> {
+        let channel = &message.channel;
+        let key = Arc::as_ptr(channel) as usize;
+        let channel_id = match self.copied.get(&key) {
+            Some((id, _)) => *id,
+            None => {
+                let id = self.add_channel_like(channel)?;
+                // Keeps the channel, so that no other one comes to stand at its place.
+                self.copied.insert(key, (id, channel.clone()));
+                id
+            }
+        };
+        if let Some((_, info)) = self.channels.iter_mut().find(|(id, _)| *id == channel_id) {
+            info.num_messages += 1;
+        }
+        let header = MessageHeader {
+            channel_id,
+            sequence: message.sequence,
+            log_time: message.log_nanos,
+            publish_time: message.publish_nanos,
+        };
+        let at = Timestamp::from_nanos(i64::try_from(message.log_nanos).unwrap_or(i64::MAX));
+        self.append(&header, at, &message.data)
+    }
+
+    fn add_channel_like(&mut self, channel: &Channel) -> Result<u16, BagError> {
+        let has_schema = !channel.type_name.is_empty() || !channel.schema.is_empty();
+        let schema = if has_schema {
+            self.writer.add_schema(&channel.type_name, &channel.schema_encoding, &channel.schema)
+        } else {
+            Ok(0)
+        };
+        let id = schema
+            .and_then(|schema| {
+                self.writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
+            })
+            .map_err(|error| write_error(&self.path, &error))?;
+        if self.channels.iter().all(|(known, _)| *known != id) {
+            self.channels.push((id, channel.info(0)));
+            if let Some(qos) = channel.metadata.get("offered_qos_profiles") {
+                self.qos.insert(id, qos.clone());
+            }
+        }
+        Ok(id)
+    }
+
     fn write(&mut self, channel_id: u16, at: Timestamp, data: &[u8]) -> Result<(), BagError> {
+        // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
+        let nanos = u64::try_from(at.nanos()).unwrap_or(0);
+        let header =
+            MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
+        self.sequence = self.sequence.wrapping_add(1);
+        self.append(&header, at, data)
+    }
+
+    fn append(&mut self, header: &MessageHeader, at: Timestamp, data: &[u8]) -> Result<(), BagError> {
         let is_full = |(since, num_bytes): (Timestamp, usize)| is_due(since, at) || num_bytes >= PART_BYTES;
         if self.part.is_some_and(is_full) {
             self.complete_part(at)?;
         }
         let (since, num_bytes) = self.part.unwrap_or((at, 0));
         self.part = Some((since, num_bytes + data.len()));
-        let first = self.span.map_or(at, |(first, _)| first);
-        self.span = Some((first, at));
-        // MCAP counts time from 1970; earlier stamps stay exact in the header of the message.
-        let nanos = u64::try_from(at.nanos()).unwrap_or(0);
-        let header =
-            MessageHeader { channel_id, sequence: self.sequence, log_time: nanos, publish_time: nanos };
-        self.sequence = self.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, data).map_err(|error| write_error(&self.path, &error))
+        let (first, last) = self.span.unwrap_or((at, at));
+        self.span = Some((first.min(at), last.max(at)));
+        self.writer.write_to_known_channel(header, data).map_err(|error| write_error(&self.path, &error))
     }
 
     /// Completes a part if it is time, for messages that come seldom. To be called when all messages of a moment are written.
@@ -129,8 +194,11 @@ impl ChannelWriter {
         &self.path
     }
 
-    pub(super) fn topics(&self) -> Vec<TopicInfo> {
-        self.channels.iter().map(|(_, info)| info.clone()).collect()
+    /// Topics with their quality of service.
+    pub(super) fn topics(&self) -> Vec<(TopicInfo, String)> {
+        let with_qos =
+            |(id, info): &(u16, TopicInfo)| (info.clone(), self.qos.get(id).cloned().unwrap_or_default());
+        self.channels.iter().map(with_qos).collect()
     }
 
     /// Start and length, nanoseconds.

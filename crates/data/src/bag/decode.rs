@@ -10,6 +10,7 @@ use crate::{
         messages::{self, from_cdr},
     },
     image_codec,
+    raw_image::{self, RawImage},
     ros_lens::distortion_of_ros,
 };
 
@@ -35,10 +36,12 @@ pub enum ImagePayload {
         width: u32,
         /// Height, pixels.
         height: u32,
-        /// Order of the channels: rgb8, bgr8, rgba8, bgra8 or mono8.
+        /// Order of the channels, such as rgb8; [`raw_image`] knows which.
         encoding: String,
         /// Bytes from the start of a row to the start of the next.
         step: u32,
+        /// Whether values of 16 bits have their high byte first.
+        is_big_endian: bool,
         /// All rows.
         data: Vec<u8>,
     },
@@ -127,8 +130,10 @@ impl RosMessage {
             Self::CompressedImage(message) => {
                 Ok(encoded_image(message.header, ImagePayload::Compressed(message.data)))
             }
-            Self::Image(messages::Image { header, height, width, encoding, step, data, .. }) => {
-                Ok(encoded_image(header, ImagePayload::Raw { width, height, encoding, step, data }))
+            Self::Image(messages::Image { header, height, width, encoding, is_bigendian, step, data }) => {
+                let is_big_endian = is_bigendian != 0;
+                let payload = ImagePayload::Raw { width, height, encoding, step, is_big_endian, data };
+                Ok(encoded_image(header, payload))
             }
             Self::CameraInfo(info) => {
                 camera_of(&info).map(|(at, camera)| SensorMessage::CameraInfo(at, camera))
@@ -280,63 +285,15 @@ impl EncodedImage {
     pub fn decode(&self) -> Result<RgbImage, String> {
         match &self.payload {
             ImagePayload::Compressed(bytes) => image_codec::decode(bytes).map_err(|error| error.to_string()),
-            ImagePayload::Raw { width, height, encoding, step, data } => {
-                decode_raw((*width, *height), encoding, *step, data)
+            ImagePayload::Raw { width, height, encoding, step, is_big_endian, data } => {
+                raw_image::decode(&RawImage {
+                    size_px: (*width, *height),
+                    encoding,
+                    step: *step,
+                    is_big_endian: *is_big_endian,
+                    data,
+                })
             }
         }
-    }
-}
-
-/// RGB from rows of pixels with another order of channels.
-fn decode_raw(size_px: (u32, u32), encoding: &str, step: u32, data: &[u8]) -> Result<RgbImage, String> {
-    // where red, green and blue stand in a pixel, and how many bytes it has
-    let (order, num_channels) = match encoding {
-        "rgb8" => ([0, 1, 2], 3),
-        "bgr8" => ([2, 1, 0], 3),
-        "rgba8" => ([0, 1, 2], 4),
-        "bgra8" => ([2, 1, 0], 4),
-        "mono8" => ([0, 0, 0], 1),
-        _ => {
-            return Err(format!(
-                "image encoding '{encoding}': expected rgb8, bgr8, rgba8, bgra8 or mono8; convert the recording"
-            ));
-        }
-    };
-    let (width, height, step) = (size_px.0 as usize, size_px.1 as usize, step as usize);
-    let row_bytes = width * num_channels;
-    let is_complete = step.checked_mul(height).is_some_and(|num_bytes| num_bytes <= data.len());
-    if width == 0 || height == 0 || step < row_bytes || !is_complete {
-        return Err(format!(
-            "raw image of {width} x {height} px in {encoding}: expected rows of at least {row_bytes} bytes, found \
-             rows of {step} and {} bytes in all",
-            data.len()
-        ));
-    }
-    let mut rgb = Vec::with_capacity(width * height * 3);
-    for row in data.chunks_exact(step).take(height) {
-        for pixel in row[..row_bytes].chunks_exact(num_channels) {
-            rgb.extend(order.map(|channel| pixel[channel]));
-        }
-    }
-    RgbImage::from_raw(size_px.0, size_px.1, rgb).map_err(|error| error.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn raw_encodings_become_rgb() {
-        let decode = |encoding, step, data: &[u8]| decode_raw((2, 1), encoding, step, data);
-        let rgb = RgbImage::from_raw(2, 1, vec![1, 2, 3, 4, 5, 6]).unwrap();
-        assert_eq!(decode("rgb8", 6, &[1, 2, 3, 4, 5, 6]).unwrap(), rgb);
-        assert_eq!(decode("bgr8", 8, &[3, 2, 1, 6, 5, 4, 0, 0]).unwrap(), rgb);
-        assert_eq!(decode("rgba8", 8, &[1, 2, 3, 0, 4, 5, 6, 0]).unwrap(), rgb);
-        assert_eq!(decode("bgra8", 8, &[3, 2, 1, 0, 6, 5, 4, 0]).unwrap(), rgb);
-        assert_eq!(decode("mono8", 2, &[9, 8]).unwrap().data(), [9, 9, 9, 8, 8, 8]);
-        assert!(decode("mono16", 4, &[0; 4]).unwrap_err().contains("mono16"));
-        assert!(decode("rgb8", 6, &[0; 5]).is_err());
-        assert!(decode("rgb8", 5, &[0; 6]).is_err());
-        assert!(decode_raw((u32::MAX, u32::MAX), "mono8", u32::MAX, &[0]).is_err());
     }
 }

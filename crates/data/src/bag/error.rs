@@ -21,10 +21,20 @@ pub enum BagError {
         source: io::Error,
     },
     /// The file is not MCAP, or its beginning is damaged.
-    #[error("{}: expected an MCAP file (.mcap) or a folder with metadata.yaml and .mcap files: {reason}", path.display())]
+    #[error("{}: expected an MCAP file (.mcap): {reason}", path.display())]
     NotMcap {
         /// The file.
         path: PathBuf,
+        /// What was found.
+        reason: String,
+    },
+    /// The file is not what its first bytes or its name say, or its beginning is damaged.
+    #[error("{}: expected {expected}: {reason}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What it should be.
+        expected: &'static str,
         /// What was found.
         reason: String,
     },
@@ -48,6 +58,15 @@ pub enum BagError {
         expected_type: String,
         /// The topics that are there.
         available: Vec<TopicInfo>,
+    },
+    /// The recording has several odometries, none under the default name.
+    #[error("{}: several topics have odometry; name one with --odometry-topic, or \"\" to go without. Topics: {}",
+            path.display(), list_topics(topics))]
+    SeveralOdometries {
+        /// The recording.
+        path: PathBuf,
+        /// The topics that can be meant.
+        topics: Vec<TopicInfo>,
     },
     /// A topic has messages of a type that cannot be used.
     #[error("{}: topic '{}' has type '{}' in encoding '{}', expected {expected} in encoding 'cdr'; \

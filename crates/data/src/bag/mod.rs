@@ -1,11 +1,14 @@
-//! Recordings of a robot: ROS 2 bags in MCAP files.
+//! Recordings of a robot: bags of ROS 2 in MCAP or SQLite, and of ROS 1.
 //!
 //! [`BagReader`] turns a recording into frames, [`BagWriter`] frames into a recording. In between stands the
 //! [`Synchronizer`], which joins messages of several topics by their stamps in one pass, so it serves live topics too.
 //!
-//! Data flow of the reader: files -> records -> raw messages -> [`SensorMessage`] -> [`Synchronizer`] -> frames.
+//! Data flow of the reader: files -> [`BagMessages`] -> [`SensorMessage`] -> [`Synchronizer`] -> frames. What kind of file it is,
+//! and whether of ROS 1, is known up to [`BagMessages`] only.
 
 mod channels;
+mod choose;
+mod container;
 mod decode;
 mod error;
 mod files;
@@ -15,15 +18,16 @@ pub mod messages;
 mod metadata;
 mod pictures;
 mod reader;
-mod records;
 mod results;
 mod schemas;
 mod stream;
 mod sync;
 mod tf_tree;
 mod topics;
+mod transcode;
 mod writer;
 
+pub use container::{BagMessage, Channel, DamagedBag};
 pub use decode::{
     EncodedImage, ImagePayload, Reject, RosMessage, SensorMessage, StampedTransform, camera_of,
 };
@@ -33,6 +37,8 @@ pub use pictures::BagPictures;
 pub use reader::BagReader;
 pub use results::{ResultFrames, ResultMessage, ResultMessages, ResultSample, diagnostics_message};
 pub use schemas::definition;
+pub use stream::BagMessages;
 pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};
 pub use topics::{BagTopics, TopicRole};
+pub use transcode::Transcoder;
 pub use writer::{BagWriter, BagWriterOptions, ChunkCompression, ImageEncoding, camera_info_message};

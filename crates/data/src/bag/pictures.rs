@@ -6,14 +6,15 @@ use visloc_base::{Picture, PictureSource, SkippedInput, SourceError, Timestamp};
 use visloc_geom::Camera;
 
 use crate::bag::{
-    BagError, BagTopics, SensorMessage, TopicInfo, TopicRole,
+    BagError, BagTopics, ImagePayload, SensorMessage, TopicInfo, TopicRole,
+    choose::choose_topics,
     decode::decode,
-    files::bag_files,
+    files::{BagFiles, bag_files},
     index::{check_topic, topics_of_files},
     stream::MessageStream,
 };
 
-/// The pictures of a ROS 2 bag, and its calibration if it has one. Kinematics and odometry are not needed.
+/// The pictures of a bag, and its calibration if it has one. Kinematics and odometry are not needed.
 pub struct BagPictures {
     path: PathBuf,
     topics: BagTopics,
@@ -21,6 +22,8 @@ pub struct BagPictures {
     camera: Option<Camera>,
     num_pictures: Option<usize>,
     last_at: Option<Timestamp>,
+    /// The file of the last picture, if it was one.
+    original: Option<Vec<u8>>,
     skipped: Vec<SkippedInput>,
     is_done: bool,
 }
@@ -34,6 +37,7 @@ impl BagPictures {
         let path = path.as_ref();
         let files = bag_files(path)?;
         let available = topics_of_files(&files)?;
+        let topics = &choose_topics(&available, topics);
         let images = check_topic(path, &available, topics, TopicRole::Image)?;
         let num_pictures = usize::try_from(images.num_messages).ok();
         let names = BagTopics { image: topics.image.clone(), ..nothing() };
@@ -44,9 +48,16 @@ impl BagPictures {
             topics: names,
             num_pictures,
             last_at: None,
+            original: None,
             skipped: Vec::new(),
             is_done: false,
         })
+    }
+
+    /// Topic of the pictures.
+    #[must_use]
+    pub fn topic(&self) -> &str {
+        &self.topics.image
     }
 
     /// The first calibration of the recording.
@@ -65,7 +76,7 @@ impl BagPictures {
             let raw = match self.messages.next_message()? {
                 Ok(raw) => raw,
                 Err(error) => {
-                    let origin = format!("{}: byte {}", error.path.display(), error.offset);
+                    let origin = error.origin();
                     if !error.is_recoverable {
                         return Some(Err(SourceError::Broken { origin, reason: error.reason }));
                     }
@@ -84,6 +95,10 @@ impl BagPictures {
             match image.decode() {
                 Ok(pixels) => {
                     self.last_at = Some(image.at);
+                    self.original = match image.payload {
+                        ImagePayload::Compressed(bytes) => Some(bytes),
+                        ImagePayload::Raw { .. } => None,
+                    };
                     return Some(Ok(Picture { at: image.at, image: pixels }));
                 }
                 Err(reason) => self.skip(Some(image.at), reason),
@@ -106,6 +121,10 @@ impl PictureSource for BagPictures {
             return Some(Err(SourceError::Broken { origin, reason }));
         }
         next
+    }
+
+    fn original(&self) -> Option<&[u8]> {
+        self.original.as_deref()
     }
 
     fn num_pictures(&self) -> Option<usize> {
@@ -133,7 +152,7 @@ fn nothing() -> BagTopics {
 }
 
 /// Reads ahead to the first calibration that can be used; nothing if there is none.
-fn first_camera(files: Vec<PathBuf>, available: &[TopicInfo], topics: &BagTopics) -> Option<Camera> {
+fn first_camera(files: BagFiles, available: &[TopicInfo], topics: &BagTopics) -> Option<Camera> {
     let name = &topics.camera_info;
     let info = available.iter().find(|info| info.topic == *name)?;
     if name.is_empty() || info.type_name != TopicRole::CameraInfo.type_names()[0] {

@@ -6,13 +6,14 @@ use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
 
 use crate::bag::{
     BagError, BagTopics, ExpectedInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo, TopicRole,
+    choose::{check_odometry, choose_topics},
     decode::{RawMessage, Reject, decode},
     files::bag_files,
     index::{check_topics, topics_of_files},
     stream::MessageStream,
 };
 
-/// Frames from a ROS 2 bag: an `.mcap` file or a folder of rosbag2. Memory does not grow with its length.
+/// Frames from a bag: a file (`.mcap`, `.db3`, `.bag`) or a folder of rosbag2. Memory does not grow with its length.
 pub struct BagReader {
     path: PathBuf,
     topics: BagTopics,
@@ -35,7 +36,8 @@ enum End {
 }
 
 impl BagReader {
-    /// Opens a recording and checks that the topics are there with types that can be read.
+    /// Opens a recording and checks that the topics are there with types that can be read. Where the recording has none of a
+    /// default name, the only topic of a fitting type is taken: see [`BagReader::topics`].
     ///
     /// # Errors
     /// If nothing can be read, or a topic is missing or has another type. The error lists the topics that are there.
@@ -43,6 +45,8 @@ impl BagReader {
         let path = path.as_ref();
         let files = bag_files(path)?;
         let available = topics_of_files(&files)?;
+        check_odometry(path, &available, &topics)?;
+        let topics = choose_topics(&available, &topics);
         check_topics(path, &available, &topics)?;
         let expected = expected_inputs(&available, &topics);
         Ok(Self {
@@ -68,6 +72,12 @@ impl BagReader {
         self
     }
 
+    /// The topics that are read.
+    #[must_use]
+    pub fn topics(&self) -> &BagTopics {
+        &self.topics
+    }
+
     /// The topics of the recording, sorted by name.
     #[must_use]
     pub fn available_topics(&self) -> &[TopicInfo] {
@@ -85,7 +95,7 @@ impl BagReader {
         match self.messages.next_message() {
             Some(Ok(raw)) => self.accept(&raw),
             Some(Err(error)) => {
-                let origin = format!("{}: byte {}", error.path.display(), error.offset);
+                let origin = error.origin();
                 if error.is_recoverable {
                     let reason = format!("{origin}: {}", error.reason);
                     self.synchronizer.skip(None, TopicRole::Image, reason);

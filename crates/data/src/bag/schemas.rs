@@ -226,6 +226,8 @@ mod tests {
     #[test]
     fn every_readable_type_has_a_complete_definition() {
         let readable = TopicRole::ALL.iter().flat_map(|role| role.type_names()).copied();
+        // A type of ROS 1 is never written; its recordings have the definition.
+        let readable = readable.filter(|name| *name != "tf/msg/tfMessage");
         for type_name in readable.chain(MESSAGES.iter().map(|(name, _)| *name)) {
             let text = definition(type_name).unwrap();
             for line in text.lines().filter(|line| line.contains('/') && !line.starts_with("MSG: ")) {

@@ -44,7 +44,8 @@ impl TopicRole {
             Self::Image => &["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"],
             Self::CameraInfo => &["sensor_msgs/msg/CameraInfo"],
             Self::Odometry => &["nav_msgs/msg/Odometry"],
-            Self::Tf | Self::TfStatic => &["tf2_msgs/msg/TFMessage"],
+            // The second is that of ROS 1 before tf2.
+            Self::Tf | Self::TfStatic => &["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"],
             Self::FootContact => &["std_msgs/msg/Bool"],
             Self::FootPressure => &["std_msgs/msg/Float64MultiArray"],
             Self::GroundTruth => &["geometry_msgs/msg/PoseStamped"],
@@ -57,8 +58,8 @@ impl TopicRole {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BagTopics {
-    /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, bgr8, rgba8, bgra8,
-    /// mono8).
+    /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, Bayer,
+    /// YUV and others).
     pub image: String,
     /// Calibration, `sensor_msgs/msg/CameraInfo`.
     pub camera_info: String,

@@ -12,7 +12,7 @@ use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
     bag::{
-        BagError, BagTopics, ResultMessage, TopicRole,
+        BagError, BagMessage, BagTopics, ResultMessage, TopicRole,
         channels::ChannelWriter,
         messages::{self, Header, Pose},
         metadata::metadata_yaml,
@@ -233,6 +233,14 @@ impl BagWriter {
     /// If the file cannot be written.
     pub fn end_moment(&mut self, at: Timestamp) -> Result<(), BagError> {
         self.channels.end_moment(at)
+    }
+
+    /// Appends a message as it stands in another recording: same bytes, times, type and definition.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write_copy(&mut self, message: &BagMessage) -> Result<(), BagError> {
+        self.channels.copy(message)
     }
 
     /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read.

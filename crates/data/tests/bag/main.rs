@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod containers;
 mod damage;
 mod excerpts;
 mod round_trip;

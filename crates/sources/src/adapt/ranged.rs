@@ -81,6 +81,10 @@ impl<P: PictureSource> PictureSource for Ranged<P> {
         self.next_of(P::next_picture, |picture| picture.at)
     }
 
+    fn original(&self) -> Option<&[u8]> {
+        self.inner.original()
+    }
+
     fn num_pictures(&self) -> Option<usize> {
         self.number(self.inner.num_pictures())
     }
