@@ -144,10 +144,12 @@ mod tests {
         assert_eq!(kind("sim:robocup").unwrap(), "simulator");
         assert_eq!(kind("ros2:/camera/image").unwrap(), "ROS 2 topics");
         assert_eq!(kind("v4l2:/dev/video0").unwrap(), "camera");
-        assert_eq!(kind(&file("a.mcap")).unwrap(), "ROS 2 bag");
+        assert_eq!(kind(&file("a.mcap")).unwrap(), "ROS bag");
+        assert_eq!(kind(&file("c.db3")).unwrap(), "ROS bag");
+        assert_eq!(kind(&file("d.bag")).unwrap(), "ROS bag");
         assert_eq!(kind(&file("b.MP4")).unwrap(), "video");
-        assert_eq!(kind(&folder.path().display().to_string()).unwrap(), "ROS 2 bag");
-        assert_eq!(kind(&file("with:colon.mcap")).unwrap(), "ROS 2 bag");
+        assert_eq!(kind(&folder.path().display().to_string()).unwrap(), "ROS bag");
+        assert_eq!(kind(&file("with:colon.mcap")).unwrap(), "ROS bag");
         assert!(kind(&file("notes.txt")).unwrap_err().contains("cannot tell what it is"));
     }
 

@@ -104,7 +104,7 @@ pub enum FeaturesArg {
 }
 
 /// Names of topics and frames, in a bag or live.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Args)]
 #[command(next_help_heading = "Topics")]
 pub struct TopicArgs {
     /// Names of all topics and frames, TOML (see: visloc config show topics); those of tf and of the feet can be set only

@@ -33,7 +33,7 @@ pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
 pub use paths::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording, OverwriteArg};
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
-pub use source::{ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
+pub use source::{ExtractArgs, ExtractFormat, ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
 pub use start::StartArg;
 pub use studio::StudioArgs;
 pub use study::StudyArgs;
@@ -47,7 +47,7 @@ pub use study::StudyArgs;
     arg_required_else_help = true,
     long_about = "Tells a robot with one ordinary camera where it is, on a map that is known, such as a RoboCup field.\n\n\
                   Nothing is needed for a first look:\n    visloc demo\n\n\
-                  Then on a recording of your own robot (a ROS 2 bag in MCAP):\n    \
+                  Then on a recording of your own robot (a bag of ROS 2 or ROS 1):\n    \
                   visloc localize recording.mcap --map robocup-spl-2010"
 )]
 pub struct Cli {
@@ -69,8 +69,10 @@ pub enum Command {
     Studio(Box<StudioArgs>),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
-    /// Write what a source delivers as a ROS 2 bag
+    /// Write what a source delivers as a ROS 2 bag; convert bags
     Record(Box<RecordArgs>),
+    /// Write the images of a source into a folder
+    Extract(Box<ExtractArgs>),
     /// List what frames can come from, and what works here
     Sources(SourcesArgs),
     /// Compare an estimated trajectory with the truth

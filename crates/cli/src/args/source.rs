@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use super::{InputName, InputPath, OutputRecording, OverwriteArg};
+use super::{InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg};
 
 /// How a source is opened.
 #[derive(Debug, Clone, Args)]
@@ -67,11 +67,14 @@ pub struct SourcesArgs {
 #[command(
     long_about = "Writes what a source delivers as a ROS 2 bag: images and calibration, and of a robot also kinematics, odometry, \
                   feet and truth. A live source is recorded until Ctrl-C, --frames or --patience.\n\n\
+                  A bag (.mcap, .db3, .bag of ROS 1) is converted: all its messages are copied, unless an option of images, camera, \
+                  mount, frames or topics asks for less.\n\n\
                   A path that ends in .mcap becomes one file, any other a folder with metadata.yaml.",
     after_long_help = "Examples:\n  \
                        visloc record ros2:/camera/image_raw --out out/run.mcap\n  \
                        visloc record v4l2:/dev/video0 --camera camera.toml --out out/webcam.mcap --frames 300\n  \
                        visloc record clip.mp4 --out out/clip.mcap\n  \
+                       visloc record old.bag --out out/old.mcap\n  \
                        visloc record sim:office --out out/office.mcap --frames 100"
 )]
 pub struct RecordArgs {
@@ -83,9 +86,9 @@ pub struct RecordArgs {
     pub out: OutputRecording,
     #[command(flatten)]
     pub overwrite: OverwriteArg,
-    /// How images are stored
-    #[arg(long, value_enum, default_value_t = ImageFormat::Jpeg)]
-    pub images: ImageFormat,
+    /// How images are stored [default: jpeg; those of a bag stay as they are]
+    #[arg(long, value_enum)]
+    pub images: Option<ImageFormat>,
     /// Images and calibration only, of sources that have more
     #[arg(long)]
     pub images_only: bool,
@@ -100,6 +103,54 @@ pub struct RecordArgs {
     pub seed: super::SeedArg,
     #[command(flatten)]
     pub threads: super::ThreadsArg,
+}
+
+/// Arguments of `visloc extract`.
+#[derive(Debug, Args)]
+#[command(
+    long_about = "Writes the images of a source into a folder: rgb/SECONDS.jpg or .png, their list rgb.txt, and camera.yaml if the \
+                  calibration is known. visloc slam and others read such a folder (the layout of TUM).",
+    after_long_help = "Examples:\n  \
+                       visloc extract recording.mcap --out out/images\n  \
+                       visloc extract old.bag --image-topic /eye/image_raw --out out/images --every 10\n  \
+                       visloc extract clip.mp4 --camera camera.toml --out out/clip --frames 100\n  \
+                       visloc slam out/clip"
+)]
+pub struct ExtractArgs {
+    /// What to take the images from (see: visloc sources)
+    #[arg(value_name = "SOURCE")]
+    pub source: InputName,
+    /// The folder, new or empty
+    #[arg(long, value_name = "DIR")]
+    pub out: OutputFolder,
+    /// How images are stored
+    #[arg(long, value_enum, default_value_t = ExtractFormat::Original)]
+    pub format: ExtractFormat,
+    /// Take one image of so many
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
+    /// Stop after this many images
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    #[command(flatten)]
+    pub options: SourceArgs,
+    #[command(flatten)]
+    pub topics: super::TopicArgs,
+    #[command(flatten)]
+    pub seed: super::SeedArg,
+    #[command(flatten)]
+    pub threads: super::ThreadsArg,
+}
+
+/// How extracted images are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ExtractFormat {
+    /// The JPEG and PNG files of the source as they are; others as PNG
+    Original,
+    /// PNG: every pixel exact
+    Png,
+    /// JPEG of quality 90
+    Jpeg,
 }
 
 /// How images are stored.

@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use super::{
-    calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, likelihood,
-    localize, map, record, simulate, slam, sources, studio, study,
+    calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, extract,
+    likelihood, localize, map, record, simulate, slam, sources, studio, study,
 };
 use crate::args::{Cli, Command};
 
@@ -19,6 +19,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Localize(args) => localize::execute(&args),
         Command::Slam(args) => slam::execute(&args),
         Command::Record(args) => record::execute(&args),
+        Command::Extract(args) => extract::execute(&args),
         Command::Sources(args) => sources::execute(&args),
         Command::Studio(args) => studio::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),

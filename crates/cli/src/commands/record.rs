@@ -9,9 +9,9 @@ use visloc_data::{
 use visloc_geom::Camera;
 use visloc_sources::{OpenPictures, SourceAddress, SourceOptions, open_frames, open_pictures};
 
-use super::settings::bag_topics;
+use super::{convert, settings::bag_topics};
 use crate::{
-    args::{ImageFormat, RecordArgs},
+    args::{ImageFormat, RecordArgs, SourceArgs, TopicArgs},
     host::host,
     report::SkippedReport,
     run::{Progress, prepare, source_options},
@@ -32,6 +32,9 @@ struct Recorded {
 /// If the source cannot be opened or the bag not be written. A source that ends with an error leaves a complete bag until
 /// there.
 pub fn execute(args: &RecordArgs) -> Result<()> {
+    if is_copied(args)? {
+        return convert::execute(&args.source, &args.out);
+    }
     let topics = bag_topics(&args.topics)?;
     let options = SourceOptions {
         seed: args.seed.seed,
@@ -41,7 +44,7 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
     };
     prepare(&args.source)?;
     let has_robot = SourceAddress::parse(&args.source)?.has_robot() || options.mount.is_some();
-    let encoding = match args.images {
+    let encoding = match args.images.unwrap_or(ImageFormat::Jpeg) {
         ImageFormat::Jpeg => ImageEncoding::Jpeg { quality: 90 },
         ImageFormat::Png => ImageEncoding::Png,
         ImageFormat::Raw => ImageEncoding::Raw,
@@ -60,6 +63,19 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
         record_pictures(open, &options, create()?, args.frames)?
     };
     finish(args, recorded)
+}
+
+/// Whether all messages of a bag are wanted as they are.
+fn is_copied(args: &RecordArgs) -> Result<bool> {
+    let is_bag = SourceAddress::parse(&args.source)?.kind().schemes.contains(&"bag");
+    let SourceArgs { camera, camera_height, .. } = &args.options;
+    let is_changed = args.images.is_some()
+        || args.images_only
+        || args.frames.is_some()
+        || camera.is_some()
+        || camera_height.is_some()
+        || args.topics != TopicArgs::default();
+    Ok(is_bag && !is_changed)
 }
 
 fn warn(warnings: &[String]) {

@@ -10,7 +10,9 @@ use std::{fs, path::Path, process::Command, thread};
 use super::support::Workspace;
 
 /// Files and folders that stand for the reader's own.
-const READERS_OWN: [&str; 24] = [
+const READERS_OWN: [&str; 26] = [
+    "old.bag",
+    "rosbag2_folder",
     "recording.mcap",
     "my-field.toml",
     "my-run",

@@ -6,8 +6,8 @@ use crate::support::Workspace;
 fn every_command_has_help_with_an_example() {
     let workspace = Workspace::new();
     for command in [
-        "demo", "simulate", "localize", "slam", "record", "sources", "evaluate", "colors", "config", "map",
-        "studio",
+        "demo", "simulate", "localize", "slam", "record", "extract", "sources", "evaluate", "colors",
+        "config", "map", "studio",
     ] {
         let help = workspace.must(&[command, "--help"]).stdout;
         assert!(help.contains("Usage: visloc"), "{command}: {help}");

@@ -8,6 +8,7 @@ mod calibrate;
 mod demo;
 mod evaluate;
 mod experiment;
+mod foreign_bags;
 mod guides;
 mod help;
 mod likelihood;

@@ -15,7 +15,7 @@ fn the_list_says_what_works_here() {
     );
     let json = workspace.must(&["sources", "--json"]).stdout;
     let kinds: Vec<serde_json::Value> = serde_json::from_str(&json).unwrap();
-    let bag = kinds.iter().find(|kind| kind["name"] == "ROS 2 bag").unwrap();
+    let bag = kinds.iter().find(|kind| kind["name"] == "ROS bag").unwrap();
     assert_eq!((&bag["usable"], &bag["live"]), (&true.into(), &false.into()));
     assert!(kinds.iter().any(|kind| kind["schemes"][0] == "ros2"));
 }

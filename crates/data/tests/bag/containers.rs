@@ -42,7 +42,9 @@ fn frames_are_those_of_mcap() {
         assert_eq!((bag.num_frames(), bag.available_topics().len()), (Some(NUM_FRAMES), 6), "{name}");
         let found = read_with(bag);
         assert!(found.error.is_none() && found.skipped.is_empty(), "{name}: {:?}", found.skipped);
-        assert_eq!(found.frames, expected, "{name}");
+        for (found, expected) in found.frames.iter().zip(&expected) {
+            assert!(format!("{found:?}") == format!("{expected:?}"), "{name}: {}", expected.frame.at);
+        }
     }
 }
 

@@ -1,0 +1,71 @@
+//! A bag as a bag of ROS 2 in MCAP, with all its messages.
+
+use std::{collections::BTreeSet, path::Path};
+
+use anyhow::{Result, anyhow, bail};
+use visloc_data::bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel};
+use visloc_sources::SourceAddress;
+
+use crate::{
+    host::host,
+    run::{Progress, prepare},
+    say,
+};
+
+/// Copies the messages of a bag.
+///
+/// # Errors
+/// If the bag cannot be read or the new one not be written. A bag that ends with damage leaves a complete one until there.
+pub fn execute(source: &str, out: &Path) -> Result<()> {
+    prepare(source)?;
+    let mut messages = BagMessages::open(SourceAddress::parse(source)?.rest())?;
+    let mut writer = BagWriter::create_with(out, BagTopics::default(), BagWriterOptions::default())?;
+    let progress = Progress::new(None);
+    let (mut num_messages, mut num_damaged, mut first_damage, mut end) = (0_u64, 0_u64, None, None);
+    let mut strange = BTreeSet::new();
+    while !host().is_stopped()
+        && let Some(next) = messages.next_message()
+    {
+        match next {
+            Ok(message) => {
+                writer.write_copy(&message)?;
+                strange.extend(strange_to_ros2(&message.channel));
+                num_messages += 1;
+                progress.advance();
+            }
+            Err(damage) if damage.is_recoverable => {
+                num_damaged += 1;
+                first_damage.get_or_insert(damage);
+            }
+            Err(damage) => end = Some(damage),
+        }
+    }
+    writer.finish()?;
+    progress.clear();
+    say::line!("{}: {num_messages} messages", out.display());
+    strange.iter().for_each(|note| say::line!("note: {note}"));
+    if messages.num_attachments() > 0 {
+        say::line!("note: {} attachments are left out; only messages are copied", messages.num_attachments());
+    }
+    if let Some(first) = first_damage {
+        say::line!("left out {num_damaged} damaged parts; the first at {}: {}", first.origin(), first.reason);
+    }
+    match end {
+        Some(end) => {
+            Err(anyhow!("{}: {} (the {num_messages} messages before are written)", end.origin(), end.reason))
+        }
+        None if num_messages == 0 && !host().is_stopped() => bail!("{source}: it has no messages"),
+        None => Ok(()),
+    }
+}
+
+/// What programs of ROS 2 will miss of a topic.
+fn strange_to_ros2(channel: &Channel) -> Option<String> {
+    let topic = &channel.topic;
+    if channel.message_encoding != "cdr" {
+        return Some(format!("'{topic}' is copied as it is, in the encoding '{}'", channel.message_encoding));
+    }
+    let has_definition = !channel.schema.is_empty() || channel.type_name.ends_with("/Empty");
+    (!has_definition)
+        .then(|| format!("the source has no definition of {}, the type of '{topic}'", channel.type_name))
+}

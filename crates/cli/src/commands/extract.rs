@@ -1,0 +1,161 @@
+//! `visloc extract`: the images of a source as files.
+
+use std::{
+    fmt::Write as _,
+    fs,
+    io::{ErrorKind, Write as _},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, anyhow, bail};
+use visloc_base::{Picture, PictureSource, Timestamp, files};
+use visloc_data::{
+    camera_file::{CameraFormat, write_camera},
+    image_codec::{encode_jpeg, encode_png},
+    sequence::{Calibration, fit_calibration, read_calibration},
+};
+use visloc_sources::{OpenPictures, SourceOptions, open_pictures};
+
+use super::settings::bag_topics;
+use crate::{
+    args::{ExtractArgs, ExtractFormat},
+    host::host,
+    report::SkippedReport,
+    run::{Progress, prepare, source_options},
+    say,
+};
+
+/// JPEG as `visloc record` writes it.
+const JPEG_QUALITY: u8 = 90;
+
+/// Runs the command.
+///
+/// # Errors
+/// If the source cannot be opened or a file not be written. A source that ends with an error leaves all images until there.
+pub fn execute(args: &ExtractArgs) -> Result<()> {
+    let stride = args.every as usize;
+    let options = SourceOptions {
+        seed: args.seed.seed,
+        num_threads: args.threads.count(),
+        max_frames: args.frames.map(|frames| (frames as usize).saturating_mul(stride)),
+        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    };
+    prepare(&args.source)?;
+    let OpenPictures { mut pictures, calibration, warnings } = open_pictures(&args.source, &options, host())?;
+    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    let calibration = match &options.camera {
+        Some(path) => Some((read_calibration(path)?, path.clone())),
+        None => calibration,
+    };
+    let mut folder = Folder::create(&args.out, args.format)?;
+    let progress = Progress::new(pictures.num_pictures());
+    let (mut num_seen, mut error) = (0, None);
+    while !host().is_stopped() && args.frames.is_none_or(|most| folder.num_images < most as usize) {
+        let picture = match pictures.next_picture() {
+            Some(Ok(picture)) => picture,
+            Some(Err(broken)) => {
+                error = Some(broken);
+                break;
+            }
+            None => break,
+        };
+        if num_seen % stride == 0 {
+            if folder.num_images == 0 {
+                folder.add_camera(&picture, calibration.as_ref())?;
+            }
+            folder.add(&picture, pictures.original())?;
+        }
+        num_seen += 1;
+        progress.advance();
+    }
+    progress.clear();
+    let num_images = folder.finish()?;
+    say::line!("{}: {num_images} images", args.out.display());
+    SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
+    match error {
+        Some(error) => Err(anyhow!("{error} (the {num_images} images before are written)")),
+        None if num_images == 0 && !host().is_stopped() => bail!("{}: no image came", args.source),
+        None => Ok(()),
+    }
+}
+
+/// The folder that is being filled.
+struct Folder {
+    path: PathBuf,
+    format: ExtractFormat,
+    list: files::NewFile,
+    num_images: usize,
+    last_at: Option<Timestamp>,
+}
+
+impl Folder {
+    fn create(path: &Path, format: ExtractFormat) -> Result<Self> {
+        let in_folder = || path.display().to_string();
+        let has_entries = match fs::read_dir(path) {
+            Ok(mut entries) => entries.next().is_some(),
+            Err(error) if error.kind() == ErrorKind::NotFound => false,
+            Err(error) => return Err(error).with_context(in_folder),
+        };
+        if has_entries {
+            bail!("{}: expected a new or empty folder, so that nothing is lost or mixed", path.display());
+        }
+        fs::create_dir_all(path.join("rgb")).with_context(in_folder)?;
+        let mut list = files::NewFile::create(&path.join("rgb.txt")).with_context(in_folder)?;
+        writeln!(list, "# seconds file").with_context(in_folder)?;
+        Ok(Self { path: path.into(), format, list, num_images: 0, last_at: None })
+    }
+
+    /// Writes the calibration, if there is one.
+    fn add_camera(&self, picture: &Picture, calibration: Option<&(Calibration, PathBuf)>) -> Result<()> {
+        let Some((calibration, from)) = calibration else {
+            say::line!(
+                "note: the calibration is not known, so there is no camera.yaml; --camera FILE gives one"
+            );
+            return Ok(());
+        };
+        let size_px = (picture.image.width(), picture.image.height());
+        let mut warnings = Vec::new();
+        let camera = fit_calibration(calibration, size_px, from, &mut warnings)?;
+        warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+        let mut head = String::from("Calibration of the images beside it, by visloc extract.");
+        let _ = write!(head, " From: {}", from.display());
+        let text = write_camera(&camera, CameraFormat::Ros, &head).map_err(|reason| anyhow!(reason))?;
+        let path = self.path.join("camera.yaml");
+        files::write(&path, text).with_context(|| path.display().to_string())
+    }
+
+    /// Writes an image and its line in the list.
+    fn add(&mut self, picture: &Picture, original: Option<&[u8]>) -> Result<()> {
+        if self.last_at.is_some_and(|last| last >= picture.at) {
+            return Ok(());
+        }
+        self.last_at = Some(picture.at);
+        let encoded;
+        let (bytes, ending) = match (self.format, original) {
+            (ExtractFormat::Original, Some(bytes)) => {
+                (bytes, if bytes.starts_with(b"\x89PNG") { "png" } else { "jpg" })
+            }
+            (ExtractFormat::Original | ExtractFormat::Png, _) => {
+                encoded = encode_png(&picture.image)?;
+                (&encoded[..], "png")
+            }
+            (ExtractFormat::Jpeg, _) => {
+                encoded = encode_jpeg(&picture.image, JPEG_QUALITY)?;
+                (&encoded[..], "jpg")
+            }
+        };
+        let name = format!("rgb/{}.{ending}", picture.at);
+        let path = self.path.join(&name);
+        files::write(&path, bytes).with_context(|| path.display().to_string())?;
+        writeln!(self.list, "{} {name}", picture.at).with_context(|| self.path.display().to_string())?;
+        self.num_images += 1;
+        Ok(())
+    }
+
+    /// Completes the list. How many images it has.
+    fn finish(self) -> Result<usize> {
+        let path = self.path.join("rgb.txt");
+        self.list.finish().with_context(|| path.display().to_string())?;
+        Ok(self.num_images)
+    }
+}
