@@ -20,7 +20,7 @@ def first_messages(recording: Path, num_frames: int):
     """Topic, type, time and bytes of all messages up to those frames."""
     messages, num_images = [], 0
     with recording.open("rb") as file:
-        for schema, channel, message in make_reader(file).iter_messages():
+        for schema, channel, message in make_reader(file).iter_messages(log_time_order=False):
             if channel.topic == IMAGES:
                 if num_images == num_frames:
                     break

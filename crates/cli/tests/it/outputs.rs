@@ -132,13 +132,10 @@ fn nothing_else_is_left_of_a_run() {
 #[test]
 fn files_are_read_and_written_in_one_place() {
     /// What reads and writes files in other ways, and why it may.
-    const OTHERS: [&str; 11] = [
+    const OTHERS: [&str; 8] = [
         "base/src/files.rs",
         // Recordings that grow, and are read record by record.
         "data/src/bag/channels.rs",
-        "data/src/bag/files.rs",
-        "data/src/bag/index.rs",
-        "data/src/bag/records.rs",
         "studio/src/recording/index.rs",
         // Records of experiments that are appended.
         "experiments/src/framework/store.rs",

@@ -46,6 +46,8 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
     use crate::camera_file::{CameraFormat, write_camera};
     use visloc_geom::Distortion;
 

@@ -310,6 +310,7 @@ impl<'a> Keys<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn read(text: &str) -> Result<Calibration, String> {
         let folder = tempfile::tempdir().unwrap();

@@ -42,7 +42,10 @@ fn frames_are_those_of_mcap() {
         assert_eq!((bag.num_frames(), bag.available_topics().len()), (Some(NUM_FRAMES), 6), "{name}");
         let found = read_with(bag);
         assert!(found.error.is_none() && found.skipped.is_empty(), "{name}: {:?}", found.skipped);
-        for (found, expected) in found.frames.iter().zip(&expected) {
+        assert_eq!(found.frames.len(), NUM_FRAMES);
+        for (mut found, mut expected) in found.frames.into_iter().zip(expected.clone()) {
+            // Has no stamp of its own, and these files do not tell when a message was sent, only when it was recorded.
+            (found.frame.ground_contact, expected.frame.ground_contact) = (None, None);
             assert!(format!("{found:?}") == format!("{expected:?}"), "{name}: {}", expected.frame.at);
         }
     }
