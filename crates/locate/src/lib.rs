@@ -7,6 +7,7 @@
 //! Sources: master's thesis of 2010, chapters 4 and 5; doctoral thesis of 2017, chapters 4 and 5.
 
 mod config;
+pub mod diagnosis;
 mod estimate;
 pub mod evolutionary;
 mod lift;

@@ -21,6 +21,8 @@ pub struct ScatterPicture {
     pub x_m: (f64, f64),
     /// Shown range of y, meters.
     pub y_m: (f64, f64),
+    /// What stands at the axis to the right and at the one upwards; x and y in meters if empty.
+    pub axes: [String; 2],
     /// Later ones are drawn over earlier ones.
     pub series: Vec<ScatterSeries>,
 }
@@ -38,6 +40,8 @@ pub struct ScatterSeries {
     pub is_line: bool,
     /// x and y, meters. Not a number and points outside are left out.
     pub points: Vec<(f64, f64)>,
+    /// A color of its own for each point; may be empty.
+    pub colors: Vec<Color>,
 }
 
 /// Points on plain ground.
@@ -68,19 +72,25 @@ pub fn scatter(input: &ScatterPicture) -> Picture {
             }
             continue;
         }
-        for &(x_m, y_m) in series.points.iter().filter(|point| point.0.is_finite() && point.1.is_finite()) {
+        for (i, &(x_m, y_m)) in series.points.iter().enumerate() {
+            if !(x_m.is_finite() && y_m.is_finite()) {
+                continue;
+            }
             let at = view.px(x_m, y_m);
+            let color = series.colors.get(i).copied().unwrap_or(series.color);
             match series.radius_m {
                 Some(radius_m) => {
                     canvas.circle(at, radius_m * view.px_per_m(), &Paint::stroke(series.color, 2.0));
                     canvas.circle(at, 1.5, &Paint::fill(series.color));
                 }
-                None => canvas.circle(at, DOT_PX, &Paint::fill(series.color).opacity(0.6)),
+                None => canvas.circle(at, DOT_PX, &Paint::fill(color).opacity(0.6)),
             }
         }
     }
     canvas.end_group();
-    view.draw_frame(&mut canvas);
+    let [right, up] = [(&input.axes[0], "x [m]"), (&input.axes[1], "y [m]")]
+        .map(|(text, usual)| if text.is_empty() { usual } else { text });
+    view.draw_frame_with(&mut canvas, [right, up]);
     canvas.finish()
 }
 

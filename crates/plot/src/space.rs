@@ -9,6 +9,10 @@ pub struct SpaceViews {
     pub title: String,
     /// Below the title; the axes are added.
     pub subtitle: String,
+    /// At the axes; meters if empty.
+    pub unit: String,
+    /// Whether points of maps decide as well what part of space is shown: all but the farthest of them.
+    pub shows_clouds: bool,
     /// Later ones are drawn over earlier ones.
     pub paths: Vec<SpacePath>,
 }
@@ -24,10 +28,14 @@ pub struct SpacePath {
     pub is_cloud: bool,
     /// x, y and z, meters; not a number interrupts the line.
     pub points: Vec<[f64; 3]>,
+    /// A color of its own for each point of a map; may be empty.
+    pub colors: Vec<Color>,
 }
 
 /// Border around the paths, share of their largest extent; with a map around them a wider one.
 const BORDER: (f64, f64) = (0.08, 0.5);
+/// Share of a map's points at each end of an axis that may lie outside.
+const OUTSIDE_SHARE: f64 = 0.03;
 
 /// Two pictures: along the axis in which the paths extend least (from above, for a camera on wheels), and with that axis
 /// upwards.
@@ -38,7 +46,7 @@ pub fn space_views(input: &SpaceViews) -> [Picture; 2] {
     let least = [2, 1, 0].into_iter().min_by(|a, b| extent(a).total_cmp(&extent(b))).unwrap_or(2);
     let [first, second] = [[1, 2], [0, 2], [0, 1]][least];
     let widest = if extent(&first) >= extent(&second) { first } else { second };
-    let has_cloud = input.paths.iter().any(|path| path.is_cloud);
+    let has_cloud = !input.shows_clouds && input.paths.iter().any(|path| path.is_cloud);
     let share = if has_cloud { BORDER.1 } else { BORDER.0 };
     let border = share * extent(&widest).max(0.1);
     [view(input, [first, second], &ranges, border), view(input, [widest, least], &ranges, border)]
@@ -52,6 +60,7 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
         color: path.color,
         is_line: !path.is_cloud,
         points: path.points.iter().map(|point| (point[x], point[y])).collect(),
+        colors: path.colors.clone(),
         ..ScatterSeries::default()
     };
     let axes = format!("{} to the right, {} up", NAMES[x], NAMES[y]);
@@ -59,7 +68,9 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
         "" => axes,
         text => format!("{text}; {axes}"),
     };
+    let unit = if input.unit.is_empty() { "m" } else { &input.unit };
     scatter(&ScatterPicture {
+        axes: [x, y].map(|axis| format!("{} [{unit}]", NAMES[axis])),
         title: input.title.clone(),
         subtitle,
         x_m: with_border(x),
@@ -74,12 +85,43 @@ fn range(input: &SpaceViews, axis: usize) -> (f64, f64) {
     let values = points.map(|point| point[axis]).filter(|value| value.is_finite());
     let (low, high) =
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let (low, high) = input
+        .paths
+        .iter()
+        .filter(|path| path.is_cloud && input.shows_clouds)
+        .filter_map(|path| most_of(path, axis))
+        .fold((low, high), |(low, high), (from, to)| (low.min(from), high.max(to)));
     if low <= high { (low, high) } else { (0.0, 1.0) }
+}
+
+/// Where all but the farthest points of a map are along an axis.
+fn most_of(path: &SpacePath, axis: usize) -> Option<(f64, f64)> {
+    let mut values: Vec<f64> = path.points.iter().map(|p| p[axis]).filter(|v| v.is_finite()).collect();
+    values.sort_by(f64::total_cmp);
+    let num_outside = (values.len() as f64 * OUTSIDE_SHARE) as usize;
+    Some((*values.get(num_outside)?, *values.get(values.len().checked_sub(num_outside + 1)?)?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_map_is_shown_but_for_its_farthest_points() {
+        let way = SpacePath { points: vec![[0.0; 3], [1.0, 0.0, 0.5]], ..SpacePath::default() };
+        let mut points: Vec<[f64; 3]> = (0..99).map(|i| [f64::from(i % 9), 0.0, f64::from(i % 7)]).collect();
+        points.push([900.0, 0.0, 0.0]);
+        let colors = vec![Color::ORANGE; points.len()];
+        let cloud = SpacePath { is_cloud: true, points, colors, ..SpacePath::default() };
+        let unit = "map units".to_owned();
+        let mut input = SpaceViews { paths: vec![way, cloud], unit, ..SpaceViews::default() };
+        assert_eq!(range(&input, 0), (0.0, 1.0));
+        input.shows_clouds = true;
+        assert_eq!(range(&input, 0), (0.0, 8.0));
+        let [above, _] = space_views(&input);
+        assert!(above.svg().contains("x [map units]") && above.svg().contains("z [map units]"));
+        assert!(above.svg().contains(&Color::ORANGE.to_string()), "points have colors of their own");
+    }
 
     #[test]
     fn the_flat_axis_is_looked_along_first() {

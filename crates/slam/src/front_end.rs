@@ -86,6 +86,10 @@ impl FrontEnd {
         self.clock = clock;
     }
 
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
     pub fn remember_frames(&mut self, least: usize) {
         self.frames.remember(least);
     }

@@ -8,6 +8,7 @@
 //! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
 
 pub mod config;
+pub mod diagnosis;
 pub mod feature;
 mod frame_log;
 mod front_end;

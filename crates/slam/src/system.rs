@@ -65,6 +65,12 @@ impl Slam {
         self.front_end.set_clock(clock);
     }
 
+    /// The camera.
+    #[must_use]
+    pub fn camera(&self) -> &Camera {
+        self.front_end.camera()
+    }
+
     /// The map so far, as tracking sees it.
     #[must_use]
     pub fn map(&self) -> &Map {

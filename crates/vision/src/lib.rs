@@ -8,6 +8,7 @@
 pub mod color;
 pub mod field;
 mod field_features;
+mod image_look;
 pub mod office;
 mod percept;
 
@@ -15,6 +16,7 @@ pub use field_features::{
     CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
     PostSide,
 };
+pub use image_look::ImageLook;
 pub use percept::{
     AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, PerceivedBlob,
     Percept,

@@ -28,7 +28,7 @@ pub struct DemoArgs {
     #[command(flatten)]
     pub seed: SeedArg,
     /// Folder for pictures, trajectories and numbers [default: out/demo, out/demo-slam]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", visible_alias = "plots")]
     pub out: Option<OutputFolder>,
     /// Built-in scenario or TOML file; for slam: room, hall, walking or kidnap [default: demo, room]
     #[arg(long, value_name = "NAME|FILE")]

@@ -15,7 +15,7 @@ use super::settings::{bag_topics, pipeline_config};
 use crate::{
     args::CalibrateRobotArgs,
     host::host,
-    report::save_json,
+    report::{diagnosis_lines, explain_localization, save_json},
     run::{
         FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, open_source,
         prepare, read_correction, source_options, with_correction, write_text,
@@ -125,6 +125,10 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     let mut collector = Collector::default();
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector]);
     progress.clear();
+    let [runner] = runners;
+    for line in diagnosis_lines("localized", &explain_localization(&runner.counters().diagnosis())) {
+        say::line!("{line}");
+    }
     if let Some(error) = outcome.error {
         say::line!("note: {error} (the {} frames before are used)", outcome.num_frames);
     }

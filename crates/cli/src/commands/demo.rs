@@ -13,8 +13,8 @@ use crate::{
     args::{DemoArgs, DemoKind},
     live_view::{LiveView, PlainLog, is_live_terminal},
     report::{
-        AlgorithmReport, Column, Curve, DemoReport, RunPictures, SnapshotTaker, comparison_table, measure,
-        save_json,
+        AlgorithmReport, Column, Curve, DemoReport, RunPictures, SnapshotTaker, comparison_table,
+        diagnosis_lines, measure, save_json,
     },
     run::{
         FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, Saving, Spectator, drive,
@@ -102,6 +102,11 @@ fn print_table(report: &DemoReport) {
     let columns = report.algorithms.iter();
     let columns = columns.map(|a| Column { title: &a.algorithm, report: &a.evaluation });
     say::text(format_args!("{}", comparison_table(&columns.collect::<Vec<_>>())));
+    for algorithm in &report.algorithms {
+        for line in diagnosis_lines(&format!("localized by {}", algorithm.algorithm), &algorithm.diagnosis) {
+            say::line!("{line}");
+        }
+    }
 }
 
 struct Results<'a> {

@@ -14,7 +14,7 @@ use crate::{
     host::host,
     report::{
         AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
-        SnapshotTaker, comparison_table, measure, percent, save_json,
+        SnapshotTaker, comparison_table, diagnosis_lines, measure, percent, save_json,
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
@@ -164,6 +164,9 @@ fn print(report: &LocalizeReport, runner: &Runner) {
         print_without_truth(runner.records());
     }
     say::line!();
+    for line in diagnosis_lines("localized", &report.algorithm.diagnosis) {
+        say::line!("{line}");
+    }
     print_live(report);
     for line in report.skipped.lines() {
         say::line!("{line}");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use visloc_base::{FrameSource, PlanarTrajectory, StampedPose, Truth};
 use visloc_data::{
     bag::{BagTopics, BagWriter},
@@ -30,7 +30,11 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());
     let writer = BagWriter::create(bag, BagTopics::default())?;
     let mut saving = Saving::default();
+    let is_empty = simulation.num_frames() == Some(0);
     let truth = write(until_stopped(simulation), writer, &mut saving);
+    if is_empty {
+        bail!("{scenario}: expected a scenario of at least one frame; duration_secs is too short for any");
+    }
     let truth_path = truth_path(bag);
     saving.save(write_tum(&truth_path, &truth));
     let duration_s = match (truth.poses().first(), truth.poses().last()) {

@@ -1,6 +1,6 @@
 //! `visloc slam`: follow a camera without a map.
 
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use visloc_base::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_geom::Camera;
@@ -11,7 +11,7 @@ use super::settings::{bag_topics, slam_config};
 use crate::{
     args::{ScheduleArg, SlamArgs},
     broadcast::Broadcast,
-    report::save_json,
+    report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
     slam::{
@@ -50,12 +50,18 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     write_files(args, &run, &mut saving);
     saving.save_if(show, SlamShow::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
-        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())
+        draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
+        say::line!("pictures: {}", folder.display());
+        Ok(())
     });
     saving.save_if(pictures, FramePictures::finish);
+    let is_empty = run.num_images == 0 && run.error.is_none();
     saving.save_if(run.error, |error| {
         bail!("{error} (the {} frames before are done)", run.history.records.num_seen())
     });
+    if is_empty {
+        saving.save(Err(anyhow!("{}: no image came", args.source)));
+    }
     saving.end()
 }
 
@@ -115,7 +121,11 @@ fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
         }
         Ok(write_camera_trajectory(path, keyframes.poses())?)
     });
-    saving.save_if(args.points.as_deref(), |path| write_ply(path, run.slam.map()));
+    saving.save_if(args.points.as_deref(), |path| {
+        write_ply(path, run.slam.map(), run.slam.camera())?;
+        say::line!("map: {}", path.display());
+        Ok(())
+    });
     saving.save_if(args.log.as_deref(), |path| write_log(path, &run.history.records));
 }
 
@@ -143,6 +153,9 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         say::line!("  frame to frame {rotation:.3} deg, {:.2} mm", translation * 1e3);
     }
     for (name, times) in [("tracking", &report.tracking_ms), ("mapping", &report.mapping_ms)] {
+        if times.stages.is_empty() {
+            continue;
+        }
         say::line!(
             "  {name} {:.2} ms mean, {:.2} median, {:.2} p95, {:.2} max",
             times.mean,
@@ -153,11 +166,8 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         let stages: Vec<String> = times.stages.iter().map(|(stage, ms)| format!("{stage} {ms:.2}")).collect();
         say::line!("    {}", stages.join(", "));
     }
-    if run.trajectory.poses().is_empty()
-        && let Some(visloc_slam::TrackingState::Starting(wait)) =
-            run.history.records.latest().map(|r| r.state)
-    {
-        say::line!("  no map was started: {wait}");
+    for line in diagnosis_lines("tracked", &report.diagnosis) {
+        say::line!("  {line}");
     }
     for skipped in run.skipped.iter().take(5) {
         say::line!("  left out: {}: {}", skipped.origin, skipped.reason);

@@ -8,7 +8,7 @@ use crate::run::{FrameView, Runner};
 /// Something that happened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// When, seconds since the first frame.
+    /// When it happened, seconds since the first frame.
     pub secs: f64,
     /// What.
     pub text: String,
@@ -93,10 +93,16 @@ impl EventLog {
         let since_secs = *search.right_since_secs.get_or_insert(view.secs);
         if view.secs - since_secs >= self.options.min_recovered_secs {
             search.is_over = true;
+            // Known only now, but told with its own time: nothing else can have happened to the robot since.
             let took_secs = since_secs - self.down_secs;
-            let text = format!("{} found it in {took_secs:.1} s", runner.name());
-            self.add(view.secs, text, Some(index));
+            let text = format!("{} found it, {took_secs:.1} s after {}", runner.name(), self.what_began());
+            self.add(since_secs, text, Some(index));
         }
+    }
+
+    /// What the search began with.
+    fn what_began(&self) -> &'static str {
+        if self.down_secs > 0.0 { "it was put down" } else { "the start" }
     }
 
     fn add(&mut self, secs: f64, text: String, runner: Option<usize>) {

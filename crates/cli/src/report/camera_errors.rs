@@ -138,6 +138,7 @@ pub fn camera_pictures(
             path("truth", Color::BLUISH_GREEN, true_points),
             path("estimate", Color::BLUE, moved.map(|point| place(&point)).collect()),
         ],
+        ..SpaceViews::default()
     });
     above.save(folder, "trajectory")?;
     side.save(folder, "trajectory-side")?;

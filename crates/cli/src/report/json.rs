@@ -8,7 +8,7 @@ use visloc_eval::{ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, T
 
 use visloc_vision::DropReason;
 
-use super::SkippedReport;
+use super::{FindingReport, SkippedReport, explain_localization};
 use crate::run::{FrameRecord, PixelCounts, RunOutcome, Runner, write_text};
 
 /// How well an algorithm did: the keys that every command shares.
@@ -64,6 +64,8 @@ pub struct AlgorithmReport {
     pub individuals: Option<IndividualsReport>,
     /// Pixels that looked like lines or goals, over all images.
     pub pixels: PixelReport,
+    /// Why nothing, or almost nothing, was localized; empty if enough was.
+    pub diagnosis: Vec<FindingReport>,
     /// The comparison in full, for pictures.
     #[serde(skip)]
     pub comparison: Option<Evaluation>,
@@ -90,6 +92,7 @@ impl AlgorithmReport {
             localizer_ms: timing(|record| record.localizer_ms),
             individuals: IndividualsReport::of(records),
             pixels: PixelReport::of(runner.pixels()),
+            diagnosis: explain_localization(&runner.counters().diagnosis()),
             comparison,
         }
     }

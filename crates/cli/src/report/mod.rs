@@ -2,6 +2,7 @@
 
 mod analysis_picture;
 mod camera_errors;
+mod diagnosis;
 mod json;
 mod pictures;
 mod skipped;
@@ -9,6 +10,7 @@ mod table;
 
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
+pub use diagnosis::{FindingReport, diagnosis_lines, explain_localization, explain_tracking};
 pub use json::{
     AlgorithmReport, DemoReport, EvaluationReport, LiveReport, LocalizeReport, SimulateReport, save_json,
 };

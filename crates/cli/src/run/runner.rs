@@ -6,7 +6,9 @@ use anyhow::Result;
 use visloc_base::{Frame, SkippedInput, Timestamp};
 use visloc_eval::EstimateSample;
 use visloc_geom::PlanarPose;
-use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters};
+use visloc_locate::{
+    LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters, diagnosis::RunCounters,
+};
 use visloc_studio::{
     Clock, Command, StudioError,
     tuning::{Lineup, Overrides, RunSettings},
@@ -105,6 +107,7 @@ pub struct Runner {
     records: Records<FrameRecord>,
     rejected: Vec<SkippedInput>,
     pixels: PixelCounts,
+    counters: RunCounters,
 }
 
 impl Runner {
@@ -133,6 +136,7 @@ impl Runner {
             records: Records::new(None),
             rejected: Vec::new(),
             pixels: PixelCounts::default(),
+            counters: RunCounters::new(map, pipeline),
         })
     }
 
@@ -146,6 +150,7 @@ impl Runner {
             if self.rejected.len() < MAX_REJECTED {
                 self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
             }
+            self.counters.count_unusable(frame.at);
             return;
         }
         let pipeline = contender.pipeline();
@@ -153,6 +158,7 @@ impl Runner {
         let percept = pipeline.analyzer().percept();
         self.pixels.count(percept);
         let estimate = pipeline.localizer().estimate();
+        self.counters.count(frame, percept, estimate);
         let record = FrameRecord {
             at: frame.at,
             world_from_robot: estimate.world_from_robot,
@@ -241,6 +247,11 @@ impl Runner {
     /// What became of the pixels of all images.
     pub fn pixels(&self) -> &PixelCounts {
         &self.pixels
+    }
+
+    /// What stood in the way of a place.
+    pub fn counters(&self) -> &RunCounters {
+        &self.counters
     }
 
     /// Frames that could not be analyzed.

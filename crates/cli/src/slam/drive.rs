@@ -3,7 +3,10 @@
 use anyhow::Result;
 use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
 use visloc_geom::Camera;
-use visloc_slam::{Clock, FrameOutcome, Schedule, Slam, SlamConfig};
+use visloc_slam::{
+    Clock, FrameOutcome, Schedule, Slam, SlamConfig,
+    diagnosis::{RunCounters, mean_brightness},
+};
 use visloc_studio::slam::SlamFrame;
 
 use super::{FramePictures, Pace, SlamHistory, SlamShow};
@@ -31,6 +34,8 @@ pub struct SlamRun {
     pub slam: Slam,
     /// What became of each image that could be used.
     pub history: SlamHistory,
+    /// What stood in the way of poses.
+    pub counters: RunCounters,
     /// Final poses.
     pub trajectory: CameraTrajectory,
     /// Images of the sequence, unusable ones included.
@@ -91,6 +96,7 @@ pub fn run(
     let (mut refused, mut error) = (Vec::new(), None);
     let mut pace = options.is_realtime.then(Pace::start);
     let mut num_dropped = 0;
+    let mut counters = RunCounters::default();
     while let Some(next) = source.next_image() {
         let frame = match next {
             Ok(frame) => frame,
@@ -117,8 +123,10 @@ pub fn run(
         }
         let is_shown = pictures.is_some() || show.is_some();
         let kept = is_shown.then(|| frame.image.clone());
+        let brightness = mean_brightness(&frame.image);
         match slam.add_frame(frame.at, frame.image) {
             Ok(outcome) => {
+                counters.count(frame.at, brightness, &outcome);
                 if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
                     pictures.look(history.records.num_seen(), image, &outcome);
                 }
@@ -131,12 +139,13 @@ pub fn run(
                 history.add(frame.at, &outcome);
                 history.add_mapped(num_before, &outcome.mapped);
             }
-            Err(reason) if refused.len() < MOST_REFUSED => refused.push(SkippedInput {
-                at: Some(frame.at),
-                origin: "images".to_owned(),
-                reason: reason.to_string(),
-            }),
-            Err(_) => {}
+            Err(reason) => {
+                counters.count_unusable();
+                if refused.len() < MOST_REFUSED {
+                    let (at, origin) = (Some(frame.at), "images".to_owned());
+                    refused.push(SkippedInput { at, origin, reason: reason.to_string() });
+                }
+            }
         }
         progress.advance();
     }
@@ -149,5 +158,5 @@ pub fn run(
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);
-    Ok(SlamRun { slam, history, trajectory, num_images, num_dropped, skipped, error })
+    Ok(SlamRun { slam, history, counters, trajectory, num_images, num_dropped, skipped, error })
 }

@@ -9,7 +9,7 @@ use visloc_plot::{
     Color, ImageDots, ImagePicture, Panel, PlotError, Series, SpacePath, SpaceViews, TimeSeriesPicture,
     image_picture, space_views, time_series,
 };
-use visloc_slam::FrameOutcome;
+use visloc_slam::{FrameOutcome, TrackingState, track::Quality};
 
 use super::{SlamRecord, SlamRun};
 
@@ -44,7 +44,7 @@ impl FramePictures {
         };
         let picture = image_picture(&ImagePicture {
             title: format!("frame {number}"),
-            subtitle: format!("{:?}, {} of {} found", outcome.state, outcome.matches.1, outcome.matches.0),
+            subtitle: state_words(outcome),
             image: in_color(image),
             enlargement: 1,
             dots: vec![
@@ -65,12 +65,25 @@ impl FramePictures {
     }
 }
 
+/// What became of a frame, for people.
+fn state_words(outcome: &FrameOutcome) -> String {
+    let (searched, found) = outcome.matches;
+    let counts = format!("{found} of {searched} landmarks found");
+    match outcome.state {
+        TrackingState::Starting(wait) => format!("no map yet: {wait}"),
+        TrackingState::Tracking(Quality::Good) => format!("tracked well, {counts}"),
+        TrackingState::Tracking(Quality::Insufficient) => format!("tracked with few landmarks, {counts}"),
+        TrackingState::Tracking(Quality::Bad) => format!("not tracked, {counts}"),
+        TrackingState::Lost => "lost in the map".to_owned(),
+    }
+}
+
 fn in_color(image: &GrayImage) -> RgbImage {
     let data = image.data().iter().flat_map(|v| [*v; 3]).collect();
     RgbImage::from_raw(image.width() as u32, image.height() as u32, data).unwrap_or_default()
 }
 
-/// Draws the trajectory over the truth and the course of errors, matches and times.
+/// Draws the trajectory with the map, over the truth if that is known, and the course of errors, matches and times.
 ///
 /// # Errors
 /// If a picture cannot be written.
@@ -82,12 +95,63 @@ pub fn draw(
     error: Option<&AbsoluteError>,
 ) -> Result<()> {
     time_series(&courses(title, run, truth, error)).save(folder, "courses")?;
-    if let (Some(truth), Some(error)) = (truth, error) {
-        let [above, side] = space_views(&paths(title, run, truth, error));
-        above.save(folder, "trajectory")?;
-        side.save(folder, "trajectory-side")?;
-    }
+    let views = match (truth, error) {
+        (Some(truth), Some(error)) => paths(title, run, truth, error),
+        _ if run.trajectory.poses().is_empty() => return Ok(()),
+        _ => own_paths(title, run),
+    };
+    let [above, side] = space_views(&views);
+    above.save(folder, "trajectory")?;
+    side.save(folder, "trajectory-side")?;
     Ok(())
+}
+
+/// The estimate and the map as they are, in map units, where nobody knows the truth.
+fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
+    let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let points: Vec<[f64; 3]> =
+        landmarks.map(|(_, landmark)| landmark.point_in_world.coords.into()).collect();
+    let poses = run.trajectory.poses();
+    let way = poses.iter().map(|pose| (*pose.world_from_camera.translation()).into()).collect();
+    let start = poses.first().map(|pose| (*pose.world_from_camera.translation()).into());
+    SpaceViews {
+        title: title.to_owned(),
+        subtitle: "map colored by height, low is dark; seen from the first image: x right, y down, z ahead"
+            .to_owned(),
+        unit: "map units".to_owned(),
+        shows_clouds: true,
+        paths: vec![
+            SpacePath {
+                label: format!("{} landmarks", points.len()),
+                color: Color::scale(0.5),
+                is_cloud: true,
+                colors: colors_by_height(&points),
+                points,
+            },
+            SpacePath {
+                label: "camera".to_owned(),
+                color: Color::VERMILION,
+                points: way,
+                ..SpacePath::default()
+            },
+            SpacePath {
+                label: "start".to_owned(),
+                color: Color::BLACK,
+                is_cloud: true,
+                points: start.into_iter().collect(),
+                ..SpacePath::default()
+            },
+        ],
+    }
+}
+
+/// From dark (low) to light (high); y points down in the first image.
+fn colors_by_height(points: &[[f64; 3]]) -> Vec<Color> {
+    let mut heights: Vec<f64> = points.iter().map(|point| -point[1]).collect();
+    heights.sort_by(f64::total_cmp);
+    // By rank, so that a few far points do not take all the colors.
+    let rank = |height: f64| heights.partition_point(|other| *other < height) as f64 / heights.len() as f64;
+    points.iter().map(|point| Color::scale(0.95 * rank(-point[1]))).collect()
 }
 
 fn courses(
@@ -138,8 +202,13 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
     let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
     let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
     let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
-    let path =
-        |label: &str, color, is_cloud, points| SpacePath { label: label.to_owned(), color, is_cloud, points };
+    let path = |label: &str, color, is_cloud, points| SpacePath {
+        label: label.to_owned(),
+        color,
+        is_cloud,
+        points,
+        ..SpacePath::default()
+    };
     SpaceViews {
         title: title.to_owned(),
         subtitle: format!("RMSE {:.4} m", error.rmse),
@@ -153,5 +222,6 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
             path("truth", Color::BLUISH_GREEN, false, truth.collect()),
             path("estimate", Color::BLUE, false, estimate.collect()),
         ],
+        ..SpaceViews::default()
     }
 }

@@ -7,6 +7,7 @@ use visloc_base::{CameraTrajectory, files};
 use visloc_eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
 
 use super::{SlamHistory, SlamRun, StageSums};
+use crate::report::{FindingReport, explain_tracking};
 
 /// Largest difference of stamps that belong together, seconds.
 const TOLERANCE_SECS: f64 = 0.01;
@@ -48,6 +49,8 @@ pub struct SlamReport {
     pub dropped: usize,
     /// Tracked frames that mapping had no time for; only with threads.
     pub unmapped: usize,
+    /// Why too little was tracked; empty if enough was.
+    pub diagnosis: Vec<FindingReport>,
 }
 
 /// Absolute trajectory error, meters.
@@ -97,10 +100,11 @@ impl SlamReport {
         let map = run.slam.map();
         let keyframe_secs = records.iter().filter(|r| r.is_keyframe).map(|r| r.mapping_secs);
         let tracking_secs = records.iter().filter(|r| r.is_tracked()).map(|r| r.tracking_secs);
+        let coverage = tracked as f64 / run.num_images.max(1) as f64;
         let report = Self {
             frames: run.num_images,
             tracked,
-            coverage: tracked as f64 / run.num_images.max(1) as f64,
+            coverage,
             initialized_at_s: start.zip(first).map(|(start, first)| first.secs_since(start)),
             lost_spells: run.history.num_lost_spells,
             relocalizations: run.history.num_relocalized,
@@ -121,6 +125,7 @@ impl SlamReport {
             skipped: run.skipped.len(),
             dropped: run.num_dropped,
             unmapped: run.slam.num_left_out(),
+            diagnosis: explain_tracking(&run.counters.diagnosis(coverage)),
         };
         (report, error)
     }

@@ -122,7 +122,7 @@ impl SlamShow {
 
     fn save(&mut self, slam: &Slam) -> Result<()> {
         let (map, way) = (new_saved_file("map", "ply")?, new_saved_file("trajectory", "tum")?);
-        write_ply(&map, slam.map())?;
+        write_ply(&map, slam.map(), slam.camera())?;
         let mut trajectory = CameraTrajectory::new();
         for pose in slam.trajectory() {
             let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });

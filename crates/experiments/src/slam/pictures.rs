@@ -51,6 +51,7 @@ fn paths(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> SpaceViews {
         title: name.to_owned(),
         subtitle: "the first run of each".to_owned(),
         paths: truth.into_iter().chain(estimates).collect(),
+        ..SpaceViews::default()
     }
 }
 

@@ -109,5 +109,6 @@ fn distribution(title: &str, scenario: &Scenario, session: &mut Session, shape: 
                 ..ScatterSeries::default()
             },
         ],
+        ..ScatterPicture::default()
     })
 }

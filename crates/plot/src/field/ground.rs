@@ -122,9 +122,14 @@ impl GroundView {
 
     /// Border and ticks in meters.
     pub(crate) fn draw_frame(&self, canvas: &mut Canvas) {
+        self.draw_frame_with(canvas, ["x [m]", "y [m]"]);
+    }
+
+    /// The frame with what stands at its axes.
+    pub(crate) fn draw_frame_with(&self, canvas: &mut Canvas, [right, up]: [&str; 2]) {
         self.area.draw_frame(canvas, HorizontalLabels::Shown);
-        self.area.draw_x_label(canvas, "x [m]");
-        self.area.draw_y_label(canvas, "y [m]", 42.0);
+        self.area.draw_x_label(canvas, right);
+        self.area.draw_y_label(canvas, up, 42.0);
     }
 
     fn draw_carpet(&self, canvas: &mut Canvas) {

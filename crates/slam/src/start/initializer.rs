@@ -7,8 +7,8 @@ use visloc_base::{Rng, Timestamp};
 use visloc_geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    Follower, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart,
-    ViewRays, confirm, is_clearly_better, solve_two_view, verify,
+    Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,
+    VerifiedStart, ViewRays, confirm, is_clearly_better, solve_two_view, verify,
 };
 use crate::{
     config::SlamConfig,
@@ -105,13 +105,16 @@ impl Initializer {
         // Corners of noise are gone after one frame and do not count.
         let num_followable = *attempt.num_followable.get_or_insert(num);
         let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
-        if num < least.max(self.config.start.min_points)
-            || attempt.history.len() > self.config.start.max_frames
-        {
+        if num < least.max(self.config.start.min_points) {
+            let lost = LostTracks { num, of: attempt.num_corners };
             self.begin(number, at, pyramid);
-            return StartStep::Waiting(StartWait::TracksLost(num));
+            return StartStep::Waiting(StartWait::TracksLost(lost));
         }
         let shift = attempt.follower.median_shift_px();
+        if attempt.history.len() > self.config.start.max_frames {
+            self.begin(number, at, pyramid);
+            return StartStep::Waiting(StartWait::LittleMotion(shift));
+        }
         if shift < self.config.start.min_shift_px {
             return StartStep::Waiting(StartWait::LittleMotion(shift));
         }
@@ -158,7 +161,7 @@ impl Initializer {
         pyramid: &Arc<Pyramid>,
         rng: &mut Rng,
     ) -> Result<StartedMap, StartWait> {
-        let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::TracksLost(0)) };
+        let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::FewCorners(0)) };
         let started = self.try_attempt(&mut attempt, at, number, pyramid, rng);
         self.attempt = Some(attempt);
         started

@@ -16,5 +16,5 @@ pub use follow::{Follower, Track};
 pub use homography::{decompose_homography, fit_homography};
 pub use initializer::{Initializer, StartStep, StartedMap};
 pub use motion::{TwoViewMotion, refine_motion, sampson};
-pub use two_view::{StartWait, TwoView, TwoViewSettings, solve_two_view};
+pub use two_view::{LostTracks, StartWait, TwoView, TwoViewSettings, solve_two_view};
 pub use verify::{Sight, VerifiedStart, ViewRays, verify};

@@ -46,7 +46,16 @@ pub enum StartWait {
     /// Two motions explain the views equally well.
     Ambiguous,
     /// Too many corners were lost on the way; it starts again from the newest image.
-    TracksLost(usize),
+    TracksLost(LostTracks),
+}
+
+/// What was left when a start was given up.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LostTracks {
+    /// Corners that could still be followed.
+    pub num: usize,
+    /// Corners at the beginning.
+    pub of: usize,
 }
 
 impl fmt::Display for StartWait {
@@ -63,7 +72,9 @@ impl fmt::Display for StartWait {
                 write!(f, "only {:.0} % of the corners move together", share * 100.0)
             }
             Self::Ambiguous => write!(f, "two motions explain the images equally well"),
-            Self::TracksLost(num) => write!(f, "only {num} corners could be followed"),
+            Self::TracksLost(LostTracks { num, of }) => {
+                write!(f, "only {num} of {of} corners could be followed")
+            }
         }
     }
 }
@@ -100,7 +111,7 @@ pub fn solve_two_view(
     rng: &mut Rng,
 ) -> Result<Vec<TwoView>, StartWait> {
     if pairs.len() < settings.min_points {
-        return Err(StartWait::TracksLost(pairs.len()));
+        return Err(StartWait::TracksLost(LostTracks { num: pairs.len(), of: pairs.len() }));
     }
     let limit = settings.inlier_px * settings.pixel;
     let mut motions = hints.to_vec();
