@@ -20,7 +20,7 @@ pub fn one_line(error: &anyhow::Error) -> String {
             line = line + separator + &cause;
         }
     }
-    line.replace('\n', " ")
+    visloc_settings::plain_words(&line.replace('\n', " "))
 }
 
 /// Prints a line, as `println!` but without a panic at a closed pipe.

@@ -20,6 +20,6 @@ impl SettingsError {
             let before = &text.as_bytes()[..span.start.min(text.len())];
             before.iter().filter(|byte| **byte == b'\n').count() + 1
         });
-        Self { line, reason: reason.into() }
+        Self { line, reason: crate::plain_words(&reason.into()) }
     }
 }

@@ -9,12 +9,14 @@ mod error;
 mod keys;
 mod overlay;
 mod parameters;
+mod plain;
 mod schema;
 
 pub use commented::commented_toml;
 pub use error::SettingsError;
 pub use overlay::{check_ranges, overlay};
 pub use parameters::{Choice, Parameter, parameters};
+pub use plain::plain_words;
 
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};

@@ -14,7 +14,7 @@ use crate::{
 #[non_exhaustive]
 pub enum FrameError {
     /// The image has another size than the camera.
-    #[error("expected an image of {expected:?} px, found {found:?}")]
+    #[error("expected an image of {} x {} px, found {} x {}", expected.0, expected.1, found.0, found.1)]
     Size {
         /// Width and height of the camera.
         expected: (usize, usize),

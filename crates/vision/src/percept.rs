@@ -212,7 +212,10 @@ impl Percept {
 #[non_exhaustive]
 pub enum AnalysisError {
     /// The image does not belong to the camera's calibration.
-    #[error("image at {at}: expected {expected_px:?} px from the camera calibration, found {found_px:?} px")]
+    #[error(
+        "image at {at}: expected {} x {} px from the camera calibration, found {} x {} px",
+        expected_px.0, expected_px.1, found_px.0, found_px.1
+    )]
     Size {
         /// Stamp of the image.
         at: Timestamp,

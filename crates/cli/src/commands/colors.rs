@@ -49,7 +49,7 @@ pub fn execute(args: &ColorsArgs) -> Result<()> {
     let labelled = labelled_pixels(&image, &labels);
     for (_, class) in LABELS {
         let count = labelled.iter().filter(|(_, known)| *known == class).count();
-        say::line!("{:<8} {count} pixels", format!("{class:?}").to_lowercase());
+        say::line!("{:<8} {count} pixels", class.name());
     }
     let colors = calibrate_colors(&ColorConfig::default(), &labelled)
         .with_context(|| args.labels.display().to_string())?;

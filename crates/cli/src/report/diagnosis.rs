@@ -187,8 +187,7 @@ fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &
                 "there is little texture: {:.0} corners an image where starts were tried",
                 facts.num_corners
             ),
-            "things with patterns have to be in view; larger images help, and --set features.low_fast_threshold=N, \
-             --set start.min_points=N (visloc config show sdvl)",
+            "things with patterns have to be in view, in larger images; --set start.min_points=N starts with fewer corners",
         ),
         Cause::StandingStill => (
             "the camera stands still: depth comes from motion".to_owned(),
@@ -221,7 +220,7 @@ fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &
                 Some(secs) => format!("the camera was lost for good {secs:.1} s after the first image"),
                 None => "the camera was lost and not found again for long".to_owned(),
             },
-            "it is found where it has been before: go back there, turn slower; or begin anew with --start SECONDSs",
+            "it is found where it has been before: go back there, turn slower; or begin anew behind it: --start 4.5s",
         ),
         Cause::ShortRun => (
             format!("there are only {} images", facts.num_images),

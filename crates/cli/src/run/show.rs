@@ -57,7 +57,7 @@ impl Show {
         let refused = StudioError::Command {
             what: "command".to_owned(),
             expected: "one for a run: parameters, reset, forget, save, pause".to_owned(),
-            found: format!("{command:?}"),
+            found: command.name(),
         };
         Err(refused.into())
     }

@@ -4,7 +4,7 @@ use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
 use visloc_base::{Timestamp, files::NewFile};
-use visloc_slam::{FrameOutcome, TrackingState, track::Quality};
+use visloc_slam::{FrameOutcome, TrackingState};
 
 /// One frame.
 #[derive(Debug, Clone, Copy)]
@@ -46,9 +46,7 @@ impl SlamRecord {
     pub fn state_name(&self) -> String {
         match self.state {
             TrackingState::Starting(_) => "starting".to_owned(),
-            TrackingState::Tracking(Quality::Good) => "good".to_owned(),
-            TrackingState::Tracking(Quality::Insufficient) => "insufficient".to_owned(),
-            TrackingState::Tracking(Quality::Bad) => "bad".to_owned(),
+            TrackingState::Tracking(quality) => quality.name().to_owned(),
             TrackingState::Lost => "lost".to_owned(),
         }
     }

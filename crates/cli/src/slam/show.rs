@@ -107,7 +107,7 @@ impl SlamShow {
                     return Err(StudioError::Command {
                         what: "command".to_owned(),
                         expected: "one for a run: parameters, reset, save, pause".to_owned(),
-                        found: format!("{command:?}"),
+                        found: command.name(),
                     }
                     .into());
                 }

@@ -40,3 +40,30 @@ fn unknown_scenario_lists_the_known_ones() {
     let error = Workspace::new().refused(&["demo", "--scenario", "moon"]);
     assert!(error.contains("moon") && error.contains("kidnaps"), "{error}");
 }
+
+/// Seconds and words of a line such as `  28.0 s  evolutionary found it, 2.1 s after it was put down`.
+fn event(line: &str) -> Option<(f64, &str)> {
+    let (secs, text) = line.trim_start().split_once(" s  ")?;
+    Some((secs.parse().ok()?, text))
+}
+
+#[test]
+fn lines_are_in_order_and_their_numbers_agree() {
+    let workspace = Workspace::new();
+    let text = workspace.must(&["demo", "--frames", "900", "--plots", "pictures"]).stdout;
+    assert!(workspace.path("pictures/trajectories.png").exists(), "{text}");
+    let (mut last_secs, mut down_secs, mut num_found) = (0.0, 0.0, 0);
+    for (secs, words) in text.lines().filter_map(event) {
+        assert!(secs >= last_secs, "{text}");
+        last_secs = secs;
+        if words.starts_with("put down") {
+            down_secs = secs;
+        }
+        let Some((_, took)) = words.split_once("found it, ") else { continue };
+        let took_secs: f64 = took.split(' ').next().unwrap().parse().unwrap();
+        // Each number is rounded to a tenth.
+        assert!((secs - down_secs - took_secs).abs() < 0.11, "{words}: {text}");
+        num_found += 1;
+    }
+    assert!(num_found >= 3 && down_secs > 20.0, "{text}");
+}

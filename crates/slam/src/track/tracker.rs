@@ -35,6 +35,18 @@ pub enum Quality {
     Bad,
 }
 
+impl Quality {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Insufficient => "insufficient",
+            Self::Bad => "bad",
+        }
+    }
+}
+
 /// What became of a frame.
 #[derive(Debug, Clone)]
 pub struct TrackReport {

@@ -189,7 +189,7 @@ impl Playground {
             }
             Command::Felt { is_on } => self.driver.is_felt = is_on,
             Command::Cover { is_on } => self.driver.is_covered = is_on,
-            _ => return Err(StudioError::command("command", "one for a playground", format!("{command:?}"))),
+            _ => return Err(StudioError::command("command", "one for a playground", command.name())),
         }
         Ok(())
     }

@@ -300,7 +300,7 @@ impl Session for Replay {
                     self.scene = None;
                     return Ok(());
                 }
-                return Err(StudioError::command("command", "one for a recording", format!("{command:?}")));
+                return Err(StudioError::command("command", "one for a recording", command.name()));
             }
         }
         Ok(())

@@ -140,7 +140,7 @@ impl Session for SlamSession {
             command if self.playback.handle(command)? => {}
             command => {
                 let Some(settings) = self.settings.changed(command)? else {
-                    return Err(StudioError::command("command", "one for a camera", format!("{command:?}")));
+                    return Err(StudioError::command("command", "one for a camera", command.name()));
                 };
                 self.restart(self.seed, settings)?;
             }

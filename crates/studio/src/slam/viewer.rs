@@ -223,7 +223,7 @@ impl SlamViewer {
         let row = |label: &str, value: String| vec![label.to_owned(), value];
         let state = match frame.outcome.state {
             TrackingState::Starting(wait) => format!("starting: {wait}"),
-            TrackingState::Tracking(quality) => format!("tracking, {quality:?}").to_lowercase(),
+            TrackingState::Tracking(quality) => format!("tracking, {}", quality.name()),
             TrackingState::Lost => "lost".to_owned(),
         };
         let mut rows = vec![

@@ -153,7 +153,7 @@ impl Session for SourceSession {
                 if self.lineup.handle(command)? {
                     self.image = None;
                 } else if !self.playback.handle(command)? {
-                    return Err(StudioError::command("command", "one for a source", format!("{command:?}")));
+                    return Err(StudioError::command("command", "one for a source", command.name()));
                 }
             }
         }

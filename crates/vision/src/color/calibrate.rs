@@ -8,7 +8,7 @@ use super::{ColorClass, ColorConfig, HueRange, classes::hue_saturation_brightnes
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum CalibrationError {
     /// A class has too few labelled pixels.
-    #[error("color calibration: {class:?}: expected at least {expected} labelled pixels, found {found}")]
+    #[error("color calibration: {}: expected at least {expected} labelled pixels, found {found}", class.name())]
     TooFew {
         /// The class.
         class: ColorClass,

@@ -24,6 +24,23 @@ pub enum ColorClass {
     Orange,
 }
 
+impl ColorClass {
+    /// The word for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Green => "green",
+            Self::OtherGreen => "other green",
+            Self::Neutral => "gray",
+            Self::White => "white",
+            Self::Yellow => "yellow",
+            Self::Blue => "blue",
+            Self::Orange => "orange",
+        }
+    }
+}
+
 const BITS: u32 = 5;
 const SHIFT: u32 = 8 - BITS;
 

@@ -1,0 +1,153 @@
+//! Runs that localize or track nothing, or almost nothing, say why; good runs do not.
+
+use nalgebra::{Rotation3, Vector3};
+use serde_json::Value;
+use visloc_base::{Frame, GroundContact, RgbImage};
+use visloc_geom::{Camera, Rigid3};
+
+use crate::support::{MAP, Outcome, Workspace, excerpt_text};
+
+/// The codes of the diagnosis in `r.json`, whose sentences stand on the screen as well.
+fn codes(workspace: &Workspace, outcome: &Outcome) -> Vec<String> {
+    let report = workspace.json("r.json");
+    let findings = report["diagnosis"].as_array().unwrap_or_else(|| panic!("no diagnosis in {report}"));
+    assert_eq!(outcome.stdout.contains("Why so little was"), !findings.is_empty(), "{}", outcome.stdout);
+    let code = |finding: &Value| {
+        let text = |key: &str| finding[key].as_str().unwrap().to_owned();
+        assert!(outcome.stdout.contains(&text("sentence")) && outcome.stdout.contains(&text("advice")));
+        assert!((0.0..=1.0).contains(&finding["share"].as_f64().unwrap()));
+        text("code")
+    };
+    findings.iter().map(code).collect()
+}
+
+fn localize(workspace: &Workspace, source: &str, options: &[&str]) -> Vec<String> {
+    let base = ["localize", source, "--json", "r.json"];
+    codes(workspace, &workspace.must(&[&base[..], options].concat()))
+}
+
+fn recolored(image: &RgbImage, color: impl Fn([u8; 3]) -> [u8; 3]) -> RgbImage {
+    let mut changed = RgbImage::new(image.width(), image.height());
+    for y in 0..image.height() {
+        for x in 0..image.width() {
+            changed.set(x, y, color(image.get(x, y)));
+        }
+    }
+    changed
+}
+
+/// The camera looks this much farther down, and is this much higher.
+fn moved(frame: &mut Frame, tilt_deg: f64, up_m: f64) {
+    let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), tilt_deg.to_radians());
+    let rotation = tilt * Rotation3::from_matrix_unchecked(*frame.robot_from_camera.rotation());
+    let translation = frame.robot_from_camera.translation() + Vector3::new(0.0, 0.0, up_m);
+    frame.robot_from_camera = Rigid3::new(rotation, translation);
+}
+
+fn with_focal(frame: &mut Frame, focal_px: f64) {
+    let size_px = frame.camera.size_px();
+    frame.camera = Camera::pinhole(size_px, (focal_px, focal_px), frame.camera.center_px()).unwrap();
+}
+
+#[test]
+fn each_reason_for_no_place_is_named_and_no_other() {
+    type Change = fn(&mut Frame);
+    let cases: [(&str, Change); 9] = [
+        ("gray-images", |frame| {
+            frame.image = recolored(&frame.image, |[r, g, b]| {
+                [((2 * u32::from(r) + 5 * u32::from(g) + u32::from(b)) / 8) as u8; 3]
+            });
+        }),
+        ("black-images", |frame| frame.image = recolored(&frame.image, |rgb| rgb.map(|v| v / 60))),
+        ("overexposed-images", |frame| frame.image = recolored(&frame.image, |_| [255; 3])),
+        ("no-carpet", |frame| frame.image = recolored(&frame.image, |[r, g, b]| [g, r, b])),
+        ("camera-up", |frame| moved(frame, -70.0, 0.0)),
+        ("camera-down", |frame| moved(frame, 65.0, 0.0)),
+        ("camera-on-ground", |frame| moved(frame, 0.0, -0.6)),
+        ("calibration", |frame| with_focal(frame, 4000.0)),
+        ("lifted", |frame| frame.ground_contact = Some(GroundContact::Pressure([0.0; 8]))),
+    ];
+    let workspace = Workspace::new();
+    for (code, change) in cases {
+        workspace.bag("changed.mcap", 90, |_, next| change(&mut next.frame));
+        assert_eq!(localize(&workspace, "changed.mcap", &["--map", MAP]), [code]);
+        std::fs::remove_file(workspace.path("changed.mcap")).unwrap();
+    }
+}
+
+#[test]
+fn the_wrong_map_is_named() {
+    let workspace = Workspace::new();
+    assert_eq!(localize(&workspace, &excerpt_text("R1"), &["--map", "office"]), ["field-images"]);
+    assert_eq!(localize(&workspace, &excerpt_text("O1"), &["--map", MAP]), ["no-carpet"]);
+    let map = excerpt_text("O1").replace("O1-excerpt.mcap", "O1-map.yaml");
+    let text = std::fs::read_to_string(map).unwrap();
+    workspace.write("no-doors.yaml", text.split("doors:").next().unwrap());
+    let found = localize(&workspace, &excerpt_text("O1"), &["--map", "no-doors.yaml"]);
+    assert_eq!(found, ["map-without-doors"]);
+}
+
+#[test]
+fn a_field_that_looks_alike_from_both_halves_asks_for_one() {
+    let workspace = Workspace::new();
+    let run = ["--frames", "240"];
+    assert_eq!(localize(&workspace, "sim:tour-2024", &run), ["point-symmetric"]);
+    let half = [&run[..], &["--start", "half:negative"]].concat();
+    assert_eq!(localize(&workspace, "sim:tour-2024", &half), [""; 0]);
+}
+
+#[test]
+fn good_runs_need_no_reason_and_short_ones_say_that_they_are() {
+    let workspace = Workspace::new();
+    for name in ["R1", "R2"] {
+        assert_eq!(localize(&workspace, &excerpt_text(name), &["--map", MAP]), [""; 0], "{name}");
+    }
+    for name in ["O1", "O2"] {
+        let bag = excerpt_text(name);
+        let map = bag.replace("-excerpt.mcap", "-map.yaml");
+        assert_eq!(localize(&workspace, &bag, &["--map", &map]), [""; 0], "{name}");
+    }
+    assert_eq!(localize(&workspace, "sim:tour", &["--frames", "240"]), [""; 0]);
+    let short = ["--map", MAP, "--frames", "9"];
+    assert_eq!(localize(&workspace, &excerpt_text("R1"), &short), ["short-run"]);
+}
+
+fn slam(workspace: &Workspace, source: &str, options: &[&str]) -> Vec<String> {
+    let base = ["slam", source, "--json", "r.json"];
+    codes(workspace, &workspace.must(&[&base[..], options].concat()))
+}
+
+#[test]
+fn each_reason_for_no_track_is_named() {
+    let workspace = Workspace::new();
+    type Change = fn(usize, &mut Frame);
+    let cases: [(&str, Change); 4] = [
+        ("black-images", |_, frame| frame.image = recolored(&frame.image, |rgb| rgb.map(|v| v / 60))),
+        ("overexposed-images", |_, frame| frame.image = recolored(&frame.image, |_| [255; 3])),
+        ("no-texture", |_, frame| frame.image = recolored(&frame.image, |_| [90; 3])),
+        ("standing-still", |_, frame| frame.image = stripes(0)),
+    ];
+    for (code, change) in cases {
+        workspace.bag("changed.mcap", 60, |index, next| change(index, &mut next.frame));
+        assert_eq!(slam(&workspace, "changed.mcap", &[]), [code]);
+        std::fs::remove_file(workspace.path("changed.mcap")).unwrap();
+    }
+    // Ten images a second of a head that turns from side to side over plain carpet.
+    let found = slam(&workspace, &excerpt_text("R1"), &[]);
+    assert_eq!(found, ["too-fast", "no-texture"]);
+    let clip = excerpt_text("R1").replace("R1-excerpt.mcap", "desk-clip");
+    assert_eq!(slam(&workspace, &clip, &[]), [""; 0]);
+}
+
+/// Squares of all brightnesses.
+fn stripes(shift: u32) -> RgbImage {
+    let mut image = RgbImage::new(320, 240);
+    for y in 0..240 {
+        for x in 0..320 {
+            let (column, row) = ((x + shift) / 12, y / 12);
+            let value = (column * 73 + row * 151 + column * row * 37) % 200 + 30;
+            image.set(x, y, [value as u8; 3]);
+        }
+    }
+    image
+}
