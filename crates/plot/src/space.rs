@@ -11,6 +11,8 @@ pub struct SpaceViews {
     pub subtitle: String,
     /// At the axes; meters if empty.
     pub unit: String,
+    /// What the three axes are called; x, y and z if empty.
+    pub names: [String; 3],
     /// Whether points of maps decide as well what part of space is shown: all but the farthest of them.
     pub shows_clouds: bool,
     /// Later ones are drawn over earlier ones.
@@ -53,7 +55,10 @@ pub fn space_views(input: &SpaceViews) -> [Picture; 2] {
 }
 
 fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border: f64) -> Picture {
-    const NAMES: [&str; 3] = ["x", "y", "z"];
+    let name = |axis: usize| match input.names[axis].as_str() {
+        "" => ["x", "y", "z"][axis],
+        name => name,
+    };
     let with_border = |axis: usize| (ranges[axis].0 - border, ranges[axis].1 + border);
     let series = |path: &SpacePath| ScatterSeries {
         label: path.label.clone(),
@@ -63,14 +68,14 @@ fn view(input: &SpaceViews, [x, y]: [usize; 2], ranges: &[(f64, f64); 3], border
         colors: path.colors.clone(),
         ..ScatterSeries::default()
     };
-    let axes = format!("{} to the right, {} up", NAMES[x], NAMES[y]);
+    let axes = format!("{} to the right, {} up", name(x), name(y));
     let subtitle = match input.subtitle.as_str() {
         "" => axes,
         text => format!("{text}; {axes}"),
     };
     let unit = if input.unit.is_empty() { "m" } else { &input.unit };
     scatter(&ScatterPicture {
-        axes: [x, y].map(|axis| format!("{} [{unit}]", NAMES[axis])),
+        axes: [x, y].map(|axis| format!("{} [{unit}]", name(axis))),
         title: input.title.clone(),
         subtitle,
         x_m: with_border(x),
@@ -113,13 +118,13 @@ mod tests {
         points.push([900.0, 0.0, 0.0]);
         let colors = vec![Color::ORANGE; points.len()];
         let cloud = SpacePath { is_cloud: true, points, colors, ..SpacePath::default() };
-        let unit = "map units".to_owned();
-        let mut input = SpaceViews { paths: vec![way, cloud], unit, ..SpaceViews::default() };
+        let (unit, names) = ("map units".to_owned(), ["right", "ahead", "height"].map(str::to_owned));
+        let mut input = SpaceViews { paths: vec![way, cloud], unit, names, ..SpaceViews::default() };
         assert_eq!(range(&input, 0), (0.0, 1.0));
         input.shows_clouds = true;
         assert_eq!(range(&input, 0), (0.0, 8.0));
         let [above, _] = space_views(&input);
-        assert!(above.svg().contains("x [map units]") && above.svg().contains("z [map units]"));
+        assert!(above.svg().contains("right [map units]") && above.svg().contains("height [map units]"));
         assert!(above.svg().contains(&Color::ORANGE.to_string()), "points have colors of their own");
     }
 

@@ -108,16 +108,17 @@ pub fn draw(
 
 /// The estimate and the map as they are, in map units, where nobody knows the truth.
 fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
+    // The first image has x to the right, y down and z ahead.
+    let place = |point: &nalgebra::Vector3<f64>| [point.x, point.z, -point.y];
     let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
-    let points: Vec<[f64; 3]> =
-        landmarks.map(|(_, landmark)| landmark.point_in_world.coords.into()).collect();
+    let points: Vec<_> = landmarks.map(|(_, landmark)| place(&landmark.point_in_world.coords)).collect();
     let poses = run.trajectory.poses();
-    let way = poses.iter().map(|pose| (*pose.world_from_camera.translation()).into()).collect();
-    let start = poses.first().map(|pose| (*pose.world_from_camera.translation()).into());
+    let way: Vec<_> = poses.iter().map(|pose| place(pose.world_from_camera.translation())).collect();
+    let start = way.first().copied();
     SpaceViews {
         title: title.to_owned(),
-        subtitle: "map colored by height, low is dark; seen from the first image: x right, y down, z ahead"
-            .to_owned(),
+        subtitle: "as the first image looks; the map is colored by height, low is dark".to_owned(),
+        names: ["x", "ahead", "height"].map(str::to_owned),
         unit: "map units".to_owned(),
         shows_clouds: true,
         paths: vec![
@@ -145,13 +146,13 @@ fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
     }
 }
 
-/// From dark (low) to light (high); y points down in the first image.
+/// From dark (low) to light (high).
 fn colors_by_height(points: &[[f64; 3]]) -> Vec<Color> {
-    let mut heights: Vec<f64> = points.iter().map(|point| -point[1]).collect();
+    let mut heights: Vec<f64> = points.iter().map(|point| point[2]).collect();
     heights.sort_by(f64::total_cmp);
     // By rank, so that a few far points do not take all the colors.
     let rank = |height: f64| heights.partition_point(|other| *other < height) as f64 / heights.len() as f64;
-    points.iter().map(|point| Color::scale(0.95 * rank(-point[1]))).collect()
+    points.iter().map(|point| Color::scale(0.95 * rank(point[2]))).collect()
 }
 
 fn courses(

@@ -24,7 +24,7 @@ fn nothing_to_show_is_an_error_that_says_why() {
         (&["calibrate", "photos", "--size", "9x6", "--square", "0.025"], "found"),
         (&["calibrate-robot", "black.mcap", "--map", MAP], "expected"),
         (&["evaluate", "one.tum", "other.tum"], "are both of the same run?"),
-        (&["colors", "image.png", "labels.png", "--out", "c.toml"], "green: expected at least"),
+        (&["colors", "image.png", "--labels", "labels.png", "--out", "c.toml"], "green: expected at least"),
         (&["likelihood", "black.mcap", "--map", MAP], "no pixel of a line or goal"),
         (&["simulate", "no-frames.toml", "--out", "none.mcap"], "at least one frame"),
         (&["localize", "sim:no-frames.toml"], "no frame that can be used"),
