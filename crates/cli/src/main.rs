@@ -19,7 +19,10 @@ use std::{
 };
 
 use anyhow::Result;
-use clap::{CommandFactory, FromArgMatches};
+use clap::{
+    CommandFactory, FromArgMatches,
+    error::{ContextKind, ErrorKind},
+};
 
 fn main() -> ExitCode {
     let result = run();
@@ -35,10 +38,19 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
+/// Ends the program with a mistake of the command line. Nobody who mistypes an option wants to pass it as a value, so that tip is
+/// left out.
+fn end(mut error: clap::Error) -> ! {
+    if error.kind() == ErrorKind::UnknownArgument {
+        error.remove(ContextKind::Suggested);
+    }
+    error.exit()
+}
+
 fn run() -> Result<()> {
     let mut command = args::Cli::command();
     command.build();
-    let matches = command.clone().get_matches();
+    let matches = command.clone().try_get_matches().unwrap_or_else(|error| end(error));
     let cli = args::Cli::from_arg_matches(&matches)
         .map_err(|error| error.format(&mut command))
         .unwrap_or_else(|error| error.exit());

@@ -87,6 +87,8 @@ fn no_message_shows_names_of_types() {
     }
     let outcome = workspace.visloc(&[&on_bag[..], &["--frames", "x"]].concat());
     assert_plain(&outcome.stderr, "--frames");
+    let outcome = workspace.visloc(&["demo", "--moon", "x"]);
+    assert!(outcome.code == 2 && !outcome.stderr.contains("as a value"), "{}", outcome.stderr);
     assert!(workspace.visloc(&[&on_bag[..], &["--config", "missing.toml"]].concat()).code == 1);
 }
 
