@@ -38,8 +38,9 @@ fn recolored(image: &RgbImage, color: impl Fn([u8; 3]) -> [u8; 3]) -> RgbImage {
 
 /// The camera looks this much farther down, and is this much higher.
 fn moved(frame: &mut Frame, tilt_deg: f64, up_m: f64) {
-    let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), tilt_deg.to_radians());
-    let rotation = tilt * Rotation3::from_matrix_unchecked(*frame.robot_from_camera.rotation());
+    // About the camera's own x axis, which points to the right: the head may be turned.
+    let tilt = Rotation3::from_axis_angle(&Vector3::x_axis(), -tilt_deg.to_radians());
+    let rotation = Rotation3::from_matrix_unchecked(*frame.robot_from_camera.rotation()) * tilt;
     let translation = frame.robot_from_camera.translation() + Vector3::new(0.0, 0.0, up_m);
     frame.robot_from_camera = Rigid3::new(rotation, translation);
 }
