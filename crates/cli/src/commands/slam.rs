@@ -166,6 +166,9 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         let stages: Vec<String> = times.stages.iter().map(|(stage, ms)| format!("{stage} {ms:.2}")).collect();
         say::line!("    {}", stages.join(", "));
     }
+    if report.initialized_at_s.is_none() {
+        say::line!("  no map was started");
+    }
     for line in diagnosis_lines("tracked", &report.diagnosis) {
         say::line!("  {line}");
     }
