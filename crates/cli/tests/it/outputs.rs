@@ -159,8 +159,8 @@ fn files_are_read_and_written_in_one_place() {
     ];
     let calls_one = |line: &str| {
         let is_whole_word = |i: usize| !line[..i].ends_with(|c: char| c.is_alphanumeric());
-        let is_call = |call: &&str| line.match_indices(*call).any(|(i, _)| is_whole_word(i));
-        !line.trim_start().starts_with("//") && CALLS.iter().any(|call| is_call(&call))
+        let is_call = |call: &str| line.match_indices(call).any(|(i, _)| is_whole_word(i));
+        !line.trim_start().starts_with("//") && CALLS.iter().any(|call| is_call(call))
     };
     let crates = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
     let mut folders: Vec<_> =
