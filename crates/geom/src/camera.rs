@@ -25,7 +25,56 @@ pub enum CameraError {
     /// A focal length is not positive, or a value is not a number.
     #[error("camera calibration: expected finite values and positive focal lengths, found {0}")]
     Values(String),
+    /// A side is longer than that of any image that is read.
+    #[error("image size {0} x {1} px: expected at most 16384 px a side")]
+    TooLarge(u32, u32),
+    /// No lens has such a focal length for images of this size.
+    #[error(
+        "focal length {focal_px:?} px for images of {side_px} px: the camera would see {view_deg} degrees, and no lens does \
+         that; is it in pixels, of images of this size?"
+    )]
+    Focal {
+        /// Focal length, pixels.
+        focal_px: f64,
+        /// Width or height of the image, pixels.
+        side_px: u32,
+        /// Angle of view that this would be, degrees, as text that can be read.
+        view_deg: String,
+    },
+    /// The principal point is nowhere near the image.
+    #[error(
+        "principal point ({:?}, {:?}) px: expected one in the image of {} x {} px or near it", center_px.0, center_px.1,
+        size_px.0, size_px.1
+    )]
+    Center {
+        /// Principal point, pixels.
+        center_px: (f64, f64),
+        /// Width and height, pixels.
+        size_px: (u32, u32),
+    },
+    /// The distortion leaves nothing of the image.
+    #[error(
+        "distortion {coefficients:?}: it folds or tears the middle of the image; are the coefficients those of this model, in \
+         this order?"
+    )]
+    Lens {
+        /// The coefficients.
+        coefficients: Vec<f64>,
+    },
 }
+
+/// Longest side of an image, pixels.
+const MAX_SIDE_PX: u32 = 16_384;
+/// Smallest and largest angle of view without distortion, degrees: telescopes have more, and no flat image has 175.
+const VIEW_DEG: (f64, f64) = (0.1, 175.0);
+/// Largest side of a fisheye's image in focal lengths; 6.3 are a view of 360 degrees, and images have black corners.
+const MAX_FISHEYE_SIDE: f64 = 15.0;
+/// The principal point is at most so many image sizes outside of the image: of cut images it may be outside.
+const MAX_SIDES_OUTSIDE: f64 = 4.0;
+/// The lens model holds for at least this share of the way to the nearest border.
+const MIN_USABLE_SHARE: f64 = 0.1;
+/// Half way to the border a lens magnifies or shrinks by less than this factor.
+const MAX_MAGNIFICATION: f64 = 100.0;
 
 /// A camera: image size, pinhole intrinsics and distortion. Pixel centers are at integer coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +85,19 @@ pub struct Camera {
     distortion: Distortion,
     /// Squared radius on the normalized plane up to which the distortion does not fold back.
     max_radius2: f64,
+}
+
+/// Refuses focal lengths that no lens has for images with a side.
+fn check_view(focal_px: f64, side_px: u32, is_fisheye: bool) -> Result<(), CameraError> {
+    let side = f64::from(side_px) / focal_px;
+    let view_deg = 2.0 * (0.5 * side).atan().to_degrees();
+    let is_possible = if is_fisheye { side <= MAX_FISHEYE_SIDE } else { view_deg <= VIEW_DEG.1 };
+    if is_possible && view_deg >= VIEW_DEG.0 {
+        return Ok(());
+    }
+    let shown = if is_fisheye { side.to_degrees() } else { view_deg };
+    let view_deg = if (0.01..1e6).contains(&shown) { format!("{shown:.2}") } else { format!("{shown:.0e}") };
+    Err(CameraError::Focal { focal_px, side_px, view_deg })
 }
 
 impl Default for Camera {
@@ -88,6 +150,46 @@ impl Camera {
         };
         let max_radius2 = distortion.max_radius().powi(2);
         Ok(Self { size_px, focal_px, center_px, distortion, max_radius2 })
+    }
+
+    /// As [`Camera::new`], for values from a file or a message: refuses those that no lens has. With them, every search in
+    /// the image would be endless or empty.
+    ///
+    /// # Errors
+    /// As [`Camera::new`], or if the image is too large, the angle of view impossible, the principal point far outside of
+    /// the image, or nothing of the image is left by the distortion.
+    pub fn checked(
+        size_px: (u32, u32),
+        focal_px: (f64, f64),
+        center_px: (f64, f64),
+        distortion: Distortion,
+    ) -> Result<Self, CameraError> {
+        let camera = Self::new(size_px, focal_px, center_px, distortion)?;
+        if size_px.0.max(size_px.1) > MAX_SIDE_PX {
+            return Err(CameraError::TooLarge(size_px.0, size_px.1));
+        }
+        let is_fisheye = matches!(distortion, Distortion::KannalaBrandt(_));
+        for (focal_px, side_px) in [(focal_px.0, size_px.0), (focal_px.1, size_px.1)] {
+            check_view(focal_px, side_px, is_fisheye)?;
+        }
+        let (width, height) = (f64::from(size_px.0), f64::from(size_px.1));
+        let is_near = |center: f64, side: f64| (center / side - 0.5).abs() <= 0.5 + MAX_SIDES_OUTSIDE;
+        if !is_near(center_px.0, width) || !is_near(center_px.1, height) {
+            return Err(CameraError::Center { center_px, size_px });
+        }
+        camera.check_lens().map(|()| camera)
+    }
+
+    fn check_lens(&self) -> Result<(), CameraError> {
+        let half = |side: u32, focal: f64| f64::from(side) / (2.0 * focal);
+        let to_border = half(self.size_px.0, self.focal_px.0).min(half(self.size_px.1, self.focal_px.1));
+        let half_way = Point2::new(0.5 * to_border, 0.0);
+        let magnification = self.distortion.distort(&half_way).coords.norm() / half_way.x;
+        let is_smooth = (1.0 / MAX_MAGNIFICATION..=MAX_MAGNIFICATION).contains(&magnification);
+        if is_smooth && self.distortion.max_radius() >= MIN_USABLE_SHARE * to_border {
+            return Ok(());
+        }
+        Err(CameraError::Lens { coefficients: self.distortion.coefficients().to_vec() })
     }
 
     /// Image width and height, pixels.
@@ -297,6 +399,42 @@ mod tests {
         let behind = camera.project(&Point3::new(0.0, 0.0, -1.0));
         assert_eq!(behind, Err(ProjectionReject::BehindCamera));
         assert_eq!(camera.project(&Point3::new(5.0, 0.0, 1.0)), Err(ProjectionReject::OutsideLensModel));
+    }
+
+    #[test]
+    fn what_no_lens_has_is_refused_with_what_it_would_mean() {
+        let error = |focal: f64, center: f64, lens: Distortion| {
+            Camera::checked((320, 240), (focal, focal), (center, 119.5), lens).unwrap_err().to_string()
+        };
+        for focal in [1e-9, 1e-300, 1.0, 6.0] {
+            let error = error(focal, 159.5, Distortion::None);
+            assert!(error.contains("degrees, and no lens does that") && error.len() < 200, "{error}");
+        }
+        assert!(error(1e9, 159.5, Distortion::None).contains("would see 2e-5 degrees"));
+        assert!(error(1e300, 159.5, Distortion::None).contains("focal length 1e300 px"));
+        assert!(error(300.0, 1e9, Distortion::None).contains("principal point (1000000000.0, 119.5)"));
+        for k1 in [-1e3, 1e6, 1e300, -1e300] {
+            let error = error(300.0, 159.5, Distortion::RadialTangential([k1, 0.0, 0.0, 0.0, 0.0]));
+            assert!(error.contains("distortion") && error.len() < 200, "{error}");
+        }
+        assert!(error(300.0, 159.5, Distortion::KannalaBrandt([-1e4, 0.0, 0.0, 0.0])).contains("distortion"));
+        assert!(error(1.0, 159.5, Distortion::KannalaBrandt([0.0; 4])).contains("degrees"));
+        assert!(matches!(
+            Camera::checked((100_000, 100_000), (1e5, 1e5), (5e4, 5e4), Distortion::None),
+            Err(CameraError::TooLarge(..))
+        ));
+        for camera in cameras() {
+            let again =
+                Camera::checked(camera.size_px(), camera.focal_px(), camera.center_px(), camera.distortion());
+            assert_eq!(again, Ok(camera));
+        }
+        // A telephoto lens, an action camera, a fisheye of 220 degrees, a cut image.
+        let strong = Distortion::RadialTangential([-0.26, 0.11, 0.0, 0.0, -0.02]);
+        assert!(Camera::checked((320, 240), (30_000.0, 30_000.0), (159.5, 119.5), Distortion::None).is_ok());
+        assert!(Camera::checked((320, 240), (140.0, 140.0), (159.5, 119.5), strong).is_ok());
+        let fisheye = Distortion::KannalaBrandt([0.0; 4]);
+        assert!(Camera::checked((320, 240), (62.0, 62.0), (159.5, 119.5), fisheye).is_ok());
+        assert!(Camera::checked((320, 240), (300.0, 300.0), (-400.0, 119.5), Distortion::None).is_ok());
     }
 
     #[test]

@@ -1,10 +1,14 @@
 //! Frames of a running robot.
 
-use std::{collections::VecDeque, time::Duration};
+use std::{collections::VecDeque, path::PathBuf, time::Duration};
 
 use visloc_base::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
-use visloc_data::bag::{
-    BagTopics, ExpectedInputs, Reject, RosMessage, SensorMessage, SyncOutcome, Synchronizer, TopicRole,
+use visloc_data::{
+    bag::{
+        BagTopics, EncodedImage, ExpectedInputs, GivenInputs, Reject, RosMessage, SensorMessage, SyncOutcome,
+        Synchronizer, TopicRole,
+    },
+    sequence::{Calibration, fit_calibration},
 };
 
 use crate::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil};
@@ -15,6 +19,8 @@ const WAIT: Duration = Duration::from_millis(50);
 const SILENT_SECS: f64 = 1.0;
 /// An image this far before the last one means that the publisher's clock was set back, or a recording began again.
 const CLOCK_BACK_SECS: f64 = 1.0;
+/// Without a frame for so long after the first image, the user hears what is missing.
+const NO_FRAME_SECS: f64 = 3.0;
 /// Most images whose arrival is remembered.
 const MAX_ARRIVALS: usize = 64;
 /// The frame above odometry; what is known about it comes from localization, maybe from our own.
@@ -24,6 +30,9 @@ const MAP_FRAME: &str = "map";
 pub struct LiveFrames {
     receiver: Receiver,
     synchronizer: Synchronizer,
+    /// A calibration that waits for the size of the first image.
+    calibration: Option<(Calibration, PathBuf)>,
+    given: GivenInputs,
     topics: BagTopics,
     host: Host,
     vigil: Vigil,
@@ -32,6 +41,8 @@ pub struct LiveFrames {
     /// Stamps of the last images, and when they came.
     arrivals: VecDeque<(Timestamp, Timestamp)>,
     received_at: Option<Timestamp>,
+    /// When the first image came; nothing once a frame is complete or the user knows why none is.
+    waiting_since: Option<Timestamp>,
     num_stale: usize,
     num_lost: u64,
     is_done: bool,
@@ -52,10 +63,17 @@ impl LiveFrames {
     /// # Errors
     /// If there is no network, or a name is wrong.
     pub fn open(settings: &LiveSettings, host: &Host) -> Result<Self, Ros2Error> {
-        let receiver = Receiver::start(settings, &TopicRole::ALL, host)?;
-        let topics = settings.topics.clone();
+        let given = GivenInputs { camera: None, robot_from_camera: settings.robot_from_camera };
+        let mut topics = given.topics_to_read(&settings.topics);
+        if settings.calibration.is_some() {
+            topics.camera_info.clear();
+        }
+        let settings = LiveSettings { topics: topics.clone(), ..settings.clone() };
+        let receiver = Receiver::start(&settings, &TopicRole::ALL, host)?;
         Ok(Self {
-            synchronizer: Synchronizer::new(&topics, ExpectedInputs::default()),
+            synchronizer: Synchronizer::new(&topics, ExpectedInputs::default()).with_given(given),
+            calibration: settings.calibration,
+            given,
             vigil: Vigil::new(&topics.image, receiver.image_type, settings.patience_secs, host.now()),
             receiver,
             topics,
@@ -64,6 +82,7 @@ impl LiveFrames {
             newest_image_at: None,
             arrivals: VecDeque::new(),
             received_at: None,
+            waiting_since: None,
             num_stale: 0,
             num_lost: 0,
             is_done: false,
@@ -101,7 +120,10 @@ impl LiveFrames {
             None => return Ok(()),
         };
         match &mut sensed {
-            SensorMessage::Image(image) => self.note_image(image.at, received_at),
+            SensorMessage::Image(image) => {
+                self.fit_camera(image)?;
+                self.note_image(image.at, received_at);
+            }
             SensorMessage::Transforms(transforms) => transforms.retain(|t| t.parent != MAP_FRAME),
             _ => {}
         }
@@ -109,8 +131,41 @@ impl LiveFrames {
         Ok(())
     }
 
+    /// Makes the camera of the calibration that was given, once the size of the images is known.
+    fn fit_camera(&mut self, image: &EncodedImage) -> Result<(), SourceError> {
+        let Some((calibration, path)) = &self.calibration else { return Ok(()) };
+        // An image that cannot be decoded is left out elsewhere.
+        let Ok(pixels) = image.decode() else { return Ok(()) };
+        let mut warnings = Vec::new();
+        let camera =
+            fit_calibration(calibration, (pixels.width(), pixels.height()), path, &mut warnings).map_err(
+                |error| SourceError::Broken { origin: self.topics.image.clone(), reason: error.to_string() },
+            )?;
+        warnings.iter().for_each(|warning| self.host.notice(warning));
+        self.given.camera = Some(camera);
+        self.synchronizer.give(self.given);
+        self.calibration = None;
+        Ok(())
+    }
+
+    /// Says once what is missing if images come but never become frames.
+    fn mind_missing(&mut self) {
+        let now = self.host.now();
+        if self.waiting_since.is_none_or(|since| now.secs_since(since) < NO_FRAME_SECS) {
+            return;
+        }
+        self.waiting_since = None;
+        let skipped = self.synchronizer.skipped().iter().rfind(|skipped| skipped.origin == self.topics.image);
+        let reason = skipped.map_or("expected a calibration and tf", |skipped| &skipped.reason);
+        let notice = format!("{}: images come, but none can be used: {reason}", self.topics.image);
+        self.host.notice(&notice);
+    }
+
     /// Follows the publisher's clock; one that jumps back begins a new recording.
     fn note_image(&mut self, at: Timestamp, received_at: Timestamp) {
+        if !self.vigil.has_images() {
+            self.waiting_since = Some(received_at);
+        }
         self.vigil.image_came(received_at, &self.host);
         if self.arrivals.len() == MAX_ARRIVALS {
             self.arrivals.pop_front();
@@ -133,6 +188,7 @@ impl LiveFrames {
         self.num_stale += self.synchronizer.drop_stale();
         match self.synchronizer.pop()? {
             SyncOutcome::Frame(frame) => {
+                self.waiting_since = None;
                 let at = frame.source_frame.frame.at;
                 self.received_at =
                     self.arrivals.iter().find(|(stamp, _)| *stamp == at).map(|(_, came)| *came);
@@ -163,6 +219,7 @@ impl LiveFrames {
             if let Some(frame) = self.pop() {
                 return Some(frame);
             }
+            self.mind_missing();
             if is_silent && self.vigil.is_over(&self.host, || self.receiver.node.topics()) {
                 return self.last_words();
             }

@@ -2,6 +2,7 @@
 
 use std::{
     collections::HashMap,
+    path::PathBuf,
     sync::Arc,
     thread::{self, JoinHandle},
     time::Duration,
@@ -17,7 +18,11 @@ use futures::{
 use ros2_client::{Gid, MessageInfo, ReadError, Subscription};
 use serde::de::DeserializeOwned;
 use visloc_base::Host;
-use visloc_data::bag::{BagTopics, RosMessage, TopicRole};
+use visloc_data::{
+    bag::{BagTopics, RosMessage, TopicRole},
+    sequence::Calibration,
+};
+use visloc_geom::{CameraFrame, Rigid3, Robot};
 
 use crate::{
     Node, NodeSettings, Ros2Error,
@@ -38,6 +43,24 @@ pub struct LiveSettings {
     pub topics: BagTopics,
     /// If no image comes for so long, that is the end, seconds. `None` waits on.
     pub patience_secs: Option<f64>,
+    /// Calibration that wins over the topic's, and its file.
+    pub calibration: Option<(Calibration, PathBuf)>,
+    /// The camera's pose on the robot, over what tf says.
+    pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
+}
+
+impl LiveSettings {
+    /// All usual names, no end, and nothing that is known over the messages.
+    #[must_use]
+    pub fn new(node: NodeSettings) -> Self {
+        Self {
+            node,
+            topics: BagTopics::default(),
+            patience_secs: None,
+            calibration: None,
+            robot_from_camera: None,
+        }
+    }
 }
 
 /// Subscriptions that fill an inbox. Dropping it ends the thread.

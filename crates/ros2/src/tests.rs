@@ -77,7 +77,7 @@ fn robot(node: &mut Node, mut until: impl FnMut() -> bool) {
 fn live(node: &NodeSettings) -> LiveSettings {
     let topics = BagTopics { image: "/eye".into(), ..BagTopics::default() };
     let node = NodeSettings { name: "listener".into(), ..node.clone() };
-    LiveSettings { node, topics, patience_secs: Some(60.0) }
+    LiveSettings { topics, patience_secs: Some(60.0), ..LiveSettings::new(node) }
 }
 
 #[test]

@@ -24,8 +24,8 @@ mod tour;
 pub use render::{CameraMotion, LabelImage, Renderer, Sensor, Shot};
 pub use scenario::{
     BUILT_IN_SCENARIOS, Ball, BoxPiece, CameraSetup, Carry, FootSetup, FurniturePiece, GaitSetup, HeadSetup,
-    KinematicsSetup, LightFade, LightSetup, Motion, Mount, OdometrySetup, OtherRobot, Panel, PersonSetup,
-    PlacedPose, RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk, Wander,
+    KinematicsSetup, LightFade, LightSetup, MAX_FRAMES, Motion, Mount, OdometrySetup, OtherRobot, Panel,
+    PersonSetup, PlacedPose, RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk, Wander,
 };
 pub use scene::{
     Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Label, Lamp, LightGrid, Lighting,

@@ -2,7 +2,7 @@
 
 use std::{fmt, io, path::Path};
 
-use crate::{KINDS, SourceKind, SourcesError, kinds};
+use crate::{KINDS, Purpose, SourceKind, SourceOptions, SourcesError, kinds};
 
 /// Names that differ in at most so many letters are thought to be meant.
 const MAX_TYPOS: usize = 2;
@@ -63,6 +63,14 @@ impl<'a> SourceAddress<'a> {
     #[must_use]
     pub fn has_robot(&self) -> bool {
         (self.kind.is_robot)(self.rest)
+    }
+
+    /// Refuses options that the source has no use for; opens nothing.
+    ///
+    /// # Errors
+    /// If an option would be ignored, contradicts another one or has a senseless value; the error names it.
+    pub fn check(&self, options: &SourceOptions, purpose: Purpose) -> Result<(), SourcesError> {
+        options.check(self.text, self.kind.name, purpose, self.kind.honors(purpose, self.rest))
     }
 
     /// The kind of source.

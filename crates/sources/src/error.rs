@@ -58,6 +58,14 @@ pub enum SourcesError {
         /// What it is and what it would have to be.
         reason: String,
     },
+    /// An option that the source has no use for, or whose value makes no sense.
+    #[error("{flag}: {reason}")]
+    Refused {
+        /// The option as it is typed.
+        flag: &'static str,
+        /// Why, and what to do.
+        reason: String,
+    },
     /// Part of the program was left out when it was built.
     #[error("{argument}: this visloc was built without {feature}; build with --features {feature}")]
     NotBuilt {

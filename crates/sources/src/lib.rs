@@ -26,5 +26,5 @@ pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind};
 pub use open::{OpenFrames, OpenImages, OpenPictures, open_frames, open_images, open_pictures};
-pub use options::SourceOptions;
+pub use options::{Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
 pub use visloc_base::Host;

@@ -6,9 +6,15 @@
 use std::{fs, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use tempfile::TempDir;
-use visloc_base::{Host, ImageSource, RgbImage, SourceError, Timestamp};
-use visloc_data::{bag::BagTopics, image_codec::save_png};
-use visloc_sources::{Mount, SourceOptions, SourcesError, open_frames, open_images, open_pictures};
+use visloc_base::{Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp};
+use visloc_data::{
+    bag::{BagTopics, BagWriter},
+    image_codec::save_png,
+};
+use visloc_geom::{Camera, PlanarPose};
+use visloc_sources::{
+    Mount, SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures,
+};
 
 const CALIBRATION: &str =
     "model = \"pinhole\"\nsize_px = [2, 2]\nfocal_px = [2.0, 2.0]\ncenter_px = [0.5, 0.5]\n";
@@ -46,7 +52,7 @@ impl Place {
 
     fn options(&self) -> SourceOptions {
         SourceOptions {
-            ffmpeg: self.path("ffmpeg"),
+            ffmpeg: Some(self.path("ffmpeg")),
             camera: Some(self.path("camera.toml")),
             ..SourceOptions::default()
         }
@@ -110,7 +116,7 @@ fn a_video_without_images_or_program_says_why() {
         result.err().unwrap().to_string()
     };
     assert!(open(&place.options()).contains("after 0 images with exit status: 183: moov atom not found"));
-    let missing = SourceOptions { ffmpeg: place.path("nothing"), ..place.options() };
+    let missing = SourceOptions { ffmpeg: Some(place.path("nothing")), ..place.options() };
     assert!(open(&missing).contains("cannot be started") && open(&missing).contains("apt install ffmpeg"));
     assert!(open(&SourceOptions { camera: None, ..place.options() }).contains("--camera FILE"));
     let text = format!("video:{}", place.text("none.mp4"));
@@ -157,7 +163,7 @@ fn folders_and_bags_serve_every_purpose() {
         save_png(&RgbImage::new(2, 2), &place.path(name)).unwrap();
     }
     let folder = place.folder.path().display().to_string();
-    let options = SourceOptions { rate_hz: Some(10.0), ..place.options() };
+    let options = SourceOptions { rate_hz: Some(10.0), ffmpeg: None, ..place.options() };
     let mut images = open_images(&format!("images:{folder}"), &options, &Host::silent()).unwrap().images;
     images.next_image();
     assert_eq!(images.next_image().unwrap().unwrap().at, Timestamp::from_secs(0.1));
@@ -170,7 +176,7 @@ fn folders_and_bags_serve_every_purpose() {
 
     let bag = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/R1-excerpt.mcap");
     let options = SourceOptions {
-        topics: BagTopics { tf: String::new(), ..BagTopics::default() },
+        topics: all(BagTopics { tf: String::new(), ..BagTopics::default() }),
         ..SourceOptions::default()
     };
     let images = open_images(bag, &options, &Host::silent()).unwrap().images;
@@ -183,4 +189,58 @@ fn rooms_are_no_fields() {
     assert!(open("sim:room").err().unwrap().to_string().contains("visloc slam"));
     let robot = open("sim:robocup").unwrap();
     assert!(robot.map.is_some() && robot.frames.num_frames().is_some());
+}
+
+fn all(topics: BagTopics) -> TopicOptions {
+    TopicOptions { all: Some(topics), ..TopicOptions::default() }
+}
+
+/// A bag of three images of 2 x 2 px with odometry, and of calibration and tf what `topics` names.
+fn small_bag(place: &Place, topics: &BagTopics) -> String {
+    let path = place.path("robot.mcap");
+    let mut writer = BagWriter::create(&path, topics.clone()).unwrap();
+    for i in 0..3 {
+        let frame = Frame {
+            at: Timestamp::from_secs(100.0 + 0.1 * f64::from(i)),
+            image: RgbImage::new(2, 2),
+            camera: Camera::pinhole((2, 2), (3.0, 3.0), (0.5, 0.5)).unwrap(),
+            robot_from_camera: Mount { height_m: 0.4, ..Mount::default() }.robot_from_camera(),
+            odometry: Some(PlanarPose::new(0.1 * f64::from(i), 0.0, 0.0)),
+            ground_contact: None,
+        };
+        writer.write(&SourceFrame { frame, truth: None }).unwrap();
+    }
+    writer.finish().unwrap();
+    path.display().to_string()
+}
+
+#[test]
+fn camera_and_mount_are_used_over_and_instead_of_what_a_bag_says() {
+    let place = Place::new(0, "exit 1");
+    let mount = Some(Mount { height_m: 0.5, tilt_rad: 0.3, ..Mount::default() });
+    let both = SourceOptions { mount, ffmpeg: None, ..place.options() };
+    let bare_topics = BagTopics {
+        camera_info: String::new(),
+        tf: String::new(),
+        tf_static: String::new(),
+        ..BagTopics::default()
+    };
+    let open = |bag: &str, options: &SourceOptions| open_frames(bag, options, &Host::silent());
+    for topics in [BagTopics::default(), bare_topics.clone()] {
+        let bag = small_bag(&place, &topics);
+        let mut frames = open(&bag, &both).unwrap().frames;
+        let frame = frames.next_frame().unwrap().unwrap().frame;
+        assert_eq!(frame.camera.focal_px(), (2.0, 2.0));
+        assert_eq!(frame.robot_from_camera, mount.unwrap().robot_from_camera());
+        assert!(frame.odometry.is_some(), "the robot's odometry stays");
+    }
+    // Without them the bag lacks what they stand for, and so it does if its topics are not to be read.
+    let bag = small_bag(&place, &bare_topics);
+    let error = open(&bag, &SourceOptions { camera: None, ..both.clone() }).err().unwrap().to_string();
+    assert!(error.contains("/camera/camera_info") && error.contains("--camera FILE"), "{error}");
+    let error = open(&bag, &SourceOptions { mount: None, ..both }).err().unwrap().to_string();
+    assert!(error.contains("/tf") && error.contains("--camera-height"), "{error}");
+    let options = SourceOptions { topics: all(bare_topics), ..SourceOptions::default() };
+    let error = open(&small_bag(&place, &BagTopics::default()), &options).err().unwrap().to_string();
+    assert!(error.contains("is set to \"\"") && error.contains("--camera FILE"), "{error}");
 }

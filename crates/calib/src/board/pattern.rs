@@ -48,7 +48,7 @@ impl Board {
             return refuse("2 to 100 columns and rows", format!("{columns} x {rows}"));
         }
         if !(side_m > 0.0 && side_m < 100.0) {
-            return refuse("a side above 0 and below 100 m", format!("{side_m} m"));
+            return refuse("a side above 0 and below 100 m", format!("{side_m:?} m"));
         }
         if let Self::Checkerboard(_) = self
             && columns.min(rows) < 3
@@ -59,7 +59,7 @@ impl Board {
             );
         }
         if let Self::AprilGrid(grid) = self {
-            let last = grid.first_id + columns * rows;
+            let last = grid.first_id.saturating_add(columns * rows);
             if last > NUM_CODES {
                 return refuse(
                     &format!("tags below {NUM_CODES}"),
@@ -67,7 +67,7 @@ impl Board {
                 );
             }
             if !(0.05..=2.0).contains(&grid.spacing) || !(1..=2).contains(&grid.border_cells) {
-                let found = format!("a gap of {} and a border of {}", grid.spacing, grid.border_cells);
+                let found = format!("a gap of {:?} and a border of {}", grid.spacing, grid.border_cells);
                 return refuse("a gap of 0.05 to 2 times the tag and a border of 1 or 2 cells", found);
             }
         }

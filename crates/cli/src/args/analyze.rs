@@ -5,6 +5,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use visloc_eval::camera::Step;
 
+use super::number::{number_in, seconds};
 use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder};
 
 /// Arguments of `visloc evaluate`.
@@ -37,7 +38,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "DIR")]
     pub plots: Option<OutputFolder>,
     /// Map below the trajectories in the pictures of a robot, built-in or TOML file
-    #[arg(long, value_name = "NAME|FILE", conflicts_with_all = ["align", "delta", "all_pairs", "offset", "max_diff"])]
+    #[arg(long, value_name = "NAME|FILE", requires = "plots", conflicts_with_all = ["align", "delta", "all_pairs", "offset", "max_diff"])]
     pub map: Option<InputName>,
     #[command(flatten)]
     pub camera: CameraErrorArgs,
@@ -82,11 +83,31 @@ pub struct CameraErrorArgs {
     #[arg(long)]
     pub all_pairs: bool,
     /// Largest difference of times that belong together, seconds [default: 0.01]
-    #[arg(long, value_name = "SECS")]
+    #[arg(long, value_name = "SECS", value_parser = seconds)]
     pub max_diff: Option<f64>,
     /// Added to the times of the estimate, seconds [default: 0]
-    #[arg(long, value_name = "SECS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECS", allow_hyphen_values = true, value_parser = offset)]
     pub offset: Option<f64>,
+}
+
+/// Seconds between two clocks, of which one may count from 1970.
+fn offset(text: &str) -> Result<f64, String> {
+    number_in(text, -1e10, 1e10)
+}
+
+impl CameraErrorArgs {
+    /// The first option that only errors of a camera have.
+    pub fn given(&self) -> Option<&'static str> {
+        let Self { kind: _, align, delta, all_pairs, max_diff, offset } = self;
+        let all = [
+            ("--align", align.is_some()),
+            ("--delta", delta.is_some()),
+            ("--all-pairs", *all_pairs),
+            ("--max-diff", max_diff.is_some()),
+            ("--offset", offset.is_some()),
+        ];
+        all.into_iter().find(|(_, is_given)| *is_given).map(|(flag, _)| flag)
+    }
 }
 
 /// A number of poses or meters.

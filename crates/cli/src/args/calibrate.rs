@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
-use super::{InputName, JsonArg, OutputFile, OutputFolder};
+use super::{InputName, JsonArg, OutputFile, OutputFolder, number::board_side};
 
 /// Kinds of boards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -47,29 +47,30 @@ pub struct PatternArgs {
     #[arg(long, value_name = "CxR", value_parser = columns_and_rows)]
     pub size: (usize, usize),
     /// Side of a square, meters
-    #[arg(long, value_name = "METERS", required_if_eq("pattern", "checkerboard"))]
+    #[arg(long, value_name = "METERS", value_parser = board_side, required_if_eq("pattern", "checkerboard"))]
     pub square: Option<f64>,
     /// Side of a tag with its black border, meters
-    #[arg(long, value_name = "METERS", required_if_eq("pattern", "aprilgrid"))]
+    #[arg(long, value_name = "METERS", value_parser = board_side, required_if_eq("pattern", "aprilgrid"))]
     pub tag: Option<f64>,
-    /// Gap between tags as a share of a tag
-    #[arg(long, value_name = "SHARE", default_value_t = 0.3)]
-    pub spacing: f64,
-    /// Number of the first tag
-    #[arg(long, value_name = "ID", default_value_t = 0)]
-    pub first_tag: usize,
-    /// Width of a tag's black border, cells: 2 on boards of Kalibr, 1 on plain tags
-    #[arg(long, value_name = "CELLS", default_value_t = 2)]
-    pub border: usize,
+    /// Gap between tags as a share of a tag [default: 0.3]
+    #[arg(long, value_name = "SHARE")]
+    pub spacing: Option<f64>,
+    /// Number of the first tag [default: 0]
+    #[arg(long, value_name = "ID")]
+    pub first_tag: Option<usize>,
+    /// Width of a tag's black border, cells: 2 on boards of Kalibr, 1 on plain tags [default: 2]
+    #[arg(long, value_name = "CELLS")]
+    pub border: Option<usize>,
 }
 
 impl PatternArgs {
     /// The board, checked.
     ///
     /// # Errors
-    /// If there is no such board.
+    /// If there is no such board, or an option belongs to the other kind of board.
     pub fn board(&self) -> Result<Board, BoardError> {
         let (columns, rows) = self.size;
+        self.refuse_other_pattern()?;
         let board = match self.pattern {
             PatternArg::Checkerboard => {
                 Board::Checkerboard(Checkerboard { columns, rows, square_m: self.square.unwrap_or_default() })
@@ -78,12 +79,35 @@ impl PatternArgs {
                 columns,
                 rows,
                 tag_m: self.tag.unwrap_or_default(),
-                spacing: self.spacing,
-                first_id: self.first_tag,
-                border_cells: self.border,
+                spacing: self.spacing.unwrap_or(0.3),
+                first_id: self.first_tag.unwrap_or(0),
+                border_cells: self.border.unwrap_or(2),
             }),
         };
         board.check().map(|()| board)
+    }
+
+    fn refuse_other_pattern(&self) -> Result<(), BoardError> {
+        let (of_other, pattern) = match self.pattern {
+            PatternArg::Checkerboard => (
+                [
+                    ("--tag", self.tag.is_some()),
+                    ("--spacing", self.spacing.is_some()),
+                    ("--first-tag", self.first_tag.is_some()),
+                    ("--border", self.border.is_some()),
+                ]
+                .to_vec(),
+                "--pattern aprilgrid",
+            ),
+            PatternArg::Aprilgrid => (vec![("--square", self.square.is_some())], "--pattern checkerboard"),
+        };
+        match of_other.into_iter().find(|(_, is_given)| *is_given) {
+            Some((found, _)) => Err(BoardError {
+                expected: format!("{pattern} with {found}"),
+                found: "the other pattern".into(),
+            }),
+            None => Ok(()),
+        }
     }
 }
 

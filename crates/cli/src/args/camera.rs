@@ -3,7 +3,9 @@
 use clap::{Args, Subcommand, ValueEnum};
 use visloc_data::camera_file::CameraFormat;
 
-use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg};
+use super::{
+    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg, number::number_in,
+};
 
 /// Arguments of `visloc check-camera`.
 #[derive(Debug, Args)]
@@ -17,7 +19,7 @@ pub struct CheckCameraArgs {
     /// Calibration: TOML, or YAML of ROS, Kalibr or OpenCV
     #[arg(value_name = "CAMERA")]
     pub camera: InputPath,
-    /// Folder of images of this camera, or another source; walls, doors or field lines near the border say most
+    /// Folder of images of this camera, a single image, or another source; walls, doors or field lines near the border say most
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
     #[command(flatten)]
@@ -101,9 +103,10 @@ pub enum CameraCommand {
 
 /// Six numbers with commas between them.
 fn six_numbers(text: &str) -> Result<[f64; 6], String> {
-    let numbers: Vec<f64> = text.split(',').filter_map(|part| part.trim().parse().ok()).collect();
-    <[f64; 6]>::try_from(numbers)
-        .map_err(|_| format!("expected x,y,height,heading,pitch,roll, found '{text}'"))
+    let wrong =
+        || format!("expected x,y,height,heading,pitch,roll, each from -10000 to 10000, found '{text}'");
+    let numbers: Result<Vec<f64>, String> = text.split(',').map(|part| number_in(part, -1e4, 1e4)).collect();
+    <[f64; 6]>::try_from(numbers.map_err(|_| wrong())?).map_err(|_| wrong())
 }
 
 /// Forms of calibrations.

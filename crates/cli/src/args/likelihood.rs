@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use super::number::{degrees, number_in, seconds};
 use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg, SourceArgs, TopicArgs};
 
 /// Arguments of `visloc likelihood`.
@@ -24,16 +25,16 @@ pub struct LikelihoodArgs {
     #[arg(value_name = "SOURCE", required_unless_present = "view")]
     pub bag: Option<InputName>,
     /// Which frame of the recording: the first that is so many seconds after the start
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, conflicts_with = "view")]
     pub at: f64,
     /// Instead of a recording, a simulated image from this pose: meters, meters, degrees
     #[arg(long, value_name = "X,Y,DEG", conflicts_with = "bag", allow_hyphen_values = true)]
     pub view: Option<PoseText>,
     /// With --view: how far the head is turned to the left, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, requires = "view")]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "view", conflicts_with = "bag")]
     pub pan: f64,
     /// With --view: how far the head looks down, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 13.0, allow_hyphen_values = true, requires = "view")]
+    #[arg(long, value_name = "DEG", default_value_t = 13.0, allow_hyphen_values = true, value_parser = degrees, requires = "view", conflicts_with = "bag")]
     pub tilt: f64,
     /// Built-in map or TOML file; may be left out with sim:SCENARIO [default with --view: robocup-spl-2010]
     #[arg(long, value_name = "NAME|FILE")]
@@ -128,14 +129,8 @@ impl FromStr for HeadingText {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| (0.0..=1e6).contains(value));
-    value.ok_or_else(|| format!("expected seconds from 0 on, found {text:?}"))
-}
-
 fn step(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().ok().filter(|value| (0.01..=1.0).contains(value));
-    value.ok_or_else(|| format!("expected meters from 0.01 to 1, found {text:?}"))
+    number_in(text, 0.01, 1.0)
 }
 
 #[cfg(test)]

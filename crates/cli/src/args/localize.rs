@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
+use super::number::seconds;
 use super::{
     BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
     OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
@@ -77,7 +78,7 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "DIR")]
     pub plots: Option<OutputFolder>,
     /// The image shown in the picture of the analysis, seconds after the first [default: the most telling one]
-    #[arg(long, value_name = "SECONDS", requires = "plots")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "plots")]
     pub picture_at: Option<f64>,
     /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]

@@ -9,9 +9,16 @@ use super::{OutputFile, OutputRecording};
 /// The seed of everything random.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct SeedArg {
-    /// Seed of everything random; the same seed gives the same result, bit by bit
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of everything random; the same seed gives the same result, bit by bit [default: 1]
+    #[arg(long = "seed", value_name = "SEED")]
+    pub given: Option<u64>,
+}
+
+impl SeedArg {
+    /// The seed asked for, or the usual one.
+    pub fn value(self) -> u64 {
+        self.given.unwrap_or(1)
+    }
 }
 
 /// Where the numbers go.
@@ -42,13 +49,23 @@ pub struct BroadcastArgs {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadsArg {
     /// Threads that draw simulated images; changes the speed, never the result [default: all cores]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long = "threads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 }
 
 impl ThreadsArg {
+    /// The number asked for.
+    pub fn given(self) -> Option<usize> {
+        self.threads.map(usize::from)
+    }
+
     /// The number asked for, or one for each core.
     pub fn count(self) -> usize {
-        self.threads.map_or_else(|| thread::available_parallelism().map_or(1, usize::from), usize::from)
+        self.given().unwrap_or_else(num_cores)
     }
+}
+
+/// One thread for each core.
+pub fn num_cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
 }

@@ -71,9 +71,9 @@ pub struct SlamArgs {
     /// Use every how manyeth image
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub stride: u32,
-    /// Size of the images as a factor; the camera is adapted
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
-    pub scale: f64,
+    /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1]
+    #[arg(long, value_name = "FACTOR")]
+    pub scale: Option<f64>,
     #[command(flatten)]
     pub options: SourceArgs,
     #[command(flatten)]

@@ -2,6 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
+use super::number::{degrees, number_in};
 use super::{InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg};
 
 /// How a source is opened.
@@ -11,7 +12,7 @@ pub struct SourceArgs {
     /// Calibration of the camera, over what the source itself says: TOML, CameraInfo, OpenCV, Kalibr (docs/own-camera.md)
     #[arg(long, value_name = "FILE", visible_alias = "calibration")]
     pub camera: Option<InputPath>,
-    /// Where the camera is on the robot, for sources without tf: height above the ground, meters
+    /// Where the camera is on the robot, over or in place of tf: height above the ground, meters
     #[arg(long, value_name = "M", value_parser = height)]
     pub camera_height: Option<f64>,
     /// How far the camera looks down, degrees
@@ -29,18 +30,19 @@ pub struct SourceArgs {
         value_name = "M",
         default_value_t = 0.0,
         allow_hyphen_values = true,
+        value_parser = forward,
         requires = "camera_height"
     )]
     pub camera_forward: f64,
-    /// Images a second: of a folder without times, and what a camera is asked for
+    /// Images a second: of a folder without times, of a video in place of its own, and what a camera is asked for
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub fps: Option<f64>,
     /// End a live source when nothing came for this long, seconds [default: wait until Ctrl-C]
     #[arg(long, value_name = "SECONDS", value_parser = rate)]
     pub patience: Option<f64>,
-    /// The program that decodes videos and cameras
-    #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
-    pub ffmpeg: InputPath,
+    /// The program that decodes videos and cameras [default: ffmpeg]
+    #[arg(long, value_name = "PROGRAM")]
+    pub ffmpeg: Option<InputPath>,
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     pub ros_domain: Option<u16>,
@@ -164,19 +166,12 @@ pub enum ImageFormat {
     Raw,
 }
 
-fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let number: Option<f64> = text.parse().ok();
-    number
-        .filter(|number| (least..=most).contains(number))
-        .ok_or_else(|| format!("expected a number from {least} to {most}"))
-}
-
 fn height(text: &str) -> Result<f64, String> {
     number_in(text, 0.01, 100.0)
 }
 
-fn degrees(text: &str) -> Result<f64, String> {
-    number_in(text, -180.0, 180.0)
+fn forward(text: &str) -> Result<f64, String> {
+    number_in(text, -100.0, 100.0)
 }
 
 fn rate(text: &str) -> Result<f64, String> {

@@ -52,10 +52,10 @@ fn half(text: &str) -> Result<Half, String> {
 /// `X,Y,HEADING[,SPREAD]`: meters and degrees.
 fn pose(text: &str) -> Result<StartArg, String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|number| number.is_finite()));
+    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|number| number.abs() <= 1e4));
     let (x_m, y_m, heading_deg, spread_m) = match numbers.as_deref() {
         Some([x, y, heading]) => (*x, *y, *heading, POSE_SPREAD_M),
-        Some([x, y, heading, spread]) if *spread > 0.0 => (*x, *y, *heading, *spread),
+        Some([x, y, heading, spread]) if (0.001..=1000.0).contains(spread) => (*x, *y, *heading, *spread),
         _ => {
             return Err(
                 "expected pose:X,Y,HEADING in meters and degrees, or with a spread in meters".to_owned()

@@ -42,7 +42,7 @@ pub struct StudioArgs {
     #[arg(long, value_name = "FILE")]
     pub replay: Vec<InputPath>,
     /// Write the recording of --replay as another file instead of opening the page: .rrd for the Rerun viewer
-    #[arg(long, value_name = "FILE", requires = "replay", conflicts_with_all = ["source", "sequence", "scene", "connect"])]
+    #[arg(long, value_name = "FILE", requires = "replay", conflicts_with_all = ["source", "sequence", "scene", "connect", "recordings", "port", "listen", "no_open"])]
     pub export: Option<OutputRecording>,
     #[command(flatten)]
     pub overwrite: OverwriteArg,
@@ -53,7 +53,7 @@ pub struct StudioArgs {
     #[arg(long, value_name = "HOST:PORT", conflicts_with = "scene")]
     pub connect: Option<String>,
     /// What the robot elsewhere asks for; it printed it
-    #[arg(long, value_name = "TOKEN", requires = "connect")]
+    #[arg(long, value_name = "TOKEN", requires = "connect", conflicts_with = "scene")]
     pub token: Option<String>,
     /// Where the page's button puts recordings [default: out/studio]
     #[arg(long, value_name = "DIR")]

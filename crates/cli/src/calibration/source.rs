@@ -47,12 +47,15 @@ impl NamedImage {
     }
 }
 
-/// The pictures of a folder by name, or some of those of any other source.
+/// The pictures of a folder by name, a single one, or some of those of any other source.
 ///
 /// # Errors
 /// If there is no such source or it has no pictures.
 pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
     let path = Path::new(source);
+    if path.is_file() && is_image(path) {
+        return Ok(vec![named(path.to_path_buf())]);
+    }
     let is_folder = path.is_dir() && !path.join("metadata.yaml").exists();
     let images = if is_folder { in_folder(path)? } else { in_stream(source)? };
     if images.is_empty() {
@@ -63,18 +66,23 @@ pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
 
 fn in_folder(folder: &Path) -> Result<Vec<NamedImage>> {
     let entries = std::fs::read_dir(folder).with_context(|| folder.display().to_string())?;
-    let is_image = |path: &PathBuf| {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-        matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
-    };
-    let named = |path: PathBuf| NamedImage {
-        name: path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-        pixels: Pixels::File(path),
-    };
-    let mut images: Vec<NamedImage> =
-        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_image).map(named).collect();
+    let mut images: Vec<NamedImage> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| is_image(path))
+        .map(named)
+        .collect();
     images.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(images)
+}
+
+fn is_image(path: &Path) -> bool {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
+}
+
+fn named(path: PathBuf) -> NamedImage {
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    NamedImage { name, pixels: Pixels::File(path) }
 }
 
 fn in_stream(source: &str) -> Result<Vec<NamedImage>> {

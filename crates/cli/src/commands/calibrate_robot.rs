@@ -8,10 +8,10 @@ use visloc_locate::{
         DriveRecord, MountEstimate, OdometryEstimate, RobotCorrection, solve_mount, solve_odometry,
     },
 };
-use visloc_sources::SourceOptions;
+use visloc_sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 
-use super::settings::{bag_topics, pipeline_config};
+use super::settings::{pipeline_config, topic_options};
 use crate::{
     args::CalibrateRobotArgs,
     host::host,
@@ -105,12 +105,14 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
 
 /// Localizes once with the corrections so far.
 fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(Map, DriveRecord)> {
-    let options = SourceOptions {
-        seed: args.seed.seed,
-        num_threads: args.threads.count(),
-        max_frames: args.frames.map(|frames| frames as usize),
-        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    let mut options = SourceOptions {
+        seed: args.seed.given,
+        num_threads: args.threads.given(),
+        // The algorithm takes it too.
+        honored_elsewhere: vec![SourceOption::Seed],
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    options.usual.max_frames = args.frames.map(|frames| frames as usize);
     let source = open_source(&args.source, args.map.as_deref(), &options)?;
     let mut frames = with_correction(source.frames, *correction);
     let settings = RunnerSettings {
@@ -118,7 +120,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         algorithm_toml: None,
         pipeline: pipeline_config(None)?,
         start: StartPrior::Uniform,
-        seed: args.seed.seed,
+        seed: args.seed.value(),
     };
     let mut runners = [Runner::new(&source.map, &settings, OutputFiles::default())?];
     let mut progress = Progress::new(frames.num_frames());

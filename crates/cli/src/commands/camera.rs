@@ -39,7 +39,7 @@ pub fn execute(args: &CameraArgs) -> Result<()> {
             Ok(())
         }
         CameraCommand::Render { camera, pattern, count, out, seed } => {
-            render_pictures(camera, &pattern.board()?, *count, out, seed.seed)
+            render_pictures(camera, &pattern.board()?, *count, out, seed.value())
         }
     }
 }

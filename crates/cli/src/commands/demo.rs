@@ -42,7 +42,7 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
 }
 
 fn on_the_field(args: &DemoArgs) -> Result<()> {
-    let simulation = simulation(args.scenario(), args.seed.seed, args.threads.count(), args.frames)?;
+    let simulation = simulation(args.scenario(), args.seed.value(), args.threads.count(), args.frames)?;
     let map = simulation.map().clone();
     let summary = simulation.scenario().summary.clone();
     let mut frames = until_stopped(simulation);
@@ -66,7 +66,7 @@ fn on_the_field(args: &DemoArgs) -> Result<()> {
     let report = DemoReport {
         scenario: args.scenario().to_owned(),
         map: map.name().to_owned(),
-        seed: args.seed.seed,
+        seed: args.seed.value(),
         duration_s: outcome.duration_secs,
         wall_s: outcome.wall_secs,
         algorithms: runners.iter().map(|runner| AlgorithmReport::new(runner, &outcome)).collect(),
@@ -90,7 +90,7 @@ fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
             algorithm_toml: None,
             pipeline: PipelineConfig { features: *features, ..PipelineConfig::default() },
             start: StartPrior::Uniform,
-            seed: args.seed.seed,
+            seed: args.seed.value(),
         };
         Ok(Runner::new(map, &settings, files)?.named(name))
     };

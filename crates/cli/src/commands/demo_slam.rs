@@ -28,7 +28,7 @@ const PICTURE_EVERY: usize = 100;
 /// If there is no such tour or a file cannot be written.
 pub fn execute(args: &DemoArgs) -> Result<()> {
     let (name, out) = (args.scenario(), args.out());
-    let mut tour = CameraTour::new(name, args.seed.seed)?.with_threads(args.threads.count());
+    let mut tour = CameraTour::new(name, args.seed.value())?.with_threads(args.threads.count());
     if let Some(frames) = args.frames {
         tour = tour.with_frames(0, frames as usize, 1);
     }
@@ -39,13 +39,13 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     say::line!("Where was it, and what did it see?\n");
     let watch = Stopwatch::start();
     let mut pictures = FramePictures::new(&out, PICTURE_EVERY);
-    let options = RunOptions { seed: args.seed.seed, ..RunOptions::default() };
+    let options = RunOptions { seed: args.seed.value(), ..RunOptions::default() };
     let lookers = Lookers { pictures: Some(&mut pictures), ..Lookers::default() };
     let run = run(&mut tour, &SlamConfig::default(), options, lookers)?;
     let (report, error) = SlamReport::new(&run, Some(&truth));
     print(&run, &report, &truth, watch.secs());
     let bar = Progress::message("drawing pictures");
-    let title = format!("visloc demo slam: {name}, seed {}", args.seed.seed);
+    let title = format!("visloc demo slam: {name}, seed {}", args.seed.value());
     let mut saving = Saving::default();
     saving.save(save_json(&out.join("summary.json"), &report));
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));

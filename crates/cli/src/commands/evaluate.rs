@@ -21,7 +21,13 @@ use crate::{
 /// If a file cannot be read or written, or the two have no time in common.
 pub fn execute(args: &EvaluateArgs) -> Result<()> {
     if evaluate_camera::is_meant(args) {
+        if args.map.is_some() {
+            bail!("--map: belongs to a robot on the ground, found a camera in space; leave it out");
+        }
         return evaluate_camera::execute(args);
+    }
+    if let Some(flag) = args.camera.given() {
+        bail!("{flag}: belongs to a camera in space, found --as robot; leave one of the two out");
     }
     let truth = read_trajectory(&args.truth)?;
     let samples = read_estimate(&args.estimate)?;

@@ -23,12 +23,7 @@ pub fn is_meant(args: &EvaluateArgs) -> bool {
     if let Some(kind) = camera.kind {
         return kind == TrajectoryKind::Camera;
     }
-    let has_option = camera.align.is_some()
-        || camera.delta.is_some()
-        || camera.all_pairs
-        || camera.max_diff.is_some()
-        || camera.offset.is_some();
-    has_option || (args.map.is_none() && (is_tilted(&args.truth) || is_tilted(&args.estimate)))
+    camera.given().is_some() || (args.map.is_none() && (is_tilted(&args.truth) || is_tilted(&args.estimate)))
 }
 
 /// Whether a file has poses of a camera that do not stand upright; false if it cannot be read, which others will say.

@@ -17,7 +17,7 @@ use visloc_experiments::{
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
 };
-use visloc_locate::FeatureChoice;
+use visloc_locate::{FeatureChoice, default_config_toml};
 use visloc_slam::Clock;
 
 use crate::{
@@ -63,6 +63,8 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             if !args.algorithms.is_empty() {
                 settings.algorithms.clone_from(&args.algorithms);
             }
+            // A wrong name shows before the first walk.
+            settings.algorithms.iter().try_for_each(|name| default_config_toml(name).map(drop))?;
             let experiment = OfficeExperiment::new(settings, args.runs);
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
@@ -133,7 +135,7 @@ where
 {
     let stopwatch = Stopwatch::start();
     let target = args.out.as_deref().map_or(RunTarget::Memory, RunTarget::Folder);
-    let options = RunOptions { seed: args.seed.seed, shard: args.shard, target };
+    let options = RunOptions { seed: args.seed.value(), shard: args.shard, target };
     let progress = Progress::runs();
     let mut watch = |done: RunProgress| progress.set(done.num_done, done.num_wanted);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
@@ -156,7 +158,7 @@ where
             results.num_missing()
         );
     }
-    show(&report(experiment, &results, args.seed.seed)?, args.out.as_deref(), args.json.json.as_deref())?;
+    show(&report(experiment, &results, args.seed.value())?, args.out.as_deref(), args.json.json.as_deref())?;
     if io::stderr().is_terminal() {
         eprintln!("{:.1} s", stopwatch.secs());
     }

@@ -16,7 +16,7 @@ use visloc_data::{
 };
 use visloc_sources::{OpenPictures, SourceOptions, open_pictures};
 
-use super::settings::bag_topics;
+use super::settings::topic_options;
 use crate::{
     args::{ExtractArgs, ExtractFormat},
     host::host,
@@ -34,12 +34,12 @@ const JPEG_QUALITY: u8 = 90;
 /// If the source cannot be opened or a file not be written. A source that ends with an error leaves all images until there.
 pub fn execute(args: &ExtractArgs) -> Result<()> {
     let stride = args.every as usize;
-    let options = SourceOptions {
-        seed: args.seed.seed,
-        num_threads: args.threads.count(),
-        max_frames: args.frames.map(|frames| (frames as usize).saturating_mul(stride)),
-        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    let mut options = SourceOptions {
+        seed: args.seed.given,
+        num_threads: args.threads.given(),
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    options.usual.max_frames = args.frames.map(|frames| (frames as usize).saturating_mul(stride));
     prepare(&args.source)?;
     let OpenPictures { mut pictures, calibration, warnings } = open_pictures(&args.source, &options, host())?;
     warnings.iter().for_each(|warning| say::line!("note: {warning}"));

@@ -8,19 +8,21 @@ use visloc_experiments::likelihood::{
     peaks, profile_csv,
 };
 use visloc_geom::PlanarPose;
-use visloc_sources::SourceOptions;
+use visloc_sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 
-use super::settings::{bag_topics, pipeline_config};
+use super::settings::{pipeline_config, topic_options};
 use crate::{
     args::{HeadingText, LikelihoodArgs},
     report::save_json,
-    run::{Saving, open_source, source_options, write_text},
+    run::{Saving, open_source, refuse_source_options, source_options, write_text},
     say,
 };
 
 /// Headings of a profile: every half degree.
 const NUM_HEADINGS: u32 = 720;
+/// Most cells of a map.
+const MAX_CELLS: f64 = 4e6;
 /// Peaks this far apart are told apart, meters.
 const PEAK_DISTANCE_M: f64 = 0.4;
 /// Peaks that reach this share of the maximum are listed.
@@ -37,14 +39,18 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
     if args.all_pixels {
         config.analysis.filters.random_discard = false;
     }
-    let rng = RngTree::new(args.seed.seed).subtree("pipeline", 0);
+    let rng = RngTree::new(args.seed.value()).subtree("pipeline", 0);
     let (mut eye, frame) = match &args.view {
         Some(pose) => {
+            refuse_source_options(
+                &options(args)?,
+                "expected a SOURCE, found --view, which has no such thing",
+            )?;
             let [x_m, y_m, yaw_deg] = pose.0;
             let map = args.map.as_deref().unwrap_or("robocup-spl-2010");
             let pose = PlanarPose::new(x_m, y_m, yaw_deg.to_radians());
             let view = View { pan_deg: args.pan, tilt_deg: args.tilt, ..View::new(map, pose) };
-            let image = SimulatedView::take(&view, args.seed.seed)?;
+            let image = SimulatedView::take(&view, args.seed.value())?;
             (Eye::new(&image.map, &config, rng)?, image.source)
         }
         None => {
@@ -64,10 +70,18 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
 
 fn open(args: &LikelihoodArgs) -> Result<(Box<dyn FrameSource>, Map)> {
     let bag = args.bag.as_deref().context("expected a bag or --view")?;
-    let options =
-        SourceOptions { seed: args.seed.seed, ..source_options(&args.options, bag_topics(&args.topics)?)? };
-    let source = open_source(bag, args.map.as_deref(), &options)?;
+    let source = open_source(bag, args.map.as_deref(), &options(args)?)?;
+    source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
     Ok((source.frames, source.map))
+}
+
+fn options(args: &LikelihoodArgs) -> Result<SourceOptions> {
+    Ok(SourceOptions {
+        seed: args.seed.given,
+        // It draws the pixels that are weighed, too.
+        honored_elsewhere: vec![SourceOption::Seed],
+        ..source_options(&args.options, topic_options(&args.topics)?)?
+    })
 }
 
 /// The first frame that is so many seconds after the start; every frame until there is shown to `watch`.
@@ -95,6 +109,18 @@ where
         None => bail!("no frame that can be used"),
         Some(_) => bail!("--at {secs}: the last frame is at {last_secs:.1} s"),
     }
+}
+
+/// Refuses a map of so many cells that it would take hours.
+fn check_cells(eye: &Eye, step_m: f64) -> Result<()> {
+    let region = eye.model().region();
+    let cells = (region.max_x_m - region.min_x_m) / step_m * ((region.max_y_m - region.min_y_m) / step_m);
+    if cells > MAX_CELLS {
+        bail!(
+            "--step {step_m}: expected at most {MAX_CELLS} cells on this map, found {cells:.0}; take larger ones"
+        );
+    }
+    Ok(())
 }
 
 /// What `--json` writes.
@@ -148,6 +174,7 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
             HeadingChoice::Fixed(truth.yaw_rad)
         }
     };
+    check_cells(eye, args.step)?;
     let map = LikelihoodMap::new(eye.model(), heading, args.step);
     let (maximum, likelihood) = map.maximum();
     let place = args.place.map(|place| (place.0[0], place.0[1]));
@@ -157,7 +184,7 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
     let pixels = &eye.percept().pixels;
     let report = LikelihoodReport {
         map: eye.field().dimensions().name.clone(),
-        seed: args.seed.seed,
+        seed: args.seed.value(),
         step_m: args.step,
         line_pixels: pixels.iter().filter(|pixel| !pixel.kind.is_goal()).count(),
         goal_pixels: pixels.iter().filter(|pixel| pixel.kind.is_goal()).count(),

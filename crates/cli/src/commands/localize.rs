@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use visloc_locate::FeatureChoice;
-use visloc_sources::{SourceAddress, SourceOptions};
+use visloc_sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_world::Map;
 
-use super::settings::{bag_topics, pipeline_config, read_text, start_prior};
+use super::settings::{pipeline_config, read_text, start_prior, topic_options};
 use crate::{
     args::{FeaturesArg, LocalizeArgs},
     broadcast::Broadcast,
@@ -37,12 +37,13 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         };
     }
     let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
-    let options = SourceOptions {
-        seed: args.seed.seed,
-        num_threads: args.threads.count(),
-        max_frames: args.frames.map(|frames| frames as usize),
-        ..source_options(&args.options, bag_topics(&args.topics)?)?
+    let mut options = SourceOptions {
+        seed: args.seed.given,
+        num_threads: args.threads.given(),
+        honored_elsewhere: honored_by_outputs(args),
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    options.usual.max_frames = args.frames.map(|frames| frames as usize);
     prepare(&args.source)?;
     let source = open_source(&args.source, args.map.as_deref(), &options)?;
     source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
@@ -51,7 +52,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         algorithm_toml: algorithm_toml.as_deref(),
         pipeline,
         start: start_prior(&args.start, &source.map)?,
-        seed: args.seed.seed,
+        seed: args.seed.value(),
     };
     // A wrong name or parameter must not empty the files of an earlier run, so the algorithm is tried first.
     let runner = Runner::new(&source.map, &settings, OutputFiles::default());
@@ -63,7 +64,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut progress = Progress::new(source.frames.num_frames());
     let mut show = Show::new(Broadcast::open(&args.broadcast)?, &args.source);
     let mut bag_out =
-        args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics)).transpose()?;
+        args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
     let mut runners = [Runner::new(&source.map, &settings, files)?.keeping(most_records)];
     let mut snapshots = SnapshotTaker::new(args.picture_at);
@@ -119,11 +120,23 @@ fn config_place(args: &LocalizeArgs) -> String {
     if names.is_empty() { "cannot start".to_owned() } else { names.join(", ") }
 }
 
+/// Options of the source that make a difference to the algorithm or to what is written, whatever the source is.
+fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
+    let mut honored = vec![SourceOption::Seed];
+    if args.publish_ros {
+        honored.extend([SourceOption::RosDomain, SourceOption::BaseFrame]);
+    }
+    if args.bag_out.is_some() {
+        honored.extend(SourceOption::TOPICS);
+    }
+    honored
+}
+
 /// Live topics, if they are asked for or the source is one itself.
 fn live_output(args: &LocalizeArgs, options: &SourceOptions) -> Result<Option<LiveOutput>> {
     let is_live = args.source.starts_with("ros2:");
     let is_wanted = args.publish_ros || (is_live && !args.no_publish_ros);
-    is_wanted.then(|| LiveOutput::open(options.domain_id, &options.topics.base_frame)).transpose()
+    is_wanted.then(|| LiveOutput::open(options.domain_id(), &options.topics.names().base_frame)).transpose()
 }
 
 fn summarize(
@@ -138,7 +151,7 @@ fn summarize(
     LocalizeReport {
         source: args.source.to_string(),
         map: map.name().to_owned(),
-        seed: args.seed.seed,
+        seed: args.seed.value(),
         algorithm: AlgorithmReport::new(runner, outcome),
         duration_s: outcome.duration_secs,
         frames_per_s,

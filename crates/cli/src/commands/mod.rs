@@ -26,4 +26,4 @@ mod studio;
 mod study;
 
 pub use execute::execute;
-pub use settings::bag_topics;
+pub use settings::topic_options;

@@ -4,12 +4,12 @@ use anyhow::{Result, anyhow, bail};
 use visloc_base::{FrameSource, PictureSource, SourceError};
 use visloc_data::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
-    sequence::{fit_calibration, read_calibration},
+    sequence::fit_calibration,
 };
 use visloc_geom::Camera;
-use visloc_sources::{OpenPictures, SourceAddress, SourceOptions, open_frames, open_pictures};
+use visloc_sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures};
 
-use super::{convert, settings::bag_topics};
+use super::{convert, settings::topic_options};
 use crate::{
     args::{ImageFormat, RecordArgs, SourceArgs, TopicArgs},
     host::host,
@@ -35,15 +35,26 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
     if is_copied(args)? {
         return convert::execute(&args.source, &args.out);
     }
-    let topics = bag_topics(&args.topics)?;
-    let options = SourceOptions {
-        seed: args.seed.seed,
-        num_threads: args.threads.count(),
-        max_frames: args.frames.map(|frames| frames as usize),
-        ..source_options(&args.options, topics.clone())?
+    let mut options = SourceOptions {
+        seed: args.seed.given,
+        num_threads: args.threads.given(),
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    options.usual.max_frames = args.frames.map(|frames| frames as usize);
+    let topics = options.topics.names();
     prepare(&args.source)?;
     let has_robot = SourceAddress::parse(&args.source)?.has_robot() || options.mount.is_some();
+    let is_robot = has_robot && !args.images_only;
+    // The bag that is written has these names.
+    options.honored_elsewhere = match is_robot {
+        true => SourceOption::TOPICS.to_vec(),
+        false => vec![
+            SourceOption::Topics,
+            SourceOption::ImageTopic,
+            SourceOption::CameraInfoTopic,
+            SourceOption::CameraFrame,
+        ],
+    };
     let encoding = match args.images.unwrap_or(ImageFormat::Jpeg) {
         ImageFormat::Jpeg => ImageEncoding::Jpeg { quality: 90 },
         ImageFormat::Png => ImageEncoding::Png,
@@ -53,14 +64,14 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
         let options = BagWriterOptions { image_encoding: encoding, ..BagWriterOptions::default() };
         Ok(BagWriter::create_with(&args.out, topics.clone(), options)?)
     };
-    let recorded = if has_robot && !args.images_only {
+    let recorded = if is_robot {
         let open = open_frames(&args.source, &options, host())?;
         warn(&open.warnings);
         record_frames(open.frames, create()?, args.frames)?
     } else {
         let open = open_pictures(&args.source, &options, host())?;
         warn(&open.warnings);
-        record_pictures(open, &options, create()?, args.frames)?
+        record_pictures(open, create()?, args.frames)?
     };
     finish(args, recorded)
 }
@@ -121,17 +132,8 @@ fn record_frames(
     Ok(Recorded { num_images, num_dropped: frames.num_dropped(), skipped, error })
 }
 
-fn record_pictures(
-    open: OpenPictures,
-    options: &SourceOptions,
-    mut writer: BagWriter,
-    max_frames: Option<u32>,
-) -> Result<Recorded> {
+fn record_pictures(open: OpenPictures, mut writer: BagWriter, max_frames: Option<u32>) -> Result<Recorded> {
     let OpenPictures { mut pictures, calibration, .. } = open;
-    let calibration = match &options.camera {
-        Some(path) => Some((read_calibration(path)?, path.clone())),
-        None => calibration,
-    };
     let progress = Progress::new(pictures.num_pictures());
     let mut camera: Option<Camera> = None;
     let (mut num_images, mut error) = (0, None);

@@ -8,9 +8,13 @@ use visloc_data::bag::BagTopics;
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_settings::{Settings, SettingsError, overlay};
 use visloc_slam::SlamConfig;
+use visloc_sources::TopicOptions;
 use visloc_world::Map;
 
 use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
+
+/// A start may be so far outside of the map, meters.
+const FAR_M: f64 = 2.0;
 
 /// Text of a file.
 ///
@@ -28,28 +32,20 @@ pub fn pipeline_config(path: Option<&Path>) -> Result<PipelineConfig> {
     path.map_or_else(|| Ok(PipelineConfig::default()), from_toml)
 }
 
-/// Names of topics: defaults, then the file, then single options.
+/// Names of topics that were asked for.
 ///
 /// # Errors
 /// If the file cannot be read or has a mistake; the error names file and line.
-pub fn bag_topics(args: &TopicArgs) -> Result<BagTopics> {
-    let mut topics: BagTopics = args.topics.as_deref().map(from_toml).transpose()?.unwrap_or_default();
-    let options = [
-        (&args.image_topic, &mut topics.image),
-        (&args.camera_info_topic, &mut topics.camera_info),
-        (&args.odometry_topic, &mut topics.odometry),
-        (&args.truth_topic, &mut topics.ground_truth),
-        (&args.base_frame, &mut topics.base_frame),
-    ];
-    for (given, setting) in options {
-        if let Some(given) = given {
-            setting.clone_from(given);
-        }
-    }
-    if args.camera_frame.is_some() {
-        topics.camera_frame.clone_from(&args.camera_frame);
-    }
-    Ok(topics)
+pub fn topic_options(args: &TopicArgs) -> Result<TopicOptions> {
+    Ok(TopicOptions {
+        all: args.topics.as_deref().map(from_toml::<BagTopics>).transpose()?,
+        image: args.image_topic.clone(),
+        camera_info: args.camera_info_topic.clone(),
+        odometry: args.odometry_topic.clone(),
+        ground_truth: args.truth_topic.clone(),
+        base_frame: args.base_frame.clone(),
+        camera_frame: args.camera_frame.clone(),
+    })
 }
 
 /// Parameters of SLAM: a preset, then the file, then single options.
@@ -88,6 +84,7 @@ fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
 /// # Errors
 /// If the map has no halves or side lines, or if options cannot go together.
 pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
+    starts.iter().try_for_each(|start| refuse_far_from(start, map))?;
     let Map::Field(field) = map else {
         bail_unless_poses(starts, map)?;
         return Ok(poses(starts));
@@ -110,6 +107,35 @@ pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
             Ok(poses(starts))
         }
     }
+}
+
+/// A start so far from the map that nothing of it can be seen is a mistake.
+fn refuse_far_from(start: &StartArg, map: &Map) -> Result<()> {
+    let StartArg::Pose { world_from_robot, .. } = start else { return Ok(()) };
+    let (low, high) = match map {
+        Map::Field(field) => {
+            let (x, y) = field.half_carpet_m();
+            ((-x, -y), (x, y))
+        }
+        Map::Office(office) => {
+            let [low, high] = office.free_space().bounds_m();
+            ((low.x, low.y), (high.x, high.y))
+        }
+        _ => return Ok(()),
+    };
+    let (x_m, y_m) = (world_from_robot.x_m, world_from_robot.y_m);
+    let is_near = |value: f64, low: f64, high: f64| (low - FAR_M..=high + FAR_M).contains(&value);
+    if is_near(x_m, low.0, high.0) && is_near(y_m, low.1, high.1) {
+        return Ok(());
+    }
+    bail!(
+        "--start pose:{x_m},{y_m}: expected a place on the map {}, x from {:.1} to {:.1} m and y from {:.1} to {:.1} m",
+        map.name(),
+        low.0,
+        high.0,
+        low.1,
+        high.1
+    )
 }
 
 fn bail_unless_poses(starts: &[StartArg], map: &Map) -> Result<()> {

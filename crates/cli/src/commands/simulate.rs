@@ -26,7 +26,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let Some(scenario) = &args.scenario else { return list() };
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
     Claims::of_recording(("SCENARIO", scenario), ("--out", bag), args.overwrite.overwrite).check()?;
-    let simulation = simulation(scenario, args.seed.seed, args.threads.count(), args.frames)?;
+    let simulation = simulation(scenario, args.seed.value(), args.threads.count(), args.frames)?;
     let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());
     let writer = BagWriter::create(bag, BagTopics::default())?;
     let mut saving = Saving::default();
@@ -44,7 +44,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let report = SimulateReport {
         scenario: scenario.to_string(),
         map: map_name,
-        seed: args.seed.seed,
+        seed: args.seed.value(),
         frames: truth.poses().len(),
         duration_s,
         bag: bag.display().to_string(),

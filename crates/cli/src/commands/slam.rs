@@ -7,7 +7,7 @@ use visloc_geom::Camera;
 use visloc_slam::{Schedule, SlamConfig};
 use visloc_sources::{OpenImages, SourceAddress};
 
-use super::settings::{bag_topics, slam_config};
+use super::settings::{slam_config, topic_options};
 use crate::{
     args::{ScheduleArg, SlamArgs},
     broadcast::Broadcast,
@@ -71,8 +71,8 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
     if !(args.publish_ros || (is_live && !args.no_publish_ros)) {
         return Ok(None);
     }
-    let options = source_options(&args.options, bag_topics(&args.topics)?)?;
-    Ok(Some(SlamLive::open(options.domain_id, args.points.as_deref())?))
+    let options = source_options(&args.options, topic_options(&args.topics)?)?;
+    Ok(Some(SlamLive::open(options.domain_id(), args.points.as_deref())?))
 }
 
 /// What shows the run to others, if anybody asks for it.
@@ -85,7 +85,7 @@ fn open_show(
     if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
         return Ok(None);
     }
-    let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.seed };
+    let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.value() };
     Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, &shown)?))
 }
 
@@ -102,7 +102,7 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions> {
     let is_asked_for =
         args.trajectory.is_some() || args.log.is_some() || args.plots.is_some() || args.json.json.is_some();
     let most_records = Records::<SlamRecord>::most_of(is_live, is_asked_for);
-    Ok(RunOptions { seed: args.seed.seed, schedule, is_realtime, most_records })
+    Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {

@@ -24,7 +24,7 @@ struct KindReport {
 /// # Errors
 /// None that can happen.
 pub fn execute(args: &SourcesArgs) -> Result<()> {
-    let options = SourceOptions { ffmpeg: args.ffmpeg.to_path_buf(), ..SourceOptions::default() };
+    let options = SourceOptions { ffmpeg: Some(args.ffmpeg.to_path_buf()), ..SourceOptions::default() };
     let kinds: Vec<KindReport> = KINDS.iter().map(|kind| report(kind, &options)).collect();
     if args.json {
         say::line!("{}", serde_json::to_string_pretty(&kinds).context("cannot write JSON")?);

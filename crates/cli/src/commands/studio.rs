@@ -13,7 +13,7 @@ use std::{
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use visloc_slam::Clock as SlamClock;
-use visloc_sources::{Host, SourceAddress, SourceOptions, open_frames, open_images};
+use visloc_sources::{Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images};
 use visloc_studio::{
     Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
     Update,
@@ -25,12 +25,12 @@ use visloc_studio::{
 };
 use visloc_world::Map;
 
-use super::settings::bag_topics;
+use super::settings::topic_options;
 use crate::{
     args::StudioArgs,
     broadcast::Recording,
     host::{another, host, stop_at_signals},
-    run::source_options,
+    run::{refuse_source_options, source_options},
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
@@ -47,6 +47,11 @@ pub fn execute(args: &StudioArgs) -> Result<()> {
         let [source] = &args.replay[..] else {
             bail!("--export: expected one recording in --replay, found {}", args.replay.len());
         };
+        let options = SourceOptions {
+            seed: args.seed.given,
+            ..source_options(&args.options, topic_options(&args.topics)?)?
+        };
+        refuse_source_options(&options, "makes no difference to a recording; leave it out")?;
         return export(source, target);
     }
     let watch = Stopwatch::start();
@@ -84,7 +89,7 @@ fn start_engine(
 ) -> Result<JoinHandle<()>> {
     let hub = Arc::clone(hub);
     let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
-    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.seed)
+    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.value())
         .with_recordings(args.replay.iter().map(|path| path.to_path_buf()).collect())
         .with_folder(args.recordings().to_path_buf())
         .with_sources(named_sources(args, host)?);
@@ -126,13 +131,19 @@ fn export(source: &Path, target: &Path) -> Result<()> {
 /// The sources that the user names.
 fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     let options = SourceOptions {
-        num_threads: thread::available_parallelism().map_or(1, usize::from),
-        ..source_options(&args.options, bag_topics(&args.topics)?)?
+        seed: args.seed.given,
+        // The algorithms take it too.
+        honored_elsewhere: vec![SourceOption::Seed],
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    if args.source.is_none() && args.sequence.is_empty() {
+        refuse_source_options(&options, "expected a SOURCE or --sequence that it belongs to")?;
+    }
     let mut sources = Vec::new();
     if let Some(name) = &args.source {
         let address = SourceAddress::parse(name)?;
         let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
+        address.check(&options, if is_robot { Purpose::Frames } else { Purpose::Images })?;
         sources.push(NamedSource {
             name: name.to_string(),
             is_live: address.kind().is_live,
@@ -144,7 +155,9 @@ fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
         });
     }
     for name in &args.sequence {
-        let is_live = SourceAddress::parse(name)?.kind().is_live;
+        let address = SourceAddress::parse(name)?;
+        address.check(&options, Purpose::Images)?;
+        let is_live = address.kind().is_live;
         let opener = SourceOpener::Images(images_opener(name, &options, host));
         sources.push(NamedSource { name: name.to_string(), is_live, opener });
     }
@@ -160,7 +173,7 @@ fn frames_opener(
     let map = map.map(Map::load).transpose()?;
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Ok(Arc::new(move |seed| {
-        let options = SourceOptions { seed, ..options.clone() };
+        let options = SourceOptions { seed: Some(seed), ..options.clone() };
         let open = open_frames(&name, &options, &host).map_err(|error| refused(&name, &error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         let map = map.clone().or(open.map).ok_or_else(|| refused(&name, &"expected --map NAME|FILE"))?;
@@ -171,7 +184,7 @@ fn frames_opener(
 fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
-        let options = SourceOptions { seed, ..options.clone() };
+        let options = SourceOptions { seed: Some(seed), ..options.clone() };
         let open = open_images(&name, &options, &host).map_err(|error| refused(&name, &error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         Ok(OpenCamera { images: open.images, truth: open.truth })

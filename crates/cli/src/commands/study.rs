@@ -10,7 +10,7 @@ use crate::{args::StudyArgs, report::save_json, run::Saving, say};
 /// # Errors
 /// If a simulation is impossible or a file cannot be written.
 pub fn execute(args: &StudyArgs) -> Result<()> {
-    let outcome = Study::from(args.study).conduct(args.seed.seed)?;
+    let outcome = Study::from(args.study).conduct(args.seed.value())?;
     say::text(format_args!("{}", outcome.report.text()));
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &outcome.report.json));

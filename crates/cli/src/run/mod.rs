@@ -30,4 +30,4 @@ pub use results::BagOutput;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
 pub use saving::Saving;
 pub use show::Show;
-pub use source::{open_source, prepare, simulation, source_options, until_stopped};
+pub use source::{open_source, prepare, refuse_source_options, simulation, source_options, until_stopped};

@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use visloc_base::FrameSource;
-use visloc_data::bag::BagTopics;
-use visloc_sim::{Scenario, Simulation};
-use visloc_sources::{Mount, SourceAddress, SourceOptions, UntilStopped, open_frames};
+use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
+use visloc_sources::{
+    Mount, SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
+};
 use visloc_world::Map;
 
 use crate::{
-    args::SourceArgs,
+    args::{SourceArgs, num_cores},
     host::{host, stop_at_signals},
 };
 
@@ -28,7 +29,7 @@ pub struct OpenSource {
 ///
 /// # Errors
 /// If `ROS_DOMAIN_ID` is no number.
-pub fn source_options(args: &SourceArgs, topics: BagTopics) -> Result<SourceOptions> {
+pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceOptions> {
     let mount = args.camera_height.map(|height_m| Mount {
         height_m,
         forward_m: args.camera_forward,
@@ -42,22 +43,34 @@ pub fn source_options(args: &SourceArgs, topics: BagTopics) -> Result<SourceOpti
         mount,
         rate_hz: args.fps,
         patience_secs: args.patience,
-        ffmpeg: args.ffmpeg.to_path_buf(),
-        domain_id: domain_id(args.ros_domain)?,
+        ffmpeg: args.ffmpeg.as_deref().map(Path::to_path_buf),
+        domain_id: args.ros_domain,
+        usual: Usual { num_threads: num_cores(), max_frames: None, domain_id: usual_domain_id(args)? },
         ..SourceOptions::default()
     })
 }
 
-/// The domain asked for, or the one that programs of ROS take from the environment.
-fn domain_id(given: Option<u16>) -> Result<u16> {
-    let from_environment = || match std::env::var("ROS_DOMAIN_ID") {
-        Ok(text) if !text.trim().is_empty() => {
+/// The domain that programs of ROS take from the environment, unless one is asked for.
+fn usual_domain_id(args: &SourceArgs) -> Result<u16> {
+    match std::env::var("ROS_DOMAIN_ID") {
+        Ok(text) if args.ros_domain.is_none() && !text.trim().is_empty() => {
             let id = text.trim().parse().ok().filter(|id| *id <= 232);
             id.ok_or_else(|| anyhow!("ROS_DOMAIN_ID: expected a number from 0 to 232, found '{text}'"))
         }
         _ => Ok(0),
-    };
-    given.map_or_else(from_environment, Ok)
+    }
+}
+
+/// Refuses options of a source where none is opened.
+///
+/// # Errors
+/// If there is one that nobody else honors.
+pub fn refuse_source_options(options: &SourceOptions, reason: &str) -> Result<()> {
+    let is_spare = |option: &SourceOption| !options.honored_elsewhere.contains(option);
+    match options.given().find(is_spare) {
+        Some(option) => Err(anyhow!("{}: {reason}", option.flag())),
+        None => Ok(()),
+    }
 }
 
 /// Opens a source for localization, and loads the map.
@@ -105,6 +118,9 @@ pub fn simulation(
     let scenario = Scenario::load(scenario)?;
     let simulation = Simulation::new(&scenario, seed)?.with_threads(num_threads);
     let Some(max_frames) = max_frames else { return Ok(simulation) };
-    let max_frames = usize::try_from(max_frames).context("too many frames")?;
+    let max_frames = usize::try_from(max_frames).unwrap_or(usize::MAX);
+    if max_frames > MAX_FRAMES {
+        return Err(anyhow!("--frames: expected at most {MAX_FRAMES} for a simulation, found {max_frames}"));
+    }
     Ok(simulation.with_num_frames(max_frames))
 }

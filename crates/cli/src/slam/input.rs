@@ -2,11 +2,11 @@
 
 use anyhow::{Result, bail};
 use visloc_data::sequence::SequenceRange;
-use visloc_sources::{OpenImages, SourceAddress, SourceOptions, open_images};
+use visloc_sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images};
 
 use crate::{
     args::SlamArgs,
-    commands::bag_topics,
+    commands::topic_options,
     host::host,
     run::{prepare, source_options},
 };
@@ -22,10 +22,19 @@ pub fn open_input(args: &SlamArgs) -> Result<OpenImages> {
     let options = SourceOptions {
         range: SequenceRange { start: args.start, end: args.end, stride: args.stride as usize },
         scale: args.scale,
-        seed: args.seed.seed,
-        num_threads: std::thread::available_parallelism().map_or(1, usize::from),
-        ..source_options(&args.options, bag_topics(&args.topics)?)?
+        seed: args.seed.given,
+        honored_elsewhere: honored_by_slam(args),
+        ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     prepare(&args.source)?;
     Ok(open_images(&args.source, &options, host())?)
+}
+
+/// The seed is that of SLAM too, and the domain that of what is published.
+fn honored_by_slam(args: &SlamArgs) -> Vec<SourceOption> {
+    let mut honored = vec![SourceOption::Seed];
+    if args.publish_ros {
+        honored.push(SourceOption::RosDomain);
+    }
+    honored
 }

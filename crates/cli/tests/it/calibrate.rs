@@ -56,7 +56,7 @@ fn bad_input_is_named() {
         "expected a grid of 8 x 6 inner corners, found 9 x 6",
     );
     fails(&["calibrate", "photos", "--size", "9", "--square", "0.03"], "expected columns x rows");
-    fails(&["calibrate", "photos", "--size", "9x6", "--square=-1"], "expected a side above 0");
+    fails(&["calibrate", "photos", "--size", "9x6", "--square=-1"], "expected a number from 0.0001 to 10");
     fails(
         &["calibrate", "nowhere", "--size", "9x6", "--square", "0.03"],
         "nowhere: expected a folder of images",

@@ -15,6 +15,7 @@ mod help;
 mod likelihood;
 mod localize;
 mod messages;
+mod numbers;
 mod outputs;
 mod settings;
 mod signals;

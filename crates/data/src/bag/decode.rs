@@ -198,7 +198,7 @@ pub fn camera_of(info: &messages::CameraInfo) -> Result<(Timestamp, Camera), Rej
         is_fatal: true,
     })?;
     let k = &info.k;
-    let camera = Camera::new((info.width, info.height), (k[0], k[4]), (k[2], k[5]), distortion)
+    let camera = Camera::checked((info.width, info.height), (k[0], k[4]), (k[2], k[5]), distortion)
         .map_err(|error| Reject::new(Some(at), error.to_string()))?;
     Ok((at, camera))
 }

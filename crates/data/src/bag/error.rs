@@ -4,7 +4,7 @@ use std::{fmt::Write as _, io, path::PathBuf};
 
 use thiserror::Error;
 
-use crate::bag::TopicInfo;
+use crate::bag::{TopicInfo, TopicRole, index::instead_of};
 
 /// Why a recording cannot be opened or written.
 #[derive(Debug, Error)]
@@ -48,7 +48,7 @@ pub enum BagError {
     },
     /// A topic that is needed is not in the recording.
     #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; name the right one (on the command line --topics or \
-             --image-topic). Topics there: {}", path.display(), list_topics(available))]
+             --image-topic){instead}. Topics there: {}", path.display(), list_topics(available))]
     MissingTopic {
         /// The recording.
         path: PathBuf,
@@ -56,6 +56,8 @@ pub enum BagError {
         topic: String,
         /// The type it should have.
         expected_type: String,
+        /// What can be given instead, with a comma before it; empty if nothing can.
+        instead: &'static str,
         /// The topics that are there.
         available: Vec<TopicInfo>,
     },
@@ -67,6 +69,15 @@ pub enum BagError {
         path: PathBuf,
         /// The topics that can be meant.
         topics: Vec<TopicInfo>,
+    },
+    /// A topic that is needed has an empty name, which means that it is not to be read.
+    #[error("{}: the topic of {} is set to \"\", so it is not read, and it is needed: name the topic{}",
+             path.display(), role.meaning(), instead_of(*role))]
+    NotRead {
+        /// The recording.
+        path: PathBuf,
+        /// What the topic is for.
+        role: TopicRole,
     },
     /// A topic has messages of a type that cannot be used.
     #[error("{}: topic '{}' has type '{}' in encoding '{}', expected {expected} in encoding 'cdr'; \

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use crate::bag::{BagError, BagTopics, TopicRole, container::topics_of_file, files::BagFiles};
+use crate::bag::{BagError, BagTopics, GivenInputs, TopicRole, container::topics_of_file, files::BagFiles};
 
 /// A topic of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,14 +32,21 @@ pub(super) fn topics_of_files(files: &BagFiles) -> Result<Vec<TopicInfo>, BagErr
 }
 
 /// Checks that what is needed is there, with types that can be read.
-pub(super) fn check_topics(path: &Path, available: &[TopicInfo], topics: &BagTopics) -> Result<(), BagError> {
+pub(super) fn check_topics(
+    path: &Path,
+    available: &[TopicInfo],
+    topics: &BagTopics,
+    given: &GivenInputs,
+) -> Result<(), BagError> {
     let defaults = BagTopics::default();
     let find = |role| available.iter().find(|info| !info.topic.is_empty() && info.topic == topics.name(role));
     for role in TopicRole::ALL {
         let name = topics.name(role);
         let is_renamed = !name.is_empty() && name != defaults.name(role);
         let is_needed = match role {
-            TopicRole::Image | TopicRole::CameraInfo => true,
+            TopicRole::Image => true,
+            TopicRole::CameraInfo => given.camera.is_none(),
+            TopicRole::Tf if given.robot_from_camera.is_some() => false,
             TopicRole::Tf => is_renamed || find(TopicRole::TfStatic).is_none(),
             _ => is_renamed,
         };
@@ -61,11 +68,15 @@ pub(super) fn check_topic<'a>(
     role: TopicRole,
 ) -> Result<&'a TopicInfo, BagError> {
     let name = topics.name(role);
+    if name.is_empty() {
+        return Err(BagError::NotRead { path: path.to_path_buf(), role });
+    }
     let expected = || role.type_names().join(" or ");
     let found = available.iter().find(|info| !info.topic.is_empty() && info.topic == name);
     let info = found.ok_or_else(|| BagError::MissingTopic {
         path: path.to_path_buf(),
         topic: name.to_string(),
+        instead: instead_of(role),
         expected_type: expected(),
         available: available.to_vec(),
     })?;
@@ -73,4 +84,15 @@ pub(super) fn check_topic<'a>(
         return Ok(info);
     }
     Err(BagError::WrongType { path: path.to_path_buf(), found: Box::new(info.clone()), expected: expected() })
+}
+
+/// What the user can give if a topic of this role is missing.
+pub(super) fn instead_of(role: TopicRole) -> &'static str {
+    match role {
+        TopicRole::CameraInfo => ", or give a calibration with --camera FILE",
+        TopicRole::Tf | TopicRole::TfStatic => {
+            ", or say where the camera is: --camera-height METERS --camera-tilt DEGREES"
+        }
+        _ => "",
+    }
 }

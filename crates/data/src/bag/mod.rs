@@ -12,6 +12,7 @@ mod container;
 mod decode;
 mod error;
 mod files;
+mod given;
 mod history;
 mod index;
 pub mod messages;
@@ -32,6 +33,7 @@ pub use decode::{
     EncodedImage, ImagePayload, Reject, RosMessage, SensorMessage, StampedTransform, camera_of,
 };
 pub use error::BagError;
+pub use given::GivenInputs;
 pub use index::TopicInfo;
 pub use pictures::BagPictures;
 pub use reader::BagReader;

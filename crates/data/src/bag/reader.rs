@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
 
 use crate::bag::{
-    BagError, BagTopics, ExpectedInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo, TopicRole,
+    BagError, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo,
+    TopicRole,
     choose::{check_odometry, choose_topics},
     decode::{RawMessage, Reject, decode},
     files::bag_files,
@@ -17,6 +18,7 @@ use crate::bag::{
 pub struct BagReader {
     path: PathBuf,
     topics: BagTopics,
+    given: GivenInputs,
     available: Vec<TopicInfo>,
     messages: MessageStream,
     synchronizer: Synchronizer,
@@ -42,18 +44,32 @@ impl BagReader {
     /// # Errors
     /// If nothing can be read, or a topic is missing or has another type. The error lists the topics that are there.
     pub fn open(path: impl AsRef<Path>, topics: BagTopics) -> Result<Self, BagError> {
+        Self::open_with(path, &topics, GivenInputs::default())
+    }
+
+    /// As [`BagReader::open`], with inputs that are used over those of the recording, or instead of them.
+    ///
+    /// # Errors
+    /// As [`BagReader::open`]; topics that need not be read are not missed.
+    pub fn open_with(
+        path: impl AsRef<Path>,
+        topics: &BagTopics,
+        given: GivenInputs,
+    ) -> Result<Self, BagError> {
         let path = path.as_ref();
+        let topics = given.topics_to_read(topics);
         let files = bag_files(path)?;
         let available = topics_of_files(&files)?;
         check_odometry(path, &available, &topics)?;
         let topics = choose_topics(&available, &topics);
-        check_topics(path, &available, &topics)?;
+        check_topics(path, &available, &topics, &given)?;
         let expected = expected_inputs(&available, &topics);
         Ok(Self {
             path: path.to_path_buf(),
-            synchronizer: Synchronizer::new(&topics, expected),
+            synchronizer: Synchronizer::new(&topics, expected).with_given(given),
             messages: MessageStream::new(files, topics.clone()),
             topics,
+            given,
             available,
             has_truth: true,
             end: End::NotReached,
@@ -67,7 +83,7 @@ impl BagReader {
     #[must_use]
     pub fn without_truth(mut self) -> Self {
         let expected = ExpectedInputs { has_truth: false, ..expected_inputs(&self.available, &self.topics) };
-        self.synchronizer = Synchronizer::new(&self.topics, expected);
+        self.synchronizer = Synchronizer::new(&self.topics, expected).with_given(self.given);
         self.has_truth = false;
         self
     }

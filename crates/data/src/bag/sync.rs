@@ -7,7 +7,7 @@ use visloc_base::{Frame, GroundContact, RgbImage, SkippedInput, SourceFrame, Tim
 use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
 
 use crate::bag::{
-    BagTopics, EncodedImage, SensorMessage, StampedTransform, TopicRole,
+    BagTopics, EncodedImage, GivenInputs, SensorMessage, StampedTransform, TopicRole,
     decode::frame_name,
     history::{History, Lookup, Pushed},
     tf_tree::TfTree,
@@ -69,6 +69,7 @@ pub struct Synchronizer {
     camera_frame: Option<String>,
     topics: BagTopics,
     expected: ExpectedInputs,
+    given: GivenInputs,
     images: VecDeque<EncodedImage>,
     cameras: History<Camera>,
     odometry: History<PlanarPose>,
@@ -93,6 +94,7 @@ impl Synchronizer {
             camera_frame: topics.camera_frame.as_deref().map(|name| frame_name(name).to_string()),
             topics: topics.clone(),
             expected,
+            given: GivenInputs::default(),
             images: VecDeque::new(),
             cameras: History::default(),
             odometry: History::default(),
@@ -109,6 +111,18 @@ impl Synchronizer {
         }
     }
 
+    /// The same synchronizer with inputs that win over messages and are not waited for.
+    #[must_use]
+    pub fn with_given(mut self, given: GivenInputs) -> Self {
+        self.given = given;
+        self
+    }
+
+    /// Sets the inputs that win over messages, as soon as they are known.
+    pub fn give(&mut self, given: GivenInputs) {
+        self.given = given;
+    }
+
     /// Changes which topics a picture waits for, as those of a live source come and go.
     pub fn expect(&mut self, expected: ExpectedInputs) {
         self.expected = expected;
@@ -116,7 +130,7 @@ impl Synchronizer {
 
     /// Begins again after the sender's clock was set back: what moves is forgotten, what never moves and the calibration stay.
     pub fn restart(&mut self) {
-        let mut anew = Self::new(&self.topics, self.expected);
+        let mut anew = Self::new(&self.topics, self.expected).with_given(self.given);
         anew.tree = self.tree.fixed();
         if let Some((_, camera)) = self.cameras.newest() {
             anew.cameras.push(Timestamp::from_nanos(i64::MIN / 4), camera);
@@ -187,9 +201,12 @@ impl Synchronizer {
                     return Some(SyncOutcome::Frame(Box::new(frame)));
                 }
                 Err(reason) if self.num_wrong_size >= MAX_WRONG_SIZE => {
+                    let calibration = match self.given.camera {
+                        Some(_) => "the calibration that was given".to_owned(),
+                        None => format!("'{}'", self.topics.camera_info),
+                    };
                     let reason = format!(
-                        "{reason}, {MAX_WRONG_SIZE} times in a row: '{}' belongs to another camera or size",
-                        self.topics.camera_info
+                        "{reason}, {MAX_WRONG_SIZE} times in a row: {calibration} belongs to another camera or size"
                     );
                     self.images.clear();
                     return Some(SyncOutcome::Unusable(reason));
@@ -267,8 +284,9 @@ impl Synchronizer {
             return true;
         }
         let reaches = |newest: Option<Timestamp>| newest.is_some_and(|newest| newest >= at);
-        self.cameras.newest_at().is_some()
-            && self.tree.covers(&self.base_frame, self.camera_frame_of(image), at)
+        (self.given.camera.is_some() || self.cameras.newest_at().is_some())
+            && (self.given.robot_from_camera.is_some()
+                || self.tree.covers(&self.base_frame, self.camera_frame_of(image), at))
             && (!self.expected.has_odometry || reaches(self.odometry.newest_at()))
             && (!self.expected.has_foot_contact || reaches(self.foot_contact.newest_at()))
             && (!self.expected.has_foot_pressure || reaches(self.foot_pressure.newest_at()))
@@ -285,10 +303,7 @@ impl Synchronizer {
         let camera = self.camera_at(at).ok_or_else(|| {
             format!("expected a calibration on '{}' before or with the image", self.topics.camera_info)
         })?;
-        let pose = self.tree.lookup(&self.base_frame, self.camera_frame_of(image), at)?;
-        let rotation: Rotation3<f64> = pose.dst_from_src.rotation.to_rotation_matrix();
-        let robot_from_camera: Rigid3<Robot, CameraFrame> =
-            Rigid3::new(rotation, pose.dst_from_src.translation.vector);
+        let (robot_from_camera, is_pose_held) = self.camera_pose_for(image)?;
         let pixels = image.decode()?;
         self.check_size(&pixels, &camera)?;
         let odometry = self.odometry.lookup(at);
@@ -306,11 +321,24 @@ impl Synchronizer {
         };
         let truth = self.truth.nearest(at, 0.5 * self.interval_secs(at));
         let source_frame = SourceFrame { frame, truth };
-        Ok(SynchronizedFrame { source_frame, has_held_values: pose.is_held || is_odometry_held })
+        Ok(SynchronizedFrame { source_frame, has_held_values: is_pose_held || is_odometry_held })
+    }
+
+    /// Where the camera was on the robot, and whether that is the last known value instead of one interpolated.
+    fn camera_pose_for(&self, image: &EncodedImage) -> Result<(Rigid3<Robot, CameraFrame>, bool), String> {
+        if let Some(robot_from_camera) = self.given.robot_from_camera {
+            return Ok((robot_from_camera, false));
+        }
+        let pose = self.tree.lookup(&self.base_frame, self.camera_frame_of(image), image.at)?;
+        let rotation: Rotation3<f64> = pose.dst_from_src.rotation.to_rotation_matrix();
+        Ok((Rigid3::new(rotation, pose.dst_from_src.translation.vector), pose.is_held))
     }
 
     fn camera_at(&self, at: Timestamp) -> Option<Camera> {
-        self.cameras.last_until(at).or_else(|| self.cameras.nearest(at, f64::INFINITY))
+        self.given
+            .camera
+            .or_else(|| self.cameras.last_until(at))
+            .or_else(|| self.cameras.nearest(at, f64::INFINITY))
     }
 
     fn check_size(&mut self, pixels: &RgbImage, camera: &Camera) -> Result<(), String> {

@@ -37,6 +37,21 @@ impl TopicRole {
         Self::GroundTruth,
     ];
 
+    /// What is on a topic of this role, for people.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Image => "the images",
+            Self::CameraInfo => "the calibration",
+            Self::Odometry => "the odometry",
+            Self::Tf => "the kinematics (tf)",
+            Self::TfStatic => "the fixed transforms (tf_static)",
+            Self::FootContact => "the contact of the feet",
+            Self::FootPressure => "the forces under the feet",
+            Self::GroundTruth => "the truth",
+        }
+    }
+
     /// Message types that a topic of this role may have.
     #[must_use]
     pub fn type_names(self) -> &'static [&'static str] {
@@ -54,7 +69,8 @@ impl TopicRole {
 }
 
 /// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
-/// must have the image and calibration topics, one of the two `tf` topics, and every topic whose name is not the default.
+/// must have the image topic, the calibration topic (or the camera is given), one of the two `tf` topics (or the camera's
+/// place is given), and every topic whose name is not the default.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BagTopics {

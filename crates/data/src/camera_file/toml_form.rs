@@ -59,7 +59,7 @@ impl CameraToml {
                 ));
             }
         };
-        Camera::new(self.size_px.into(), self.focal_px.into(), self.center_px.into(), lens)
+        Camera::checked(self.size_px.into(), self.focal_px.into(), self.center_px.into(), lens)
             .map_err(|error: CameraError| error.to_string())
     }
 }

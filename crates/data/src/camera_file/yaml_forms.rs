@@ -48,7 +48,7 @@ pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
             ));
         }
     };
-    Camera::new(entry.resolution.into(), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
+    Camera::checked(entry.resolution.into(), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
 }
 
 #[derive(Deserialize)]
@@ -95,7 +95,7 @@ pub(super) fn matrices(text: &str) -> Result<Camera, String> {
     let d = file.distortion_coefficients.map(|m| m.data).unwrap_or_default();
     let model = if file.fisheye_model != 0 { "equidistant" } else { file.distortion_model.as_str() };
     let lens = distortion_of_ros(model, &d)?;
-    Camera::new((width, height), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
+    Camera::checked((width, height), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
 }
 
 fn one_line(error: &impl ToString) -> String {

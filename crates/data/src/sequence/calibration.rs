@@ -64,7 +64,7 @@ impl Calibration {
     /// # Errors
     /// If no camera has these values.
     pub fn camera(&self, size_px: (u32, u32), path: &Path) -> Result<Camera, SequenceError> {
-        Camera::new(size_px, self.focal_px, self.center_px, self.distortion)
+        Camera::checked(size_px, self.focal_px, self.center_px, self.distortion)
             .map_err(|source| SequenceError::Camera { path: path.to_path_buf(), source })
     }
 }

@@ -16,8 +16,8 @@ pub use calibration::{Calibration, read_calibration};
 pub use error::SequenceError;
 pub use files::{FileSequence, ImageFile};
 pub use open::{
-    Listing, Sequence, SequenceOptions, fit_calibration, list_sequence, open_sequence, open_tum,
-    sequence_layouts,
+    Listing, SCALES, Sequence, SequenceOptions, check_scaled, fit_calibration, list_sequence, open_sequence,
+    open_tum, sequence_layouts,
 };
 pub use pictures::FilePictures;
 pub use range::{Bound, SequenceRange};

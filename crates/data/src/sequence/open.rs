@@ -22,7 +22,7 @@ pub struct SequenceOptions {
     pub scale: f64,
     /// Calibration to use instead of the dataset's.
     pub calibration: Option<PathBuf>,
-    /// Images a second of a plain folder, over what its calibration or the names of its images say.
+    /// Images a second of a plain folder, over what its calibration or the names of its images say; above 0.
     pub rate_hz: Option<f64>,
     /// Key of the layout (see [`sequence_layouts`]); recognized if absent.
     pub layout: Option<&'static str>,
@@ -36,7 +36,10 @@ impl Default for SequenceOptions {
 }
 
 /// Smallest and largest factor for the size of images.
-const SCALES: (f64, f64) = (0.05, 4.0);
+pub const SCALES: (f64, f64) = (0.05, 4.0);
+/// Shortest and longest side of an image that was resized, pixels.
+const MIN_SCALED_PX: u32 = 16;
+const MAX_SCALED_PX: u32 = 16_384;
 /// A pause so many times as long as usual is a gap.
 const GAP_FACTOR: f64 = 5.0;
 
@@ -84,8 +87,14 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
         return Err(SequenceError::layout(folder, reason));
     }
     let num_all = images.len();
-    let rate_hz = options.rate_hz.filter(|rate| *rate > 0.0 && layout.key == "images");
-    let images = match rate_hz {
+    let images = match options.rate_hz {
+        Some(_) if layout.key != "images" => {
+            let reason = format!(
+                "--fps: expected a folder of images without times, found {}, which has them; leave it out",
+                layout.name
+            );
+            return Err(SequenceError::layout(folder, reason));
+        }
         Some(rate_hz) => at_a_rate(images, rate_hz),
         None => images,
     };
@@ -103,7 +112,7 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
 /// If there is no known layout, no calibration or an impossible one, no image in the range, or none that can be read.
 pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequence, SequenceError> {
     if !(SCALES.0..=SCALES.1).contains(&options.scale) {
-        let reason = format!("expected a scale from {} to {}, found {}", SCALES.0, SCALES.1, options.scale);
+        let reason = format!("expected a scale from {} to {}, found {:?}", SCALES.0, SCALES.1, options.scale);
         return Err(SequenceError::layout(folder, reason));
     }
     let Listing { images, calibration, truth, layout, skipped, mut warnings } =
@@ -111,10 +120,27 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
     let (calibration, calibration_file) = calibration?;
     let size_px = size_of_images(folder, &images)?;
     let camera = fit_calibration(&calibration, size_px, &calibration_file, &mut warnings)?;
+    check_scaled(&camera, options.scale).map_err(|reason| SequenceError::layout(folder, reason))?;
     warnings.extend(gaps(&images));
     let images = FileSequence::new(camera, images, SequenceRange::default(), skipped);
     let images = if options.scale == 1.0 { images } else { images.scaled(options.scale) };
     Ok(Sequence { images, truth, layout, warnings })
+}
+
+/// Whether images of a camera can be resized by a factor: what comes out has to be an image still.
+///
+/// # Errors
+/// What was expected and what would come out.
+pub fn check_scaled(camera: &Camera, scale: f64) -> Result<(), String> {
+    let ((width, height), (to_width, to_height)) = (camera.size_px(), camera.scaled(scale).size_px());
+    let is_image = |side: u32| (MIN_SCALED_PX..=MAX_SCALED_PX).contains(&side);
+    if scale == 1.0 || (is_image(to_width) && is_image(to_height)) {
+        return Ok(());
+    }
+    Err(format!(
+        "--scale {scale:?}: images of {width} x {height} px would become {to_width} x {to_height}, expected sides from \
+         {MIN_SCALED_PX} to {MAX_SCALED_PX} px"
+    ))
 }
 
 /// Opens a folder of the TUM layout, or any other that is known, without its truth.

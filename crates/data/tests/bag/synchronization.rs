@@ -4,8 +4,8 @@ use nalgebra::{Isometry3, Vector3};
 use visloc_base::{GroundContact, Timestamp};
 use visloc_data::{
     bag::{
-        BagTopics, EncodedImage, ExpectedInputs, ImagePayload, SensorMessage, StampedTransform, SyncOutcome,
-        SynchronizedFrame, Synchronizer,
+        BagTopics, EncodedImage, ExpectedInputs, GivenInputs, ImagePayload, SensorMessage, StampedTransform,
+        SyncOutcome, SynchronizedFrame, Synchronizer,
     },
     image_codec,
 };
@@ -170,4 +170,25 @@ fn one_stamp_far_ahead_does_not_end_the_odometry() {
         }
     }
     assert!(num_with_odometry >= 35, "{num_with_odometry}");
+}
+
+#[test]
+fn what_is_given_wins_over_messages_and_is_not_waited_for() {
+    let place = frame(3).frame.robot_from_camera;
+    let other = Camera::pinhole((64, 48), (90.0, 90.0), (31.5, 23.5)).unwrap();
+    let given = GivenInputs { camera: Some(other), robot_from_camera: Some(place) };
+    let mut synchronizer =
+        Synchronizer::new(&BagTopics::default(), ExpectedInputs::default()).with_given(given);
+    synchronizer.push(image(0.1));
+    let alone = pop(&mut synchronizer).unwrap().source_frame.frame;
+    assert_eq!((alone.camera, alone.robot_from_camera), (other, place));
+    for message in [camera(0.2), head(0.2), image(0.2)] {
+        synchronizer.push(message);
+    }
+    let over = pop(&mut synchronizer).unwrap().source_frame.frame;
+    assert_eq!((over.camera, over.robot_from_camera), (other, place));
+    // It survives a publisher that begins anew.
+    synchronizer.restart();
+    synchronizer.push(image(0.05));
+    assert_eq!(pop(&mut synchronizer).unwrap().source_frame.frame.camera, other);
 }

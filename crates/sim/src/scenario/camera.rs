@@ -1,11 +1,14 @@
 //! The table `[camera]`.
 
 use serde::Deserialize;
-use visloc_geom::{Camera, CameraError, Distortion};
+use visloc_geom::{Camera, Distortion};
 
 use super::check::Check;
 use super::load::ScenarioError;
 use crate::render::Sensor;
+
+/// Most pixels of an image; each needs some 60 bytes on every thread that draws.
+const MAX_PIXELS: u64 = 1 << 24;
 
 /// Calibration and imaging of the robot's camera.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -17,8 +20,11 @@ pub struct CameraSetup {
     pub focal_px: [f64; 2],
     /// Principal point, pixels.
     pub center_px: [f64; 2],
-    /// Radial-tangential distortion: k1, k2, p1, p2, k3.
-    pub distortion: [f64; 5],
+    /// The lens: `radial-tangential`, `kannala-brandt` (fisheye) or `pinhole`, as in camera files. Absent: radial-tangential, or
+    /// pinhole without coefficients.
+    pub model: Option<String>,
+    /// k1, k2, p1, p2 and maybe k3, or k1 to k4 of the fisheye; none for no distortion.
+    pub distortion: Vec<f64>,
     /// How long the shutter is open: motion blur.
     pub shutter_secs: f64,
     /// Brightness against the scene's mean light, in powers of two.
@@ -40,7 +46,8 @@ impl Default for CameraSetup {
             size_px: [320, 240],
             focal_px: [373.3, 373.3],
             center_px: [159.5, 119.5],
-            distortion: [0.0; 5],
+            model: None,
+            distortion: Vec::new(),
             shutter_secs: 0.012,
             exposure_stops: 0.0,
             exposure_drift_stops: 0.15,
@@ -55,14 +62,31 @@ impl CameraSetup {
     /// The calibration.
     ///
     /// # Errors
-    /// If no camera can have these values.
-    pub fn camera(&self) -> Result<Camera, CameraError> {
-        Camera::new(
-            self.size_px.into(),
-            self.focal_px.into(),
-            self.center_px.into(),
-            Distortion::RadialTangential(self.distortion),
-        )
+    /// If no camera can have these values; what was expected and what was found.
+    pub fn camera(&self) -> Result<Camera, String> {
+        let camera =
+            Camera::checked(self.size_px.into(), self.focal_px.into(), self.center_px.into(), self.lens()?);
+        camera.map_err(|error| error.to_string())
+    }
+
+    fn lens(&self) -> Result<Distortion, String> {
+        let named = |name: &str| self.model.as_deref().is_none_or(|model| model == name);
+        match self.distortion[..] {
+            [] if named("pinhole") => Ok(Distortion::None),
+            [k1, k2, p1, p2] if named("radial-tangential") => {
+                Ok(Distortion::RadialTangential([k1, k2, p1, p2, 0.0]))
+            }
+            [k1, k2, p1, p2, k3] if named("radial-tangential") => {
+                Ok(Distortion::RadialTangential([k1, k2, p1, p2, k3]))
+            }
+            [k1, k2, k3, k4] if named("kannala-brandt") => Ok(Distortion::KannalaBrandt([k1, k2, k3, k4])),
+            _ => Err(format!(
+                "{} with {} coefficients of distortion (\"pinhole\" has none, \"radial-tangential\" 4 or 5, \
+                 \"kannala-brandt\" 4)",
+                self.model.as_ref().map_or("no model".to_owned(), |model| format!("model \"{model}\"")),
+                self.distortion.len()
+            )),
+        }
     }
 
     pub(crate) fn sensor(&self) -> Sensor {
@@ -74,6 +98,9 @@ impl CameraSetup {
             let expected = "a width and a height from 8 to 8192";
             check.that((8..=8192).contains(&size), "camera.size_px", expected, size)?;
         }
+        let [width, height] = self.size_px.map(u64::from);
+        let expected = format!("at most {MAX_PIXELS} pixels in all");
+        check.that(width * height <= MAX_PIXELS, "camera.size_px", &expected, width * height)?;
         if let Err(error) = self.camera() {
             return check.that(false, "camera", "a possible calibration", error);
         }

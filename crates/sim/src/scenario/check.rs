@@ -41,7 +41,9 @@ impl Check<'_> {
         range: RangeInclusive<f64>,
     ) -> Result<(), ScenarioError> {
         let expected = format!("a number from {} to {}", range.start(), range.end());
-        self.that(range.contains(&value), key, &expected, value)
+        // Debug writes 1e300 in short.
+        let found = if value.abs() < 1e7 { value.to_string() } else { format!("{value:?}") };
+        self.that(range.contains(&value), key, &expected, found)
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Deserialize;
 use thiserror::Error;
 use visloc_base::files;
-use visloc_world::MapError;
+use visloc_world::{BUILT_IN_MAPS, MapError};
 
 use super::check::Check;
 use super::{
@@ -13,6 +13,11 @@ use super::{
     PlacedPose, RobotSetup,
 };
 use crate::scene::{Lamp, Room};
+
+/// Most frames of a simulation, which are planned before the first is drawn: eleven hours at 30 a second.
+pub const MAX_FRAMES: usize = 1_200_000;
+/// Most entries of each list.
+const MAX_THINGS: usize = 1000;
 
 /// Scenarios that are part of the program: name and text.
 pub const BUILT_IN_SCENARIOS: [(&str, &str); 12] = [
@@ -96,6 +101,16 @@ fn built_in_names() -> String {
     BUILT_IN_SCENARIOS.map(|(name, _)| name).join(", ")
 }
 
+/// A map's path as a file of a scenario means it: from its folder, or, if there is nothing, from the working directory.
+fn map_beside(scenario: &Path, map: &str) -> String {
+    let beside = scenario.parent().unwrap_or(Path::new("")).join(map);
+    let is_built_in = BUILT_IN_MAPS.iter().any(|(name, _)| *name == map);
+    if is_built_in || (!beside.exists() && Path::new(map).exists()) {
+        return map.to_owned();
+    }
+    beside.to_str().map_or_else(|| map.to_owned(), str::to_owned)
+}
+
 /// Everything about one simulation except its seed.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -105,7 +120,7 @@ pub struct Scenario {
     pub name: String,
     /// One line for people.
     pub summary: String,
-    /// Name or file of the map.
+    /// Name or file of the map; in a file, its path from the file's folder, or else from the working directory.
     pub map: String,
     /// Length of the simulation.
     pub duration_secs: f64,
@@ -174,9 +189,12 @@ impl Scenario {
         if let Some((name, text)) = BUILT_IN_SCENARIOS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
         }
-        let text = files::read_text(Path::new(name_or_path))
+        let path = Path::new(name_or_path);
+        let text = files::read_text(path)
             .map_err(|source| ScenarioError::Unreadable { name: name_or_path.to_owned(), source })?;
-        Self::parse(name_or_path, &text)
+        let mut scenario = Self::parse(name_or_path, &text)?;
+        scenario.map = map_beside(path, &scenario.map);
+        Ok(scenario)
     }
 
     /// A scenario from its text; `name` is used in errors.
@@ -203,6 +221,11 @@ impl Scenario {
     fn check(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
         check.range("duration_secs", self.duration_secs, 0.0..=36_000.0)?;
         check.range("frames_per_sec", self.frames_per_sec, 1.0..=1000.0)?;
+        let expected = format!("at most {MAX_FRAMES} frames in all (with frames_per_sec)");
+        check.that(self.num_frames() <= MAX_FRAMES, "duration_secs", &expected, self.num_frames())?;
+        for (key, number) in self.numbers_of_things() {
+            check.that(number <= MAX_THINGS, key, &format!("at most {MAX_THINGS} entries"), number)?;
+        }
         self.camera.check(check)?;
         self.robot.check(check)?;
         if let Some(start) = &self.start {
@@ -211,6 +234,8 @@ impl Scenario {
         for (i, motion) in self.motion.iter().enumerate() {
             motion.check(check, &format!("motion[{i}]"))?;
         }
+        let planned_secs: f64 = self.motion.iter().map(Motion::planned_secs).sum();
+        check.that(planned_secs <= 36_000.0, "motion", "at most 36000 seconds in all", planned_secs)?;
         check.range("light.unevenness", f64::from(self.light.unevenness), 0.0..=1.0)?;
         check.range("light.ambient", f64::from(self.light.ambient), 0.0..=100.0)?;
         for part in self.light.color {
@@ -227,6 +252,19 @@ impl Scenario {
             check.that(count <= 20, "light.lamps", "at most 20 along each side", count)?;
         }
         self.check_world(check)
+    }
+
+    /// Lengths of the lists.
+    fn numbers_of_things(&self) -> [(&'static str, usize); 7] {
+        [
+            ("motion", self.motion.len()),
+            ("lamps", self.lamps.len()),
+            ("furniture", self.furniture.len()),
+            ("panels", self.panels.len()),
+            ("boxes", self.boxes.len()),
+            ("people", self.people.len()),
+            ("robots", self.robots.len()),
+        ]
     }
 
     fn check_world(&self, check: &Check<'_>) -> Result<(), ScenarioError> {

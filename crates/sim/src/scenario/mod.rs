@@ -11,7 +11,7 @@ mod robot;
 mod world;
 
 pub use camera::CameraSetup;
-pub use load::{BUILT_IN_SCENARIOS, Scenario, ScenarioError};
+pub use load::{BUILT_IN_SCENARIOS, MAX_FRAMES, Scenario, ScenarioError};
 pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};
 pub use robot::{FootSetup, GaitSetup, HeadSetup, KinematicsSetup, Mount, OdometrySetup, RobotSetup};
 pub use world::{Ball, BoxPiece, FurniturePiece, LightFade, LightSetup, OtherRobot, Panel, PersonSetup};

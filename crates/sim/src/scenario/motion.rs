@@ -135,6 +135,16 @@ impl Default for Carry {
 }
 
 impl Motion {
+    /// How long it takes, as far as the file says.
+    pub(super) fn planned_secs(&self) -> f64 {
+        match self {
+            Self::Stand(stand) => stand.secs,
+            Self::Wander(wander) => wander.secs,
+            Self::Carry(carry) => carry.secs,
+            Self::Turn(_) | Self::Walk(_) => 0.0,
+        }
+    }
+
     pub(super) fn check(&self, check: &Check<'_>, key: &str) -> Result<(), ScenarioError> {
         let key = |part: &str| format!("{key}.{part}");
         match self {

@@ -12,11 +12,13 @@ use super::states::{Carrier, State};
 use super::world::World;
 use crate::render::{LabelImage, Renderer, Sensor, Shot};
 use crate::robot::{MotionPlan, find_orbits};
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::{MAX_FRAMES, Scenario, ScenarioError};
 use crate::scene::{Scene, Surface};
 
 /// Stamp of the first frame: real recordings do not start at zero either.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
+/// Pixels that all threads together draw at a time; each takes some 60 bytes.
+const MAX_PIXELS_DRAWN: usize = 1 << 25;
 /// Frames that each thread draws before the threads wait for each other.
 const FRAMES_PER_BATCH: usize = 4;
 
@@ -102,9 +104,12 @@ impl Simulation {
         })
     }
 
-    /// Draws frames on `num_threads` threads; 0 counts as 1. If the system refuses the threads, one is used.
+    /// Draws frames on `num_threads` threads, or on fewer if the images are large; 0 counts as 1. If the system refuses the
+    /// threads, one is used.
     #[must_use]
     pub fn with_threads(mut self, num_threads: usize) -> Self {
+        let (width, height) = self.camera.size_px();
+        let num_threads = num_threads.min(MAX_PIXELS_DRAWN / (width as usize * height as usize)).max(1);
         self.pool = (num_threads > 1)
             .then(|| rayon::ThreadPoolBuilder::new().num_threads(num_threads).build().ok())
             .flatten();
@@ -117,10 +122,10 @@ impl Simulation {
         self
     }
 
-    /// Ends after `num_frames` frames. If that is longer than the scenario, the robot stands at the end.
+    /// Ends after `num_frames` frames, [`MAX_FRAMES`] at most. If that is longer than the scenario, the robot stands at the end.
     #[must_use]
     pub fn with_num_frames(mut self, num_frames: usize) -> Self {
-        self.states = self.carrier.states(&self.scenario, num_frames, &self.random);
+        self.states = self.carrier.states(&self.scenario, num_frames.min(MAX_FRAMES), &self.random);
         self
     }
 

@@ -1,5 +1,7 @@
 //! Scenario files and their mistakes.
 
+use visloc_base::FrameSource;
+use visloc_geom::Distortion;
 use visloc_sim::{BUILT_IN_SCENARIOS, Scenario, ScenarioError, Simulation};
 
 #[test]
@@ -49,4 +51,71 @@ fn missing_files_maps_and_free_space_are_errors() {
         })
         .collect();
     assert!(matches!(Simulation::new(&crowded, 1), Err(ScenarioError::NoSpace { .. })));
+}
+
+#[test]
+fn sizes_and_counts_that_no_machine_bears_are_refused() {
+    let error = |text: &str| Scenario::parse("my.toml", text).unwrap_err().to_string();
+    for (text, key) in [
+        ("[camera]\nsize_px = [100000, 100000]\n", "camera.size_px"),
+        ("[camera]\nsize_px = [8192, 8192]\n", "camera.size_px"),
+        ("frames_per_sec = 1e9\n", "frames_per_sec"),
+        ("duration_secs = 1e300\n", "duration_secs"),
+        ("duration_secs = 36000\nframes_per_sec = 1000\n", "duration_secs: expected at most 1200000 frames"),
+        ("[camera]\nfocal_px = [1e-9, 1e-9]\n", "no lens does that"),
+        ("[light]\nlamps = [4000000000, 1]\n", "light.lamps"),
+    ] {
+        let error = error(text);
+        assert!(error.contains(key) && error.len() < 300, "{error}");
+    }
+    let many = "[[robots]]\njersey = \"#2040c0\"\n".repeat(1001);
+    assert!(error(&many).contains("robots: expected at most 1000 entries, found 1001"));
+    let long = "[[motion]]\nwander.secs = 3600.0\n".repeat(11);
+    assert!(error(&long).contains("motion: expected at most 36000 seconds"));
+}
+
+#[test]
+fn the_camera_has_any_lens_of_a_camera_file() {
+    let camera = |text: &str| {
+        Scenario::parse("my.toml", &format!("[camera]\n{text}\n")).map(|s| s.camera.camera().unwrap())
+    };
+    let fisheye =
+        camera("model = \"kannala-brandt\"\nfocal_px = [120.0, 120.0]\ndistortion = [0.0, 0.0, 0.0, 0.0]")
+            .unwrap();
+    assert_eq!(fisheye.distortion(), Distortion::KannalaBrandt([0.0; 4]));
+    let four = camera("distortion = [-0.1, 0.01, 0.0, 0.0]").unwrap();
+    assert_eq!(four.distortion(), Distortion::RadialTangential([-0.1, 0.01, 0.0, 0.0, 0.0]));
+    assert_eq!(camera("model = \"pinhole\"").unwrap().distortion(), Distortion::None);
+    for wrong in
+        ["model = \"omni\"\ndistortion = [0.1]", "model = \"kannala-brandt\"", "distortion = [0.1, 0.2]"]
+    {
+        let error = camera(wrong).unwrap_err().to_string();
+        assert!(
+            error.contains("camera: expected a possible calibration") && error.contains("kannala-brandt"),
+            "{error}"
+        );
+    }
+    // The simulator draws it, and a wide lens shows more of the field.
+    let text = "[camera]\nmodel = \"kannala-brandt\"\nsize_px = [160, 120]\nfocal_px = [60.0, 60.0]\ncenter_px = [79.5, 59.5]\n\
+                distortion = [0.0, 0.0, 0.0, 0.0]\n";
+    let mut simulation =
+        Simulation::new(&Scenario::parse("wide", text).unwrap(), 1).unwrap().with_num_frames(1);
+    let frame = simulation.next_frame().unwrap().unwrap().frame;
+    assert_eq!((frame.camera.distortion(), frame.image.width()), (Distortion::KannalaBrandt([0.0; 4]), 160));
+    let (least, most) = (frame.image.data().iter().min().unwrap(), frame.image.data().iter().max().unwrap());
+    assert!(most - least > 50);
+}
+
+#[test]
+fn a_map_stands_beside_the_file_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = visloc_world::BUILT_IN_MAPS[0].1;
+    std::fs::create_dir(folder.path().join("maps")).unwrap();
+    std::fs::write(folder.path().join("maps/mine.toml"), map).unwrap();
+    let path = folder.path().join("walk.toml");
+    std::fs::write(&path, "map = \"maps/mine.toml\"\n").unwrap();
+    let scenario = Scenario::load(path.to_str().unwrap()).unwrap();
+    assert!(Simulation::new(&scenario, 1).is_ok(), "{}", scenario.map);
+    std::fs::write(&path, "map = \"robocup-spl-2010\"\n").unwrap();
+    assert_eq!(Scenario::load(path.to_str().unwrap()).unwrap().map, "robocup-spl-2010");
 }

@@ -8,7 +8,7 @@ use visloc_base::{
 };
 use visloc_data::{
     image_codec::resize_gray,
-    sequence::{Calibration, fit_calibration, read_calibration},
+    sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
 };
 use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
 
@@ -203,7 +203,10 @@ pub(crate) fn images_of_gray(
     let (calibration, path) = calibration_of(request, calibration)?;
     let first = stream.next_gray().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
     let camera = fit_calibration(&calibration, size_of(&first), &path, &mut warnings)?;
-    let mut images = CalibratedImages::of_gray(stream, camera, request.options.scale, request.argument());
+    if let Err(reason) = check_scaled(&camera, request.options.scale()) {
+        return request.cannot(reason);
+    }
+    let mut images = CalibratedImages::of_gray(stream, camera, request.options.scale(), request.argument());
     images.first = Some(first);
     Ok(OpenImages { images: Box::new(images), truth: None, warnings })
 }

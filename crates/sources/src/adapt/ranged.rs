@@ -27,9 +27,12 @@ impl<P> Ranged<P> {
         Self { inner, range, first_at: None, num_seen: 0, num_inside: 0 }
     }
 
-    /// Whether no further image can be in the range, so that a live source is not waited for.
-    fn is_over(&self) -> bool {
+    /// Whether no further image can be in the range, so that a live source is not waited for, and a long one is not read to its
+    /// end for nothing.
+    fn is_over(&self, num_images: Option<usize>) -> bool {
+        let is_behind = |start: usize| num_images.is_some_and(|number| start >= number);
         matches!(self.range.end, Some(Bound::Frame(end)) if self.num_seen >= end)
+            || matches!(self.range.start, Bound::Frame(start) if is_behind(start))
     }
 
     fn judge(&mut self, at: Timestamp) -> Verdict {
@@ -54,10 +57,11 @@ impl<P> Ranged<P> {
     /// The next item in the range.
     fn next_of<T>(
         &mut self,
+        num_images: Option<usize>,
         mut next: impl FnMut(&mut P) -> Option<Result<T, SourceError>>,
         at: impl Fn(&T) -> Timestamp,
     ) -> Option<Result<T, SourceError>> {
-        while !self.is_over() {
+        while !self.is_over(num_images) {
             let item = match next(&mut self.inner)? {
                 Ok(item) => item,
                 Err(error) => return Some(Err(error)),
@@ -78,7 +82,7 @@ impl<P> Ranged<P> {
 
 impl<P: PictureSource> PictureSource for Ranged<P> {
     fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-        self.next_of(P::next_picture, |picture| picture.at)
+        self.next_of(self.inner.num_pictures(), P::next_picture, |picture| picture.at)
     }
 
     fn original(&self) -> Option<&[u8]> {
@@ -100,7 +104,7 @@ impl<P: PictureSource> PictureSource for Ranged<P> {
 
 impl GrayStream for Ranged<Box<dyn GrayStream>> {
     fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        self.next_of(|stream| stream.next_gray(), |frame| frame.at)
+        self.next_of(self.inner.num_images(), |stream| stream.next_gray(), |frame| frame.at)
     }
 
     fn num_images(&self) -> Option<usize> {

@@ -2,13 +2,18 @@
 
 use std::path::Path;
 
-use visloc_base::files;
+use visloc_base::{PictureSource, files};
 use visloc_data::{
-    bag::{BagPictures, BagReader, BagTopics},
-    sequence::Calibration,
+    bag::{BagPictures, BagReader, BagTopics, GivenInputs},
+    sequence::{Calibration, fit_calibration, read_calibration},
 };
+use visloc_geom::Camera as CameraModel;
 
-use super::{SourceKind, always_usable, has_extension};
+use super::{SourceKind, Way, always_usable, has_extension};
+use crate::SourceOption::{
+    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale, Start,
+    Stride, Topics, TruthTopic,
+};
 use crate::{OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::images_of_pictures, open::Request};
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -21,9 +26,27 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| true,
     problem: always_usable,
     claims,
-    frames,
-    images,
-    pictures,
+    frames: Way {
+        honors: |_| {
+            &[
+                Camera,
+                Mount,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                OdometryTopic,
+                TruthTopic,
+                BaseFrame,
+                CameraFrame,
+            ]
+        },
+        open: frames,
+    },
+    images: Way {
+        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale],
+        open: images,
+    },
+    pictures: Way { honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
 };
 
 fn claims(path: &Path) -> bool {
@@ -41,9 +64,29 @@ fn is_rosbag_metadata(folder: &Path) -> bool {
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    let bag = BagReader::open(request.address.rest(), request.options.topics.clone())?;
-    let warnings = chosen(request, bag.topics());
+    let (options, mut warnings) = (request.options, Vec::new());
+    let given = GivenInputs {
+        camera: given_camera(request, &mut warnings)?,
+        robot_from_camera: options.mount.map(|mount| mount.robot_from_camera()),
+    };
+    let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
+    warnings.extend(chosen(request, bag.topics()));
     Ok(OpenFrames { frames: Box::new(bag), map: None, warnings })
+}
+
+/// The user's calibration for the size of the first image.
+fn given_camera(
+    request: &Request<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<CameraModel>, SourcesError> {
+    let Some(path) = &request.options.camera else { return Ok(None) };
+    let calibration = read_calibration(path)?;
+    let topics = BagTopics { camera_info: String::new(), ..request.topics() };
+    let mut pictures = BagPictures::open(request.address.rest(), &topics)?;
+    let first =
+        pictures.next_picture().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let size_px = (first.image.width(), first.image.height());
+    Ok(Some(fit_calibration(&calibration, size_px, path, warnings)?))
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
@@ -52,16 +95,16 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     let path = request.address.rest();
-    let pictures = BagPictures::open(path, &request.options.topics)?;
+    let pictures = BagPictures::open(path, &request.topics())?;
     let calibration = pictures.camera().map(|camera| (Calibration::of(camera), path.into()));
-    let found = BagTopics { image: pictures.topic().into(), ..request.options.topics.clone() };
+    let found = BagTopics { image: pictures.topic().into(), ..request.topics() };
     let warnings = chosen(request, &found);
     Ok(OpenPictures { pictures: Box::new(pictures), calibration, warnings })
 }
 
 /// What was taken for topics that nobody named and that the recording does not have.
 fn chosen(request: &Request<'_>, found: &BagTopics) -> Vec<String> {
-    let asked = &request.options.topics;
+    let asked = &request.topics();
     let roles = [
         ("images", &asked.image, &found.image),
         ("calibration", &asked.camera_info, &found.camera_info),

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use visloc_data::sequence::{
-    FilePictures, Listing, Sequence, SequenceOptions, list_sequence, open_sequence, sequence_layouts,
+    FilePictures, Listing, Sequence, SequenceOptions, SequenceRange, list_sequence, open_sequence,
+    sequence_layouts,
 };
 
-use super::{SourceKind, always_usable};
+use super::{SourceKind, Way, always_usable};
+use crate::SourceOption::{Camera, End, Fps, Mount, Scale, Start, Stride};
 use crate::{OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::frames_of_pictures, open::Request};
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -20,9 +22,9 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| false,
     problem: always_usable,
     claims: Path::is_dir,
-    frames,
-    images,
-    pictures,
+    frames: Way { honors: |_| &[Camera, Mount, Start, End, Stride, Fps], open: frames },
+    images: Way { honors: |_| &[Camera, Start, End, Stride, Scale, Fps], open: images },
+    pictures: Way { honors: |_| &[Camera, Start, End, Stride, Fps], open: pictures },
 };
 
 fn sequence_options(request: &Request<'_>) -> SequenceOptions {
@@ -30,7 +32,7 @@ fn sequence_options(request: &Request<'_>) -> SequenceOptions {
     let scheme = request.address.scheme();
     SequenceOptions {
         range: options.range,
-        scale: options.scale,
+        scale: options.scale(),
         calibration: options.camera.clone(),
         rate_hz: options.rate_hz,
         layout: sequence_layouts().map(|(key, _)| key).find(|key| *key == scheme),
@@ -45,12 +47,17 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     let folder = Path::new(request.address.rest());
-    let Listing { images, calibration, skipped, warnings, .. } =
-        list_sequence(folder, &sequence_options(request))?;
+    list(folder, &sequence_options(request))
+}
+
+fn list(folder: &Path, options: &SequenceOptions) -> Result<OpenPictures, SourcesError> {
+    let Listing { images, calibration, skipped, warnings, .. } = list_sequence(folder, options)?;
     let pictures = Box::new(FilePictures::new(images, skipped));
     Ok(OpenPictures { pictures, calibration: calibration.ok(), warnings })
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    frames_of_pictures(request, pictures(request)?)
+    // The range is that of the frames, which follow.
+    let options = SequenceOptions { range: SequenceRange::default(), ..sequence_options(request) };
+    frames_of_pictures(request, list(Path::new(request.address.rest()), &options)?)
 }

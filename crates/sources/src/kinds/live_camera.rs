@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{SourceKind, claims_nothing, video::RATE_HZ};
+use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
+use crate::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride};
 use crate::{
     SourcesError,
     open::Request,
@@ -17,15 +18,24 @@ pub(super) const KIND: SourceKind = SourceKind {
     summary: "a webcam or other camera of Video4Linux, live; v4l2:/dev/video0?640x480 asks for a size",
     is_live: true,
     is_robot: |_| false,
-    problem: |options| match (devices().is_empty(), ffmpeg_problem(&options.ffmpeg)) {
+    problem: |options| match (devices().is_empty(), ffmpeg_problem(options.ffmpeg())) {
         (_, Some(problem)) => Some(problem),
         (true, None) => Some("no camera: there is no /dev/video*".into()),
         (false, None) => None,
     },
     claims: claims_nothing,
-    frames: |request| video::frames(request, input(request)?),
-    images: |request| video::images(request, input(request)?),
-    pictures: |request| video::pictures(request, input(request)?),
+    frames: Way {
+        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
+        open: |request| video::frames(request, input(request)?),
+    },
+    images: Way {
+        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
+        open: |request| video::images(request, input(request)?),
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Fps, Patience, Ffmpeg],
+        open: |request| video::pictures(request, input(request)?),
+    },
 };
 
 /// Cameras that are there.
@@ -62,6 +72,13 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     }
     args.extend(["-i".into(), device.into()]);
     let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);
-    let input = FfmpegInput { argument: request.argument(), args, folder: None, is_live: true, rate_hz };
+    let input = FfmpegInput {
+        argument: request.argument(),
+        args,
+        folder: None,
+        is_live: true,
+        rate_hz,
+        has_own_times: true,
+    };
     Ok((input, None))
 }

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use visloc_data::sequence::{ImageFile, Listing, SequenceOptions, list_sequence};
 
-use super::{SourceKind, claims_nothing, video::RATE_HZ};
+use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
+use crate::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride};
 use crate::{
     SourcesError,
     open::Request,
@@ -19,11 +20,20 @@ pub(super) const KIND: SourceKind = SourceKind {
     summary: "a folder of images in place of a camera: over and over, live, at --fps images a second",
     is_live: true,
     is_robot: |_| false,
-    problem: |options| ffmpeg_problem(&options.ffmpeg),
+    problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: claims_nothing,
-    frames: |request| video::frames(request, input(request)?),
-    images: |request| video::images(request, input(request)?),
-    pictures: |request| video::pictures(request, input(request)?),
+    frames: Way {
+        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
+        open: |request| video::frames(request, input(request)?),
+    },
+    images: Way {
+        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
+        open: |request| video::images(request, input(request)?),
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Fps, Patience, Ffmpeg],
+        open: |request| video::pictures(request, input(request)?),
+    },
 };
 
 /// The images, and the calibration beside them.
@@ -47,8 +57,14 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
         "-i".into(),
         pattern.into(),
     ];
-    let input =
-        FfmpegInput { argument: request.argument(), args, folder: Some(folder), is_live: true, rate_hz };
+    let input = FfmpegInput {
+        argument: request.argument(),
+        args,
+        folder: Some(folder),
+        is_live: true,
+        rate_hz,
+        has_own_times: true,
+    };
     Ok((input, calibration.ok()))
 }
 

@@ -12,7 +12,9 @@ use std::path::Path;
 
 pub(crate) use simulation::simulated_names;
 
-use crate::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};
+use crate::{
+    OpenFrames, OpenImages, OpenPictures, Purpose, SourceOption, SourceOptions, SourcesError, open::Request,
+};
 
 /// One kind of source.
 pub struct SourceKind {
@@ -34,9 +36,28 @@ pub struct SourceKind {
     pub problem: fn(&SourceOptions) -> Option<String>,
     /// Whether a file or folder that is named without a word is of this kind.
     pub(crate) claims: fn(&Path) -> bool,
-    pub(crate) frames: fn(&Request<'_>) -> Result<OpenFrames, SourcesError>,
-    pub(crate) images: fn(&Request<'_>) -> Result<OpenImages, SourcesError>,
-    pub(crate) pictures: fn(&Request<'_>) -> Result<OpenPictures, SourcesError>,
+    pub(crate) frames: Way<OpenFrames>,
+    pub(crate) images: Way<OpenImages>,
+    pub(crate) pictures: Way<OpenPictures>,
+}
+
+/// How a source is opened for a purpose.
+pub(crate) struct Way<T> {
+    /// The options that make a difference, for what stands behind the colon. All others are refused.
+    pub honors: fn(&str) -> &'static [SourceOption],
+    pub open: fn(&Request<'_>) -> Result<T, SourcesError>,
+}
+
+impl SourceKind {
+    /// The options that make a difference for a purpose, for what stands behind the colon.
+    #[must_use]
+    pub fn honors(&self, purpose: Purpose, rest: &str) -> &'static [SourceOption] {
+        match purpose {
+            Purpose::Frames => (self.frames.honors)(rest),
+            Purpose::Images => (self.images.honors)(rest),
+            Purpose::Pictures => (self.pictures.honors)(rest),
+        }
+    }
 }
 
 /// All kinds, in the order in which they may claim a path.

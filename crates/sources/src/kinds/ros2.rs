@@ -1,6 +1,10 @@
 //! Live topics of ROS 2: a robot, or a simulator of one.
 
-use super::{SourceKind, claims_nothing};
+use super::{SourceKind, Way, claims_nothing};
+use crate::SourceOption::{
+    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Patience,
+    RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+};
 use crate::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -13,9 +17,34 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| true,
     problem,
     claims: claims_nothing,
-    frames,
-    images,
-    pictures,
+    frames: Way {
+        honors: |_| {
+            &[
+                Camera,
+                Mount,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                OdometryTopic,
+                TruthTopic,
+                BaseFrame,
+                CameraFrame,
+                Patience,
+                RosDomain,
+            ]
+        },
+        open: frames,
+    },
+    images: Way {
+        honors: |_| {
+            &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale, Patience, RosDomain]
+        },
+        open: images,
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Patience, RosDomain],
+        open: pictures,
+    },
 };
 
 #[cfg(not(feature = "ros2"))]
@@ -45,11 +74,11 @@ mod live {
 
 #[cfg(feature = "ros2")]
 mod live {
-    use visloc_data::{bag::BagTopics, sequence::Calibration};
+    use visloc_data::sequence::{Calibration, read_calibration};
     use visloc_ros2::{LiveFrames, LivePictures, LiveSettings, NodeSettings};
 
     use super::*;
-    use crate::adapt::{frames_of_pictures, images_of_pictures};
+    use crate::adapt::images_of_pictures;
 
     pub(super) fn problem(_: &SourceOptions) -> Option<String> {
         None
@@ -57,25 +86,45 @@ mod live {
 
     /// The topic behind the colon wins over the one in the settings.
     fn settings(request: &Request<'_>) -> Result<LiveSettings, SourcesError> {
-        let SourceOptions { topics, domain_id, patience_secs, .. } = request.options;
-        let mut topics: BagTopics = topics.clone();
+        let SourceOptions { topics, camera, mount, patience_secs, .. } = request.options;
+        let is_named_twice = topics.image.is_some();
+        let mut topics = request.topics();
         let image = request.address.rest();
         if !image.is_empty() {
             if !image.starts_with('/') {
                 return request
                     .cannot(format!("expected a topic such as /camera/image_raw, found '{image}'"));
             }
+            if is_named_twice {
+                return request.cannot(
+                    "--image-topic: the images' topic stands behind the colon already; leave one out",
+                );
+            }
             image.clone_into(&mut topics.image);
         }
-        let node =
-            NodeSettings { domain_id: *domain_id, name: format!("visloc_input_{}", std::process::id()) };
-        Ok(LiveSettings { node, topics, patience_secs: *patience_secs })
+        let node = NodeSettings {
+            domain_id: request.options.domain_id(),
+            name: format!("visloc_input_{}", std::process::id()),
+        };
+        Ok(LiveSettings {
+            topics,
+            patience_secs: *patience_secs,
+            calibration: camera
+                .as_ref()
+                .map(|path| Ok::<_, SourcesError>((read_calibration(path)?, path.clone())))
+                .transpose()?,
+            robot_from_camera: mount.map(|mount| mount.robot_from_camera()),
+            ..LiveSettings::new(node)
+        })
     }
 
-    /// With a mount there is no need for tf.
     pub(super) fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-        if request.options.mount.is_some() {
-            return frames_of_pictures(request, pictures(request)?);
+        let (topics, SourceOptions { camera, mount, .. }) = (request.topics(), request.options);
+        if topics.camera_info.is_empty() && camera.is_none() {
+            return Err(SourcesError::NoCamera { argument: request.argument() });
+        }
+        if topics.tf.is_empty() && topics.tf_static.is_empty() && mount.is_none() {
+            return Err(SourcesError::NoMount { argument: request.argument() });
         }
         let frames = LiveFrames::open(&settings(request)?, request.host)?;
         Ok(OpenFrames { frames: Box::new(frames), map: None, warnings: Vec::new() })
@@ -89,10 +138,10 @@ mod live {
     pub(super) fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
         let mut pictures = LivePictures::open(&settings(request)?, request.host)?;
         let calibration = match &request.options.camera {
-            Some(_) => None,
-            None => pictures.wait_for_camera()?,
+            None if !request.topics().camera_info.is_empty() => pictures.wait_for_camera()?,
+            _ => None,
         };
-        let topic = &request.options.topics.camera_info;
+        let topic = request.topics().camera_info;
         let calibration = calibration.map(|camera| (Calibration::of(&camera), topic.into()));
         Ok(OpenPictures { pictures: Box::new(pictures), calibration, warnings: Vec::new() })
     }

@@ -2,9 +2,10 @@
 
 use visloc_base::{ImageSource, PictureSource};
 use visloc_data::sequence::{Bound, Calibration};
-use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, Scenario, Simulation, TOURS};
+use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
 
-use super::{SourceKind, always_usable, claims_nothing};
+use super::{SourceKind, Way, always_usable, claims_nothing};
+use crate::SourceOption::{End, Scale, Seed, Start, Stride, Threads};
 use crate::{
     OpenFrames, OpenImages, OpenPictures, SourcesError,
     adapt::{FramePictures, PicturesOfImages, images_of_pictures},
@@ -22,9 +23,14 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |name| !is_tour(name),
     problem: always_usable,
     claims: claims_nothing,
-    frames,
-    images,
-    pictures,
+    frames: Way { honors: |_| &[Seed, Threads], open: frames },
+    images: Way { honors: |_| &[Start, End, Stride, Scale, Seed, Threads], open: images },
+    pictures: Way {
+        honors: |name| {
+            if is_tour(name) { &[Start, End, Stride, Scale, Seed, Threads] } else { &[Seed, Threads] }
+        },
+        open: pictures,
+    },
 };
 
 /// Other names of scenarios.
@@ -70,17 +76,17 @@ fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
     let name = ALIASES.iter().find(|alias| alias.0 == name).map_or(name, |alias| alias.1);
     let scenario = Scenario::load(name)?;
     let options = request.options;
-    let simulation = Simulation::new(&scenario, options.seed)?.with_threads(options.num_threads);
-    Ok(match options.max_frames {
+    if options.usual.max_frames.is_some_and(|number| number > MAX_FRAMES) {
+        return request.cannot(format!("--frames: expected at most {MAX_FRAMES} for a simulation"));
+    }
+    let simulation = Simulation::new(&scenario, options.seed())?.with_threads(options.num_threads());
+    Ok(match options.usual.max_frames {
         Some(max_frames) => simulation.with_num_frames(max_frames),
         None => simulation,
     })
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
-    if request.options.camera.is_some() {
-        return request.cannot("its camera is known; expected no --camera");
-    }
     check_name(request)?;
     if is_tour(request.address.rest()) {
         return tour(request);
@@ -91,12 +97,13 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     let options = request.options;
-    if !(0.15..=4.0).contains(&options.scale) {
-        return request.cannot(format!("--scale: expected a factor from 0.15 to 4, found {}", options.scale));
+    if !(0.15..=4.0).contains(&options.scale()) {
+        return request
+            .cannot(format!("--scale: expected a factor from 0.15 to 4, found {}", options.scale()));
     }
-    let tour = CameraTour::new(request.address.rest(), options.seed)?;
+    let tour = CameraTour::new(request.address.rest(), options.seed())?;
     let (width, height) = tour.camera().size_px();
-    let side = |px: u32| (f64::from(px) * options.scale).round() as u32;
+    let side = |px: u32| (f64::from(px) * options.scale()).round() as u32;
     let rate = tour.frames_per_sec();
     let frame = |bound: Bound| match bound {
         Bound::Frame(frame) => frame,
@@ -106,7 +113,7 @@ fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     let tour = tour
         .with_size((side(width), side(height)))?
         .with_frames(frame(range.start), range.end.map_or(usize::MAX, frame), range.stride)
-        .with_threads(options.num_threads);
+        .with_threads(options.num_threads());
     Ok(OpenImages { truth: Some(tour.truth()), images: Box::new(tour), warnings: Vec::new() })
 }
 

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{SourceKind, has_extension};
+use super::{SourceKind, Way, has_extension};
+use crate::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Scale, Start, Stride};
 use crate::{
     SourcesError,
     open::Request,
@@ -17,11 +18,20 @@ pub(super) const KIND: SourceKind = SourceKind {
     summary: "a video file of any format that ffmpeg knows (mp4, mkv, webm, avi, mov, ...); also video:FILE",
     is_live: false,
     is_robot: |_| false,
-    problem: |options| ffmpeg_problem(&options.ffmpeg),
+    problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: |path| path.is_file() && has_extension(path, &EXTENSIONS),
-    frames: |request| video::frames(request, input(request)?),
-    images: |request| video::images(request, input(request)?),
-    pictures: |request| video::pictures(request, input(request)?),
+    frames: Way {
+        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
+        open: |request| video::frames(request, input(request)?),
+    },
+    images: Way {
+        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Ffmpeg],
+        open: |request| video::images(request, input(request)?),
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Fps, Ffmpeg],
+        open: |request| video::pictures(request, input(request)?),
+    },
 };
 
 const EXTENSIONS: [&str; 14] =
@@ -44,6 +54,7 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
         folder: None,
         is_live: false,
         rate_hz: request.options.rate_hz.unwrap_or(RATE_HZ),
+        has_own_times: request.options.rate_hz.is_none(),
     };
     Ok((input, None))
 }

@@ -22,6 +22,8 @@ pub(crate) struct FfmpegInput {
     pub is_live: bool,
     /// Images a second, where the times of the images cannot be had.
     pub rate_hz: f64,
+    /// Whether the times that the file says count, not the rate.
+    pub has_own_times: bool,
 }
 
 /// How images that are neither repeated nor left out are asked for: `-vsync` until version 5.0, `-fps_mode` from then on.

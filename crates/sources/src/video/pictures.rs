@@ -19,7 +19,7 @@ struct Video {
 }
 
 enum Feed {
-    Recorded { pipe: VideoPipe, rate_hz: f64, last_at: Option<Timestamp> },
+    Recorded { pipe: VideoPipe, rate_hz: f64, has_own_times: bool, last_at: Option<Timestamp> },
     Live(LiveVideo),
 }
 
@@ -48,20 +48,23 @@ impl Video {
         host: &Host,
         pixels: Pixels,
     ) -> Result<Self, SourcesError> {
-        let program = &options.ffmpeg;
+        let program = options.ffmpeg();
         let feed = if input.is_live {
             Feed::Live(LiveVideo::start(program, input, pixels, host, options.patience_secs)?)
         } else {
             let pipe = VideoPipe::start(program, input, pixels)?;
-            Feed::Recorded { pipe, rate_hz: input.rate_hz, last_at: None }
+            let FfmpegInput { rate_hz, has_own_times, .. } = *input;
+            Feed::Recorded { pipe, rate_hz, has_own_times, last_at: None }
         };
         Ok(Self { argument: input.argument.clone(), feed, skipped: Vec::new() })
     }
 
     fn next(&mut self) -> Option<Result<(Timestamp, PnmImage), SourceError>> {
-        let (pipe, rate_hz, last_at) = match &mut self.feed {
+        let (pipe, rate_hz, has_own_times, last_at) = match &mut self.feed {
             Feed::Live(live) => return live.next_image(),
-            Feed::Recorded { pipe, rate_hz, last_at } => (pipe, *rate_hz, last_at),
+            Feed::Recorded { pipe, rate_hz, has_own_times, last_at } => {
+                (pipe, *rate_hz, *has_own_times, last_at)
+            }
         };
         loop {
             let Some(next) = pipe.next_image() else {
@@ -81,7 +84,7 @@ impl Video {
                 Err(error) => return Some(Err(error)),
             };
             let following = last_at.map_or(0.0, |last| last.secs() + 1.0 / rate_hz);
-            let at = Timestamp::from_secs(secs.unwrap_or(following));
+            let at = Timestamp::from_secs(secs.filter(|_| has_own_times).unwrap_or(following));
             if let Some(last) = last_at.filter(|last| *last >= at) {
                 let reason = format!("expected an image later than {last}, found one at {at}");
                 self.skipped.push(SkippedInput { at: Some(at), origin: self.argument.clone(), reason });

@@ -159,7 +159,7 @@ fn read_camera(header: &Map<String, Value>, numbers: &mut Numbers<'_>) -> Option
     let side = |i: usize| u32::try_from(header.get("size_px")?.get(i)?.as_u64()?).ok();
     let [fx, fy, cx, cy] = numbers.take()?;
     let Lens { lens } = toml::from_str(header.get("lens")?.as_str()?).ok()?;
-    Camera::new((side(0)?, side(1)?), (fx, fy), (cx, cy), lens).ok()
+    Camera::checked((side(0)?, side(1)?), (fx, fy), (cx, cy), lens).ok()
 }
 
 fn read_at(header: &Map<String, Value>) -> Option<Timestamp> {

@@ -1,0 +1,30 @@
+//! What the user knows over the messages of a recording, or instead of them.
+
+use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
+
+use crate::bag::BagTopics;
+
+/// Inputs that do not come from messages. The topics that would say the same are not read.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GivenInputs {
+    /// The camera, for images of its size.
+    pub camera: Option<Camera>,
+    /// The camera's pose on the robot, which never changes then.
+    pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
+}
+
+impl GivenInputs {
+    /// The topics without those that need not be read.
+    #[must_use]
+    pub fn topics_to_read(&self, topics: &BagTopics) -> BagTopics {
+        let mut topics = topics.clone();
+        if self.camera.is_some() {
+            topics.camera_info.clear();
+        }
+        if self.robot_from_camera.is_some() {
+            topics.tf.clear();
+            topics.tf_static.clear();
+        }
+        topics
+    }
+}
