@@ -65,9 +65,11 @@ impl Broadcast {
         self.watched.is_some()
     }
 
-    /// What those who watch ask for since the last call. Pausing and playing the picture is done already.
+    /// What those who watch ask for since the last call. Pausing and playing the picture is done already. From here to [`Broadcast::rest`]
+    /// the run is at work on a frame: those who watch are told if that takes long.
     pub fn commands(&mut self) -> Vec<Command> {
         let Some(watched) = &mut self.watched else { return Vec::new() };
+        watched.hub.work();
         let all: Vec<Command> = watched.commands.try_iter().collect();
         let mut others = Vec::new();
         for command in all {
@@ -79,6 +81,13 @@ impl Broadcast {
             }
         }
         others
+    }
+
+    /// The run waits for its next frame.
+    pub fn rest(&self) {
+        if let Some(watched) = &self.watched {
+            watched.hub.rest();
+        }
     }
 
     /// Says something to those who watch, and to whoever runs the program.

@@ -123,6 +123,27 @@ async function twoPages(browser, url, first) {
   await second.context().close();
 }
 
+/** A program that is stopped is stale within 1.5 s, a paused one is not. */
+async function stalls(browser) {
+  const page = await open(browser, await studio("--scene", "robocup-2010"));
+  const link = () => page.locator("#link").textContent();
+  await until(page, () => document.querySelector("#link").textContent === "live");
+  programs.stall(true);
+  const stoppedAt = performance.now();
+  await until(page, () => document.querySelector("#link").textContent.startsWith("stale for"));
+  const secs = (performance.now() - stoppedAt) / 1000;
+  check(secs < 1.5, `a program that is stopped is stale after ${secs.toFixed(2)} s: ${await link()}`);
+  check((await page.locator("#stale").textContent()).includes("has not answered"), "and the page says what that means");
+  programs.stall(false);
+  await until(page, () => document.querySelector("#link").textContent === "live" && document.querySelector("#stale").hidden);
+  check(true, "it is live again");
+  await send(page, "pause");
+  await until(page, () => document.querySelector("#link").textContent === "paused");
+  await page.waitForTimeout(1600);
+  check(await link() === "paused", "a paused one is not stale");
+  await page.context().close();
+}
+
 async function theme(page) {
   await page.locator("#world").focus();
   const before = await page.evaluate(() => getComputedStyle(document.body).backgroundColor);
@@ -307,6 +328,7 @@ async function main() {
     await page.context().close();
     await renderers(browser, url);
     await maps(browser, url);
+    await stalls(browser);
     const recording = await replays(browser);
     await records(browser);
     await commandsAway(browser);

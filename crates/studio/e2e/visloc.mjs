@@ -39,6 +39,11 @@ export class Programs {
     return this.start(/(http:\S+)/, "studio", "--no-open", "--port", "0", ...more);
   }
 
+  /** Stops the program that was started last, as a debugger does, or lets it go on. */
+  stall(isStalled) {
+    this.children.at(-1).kill(isStalled ? "SIGSTOP" : "SIGCONT");
+  }
+
   end() {
     for (const child of this.children) child.kill();
     rmSync(this.folder, { recursive: true, force: true });

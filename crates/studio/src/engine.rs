@@ -60,7 +60,11 @@ pub fn run_engine(
         if hub.num_viewers() == 0 {
             // Blocks without cost; a new page says hello.
             match commands.recv() {
-                Ok(command) => stage.react(command, commands),
+                Ok(command) => {
+                    hub.work();
+                    stage.react(command, commands);
+                    hub.rest();
+                }
                 Err(_) => break,
             }
             due_secs = clock.secs();
@@ -68,7 +72,9 @@ pub fn run_engine(
         }
         let wait_secs = stage.session.step_secs().map(|_| (due_secs - clock.secs()).max(0.0));
         let wait = Duration::from_secs_f64(wait_secs.unwrap_or(IDLE_SECS).min(IDLE_SECS));
-        match commands.recv_timeout(wait) {
+        let received = commands.recv_timeout(wait);
+        hub.work();
+        match received {
             Ok(command) => stage.react(command, commands),
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}
@@ -85,6 +91,7 @@ pub fn run_engine(
             Some(_) => {}
             None => due_secs = now_secs,
         }
+        hub.rest();
     }
     stage.stop_tape();
 }

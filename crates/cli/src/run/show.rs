@@ -76,6 +76,7 @@ impl Spectator for Show {
     }
 
     fn after_frame(&mut self, view: &FrameView<'_>) {
+        self.broadcast.rest();
         if self.broadcast.is_live() {
             let ahead_secs = view.secs - self.watch.secs();
             if ahead_secs > 0.0 {

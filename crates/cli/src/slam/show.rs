@@ -62,6 +62,7 @@ impl SlamShow {
 
     /// Takes in a frame, and shows it if anybody wants to see it.
     pub fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>) {
+        self.broadcast.rest();
         self.viewer.follow(slam, frame);
         if !self.broadcast.is_wanted() {
             return;

@@ -10,6 +10,7 @@
 
 mod actions;
 mod belief;
+mod blind;
 mod cases;
 mod config;
 mod densities;

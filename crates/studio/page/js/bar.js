@@ -103,10 +103,6 @@ export class Bar {
     setText(byId("time"), `${state.secs.toFixed(1)} s`);
     if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
     this.notice(state.is_waiting ? "Waiting for the first image of the source." : state.notice);
-    const link = byId("link");
-    if (state.is_stale) link.dataset.state = "closed";
-    else if (link.dataset.state === "closed") link.dataset.state = "open";
-    setText(link, state.is_stale ? "robot out of reach" : "live");
     this.recorder(state.recorder);
     const controls = state.controls;
     if (!controls) return;

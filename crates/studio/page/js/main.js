@@ -4,6 +4,7 @@ import { Bar } from "./bar.js";
 import { Cards, Facts } from "./cards.js";
 import { byId } from "./dom.js";
 import { DrivePanel } from "./drive_panel.js";
+import { Freshness } from "./freshness.js";
 import { ImageView } from "./image_view.js";
 import { AlgorithmsPanel } from "./parameters.js";
 import { Plots } from "./plots.js";
@@ -21,6 +22,7 @@ const SLOW_MS = 90;
 
 startTheme();
 const store = new Store();
+const freshness = new Freshness(store);
 let numToDraw = 0;
 let isRequested = false;
 let slowAt = 0;
@@ -34,9 +36,13 @@ const socket = new Socket({
     numToDraw += 1;
     requestSlowDraw();
   },
+  pulse: (busySecs) => freshness.hear(busySecs),
   status(state, text) {
     if (state === "connecting") numToDraw = 0;
-    queueMicrotask(() => showStatus(state, text, socket));
+    queueMicrotask(() => {
+      showStatus(state, text, socket);
+      freshness.setOpen(state === "open");
+    });
   },
 });
 
@@ -88,4 +94,4 @@ function drawSlow() {
 }
 
 /** For tests, and for the curious in the console. */
-window.studio = { store, socket, view, image, bar, panels };
+window.studio = { store, socket, view, image, bar, panels, freshness };

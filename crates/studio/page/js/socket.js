@@ -5,8 +5,15 @@ import { decode, isPacked, unpacked } from "./message.js";
 const FIRST_WAIT_MS = 400;
 const MAX_WAIT_MS = 5000;
 
+/** Seconds that the program's engine has answered nobody. */
+const pulseOf = (text) => {
+  const { type, busy_secs: secs } = JSON.parse(text);
+  return type === "pulse" && secs > 0 ? secs : 0;
+};
+
 export class Socket {
-  /** `on` has `message(message)` and `status(state, text)`; states: connecting, open, closed, refused. */
+  /** `on` has `message(message)`, `pulse(busySecs)` (what the program says in between: how long its engine has answered nobody; 0 with
+   * every message) and `status(state, text)`; states: connecting, open, closed, refused. */
   constructor(on) {
     this.on = on;
     this.token = new URLSearchParams(location.search).get("token") ?? "";
@@ -27,6 +34,7 @@ export class Socket {
       this.on.status("open", "live");
     };
     socket.onmessage = (event) => {
+      this.on.pulse(event.data instanceof ArrayBuffer ? 0 : pulseOf(event.data));
       if (event.data instanceof ArrayBuffer) this.receive(event.data);
     };
     socket.onclose = () => this.retry();

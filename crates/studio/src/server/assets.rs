@@ -33,6 +33,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/cards.js", SCRIPT, "js/cards.js"),
     asset!("/js/dom.js", SCRIPT, "js/dom.js"),
     asset!("/js/drive_panel.js", SCRIPT, "js/drive_panel.js"),
+    asset!("/js/freshness.js", SCRIPT, "js/freshness.js"),
     asset!("/js/icons.js", SCRIPT, "js/icons.js"),
     asset!("/js/image_view.js", SCRIPT, "js/image_view.js"),
     asset!("/js/main.js", SCRIPT, "js/main.js"),

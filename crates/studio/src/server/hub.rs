@@ -24,6 +24,8 @@ pub struct Hub {
     clock: Clock,
     log: Box<dyn Fn(&str) + Send + Sync>,
     is_closed: AtomicBool,
+    /// When the engine began to work, seconds as bits; NaN while it waits.
+    busy_since: AtomicU64,
     num_malformed: AtomicU64,
     num_left_out: AtomicU64,
     num_refused: AtomicU64,
@@ -42,6 +44,7 @@ impl Hub {
             clock,
             log: Box::new(log),
             is_closed: AtomicBool::new(false),
+            busy_since: AtomicU64::new(f64::NAN.to_bits()),
             num_malformed: AtomicU64::new(0),
             num_left_out: AtomicU64::new(0),
             num_refused: AtomicU64::new(0),
@@ -65,6 +68,24 @@ impl Hub {
     #[must_use]
     pub fn num_viewers(&self) -> usize {
         self.updates.receiver_count()
+    }
+
+    /// The engine begins to work: until [`Hub::rest`] it answers nobody.
+    pub fn work(&self) {
+        self.busy_since.store(self.clock.secs().to_bits(), Ordering::Relaxed);
+    }
+
+    /// The engine waits, for a command, for the time of its next step, or for an image of its source.
+    pub fn rest(&self) {
+        self.busy_since.store(f64::NAN.to_bits(), Ordering::Relaxed);
+    }
+
+    /// How long the engine has answered nobody, seconds; 0 while it waits. Others may ask while it works, so that a program that stalls
+    /// can be told from a source that has nothing new.
+    #[must_use]
+    pub fn busy_secs(&self) -> f64 {
+        // NaN becomes 0.
+        (self.clock.secs() - f64::from_bits(self.busy_since.load(Ordering::Relaxed))).max(0.0)
     }
 
     /// Whether it is over.

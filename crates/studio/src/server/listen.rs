@@ -6,11 +6,15 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use axum::serve::ListenerExt as _;
 use thiserror::Error;
 use tokio::{runtime::Builder, sync::oneshot};
 
-use super::{access::Access, hub::Hub, routes::router};
+use super::{
+    access::Access,
+    guests::{Limits, receive},
+    hub::Hub,
+    routes::router,
+};
 
 /// Why a server cannot be started.
 #[derive(Debug, Error)]
@@ -47,6 +51,15 @@ impl Server {
     /// # Errors
     /// If nobody can listen at this address.
     pub fn start(address: SocketAddr, token: Option<String>, hub: Arc<Hub>) -> Result<Self, ServerError> {
+        Self::start_with(address, token, hub, Limits::default())
+    }
+
+    pub(super) fn start_with(
+        address: SocketAddr,
+        token: Option<String>,
+        hub: Arc<Hub>,
+        limits: Limits,
+    ) -> Result<Self, ServerError> {
         let listener =
             TcpListener::bind(address).map_err(|source| ServerError::Listen { address, source })?;
         listener.set_nonblocking(true)?;
@@ -55,15 +68,11 @@ impl Server {
         let token = access.token().map(str::to_owned);
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (end, ended) = oneshot::channel::<()>();
-        let router = router(hub, access);
+        let router = router(Arc::clone(&hub), access, limits.num_pages);
         let serve = async move {
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
-            // An update goes out at once: otherwise its end waits until the page has confirmed its beginning.
-            let listener = listener.tap_io(|stream| {
-                let _ = stream.set_nodelay(true);
-            });
             tokio::select! {
-                _ = axum::serve(listener, router).into_future() => {}
+                () = receive(listener, router, hub, limits) => {}
                 _ = ended => {}
             }
         };

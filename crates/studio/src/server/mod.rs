@@ -2,10 +2,12 @@
 
 mod access;
 mod assets;
+mod guests;
 pub mod hub;
 mod link;
 mod listen;
 mod publisher;
+mod pulse;
 mod remote;
 mod remote_session;
 mod routes;

@@ -15,7 +15,10 @@ use tokio_tungstenite::{
     tungstenite::{self, Message as Frame, protocol::WebSocketConfig},
 };
 
-use super::hub::Hub;
+use super::{
+    hub::Hub,
+    pulse::{PULSE_EVERY, Pulse, Silence},
+};
 use crate::{Command, Message, MessageKind, StudioError, Update};
 
 /// Longest message that is taken, bytes.
@@ -98,12 +101,18 @@ fn reason(error: &tungstenite::Error) -> String {
 async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, picture: &mut Picture) {
     let mut num_pings = 0;
     let mut silent = Duration::ZERO;
+    let mut silence = Silence::default();
+    let (mut is_stale, mut since_told) = (false, Duration::ZERO);
     let mut commands_due = interval(COMMANDS_EVERY);
     loop {
         tokio::select! {
             incoming = socket.next() => {
                 let Some(Ok(frame)) = incoming else { return };
                 (num_pings, silent) = (0, Duration::ZERO);
+                silence.ends();
+                if let Frame::Text(text) = &frame && let Some(pulse) = Pulse::read(text) {
+                    silence.take(pulse);
+                }
                 let Frame::Binary(bytes) = frame else { continue };
                 match picture.take(&bytes, hub) {
                     Ok(false) => {}
@@ -117,6 +126,20 @@ async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, pict
                     return;
                 }
                 silent += COMMANDS_EVERY;
+                since_told += COMMANDS_EVERY;
+                silence.pass(COMMANDS_EVERY.as_secs_f64());
+                match silence.stale_secs() {
+                    Some(secs) if !is_stale || since_told >= PULSE_EVERY => {
+                        (is_stale, since_told) = (true, Duration::ZERO);
+                        picture.tell_stale(hub, secs);
+                    }
+                    Some(_) => {}
+                    None if is_stale => {
+                        is_stale = false;
+                        picture.show(hub, Arc::clone(&picture.state));
+                    }
+                    None => {}
+                }
                 if silent >= PING_EVERY {
                     silent = Duration::ZERO;
                     num_pings += 1;
@@ -182,11 +205,19 @@ impl Picture {
         hub.publish(Update { scene: Arc::clone(&self.scene), state, image: self.image.clone() });
     }
 
-    /// Tells the people at the pages something; what is shown stays.
+    /// Tells the people at the pages something while there is no link; what is shown stays.
     fn tell(&self, hub: &Hub, notice: &str) {
+        self.show_with(hub, &[("notice", notice.into()), ("is_stale", true.into())]);
+    }
+
+    /// The robot has not answered for so long, seconds; what is shown stays.
+    fn tell_stale(&self, hub: &Hub, secs: f64) {
+        self.show_with(hub, &[("is_stale", true.into()), ("stale_secs", secs.into())]);
+    }
+
+    fn show_with(&self, hub: &Hub, more: &[(&str, serde_json::Value)]) {
         let Ok(mut state) = Message::read(&self.state) else { return };
-        state.header.insert("notice".to_owned(), notice.into());
-        state.header.insert("is_stale".to_owned(), true.into());
+        state.header.extend(more.iter().map(|(key, value)| ((*key).to_owned(), value.clone())));
         self.show(hub, state.write().into());
     }
 }

@@ -9,6 +9,7 @@ use axum::{
     response::{IntoResponse, Response},
     routing::get,
 };
+use tokio::sync::Semaphore;
 
 use super::{
     access::{Access, Refusal},
@@ -28,15 +29,18 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self'; st
 struct Shared {
     hub: Arc<Hub>,
     access: Arc<Access>,
+    /// Places for pages at their sockets.
+    places: Arc<Semaphore>,
 }
 
 /// The page, its parts and the socket.
-pub(super) fn router(hub: Arc<Hub>, access: Access) -> Router {
+pub(super) fn router(hub: Arc<Hub>, access: Access, num_pages: usize) -> Router {
+    let (access, places) = (Arc::new(access), Arc::new(Semaphore::new(num_pages)));
     Router::new()
         .route("/socket", get(open_socket))
         .route("/access", get(may_open))
         .fallback(get(page))
-        .with_state(Shared { hub, access: Arc::new(access) })
+        .with_state(Shared { hub, access, places })
 }
 
 /// Serves a part of the page; everything is in the program, so no path leads anywhere else.
@@ -78,10 +82,15 @@ async fn open_socket(
     if let Err(refused) = check(&shared, &uri, &headers) {
         return refused;
     }
-    upgrade
-        .max_message_size(MAX_MESSAGE_BYTES)
-        .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(|socket| attend(socket, shared.hub))
+    let Ok(place) = shared.places.try_acquire_owned() else {
+        return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close one").into_response();
+    };
+    upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES).on_upgrade(
+        |socket| async move {
+            attend(socket, shared.hub).await;
+            drop(place);
+        },
+    )
 }
 
 #[allow(clippy::result_large_err)]

@@ -4,9 +4,13 @@ use std::{sync::Arc, time::Duration};
 
 use axum::extract::ws::{Message, WebSocket};
 
-use tokio::time::sleep;
+use tokio::time::{MissedTickBehavior, interval, sleep};
 
-use super::{hub::Hub, link::Link};
+use super::{
+    hub::Hub,
+    link::Link,
+    pulse::{PULSE_EVERY, Pulse},
+};
 use crate::Command;
 
 /// Whoever takes nothing for so long is gone.
@@ -19,6 +23,9 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
     let mut updates = hub.subscribe();
     hub.take(Command::Hello {});
     let mut link = Link::default();
+    let mut pulse_due = interval(PULSE_EVERY);
+    pulse_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut has_begun = false;
     loop {
         tokio::select! {
             incoming = socket.recv() => match incoming {
@@ -31,6 +38,7 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                 }
                 let update = updates.borrow_and_update().clone();
                 let Some(update) = update else { continue };
+                has_begun = true;
                 let messages = link.messages(&update, hub.clock().secs());
                 if !send(&mut socket, messages).await {
                     return;
@@ -40,6 +48,12 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                 let Some(update) = updates.borrow().clone() else { continue };
                 let messages = link.rest(&update, hub.clock().secs());
                 if !send(&mut socket, messages).await {
+                    return;
+                }
+            }
+            _ = pulse_due.tick(), if has_begun => {
+                let pulse = Pulse { busy_secs: hub.busy_secs() };
+                if !send_one(&mut socket, Message::Text(pulse.text().into())).await {
                     return;
                 }
             }
@@ -65,10 +79,13 @@ fn take(message: &Message, link: &mut Link, hub: &Hub) -> bool {
 async fn send(socket: &mut WebSocket, messages: Vec<Arc<[u8]>>) -> bool {
     for message in messages {
         let bytes = axum::body::Bytes::from_owner(message);
-        let sending = socket.send(Message::Binary(bytes));
-        if !matches!(tokio::time::timeout(SEND_TIMEOUT, sending).await, Ok(Ok(()))) {
+        if !send_one(socket, Message::Binary(bytes)).await {
             return false;
         }
     }
     true
+}
+
+async fn send_one(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(tokio::time::timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
 }

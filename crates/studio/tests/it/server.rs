@@ -208,6 +208,30 @@ impl Engine for OnePlayground {
     }
 }
 
+/// A program whose engine hangs says so, while one that waits for its source does not: nothing new comes from either.
+#[test]
+fn an_engine_that_hangs_is_told_from_one_that_waits() {
+    let secs = Arc::new(std::sync::atomic::AtomicU32::new(0));
+    let now = Arc::clone(&secs);
+    let clock = Clock::new(move || f64::from(now.load(std::sync::atomic::Ordering::Relaxed)));
+    let (hub, _commands) = Hub::new(clock, |_| {});
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let mut socket = open(&server, None, "").unwrap();
+    wait_for("the page is there", || hub.num_viewers() == 1);
+    hub.publish(update(1));
+    hub.work();
+    secs.store(7, std::sync::atomic::Ordering::Relaxed);
+    let mut next_pulse = || loop {
+        if let Frame::Text(text) = socket.read().unwrap() {
+            return text.to_string();
+        }
+    };
+    assert_eq!(next_pulse(), "{\"type\":\"pulse\",\"busy_secs\":7.0}");
+    hub.rest();
+    let rests = (0..40).any(|_| next_pulse() == "{\"type\":\"pulse\",\"busy_secs\":0.0}");
+    assert!(rests);
+}
+
 #[test]
 fn pages_drive_the_engine_and_it_rests_without_them() {
     let (hub, commands) = hub();
