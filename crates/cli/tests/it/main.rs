@@ -3,6 +3,7 @@
 // Helpers of tests are no tests for the lint, but they may stop in the same way.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod bad_inputs;
 mod broken_bags;
 mod calibrate;
 mod demo;
@@ -15,8 +16,10 @@ mod help;
 mod likelihood;
 mod localize;
 mod messages;
+mod mutations;
 mod numbers;
 mod outputs;
+mod parsers;
 mod settings;
 mod signals;
 mod silence;

@@ -9,7 +9,7 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 use visloc_base::{FrameSource, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics, BagWriter};
+use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
 
 /// Map of all test recordings.
 pub const MAP: &str = "robocup-spl-2010";
@@ -85,8 +85,19 @@ impl Workspace {
 
     /// The first frames of an excerpt, changed by `change`, as a new recording.
     pub fn bag(&self, name: &str, num_frames: usize, change: impl Fn(usize, &mut SourceFrame)) {
+        self.bag_with(name, num_frames, BagWriterOptions::default(), change);
+    }
+
+    /// The same, written in another way.
+    pub fn bag_with(
+        &self,
+        name: &str,
+        num_frames: usize,
+        options: BagWriterOptions,
+        change: impl Fn(usize, &mut SourceFrame),
+    ) {
         let mut reader = BagReader::open(excerpt("R1"), BagTopics::default()).unwrap();
-        let mut writer = BagWriter::create(self.path(name), BagTopics::default()).unwrap();
+        let mut writer = BagWriter::create_with(self.path(name), BagTopics::default(), options).unwrap();
         for index in 0..num_frames {
             let mut frame = reader.next_frame().expect("long enough").unwrap();
             change(index, &mut frame);

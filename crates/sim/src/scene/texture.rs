@@ -177,7 +177,7 @@ impl Level {
         // Weights in 1/256; their sum is 256, so no lane overflows into the next.
         let (fx, fy) = (fx as u64, fy as u64);
         let lower_right = (fx * fy) >> 8;
-        let weights = [256 - fx - fy + lower_right, fx - lower_right, fy - lower_right, lower_right];
+        let weights = [256 + lower_right - fx - fy, fx - lower_right, fy - lower_right, lower_right];
         decode(
             texel(top, left) * weights[0]
                 + texel(top, right) * weights[1]

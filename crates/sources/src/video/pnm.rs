@@ -20,15 +20,18 @@ pub(crate) enum Pixels {
 
 /// An image from a pipe.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum PnmImage {
+pub enum PnmImage {
     /// From PGM.
     Gray(GrayImage),
     /// From PPM.
     Color(RgbImage),
 }
 
-/// Reads the next image; `None` at the end. The end within an image is an error of kind `UnexpectedEof`.
-pub(crate) fn read_pnm(input: &mut impl BufRead) -> io::Result<Option<PnmImage>> {
+/// Reads the next image; `None` at the end.
+///
+/// # Errors
+/// If it is no such image. The end within an image is an error of kind `UnexpectedEof`.
+pub fn read_pnm(input: &mut impl BufRead) -> io::Result<Option<PnmImage>> {
     if input.fill_buf()?.is_empty() {
         return Ok(None);
     }

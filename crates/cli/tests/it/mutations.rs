@@ -1,0 +1,206 @@
+//! Every parser on damaged inputs: what the fuzzer does for hours, for some seconds and always in the same way.
+
+use std::{
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Mutex,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use rustix::time::{ClockId, clock_gettime};
+use visloc_base::RngTree;
+
+use crate::parsers::{PARSERS, Parser};
+
+/// Damaged inputs of each parser.
+const NUM_INPUTS: u64 = 400;
+/// No input takes longer, seconds of the processor; parsers are linear, and these inputs are short.
+const MAX_SECS: f64 = 5.0;
+/// Most letters of an input that is shown.
+const MAX_SHOWN: usize = 600;
+
+#[test]
+fn no_parser_stumbles_over_damaged_input() {
+    let next = AtomicUsize::new(0);
+    let faults = Mutex::new(Vec::new());
+    let work = || {
+        while let Some(parser) = PARSERS.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let seeds = (parser.seeds)();
+            let fault = (0..NUM_INPUTS).find_map(|number| fault(parser, &seeds, number));
+            faults.lock().unwrap().extend(fault);
+        }
+    };
+    let num_threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..num_threads).for_each(|_| drop(scope.spawn(work))));
+    let faults = faults.into_inner().unwrap();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn good_inputs_are_short_enough() {
+    for parser in PARSERS {
+        let seeds = (parser.seeds)();
+        assert!(!seeds.is_empty(), "{}", parser.name);
+        assert!(seeds.iter().all(|seed| seed.len() <= parser.max_bytes), "{}", parser.name);
+    }
+}
+
+/// What goes wrong with one damaged input, if anything does.
+fn fault(parser: &Parser, seeds: &[Vec<u8>], number: u64) -> Option<String> {
+    let mut dice = Dice { tree: RngTree::new(19).subtree(parser.name, number), count: 0 };
+    let mut input = dice.pick(seeds).clone();
+    // The first inputs are the good ones.
+    for _ in 0..if number < seeds.len() as u64 { 0 } else { 1 + dice.below(3) } {
+        damage(&mut input, seeds, &mut dice);
+        input.truncate(parser.max_bytes);
+    }
+    let start = processor_secs();
+    let outcome = catch_unwind(AssertUnwindSafe(|| (parser.read)(&input)));
+    let secs = processor_secs() - start;
+    let what = match outcome {
+        Err(_) => "panics".to_owned(),
+        Ok(()) if secs > MAX_SECS => format!("takes {secs:.1} s"),
+        Ok(()) => return None,
+    };
+    let shown = input[..input.len().min(MAX_SHOWN)].escape_ascii();
+    Some(format!("{}, input {number} of {} bytes {what}: {shown}", parser.name, input.len()))
+}
+
+/// Time that this thread has had the processor.
+fn processor_secs() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
+}
+
+/// Random numbers of one input.
+struct Dice {
+    tree: RngTree,
+    count: u64,
+}
+
+impl Dice {
+    /// Below a bound, which is above 0.
+    fn below(&mut self, bound: usize) -> usize {
+        self.count += 1;
+        (self.tree.stream_seed("dice", self.count) % bound as u64) as usize
+    }
+
+    fn pick<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.below(all.len())]
+    }
+
+    /// A part of an input.
+    fn part(&mut self, length: usize) -> std::ops::Range<usize> {
+        let start = self.below(length + 1);
+        let longest = (length - start).min(1 << self.below(12));
+        start..start + self.below(longest + 1)
+    }
+}
+
+/// Numbers at the borders of types and behind them.
+const NUMBERS: [&str; 18] = [
+    "0",
+    "-0",
+    "-1",
+    "1",
+    "255",
+    "256",
+    "65536",
+    "2147483648",
+    "4294967295",
+    "9223372036854775807",
+    "18446744073709551616",
+    "1e-320",
+    "1e39",
+    "1e300",
+    "1e999",
+    "nan",
+    "-inf",
+    "0.1e",
+];
+/// Words that begin or end something, in one of the formats.
+const WORDS: [&str; 30] = [
+    "[",
+    "]",
+    "{",
+    "}",
+    "(",
+    "<g>",
+    "</g>",
+    "<!--",
+    "\"",
+    "'",
+    "\"\"\"",
+    ": ",
+    "- ",
+    " = ",
+    "[[motion]]\n",
+    "&a ",
+    "*a",
+    "!!",
+    "|\n",
+    "#",
+    ",",
+    "\n",
+    "\r\n",
+    "\t",
+    "\0",
+    "\u{feff}",
+    "e",
+    "Z",
+    "  0\nSECTION\n",
+    "NaN",
+];
+
+/// One damage.
+fn damage(input: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
+    let length = input.len();
+    match dice.below(11) {
+        0 => input.truncate(dice.below(length + 1)),
+        1 if length > 0 => input[dice.below(length)] ^= 1 << dice.below(8),
+        2 if length > 0 => input[dice.below(length)] = *dice.pick(&[0, 1, 0x7f, 0x80, 0xff]),
+        3 => {
+            let number = *dice.pick(&[0, 1, 0x7fff_ffff, 0x8000_0000, 0xffff_fff0, u64::MAX >> 1, u64::MAX]);
+            let bytes = number.to_le_bytes();
+            let width = *dice.pick(&[2, 4, 8]);
+            let at = dice.below(length + 1);
+            let end = length.min(at + width);
+            input.splice(at..end, bytes[..width].to_vec());
+        }
+        4 => {
+            let other = dice.pick(&NUMBERS);
+            let at = dice.below(length + 1);
+            let is_digit = |byte: &u8| byte.is_ascii_digit();
+            let start = input[at..].iter().position(is_digit).map_or(length, |i| at + i);
+            let end = input[start..].iter().position(|byte| !is_digit(byte)).map_or(length, |i| start + i);
+            input.splice(start..end, other.bytes());
+        }
+        5 => drop(input.drain(dice.part(length))),
+        6 => {
+            let part = input[dice.part(length)].to_vec();
+            let at = dice.below(length + 1);
+            input.splice(at..at, part);
+        }
+        7 => {
+            let (at, byte, count) = (dice.below(length + 1), dice.below(256) as u8, 1 << dice.below(14));
+            input.splice(at..at, vec![byte; count]);
+        }
+        8 => {
+            let (at, count) = (dice.below(length + 1), 1 << dice.below(13));
+            let words = dice.pick(&WORDS).repeat(count);
+            input.splice(at..at, words.into_bytes());
+        }
+        9 => {
+            let other = dice.pick(seeds);
+            let part = other[dice.part(other.len())].to_vec();
+            let at = dice.part(length);
+            input.splice(at, part);
+        }
+        _ => {
+            let word = dice.pick(&WORDS);
+            let at = dice.below(length + 1);
+            input.splice(at..at, word.bytes());
+        }
+    }
+}

@@ -1,0 +1,203 @@
+//! Recordings and the messages in them.
+
+use std::{fs, path::Path};
+
+use nalgebra::{Rotation3, Vector3};
+use visloc_base::{
+    Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
+};
+use visloc_data::bag::{
+    BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression, ExpectedInputs,
+    ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer,
+    messages::{self, from_cdr},
+};
+use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
+
+use super::{as_file, in_folder};
+
+/// A small picture of a robot and what else it senses, ten a second.
+pub fn frame(index: usize) -> SourceFrame {
+    let phase = index as f64 * 0.1;
+    let mut image = RgbImage::new(16, 12);
+    for (i, byte) in image.data_mut().iter_mut().enumerate() {
+        *byte = ((i / 3 + index) % 200) as u8;
+    }
+    let distortion = Distortion::RadialTangential([-0.1, 0.02, 1e-3, -1e-3, 0.001]);
+    let rotation = Rotation3::from_scaled_axis(Vector3::new(-1.2, 1.1, -1.2));
+    SourceFrame {
+        frame: Frame {
+            at: Timestamp::from_nanos(1_700_000_000_000_000_000 + index as i64 * 100_000_000),
+            image,
+            camera: Camera::new((16, 12), (17.0, 17.5), (7.5, 5.5), distortion).unwrap(),
+            robot_from_camera: Rigid3::new(rotation, Vector3::new(0.05, 0.01, 0.5)),
+            odometry: Some(PlanarPose::new(phase, -phase, phase)),
+            ground_contact: Some(GroundContact::Pressure([phase; 8])),
+        },
+        truth: Some(Truth { world_from_robot: PlanarPose::new(1.0, phase, 0.3), height_m: 0.0 }),
+    }
+}
+
+/// A recording of some frames.
+pub fn write(path: &Path, num_frames: usize, options: BagWriterOptions) {
+    let mut writer = BagWriter::create_file(path, BagTopics::default(), options).unwrap();
+    (0..num_frames).for_each(|index| writer.write(&frame(index)).unwrap());
+    writer.finish().unwrap();
+}
+
+/// With and without chunks, each compression, each kind of image.
+pub fn mcap_seeds() -> Vec<Vec<u8>> {
+    let plain = |image_encoding| BagWriterOptions {
+        has_chunks: false,
+        image_encoding,
+        ..BagWriterOptions::default()
+    };
+    let packed = |chunk_compression| BagWriterOptions { chunk_compression, ..BagWriterOptions::default() };
+    let options = [
+        plain(ImageEncoding::Raw),
+        plain(ImageEncoding::Png),
+        plain(BagWriterOptions::default().image_encoding),
+        packed(ChunkCompression::None),
+        packed(ChunkCompression::Lz4),
+        packed(ChunkCompression::Zstd),
+    ];
+    let mut seeds: Vec<Vec<u8>> = in_folder(|folder| {
+        let path = folder.join("seed.mcap");
+        let bytes = |options| {
+            write(&path, 2, options);
+            fs::read(&path).unwrap()
+        };
+        options.into_iter().map(bytes).collect()
+    });
+    // Without its index at the end.
+    let cut = seeds[0][..seeds[0].len() / 2].to_vec();
+    seeds.push(cut);
+    seeds
+}
+
+pub fn mcap(bytes: &[u8]) {
+    as_file("input.mcap", bytes, read_bag);
+}
+
+/// Reads all frames and pictures.
+pub fn read_bag(path: &Path) {
+    let topics = BagTopics::default();
+    if let Ok(mut bag) = BagReader::open(path, topics.clone()) {
+        let mut last = None;
+        while let Some(next) = bag.next_frame() {
+            let Ok(SourceFrame { frame, .. }) = next else { continue };
+            assert!(last.is_none_or(|last| last < frame.at), "time increases");
+            assert!(frame.odometry.is_none_or(|pose| pose.is_finite()), "finite odometry");
+            last = Some(frame.at);
+        }
+        assert!(bag.next_frame().is_none(), "the end stays the end");
+    }
+    if let Ok(mut pictures) = BagPictures::open(path, &topics) {
+        while pictures.next_picture().is_some() {}
+    }
+}
+
+/// `metadata.yaml` beside a good file.
+pub fn metadata_seeds() -> Vec<Vec<u8>> {
+    let text = in_folder(|folder| {
+        let path = folder.join("seed-folder");
+        let mut writer = BagWriter::create(&path, BagTopics::default()).unwrap();
+        writer.write(&frame(0)).unwrap();
+        writer.finish().unwrap();
+        fs::read(path.join("metadata.yaml")).unwrap()
+    });
+    vec![text, b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - good.mcap\n".to_vec()]
+}
+
+pub fn metadata(bytes: &[u8]) {
+    in_folder(|folder| {
+        let folder = folder.join("folder");
+        let bag = folder.join("good.mcap");
+        if !bag.exists() {
+            fs::create_dir_all(&folder).unwrap();
+            write(&bag, 1, BagWriterOptions::default());
+        }
+        fs::write(folder.join("metadata.yaml"), bytes).unwrap();
+        read_bag(&folder);
+    });
+}
+
+type Decode = fn(&[u8]) -> Result<RosMessage, String>;
+
+/// What topics carry, in bags and live.
+const DECODERS: [(&str, Decode); 9] = [
+    ("/camera/image/compressed", |data| from_cdr(data).map(RosMessage::CompressedImage)),
+    ("/camera/image", |data| from_cdr(data).map(RosMessage::Image)),
+    ("/camera/camera_info", |data| from_cdr(data).map(RosMessage::CameraInfo)),
+    ("/odom", |data| from_cdr(data).map(RosMessage::Odometry)),
+    ("/tf", |data| from_cdr(data).map(RosMessage::Tf)),
+    ("/tf_static", |data| from_cdr(data).map(RosMessage::TfStatic)),
+    ("/foot_contact", |data| from_cdr(data).map(RosMessage::FootContact)),
+    ("/foot_pressure", |data| from_cdr(data).map(RosMessage::FootPressure)),
+    ("/ground_truth", |data| from_cdr(data).map(RosMessage::GroundTruth)),
+];
+
+/// Messages one after the other: number of the type, length as 16 bits, and the bytes of the message.
+pub fn message_seeds() -> Vec<Vec<u8>> {
+    [ImageEncoding::Raw, ImageEncoding::Png]
+        .map(|encoding| in_folder(|folder| seed_of(folder, encoding)))
+        .into()
+}
+
+fn seed_of(folder: &Path, image_encoding: ImageEncoding) -> Vec<u8> {
+    let path = folder.join("messages.mcap");
+    write(&path, 2, BagWriterOptions { image_encoding, ..BagWriterOptions::default() });
+    let bytes = fs::read(&path).unwrap();
+    let mut seed = Vec::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap().name.clone();
+        let number = match (schema.as_str(), message.channel.topic.as_str()) {
+            ("sensor_msgs/msg/CompressedImage", _) => 0,
+            ("sensor_msgs/msg/Image", _) => 1,
+            ("sensor_msgs/msg/CameraInfo", _) => 2,
+            ("nav_msgs/msg/Odometry", _) => 3,
+            ("tf2_msgs/msg/TFMessage", "/tf") => 4,
+            ("tf2_msgs/msg/TFMessage", _) => 5,
+            ("std_msgs/msg/Bool", _) => 6,
+            ("std_msgs/msg/Float64MultiArray", _) => 7,
+            _ => 8,
+        };
+        seed.push(number);
+        seed.extend(u16::try_from(message.data.len()).unwrap().to_le_bytes());
+        seed.extend_from_slice(&message.data);
+    }
+    seed
+}
+
+/// As live topics do it: decodes, joins by time, and decodes the images of the frames.
+pub fn messages(mut bytes: &[u8]) {
+    let all = ExpectedInputs {
+        has_odometry: true,
+        has_foot_contact: false,
+        has_foot_pressure: true,
+        has_truth: true,
+    };
+    let mut synchronizer = Synchronizer::new(&BagTopics::default(), all);
+    let mut rejects = Vec::new();
+    let mut sent_at = Timestamp::from_nanos(1_700_000_000_000_000_000);
+    while let [number, low, high, rest @ ..] = bytes {
+        let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());
+        let (data, rest) = rest.split_at(length);
+        bytes = rest;
+        let (_, decode) = DECODERS[usize::from(*number) % DECODERS.len()];
+        if let Ok(message) = decode(data) {
+            if let Some(sensed) = message.sensed(sent_at, &mut rejects) {
+                if let SensorMessage::Image(image) = &sensed {
+                    let _ = image.decode();
+                }
+                synchronizer.push(sensed);
+            }
+        }
+        // Diagnostics come from others too.
+        let _ = from_cdr::<messages::DiagnosticArray>(data);
+        sent_at = sent_at + 0.01;
+        while let Some(SyncOutcome::Frame(_)) = synchronizer.pop() {}
+    }
+    synchronizer.finish();
+    while let Some(SyncOutcome::Frame(_)) = synchronizer.pop() {}
+}
