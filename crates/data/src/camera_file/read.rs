@@ -49,7 +49,6 @@ mod tests {
     use std::fs;
 
     use crate::camera_file::{CameraFormat, write_camera};
-    use std::fs;
     use visloc_geom::Distortion;
 
     fn cameras() -> [Camera; 3] {

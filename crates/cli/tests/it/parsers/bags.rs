@@ -7,8 +7,8 @@ use visloc_base::{
     Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
 };
 use visloc_data::bag::{
-    BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression, ExpectedInputs,
-    ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer,
+    BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
+    ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer,
     messages::{self, from_cdr},
 };
 use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
@@ -91,6 +91,9 @@ pub fn read_bag(path: &Path) {
         }
         assert!(bag.next_frame().is_none(), "the end stays the end");
     }
+    if let Ok(mut messages) = BagMessages::open(path) {
+        while messages.next_message().is_some() {}
+    }
     if let Ok(mut pictures) = BagPictures::open(path, &topics) {
         while pictures.next_picture().is_some() {}
     }
@@ -106,6 +109,22 @@ pub fn metadata_seeds() -> Vec<Vec<u8>> {
         fs::read(path.join("metadata.yaml")).unwrap()
     });
     vec![text, b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - good.mcap\n".to_vec()]
+}
+
+pub fn sqlite_seeds() -> Vec<Vec<u8>> {
+    vec![include_bytes!("../../../../../testdata/R1-first-frames.db3").to_vec()]
+}
+
+pub fn sqlite(bytes: &[u8]) {
+    as_file("input.db3", bytes, read_bag);
+}
+
+pub fn ros1_seeds() -> Vec<Vec<u8>> {
+    vec![include_bytes!("../../../../../testdata/R1-first-frames.bag").to_vec()]
+}
+
+pub fn ros1(bytes: &[u8]) {
+    as_file("input.bag", bytes, read_bag);
 }
 
 pub fn metadata(bytes: &[u8]) {

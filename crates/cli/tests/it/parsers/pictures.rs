@@ -75,6 +75,7 @@ pub fn raw(bytes: &[u8]) {
         height: u32::from(u16::from_le_bytes([*h0, *h1])),
         encoding: ENCODINGS[usize::from(*encoding) % ENCODINGS.len()].to_owned(),
         step: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
+        is_big_endian: *encoding >= 128,
         data: data.to_vec(),
     };
     let _ = EncodedImage { at: Timestamp::default(), frame_id: String::new(), payload }.decode();
