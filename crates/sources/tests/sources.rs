@@ -217,8 +217,8 @@ fn small_bag(place: &Place, topics: &BagTopics) -> String {
 #[test]
 fn camera_and_mount_are_used_over_and_instead_of_what_a_bag_says() {
     let place = Place::new(0, "exit 1");
-    let mount = Some(Mount { height_m: 0.5, tilt_rad: 0.3, ..Mount::default() });
-    let both = SourceOptions { mount, ffmpeg: None, ..place.options() };
+    let mount = Mount { height_m: 0.5, tilt_rad: 0.3, ..Mount::default() };
+    let both = SourceOptions { mount: Some(mount), ffmpeg: None, ..place.options() };
     let bare_topics = BagTopics {
         camera_info: String::new(),
         tf: String::new(),
@@ -231,7 +231,7 @@ fn camera_and_mount_are_used_over_and_instead_of_what_a_bag_says() {
         let mut frames = open(&bag, &both).unwrap().frames;
         let frame = frames.next_frame().unwrap().unwrap().frame;
         assert_eq!(frame.camera.focal_px(), (2.0, 2.0));
-        assert_eq!(frame.robot_from_camera, mount.unwrap().robot_from_camera());
+        assert_eq!(frame.robot_from_camera, mount.robot_from_camera());
         assert!(frame.odometry.is_some(), "the robot's odometry stays");
     }
     // Without them the bag lacks what they stand for, and so it does if its topics are not to be read.

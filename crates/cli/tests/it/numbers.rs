@@ -140,6 +140,8 @@ fn numeric_options(help: &str) -> Vec<String> {
 }
 
 /// Runs a command; what it did wrong, if anything.
+// A program that hangs has to be ended.
+#[allow(clippy::disallowed_methods)]
 fn run(workspace: &Workspace, args: &[String]) -> Option<String> {
     let error_path = workspace.path(&format!("stderr-{:?}", thread::current().id()));
     let mut child = Command::new(env!("CARGO_BIN_EXE_visloc"))

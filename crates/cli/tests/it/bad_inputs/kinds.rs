@@ -212,7 +212,7 @@ pub fn picture(shift: u32) -> RgbImage {
     let mut image = RgbImage::new(48, 36);
     for y in 0..36 {
         for x in 0..48 {
-            let is_light = ((x + shift) / 6 + y / 6) % 2 == 0;
+            let is_light = ((x + shift) / 6 + y / 6).is_multiple_of(2);
             image.set(x, y, if is_light { [200, 190, 180] } else { [40, 60, 50] });
         }
     }

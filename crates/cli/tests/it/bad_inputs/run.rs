@@ -124,6 +124,8 @@ fn lay(cell: &Cell, input: &Input, folder: &Path) -> OsString {
 }
 
 /// Runs the program with a limit on processor time and memory; `None` if it hangs.
+// A program that hangs has to be ended.
+#[allow(clippy::disallowed_methods)]
 fn run_bounded(folder: &Path, words: &[OsString], [stdout, stderr]: [&PathBuf; 2]) -> Option<ExitStatus> {
     let limited = format!("ulimit -t {MAX_SECS}; ulimit -v {MAX_KIB}; exec \"$0\" \"$@\"");
     let to = |path: &Path| Stdio::from(fs::File::create(path).unwrap());

@@ -204,13 +204,11 @@ pub fn messages(mut bytes: &[u8]) {
         let (data, rest) = rest.split_at(length);
         bytes = rest;
         let (_, decode) = DECODERS[usize::from(*number) % DECODERS.len()];
-        if let Ok(message) = decode(data) {
-            if let Some(sensed) = message.sensed(sent_at, &mut rejects) {
-                if let SensorMessage::Image(image) = &sensed {
-                    let _ = image.decode();
-                }
-                synchronizer.push(sensed);
+        if let Some(sensed) = decode(data).ok().and_then(|message| message.sensed(sent_at, &mut rejects)) {
+            if let SensorMessage::Image(image) = &sensed {
+                let _ = image.decode();
             }
+            synchronizer.push(sensed);
         }
         // Diagnostics come from others too.
         let _ = from_cdr::<messages::DiagnosticArray>(data);
