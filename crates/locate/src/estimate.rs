@@ -1,9 +1,7 @@
 //! What a localizer says about the pose.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use visloc_geom::PlanarPose;
-
-use crate::PlanarMotion;
 
 /// From this reliability on a robot counts as localized. Source: 2010 section 5.1.4.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
@@ -57,36 +55,6 @@ impl Estimate {
         self.hypotheses.clear();
         *self =
             Self { world_from_robot, hypotheses: std::mem::take(&mut self.hypotheses), ..Self::unknown() };
-    }
-
-    /// Moves on with the robot: the poses, and the covariances with the noise of the motion.
-    pub(crate) fn move_by(&mut self, motion: &PlanarMotion) {
-        let noise = [motion.position_noise_m, motion.position_noise_m, motion.heading_noise_rad];
-        let noise = Matrix3::from_diagonal(&Vector3::from(noise.map(|sigma| sigma * sigma)));
-        let hypotheses = self.hypotheses.iter_mut().map(|h| (&mut h.world_from_robot, &mut h.covariance));
-        for (pose, covariance) in hypotheses.chain([(&mut self.world_from_robot, &mut self.covariance)]) {
-            let moved = motion.apply(pose);
-            // An error of the heading turns the motion.
-            let mut change = Matrix3::identity();
-            change[(0, 2)] = pose.y_m - moved.y_m;
-            change[(1, 2)] = moved.x_m - pose.x_m;
-            *covariance = change * *covariance * change.transpose() + noise;
-            *pose = moved;
-        }
-    }
-
-    /// Images have shown nothing for so long: the robot may have moved in a way that its odometry does not notice. The noise is that of
-    /// one second.
-    pub(crate) fn drift(&mut self, secs: f64, position_noise_m: f64, heading_noise_rad: f64) {
-        let noise = [position_noise_m, position_noise_m, heading_noise_rad];
-        let noise = Matrix3::from_diagonal(&Vector3::from(noise.map(|sigma| sigma * sigma * secs)));
-        self.covariance += noise;
-        self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.covariance += noise);
-    }
-
-    /// Standard deviation of the position, meters.
-    pub(crate) fn spread_m(&self) -> f64 {
-        (self.covariance[(0, 0)] + self.covariance[(1, 1)]).max(0.0).sqrt()
     }
 
     /// Sets the reliability of a localizer that knows of no symmetry.

@@ -126,7 +126,7 @@ impl Place {
                 example(format!("sim:{}", path("small.toml")), plain.clone()),
                 example("sim:room".into(), SourceOptions { range: three, ..plain }),
             ],
-            "ROS 2 bag" => vec![example(path("bag"), plain)],
+            "ROS bag" => vec![example(path("bag"), plain)],
             "images" => vec![
                 example(path("photos"), calibrated.clone()),
                 example(path("tum"), calibrated.clone()),

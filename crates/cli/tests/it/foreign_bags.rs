@@ -72,7 +72,7 @@ fn damaged_bags_are_refused_by_every_command_that_reads_them() {
             for args in [
                 &["localize", name, "--map", MAP][..],
                 &["slam", name],
-                &["record", name, "--out", "out.mcap"],
+                &["record", name, "--out", "out.mcap", "--overwrite"],
                 &["extract", name, "--out", "out"],
                 &["likelihood", name, "--map", MAP],
             ] {

@@ -56,6 +56,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
             &["photos", "--map", "robocup-spl-2010", "--camera-height", "0.5"],
         ],
         "slam" => &[&["photos"]],
+        "extract" => &[&["photos", "--camera-height", "0.5", "--out", "extracted"]],
         "record" => &[&["photos", "--camera-height", "0.5", "--out", "recorded.mcap"]],
         "studio" => &[&["no-such-source.mcap"]],
         "evaluate" => &[&["poses.tum", "poses.tum"]],

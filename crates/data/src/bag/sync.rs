@@ -15,8 +15,6 @@ use crate::bag::{
 
 /// How long a picture waits for the other topics, seconds of the recording.
 const MAX_WAIT_SECS: f64 = 0.25;
-/// Beyond its first and last sample the odometry is known for so long, seconds: for stamps of other clocks.
-const MAX_ODOMETRY_HELD_SECS: f64 = 0.02;
 /// Most pictures that wait; bounds memory.
 const MAX_WAITING: usize = 16;
 /// After so many pictures in a row of the wrong size, the calibration is believed to be another camera's.
@@ -63,8 +61,8 @@ pub enum SyncOutcome {
 ///
 /// A picture with stamp t becomes a frame when all other topics are known at or after t: odometry and camera pose
 /// interpolated at t, the foot sensors as they were last, the truth nearest to t within half a frame. If a topic falls
-/// silent, the picture waits for 0.25 s of later messages and takes the last known value, if that is at most 0.5 s old, the
-/// odometry 0.02 s: without odometry the frame has none, without a camera pose or calibration the picture is left out.
+/// silent, the picture waits for 0.25 s of later messages and takes the last known value, if that is at most 0.5 s old:
+/// without odometry the frame has none, without a camera pose or calibration the picture is left out.
 #[derive(Debug)]
 pub struct Synchronizer {
     base_frame: String,
@@ -308,11 +306,7 @@ impl Synchronizer {
         let (robot_from_camera, is_pose_held) = self.camera_pose_for(image)?;
         let pixels = image.decode()?;
         self.check_size(&pixels, &camera)?;
-        let odometry = match self.odometry.lookup(at) {
-            // Held for longer it would tell that the robot has stopped.
-            Some(Lookup::Held(_)) => self.odometry.nearest(at, MAX_ODOMETRY_HELD_SECS).map(Lookup::Held),
-            lookup => lookup,
-        };
+        let odometry = self.odometry.lookup(at);
         let is_odometry_held = self.expected.has_odometry && !matches!(odometry, Some(Lookup::Between(..)));
         let frame = Frame {
             at,

@@ -1,6 +1,6 @@
 //! The algorithm, one iteration a frame.
 
-use visloc_base::{Rng, Timestamp};
+use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 
 use super::{
@@ -58,23 +58,16 @@ impl Evolutionary {
     }
 
     /// Moves everything with the robot.
-    fn apply_motion(&mut self, at: Timestamp, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        let Some(motion) = self.motion.update(at, odometry) else { return };
+    fn apply_motion(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
+        let Some(motion) = self.motion.update(odometry) else { return };
         self.explorers.apply_motion(&motion);
         for race in self.races.iter_mut() {
             race.apply_motion(&motion, &self.config, rng);
         }
-        self.estimate.move_by(&motion);
-    }
-
-    /// The image says nothing: the pose is followed by the motion alone, and trusted less and less.
-    fn go_blind(&mut self, spread_before_m: f64) {
-        let (secs, noise) = (self.motion.secs(), &self.config.motion);
-        self.estimate.drift(secs, noise.blind_noise_m, noise.blind_noise_rad);
-        self.reliability.fade(secs);
-        let more_m = (self.estimate.spread_m() - spread_before_m).max(0.0);
-        self.reliability.jump(more_m, self.model.max_jump_m());
-        self.trust();
+        self.estimate.world_from_robot = motion.apply(&self.estimate.world_from_robot);
+        for hypothesis in &mut self.estimate.hypotheses {
+            hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
+        }
     }
 
     /// Begins again with a prior, and remembers where the robot was if that is wished for.
@@ -130,7 +123,7 @@ impl Evolutionary {
             self.reliability.reset();
             return;
         };
-        self.reliability.update(winner.last_health, quality, self.motion.secs());
+        self.reliability.update(winner.last_health, quality);
         match change {
             Some(WinnerChange { distance_m: Some(distance_m) }) => {
                 self.reliability.jump(distance_m, self.model.max_jump_m());
@@ -140,14 +133,10 @@ impl Evolutionary {
         }
     }
 
-    fn trust(&mut self) {
-        self.estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
-        self.races.set_trust(self.estimate.reliability);
-    }
-
     fn update_estimate(&mut self) {
-        self.trust();
         let estimate = &mut self.estimate;
+        estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
+        self.races.set_trust(estimate.reliability);
         estimate.hypotheses.clear();
         let Some(winner) = self.races.winner() else { return };
         estimate.world_from_robot = winner.pose;
@@ -181,15 +170,13 @@ impl Localizer for Evolutionary {
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         if input.is_lifted {
-            self.motion.update(input.percept.at, input.odometry);
+            self.motion.update(input.odometry);
             self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
-        let spread_m = self.estimate.spread_m();
-        self.apply_motion(input.percept.at, input.odometry, rng);
+        self.apply_motion(input.odometry, rng);
         self.model.condition_on(input.percept);
         if !self.model.has_evidence() {
-            self.go_blind(spread_m);
             return &self.estimate;
         }
         for race in self.races.iter_mut() {

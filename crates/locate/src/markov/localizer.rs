@@ -6,12 +6,12 @@ use visloc_geom::{PlanarPose, angle, weighted_pose_statistics};
 use visloc_vision::Percept;
 
 use super::{
-    Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, blind::Blind,
-    expected::ExpectedViews, start::belief_of,
+    Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, expected::ExpectedViews,
+    start::belief_of,
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
-    ObservationModel, PlanarMotion, PosePrior, Region, StartPrior, StepInput, require,
+    ObservationModel, PosePrior, Region, StartPrior, StepInput, require,
 };
 
 /// At most so many hypotheses ...
@@ -30,7 +30,6 @@ pub struct Markov {
     /// Where the camera looked when the last image was weighed, yaw in the robot's frame, radians.
     weighed_yaw_rad: Option<f64>,
     has_evidence: bool,
-    blind: Blind,
     /// Where the robot was before it was lifted.
     old_pose: Option<PlanarPose>,
     actions: Vec<Action>,
@@ -63,7 +62,6 @@ impl Markov {
             cutter: OdometryCutter::new(&grid),
             weighed_yaw_rad: None,
             has_evidence: config.start.is_known,
-            blind: Blind::default(),
             old_pose: None,
             actions: Vec::new(),
             likelihoods: Vec::new(),
@@ -80,14 +78,14 @@ impl Markov {
     }
 
     /// Cuts the motion into actions and does them. Returns whether there was one.
-    fn act(&mut self, motion: Option<&PlanarMotion>) -> bool {
-        let Some(motion) = motion else { return false };
+    fn act(&mut self, odometry: Option<PlanarPose>) -> bool {
+        let Some(motion) = self.motion.update(odometry) else { return false };
         self.actions.clear();
         self.cutter.add(&motion.old_from_new, &mut self.actions);
         for action in &self.actions {
             self.filter.act(*action);
         }
-        if motion.is_blind {
+        if odometry.is_none() {
             self.filter.diffuse(motion.position_noise_m, motion.heading_noise_rad);
         }
         !self.actions.is_empty()
@@ -112,9 +110,6 @@ impl Markov {
             self.likelihoods.iter_mut().for_each(|l| *l = l.powf(weight));
         }
         self.has_evidence |= has_landmark;
-        if has_landmark {
-            self.blind = Blind::default();
-        }
         self.filter.observe(&self.likelihoods, has_landmark);
     }
 
@@ -135,9 +130,8 @@ impl Markov {
         }
         let mass = if self.config.counts_neighbors { belief.mass_around(best) } else { probability };
         self.estimate.world_from_robot = world_from_robot;
-        self.estimate.covariance = covariance + self.blind.covariance;
-        let reliability = reliability_of(mass) * self.blind.trust;
-        self.estimate.set_reliability(if self.has_evidence { reliability } else { 0.0 });
+        self.estimate.covariance = covariance;
+        self.estimate.set_reliability(if self.has_evidence { reliability_of(mass) } else { 0.0 });
         let largest = self.likelihoods.iter().copied().fold(0.0, f64::max);
         let own = self.likelihoods.get(best).copied().unwrap_or(0.0);
         self.estimate.likelihood = if largest > 0.0 { own / largest } else { 0.0 };
@@ -148,7 +142,7 @@ impl Markov {
         order.sort_by(|a, b| belief.probabilities()[*b].total_cmp(&belief.probabilities()[*a]));
         self.estimate.hypotheses.extend(order.iter().take(MAX_HYPOTHESES).map(|&index| Hypothesis {
             world_from_robot: pose(index),
-            covariance: state_covariance(&self.grid) + self.blind.covariance,
+            covariance: state_covariance(&self.grid),
             probability: belief.probabilities()[index],
         }));
         self.estimate.normalize_hypotheses();
@@ -170,7 +164,6 @@ impl Markov {
             belief.mix(&belief_of(self.grid, &StartPrior::Poses(vec![old]), 1.0), start.keep_old_pose_share);
         }
         self.has_evidence = !prior.is_uniform();
-        self.blind = Blind::default();
         self.filter = MarkovFilter::new(belief, self.config.outcomes, self.config.remedy);
         self.cutter.reset();
         self.weighed_yaw_rad = None;
@@ -238,24 +231,12 @@ impl Localizer for Markov {
     fn step(&mut self, input: &StepInput<'_>, _rng: &mut Rng) -> &Estimate {
         if input.is_lifted {
             // The odometry of the feet in the air is no motion over the map.
-            self.motion.update(input.percept.at, input.odometry);
+            self.motion.update(input.odometry);
             self.begin_again(&StartPrior::Uniform, true);
             return &self.estimate;
         }
-        let motion = self.motion.update(input.percept.at, input.odometry);
-        let acted = self.act(motion.as_ref());
-        let shows_landmark = !input.percept.blobs.is_empty();
-        if !shows_landmark && input.percept.pixels.is_empty() {
-            self.blind.extend(
-                self.motion.secs(),
-                self.config.blind_secs,
-                motion.as_ref(),
-                &self.config.motion,
-            );
-        }
-        // After a time without anything in view, a landmark is news even if it is where it was.
-        let is_news = shows_landmark && self.blind.trust < 1.0;
-        if is_news || self.is_new_view(input.percept, acted) {
+        let acted = self.act(input.odometry);
+        if self.is_new_view(input.percept, acted) {
             self.weigh(input.percept);
         }
         self.update_estimate();

@@ -10,7 +10,6 @@
 
 mod actions;
 mod belief;
-mod blind;
 mod cases;
 mod config;
 mod densities;

@@ -1,7 +1,7 @@
 //! The particle filter: motion, weights, estimate, survivors.
 
 use rand::RngExt;
-use visloc_base::{Rng, Timestamp, gaussian};
+use visloc_base::{Rng, gaussian};
 use visloc_geom::PlanarPose;
 
 use super::{
@@ -120,28 +120,20 @@ impl MonteCarlo {
     }
 
     /// Moves everything with the robot. Survivors get their noise on this occasion.
-    fn propagate(&mut self, at: Timestamp, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        let motion = self.motion.update(at, odometry);
+    fn propagate(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
+        let motion = self.motion.update(odometry);
         let noise = std::mem::take(&mut self.noise);
         self.particles.propagate(motion.as_ref(), &noise, rng);
-        if let Some(motion) = motion {
-            self.estimate.move_by(&motion);
+        let Some(motion) = motion else { return };
+        self.estimate.world_from_robot = motion.apply(&self.estimate.world_from_robot);
+        for hypothesis in &mut self.estimate.hypotheses {
+            hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
         }
     }
 
     #[cfg(test)]
     pub(super) fn propagate_for_test(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        self.propagate(Timestamp::default(), odometry, rng);
-    }
-
-    /// The image says nothing: the pose is followed by the motion alone, and trusted less and less.
-    fn go_blind(&mut self, spread_before_m: f64) {
-        let (secs, noise) = (self.motion.secs(), &self.config.motion);
-        self.estimate.drift(secs, noise.blind_noise_m, noise.blind_noise_rad);
-        self.reliability.fade(secs);
-        let more_m = (self.estimate.spread_m() - spread_before_m).max(0.0);
-        self.reliability.jump(more_m, self.model.max_jump_m());
-        self.estimate.set_reliability(self.reliability.value());
+        self.propagate(odometry, rng);
     }
 
     fn weigh(&mut self) {
@@ -164,7 +156,7 @@ impl MonteCarlo {
     fn update_estimate(&mut self, quality: f64) {
         let config = (&self.config.estimate, &self.config.clusters);
         self.estimator.update(config, &self.particles, &self.best, &mut self.estimate);
-        self.reliability.update(self.estimate.likelihood, quality, self.motion.secs());
+        self.reliability.update(self.estimate.likelihood, quality);
         self.estimate.set_reliability(self.reliability.value());
     }
 
@@ -215,15 +207,13 @@ impl Localizer for MonteCarlo {
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         self.num_weighed = 0;
         if input.is_lifted {
-            self.motion.update(input.percept.at, input.odometry);
+            self.motion.update(input.odometry);
             self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
-        let spread_m = self.estimate.spread_m();
-        self.propagate(input.percept.at, input.odometry, rng);
+        self.propagate(input.odometry, rng);
         self.model.condition_on(input.percept);
         if !self.model.has_evidence() {
-            self.go_blind(spread_m);
             return &self.estimate;
         }
         if self.particles.is_empty() {

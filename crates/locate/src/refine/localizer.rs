@@ -1,6 +1,6 @@
 //! A localizer whose hypotheses are refined.
 
-use visloc_base::Rng;
+use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
@@ -9,18 +9,17 @@ use super::{
     known::Known,
     search::{PlaceSearch, middle},
     track::View,
-    tracks::{Tracks, fullness, says_something},
+    tracks::{Tracks, fullness},
     turning::{Turning, camera_yaw_rad},
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
-    Reliability, StartPrior, StepInput,
-    observation::features::FeatureModel,
-    odometer::{Odometer, Odometry},
+    Reliability, StartPrior, StepInput, observation::features::FeatureModel,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
 const MAX_STEP_SECS: f64 = 1.0;
+
 /// A hypothesis less probable than this is not worth a track.
 const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step while localized, and places kept while not.
@@ -55,7 +54,8 @@ pub struct Refined {
     /// Where places look alike: the answer for a robot that may be anywhere.
     middle: Option<PlanarPose>,
     reliability: Reliability,
-    odometer: Odometer,
+    last_odometry: Option<PlanarPose>,
+    last_at: Option<Timestamp>,
     winner: Option<(u64, PlanarPose)>,
     max_jump_m: f64,
     known: Known,
@@ -89,7 +89,6 @@ impl Refined {
             last_view: None,
             lost_secs: 0.0,
             reliability: Reliability::new(config.reliability),
-            odometer: Odometer::new(config.max_motion_m),
             config,
             search,
             model: features,
@@ -97,6 +96,8 @@ impl Refined {
             candidates: Vec::new(),
             turn: 0,
             tracks: Tracks::default(),
+            last_odometry: None,
+            last_at: None,
             winner: None,
             estimate: Estimate::unknown(),
         })
@@ -111,6 +112,22 @@ impl Refined {
         if let Some(middle) = self.middle {
             self.estimate.world_from_robot = middle;
         }
+    }
+
+    /// Motion since the last step, seen from the robot, and the time that passed.
+    fn motion(&mut self, input: &StepInput<'_>) -> (Option<PlanarPose>, f64) {
+        let at = input.percept.at;
+        let secs = self.last_at.map_or(0.0, |last| at.secs_since(last)).clamp(0.0, MAX_STEP_SECS);
+        self.last_at = Some(at);
+        let odometry = input.odometry.filter(PlanarPose::is_finite);
+        let motion = match (self.last_odometry, odometry) {
+            (Some(last), Some(now)) => Some(now.relative_to(&last)),
+            (None, Some(_)) => Some(PlanarPose::default()),
+            (_, None) => None,
+        };
+        self.last_odometry = odometry;
+        // An odometry that jumps says nothing.
+        (motion.filter(|m| m.x_m.hypot(m.y_m) < self.max_jump_m / 2.0), secs)
     }
 
     /// How much of an image is new, 0 to 1: what was seen from nearly the same place is no new evidence.
@@ -133,13 +150,6 @@ impl Refined {
         } else {
             1.0
         }
-    }
-
-    /// The image says nothing: the tracks are followed by the motion alone, and trusted less and less.
-    fn go_blind(&mut self) {
-        let secs = self.odometer.secs();
-        self.tracks.drift(secs, &self.config);
-        self.reliability.fade(secs);
     }
 
     fn update_tracks(&mut self, novelty: f64, clearness: f64) {
@@ -170,7 +180,7 @@ impl Refined {
             quality = quality.max(best.seen_doors * fullness(self.model.as_ref()));
         }
         let before = self.reliability;
-        self.reliability.update(best.last_agreement, quality, self.odometer.secs());
+        self.reliability.update(best.last_agreement, quality);
         if self.reliability.value() > before.value() {
             self.reliability = before.toward(&self.reliability, novelty);
         }
@@ -257,8 +267,7 @@ impl Localizer for Refined {
         self.tracks = Tracks::default();
         self.turning = Turning::default();
         (self.turn, self.is_search_turn, self.lost_secs) = (0, false, 0.0);
-        self.odometer = Odometer::new(self.config.max_motion_m);
-        self.last_view = None;
+        (self.last_odometry, self.last_at, self.last_view) = (None, None, None);
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }
@@ -270,8 +279,7 @@ impl Localizer for Refined {
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
-        let odometry = self.odometer.update(input.percept.at, input.odometry);
-        let secs = self.odometer.secs().min(MAX_STEP_SECS);
+        let (motion, secs) = self.motion(input);
         // Both cost as much as all the rest, so they take turns.
         self.is_search_turn = !(self.config.has_look_alikes && self.is_search_turn);
         if self.is_search_turn || input.is_lifted {
@@ -281,15 +289,10 @@ impl Localizer for Refined {
             self.forget();
             return &self.estimate;
         }
-        match odometry {
-            Odometry::Moved(motion) => self.known.move_by(&motion),
-            Odometry::Missing(velocity) | Odometry::Bridged { velocity, .. } => {
-                let way = velocity * secs;
-                self.known.move_by(&PlanarPose::new(way.x, way.y, way.z));
-            }
-            Odometry::First | Odometry::Without => {}
+        if let Some(motion) = &motion {
+            self.known.move_by(motion);
         }
-        self.tracks.predict(&odometry, secs, &self.config);
+        self.tracks.predict(motion.as_ref(), secs, &self.config);
         self.model.condition_on(input.percept);
         self.candidates.clear();
         if !(self.config.has_look_alikes && self.is_search_turn) {
@@ -298,11 +301,7 @@ impl Localizer for Refined {
         let novelty = self.novelty(input);
         let clearness = self.clearness(input, secs);
         self.update_tracks(novelty, clearness);
-        if says_something(self.model.as_ref()) {
-            self.update_reliability(input, novelty);
-        } else {
-            self.go_blind();
-        }
+        self.update_reliability(input, novelty);
         self.update_estimate();
         self.doubt(secs);
         &self.estimate

@@ -8,7 +8,6 @@ use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},
-    odometer::{Odometer, Odometry},
 };
 
 /// Features that tell x, y and heading, each many times. Seen from `places` (all of them alike) they are all explained,
@@ -341,7 +340,7 @@ fn the_half_is_asked_again_while_the_pose_gets_better() {
     let guess = tracks.best().unwrap().filter.pose();
     assert!(guess.distance_m(&first.places[1]) < 0.02, "{guess:?}: the mirrored pose is in the half");
     for _ in 0..30 {
-        tracks.predict(&Odometry::Moved(PlanarPose::default()), 1.0 / 30.0, &config);
+        tracks.predict(Some(&PlanarPose::default()), 1.0 / 30.0, &config);
         tracks.update(&truth, &[], &view, &known, &config);
     }
     let best = tracks.best().unwrap();
@@ -357,84 +356,19 @@ fn the_scale_of_the_odometry_is_learned() {
     let mut rng = RngTree::new(5).stream("noise", 0);
     let mut truth = PlanarPose::new(-4.0, 0.0, 0.0);
     let mut filter = PoseFilter::new(&truth, &config);
-    let told = |step_m: f64| Odometry::Moved(PlanarPose::new(step_m * 1.1, 0.0, 0.0));
+    let told = |step_m: f64| PlanarPose::new(step_m * 1.1, 0.0, 0.0);
     for _ in 0..600 {
         truth.x_m += 0.007;
-        filter.predict(&told(0.007), 1.0 / 30.0, &config);
+        filter.predict(Some(&told(0.007)), 1.0 / 30.0, &config);
         filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[12.0, 8.0], &config);
     }
     let start_m = filter.pose().distance_m(&truth);
     for _ in 0..200 {
         truth.x_m += 0.01;
-        filter.predict(&told(0.01), 1.0 / 30.0, &config);
+        filter.predict(Some(&told(0.01)), 1.0 / 30.0, &config);
     }
     let error_m = filter.pose().distance_m(&truth);
     assert!(start_m < 0.01 && error_m < 0.05, "{start_m} {error_m}: uncorrected it would be 0.2 m");
-}
-
-/// A robot walks 0.3 m/s, its odometry tells 10 % too much and is missing for a second, jumps by 5 m, and is not a number once. What was
-/// learned of it stays: after a blind stretch at the end the pose is right. During the gap the robot turns, which only images tell.
-#[test]
-fn gaps_and_jumps_of_the_odometry_do_not_erase_what_was_learned() {
-    let config = RefinementConfig::default();
-    let mut rng = RngTree::new(6).stream("noise", 0);
-    let mut truth = PlanarPose::new(-4.0, -2.0, 0.0);
-    let mut filter = PoseFilter::new(&truth, &config);
-    let mut odometer = Odometer::new(config.max_motion_m);
-    let mut told = PlanarPose::default();
-    let mut scale_before = 0.0;
-    for i in 0..1000_u32 {
-        let turn_rad = if (700..730).contains(&i) { 0.5 / 30.0 } else { 0.0 };
-        truth = truth.compose(&PlanarPose::new(0.01, 0.0, turn_rad));
-        told = told.compose(&PlanarPose::new(0.011, 0.0, turn_rad));
-        if i == 760 {
-            told = PlanarPose::new(told.x_m - 5.0, told.y_m, told.yaw_rad + 1.0);
-        }
-        let sample = match i {
-            700..730 => None,
-            800 => Some(PlanarPose { x_m: f64::NAN, ..told }),
-            _ => Some(told),
-        };
-        let odometry = odometer.update(Timestamp::from_secs(f64::from(i) / 30.0), sample);
-        filter.predict(&odometry, 1.0 / 30.0, &config);
-        if i == 699 {
-            scale_before = filter.odometry_errors()[0];
-        }
-        if i < 850 {
-            filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[12.0, 8.0], &config);
-            let error_m = filter.pose().distance_m(&truth);
-            assert!(i < 5 || error_m < 0.06, "image {i}: {error_m} m");
-        }
-        if i == 850 {
-            let scale = filter.odometry_errors()[0];
-            assert!((scale - scale_before).abs() < 0.01, "{scale_before} became {scale}");
-            assert!((scale + 0.1 / 1.1).abs() < 0.02, "{scale}");
-        }
-    }
-    let error_m = filter.pose().distance_m(&truth);
-    assert!(error_m < 0.06, "{error_m} m after 1.5 m without images: uncorrected it would be 0.15 m");
-}
-
-/// While the odometry is missing nobody knows the motion, and the filter says so; a short gap is made good by the next sample.
-#[test]
-fn the_covariance_grows_over_a_gap_of_the_odometry() {
-    let config = RefinementConfig::default();
-    let walk = |missing: std::ops::Range<u32>| {
-        let mut filter = PoseFilter::new(&PlanarPose::default(), &config);
-        filter.update(&Alike::new(&[PlanarPose::default()]), &[12.0, 8.0], &config);
-        let mut odometer = Odometer::new(config.max_motion_m);
-        for i in 0..60_u32 {
-            let sample = PlanarPose::new(0.01 * f64::from(i), 0.0, 0.0);
-            let at = Timestamp::from_secs(f64::from(i) / 30.0);
-            let odometry = odometer.update(at, (!missing.contains(&i)).then_some(sample));
-            filter.predict(&odometry, 1.0 / 30.0, &config);
-        }
-        (filter.x_m(), filter.spread_m())
-    };
-    let (whole, bridged, gap) = (walk(0..0), walk(20..30), walk(20..50));
-    assert!((whole.0 - 0.59).abs() < 1e-9 && (bridged.0 - whole.0).abs() < 1e-6, "{whole:?} {bridged:?}");
-    assert!(bridged.1 < 1.5 * whole.1, "{whole:?} {bridged:?}");
-    assert!((gap.0 - whole.0).abs() < 0.15 && gap.1 > 2.0 * whole.1, "{whole:?} {gap:?}");
 }
 
 /// Without odometry the speed is learned from the images.
@@ -446,13 +380,13 @@ fn without_odometry_the_filter_goes_on_moving() {
     let motion = PlanarPose::new(0.2 / 30.0, 0.0, 0.3 / 30.0);
     for _ in 0..90 {
         truth = truth.compose(&motion);
-        filter.predict(&Odometry::Without, 1.0 / 30.0, &config);
+        filter.predict(None, 1.0 / 30.0, &config);
         filter.update(&Alike::new(&[truth]), &[12.0, 8.0], &config);
     }
     let (before_m, spread_m) = (filter.pose().distance_m(&truth), filter.spread_m());
     for _ in 0..15 {
         truth = truth.compose(&motion);
-        filter.predict(&Odometry::Without, 1.0 / 30.0, &config);
+        filter.predict(None, 1.0 / 30.0, &config);
     }
     let error_m = filter.pose().distance_m(&truth);
     assert!(before_m < 0.01 && error_m < 0.05, "{before_m} {error_m}: standing still it would be 0.1 m");

@@ -8,7 +8,7 @@ use super::{
     known::Known,
     track::{Track, View},
 };
-use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
+use crate::{Region, observation::features::FeatureModel};
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -60,17 +60,10 @@ impl Tracks {
         self.tracks.iter()
     }
 
-    fn filters(&mut self) -> impl Iterator<Item = &mut PoseFilter> {
-        self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot)
-    }
-
-    pub fn predict(&mut self, odometry: &Odometry, secs: f64, config: &RefinementConfig) {
-        self.filters().for_each(|filter| filter.predict(odometry, secs, config));
-    }
-
-    /// An image has shown nothing, so many seconds after the last one.
-    pub fn drift(&mut self, secs: f64, config: &RefinementConfig) {
-        self.filters().for_each(|filter| filter.drift(secs, config));
+    pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
+        for filter in self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot) {
+            filter.predict(odometry, secs, config);
+        }
     }
 
     /// Takes in the features of an image, and places where tracks may begin. What is known chooses between a pose and its
@@ -83,7 +76,7 @@ impl Tracks {
         known: &Known,
         config: &RefinementConfig,
     ) {
-        if !says_something(model) {
+        if model.num_features() < MIN_FEATURES {
             return;
         }
         let weight = config.evidence_per_image * fullness(model) * view.clearness;
@@ -294,11 +287,6 @@ impl Tracks {
             }
         }
     }
-}
-
-/// Whether an image has enough features to say anything.
-pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
-    model.num_features() >= MIN_FEATURES
 }
 
 /// How much an image has to say, 0 to 1.

@@ -99,6 +99,10 @@ impl PictureSource for UntilStopped<Box<dyn PictureSource>> {
         self.next_of(|inner| inner.next_picture())
     }
 
+    fn original(&self) -> Option<&[u8]> {
+        self.inner.original()
+    }
+
     fn num_pictures(&self) -> Option<usize> {
         self.inner.num_pictures()
     }

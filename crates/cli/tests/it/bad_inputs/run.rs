@@ -110,8 +110,11 @@ fn lay(cell: &Cell, input: &Input, folder: &Path) -> OsString {
             fs::File::options().append(true).open(&path).unwrap().set_len(1 << 40).unwrap();
         }
         Damage::NoFolder => {
-            fs::remove_dir_all(folder.join(input.name)).unwrap();
-            fs::write(folder.join(input.name), bytes).unwrap();
+            let whole = folder.join(input.name);
+            // Of an input of several files that is named by one of them, that one.
+            let remove = if whole.is_dir() { fs::remove_dir_all(&whole) } else { fs::remove_file(&whole) };
+            remove.unwrap();
+            fs::write(&whole, bytes).unwrap();
         }
         Damage::LongName => return format!("input{}{ending}", "x".repeat(300)).into(),
         Damage::OddName => return renamed(format!("in\n'put{ending}").into()),
