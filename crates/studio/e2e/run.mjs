@@ -123,25 +123,38 @@ async function twoPages(browser, url, first) {
   await second.context().close();
 }
 
-/** A program that is stopped is stale within 1.5 s, a paused one is not. */
-async function stalls(browser) {
-  const page = await open(browser, await studio("--scene", "robocup-2010"));
-  const link = () => page.locator("#link").textContent();
-  await until(page, () => document.querySelector("#link").textContent === "live");
-  programs.stall(true);
+/** What the page says of its link. */
+const link = (page) => page.locator("#link").textContent();
+const isLive = (page) => until(page, () => document.querySelector("#link").textContent === "live");
+
+/** A program that is stopped is stale within 1.5 s, and live when it goes on. */
+async function stalls(page, name, which) {
+  await isLive(page);
+  programs.stall(true, which);
   const stoppedAt = performance.now();
   await until(page, () => document.querySelector("#link").textContent.startsWith("stale for"));
   const secs = (performance.now() - stoppedAt) / 1000;
-  check(secs < 1.5, `a program that is stopped is stale after ${secs.toFixed(2)} s: ${await link()}`);
-  check((await page.locator("#stale").textContent()).includes("has not answered"), "and the page says what that means");
-  programs.stall(false);
-  await until(page, () => document.querySelector("#link").textContent === "live" && document.querySelector("#stale").hidden);
-  check(true, "it is live again");
+  check(secs < 1.5, `${name} that is stopped is stale after ${secs.toFixed(2)} s: ${await link(page)}`);
+  const told = await page.locator("#stale").textContent();
+  check(told.includes("has not answered") && await page.locator("#stale").isVisible(), `and the page says: ${told}`);
+  programs.stall(false, which);
+  await isLive(page);
+  check(await page.locator("#stale").isHidden(), "it is live again");
+}
+
+/** A studio and a robot elsewhere that stall; a pause is something else. */
+async function stale(browser) {
+  const page = await open(browser, await studio("--scene", "robocup-2010"));
+  await stalls(page, "a studio", -1);
   await send(page, "pause");
   await until(page, () => document.querySelector("#link").textContent === "paused");
   await page.waitForTimeout(1600);
-  check(await link() === "paused", "a paused one is not stale");
+  check(await link(page) === "paused", "a paused one is not stale");
   await page.context().close();
+  const robot = await programs.start(/--connect (\S+)/, "localize", "sim:tour", "--publish", "127.0.0.1:0");
+  const desk = await open(browser, await studio("--connect", robot));
+  await stalls(desk, "a robot elsewhere", -2);
+  await desk.context().close();
 }
 
 async function theme(page) {
@@ -328,7 +341,7 @@ async function main() {
     await page.context().close();
     await renderers(browser, url);
     await maps(browser, url);
-    await stalls(browser);
+    await stale(browser);
     const recording = await replays(browser);
     await records(browser);
     await commandsAway(browser);

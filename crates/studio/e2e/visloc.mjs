@@ -39,9 +39,9 @@ export class Programs {
     return this.start(/(http:\S+)/, "studio", "--no-open", "--port", "0", ...more);
   }
 
-  /** Stops the program that was started last, as a debugger does, or lets it go on. */
-  stall(isStalled) {
-    this.children.at(-1).kill(isStalled ? "SIGSTOP" : "SIGCONT");
+  /** Stops a program, as a debugger does, or lets it go on; they are counted from the last one that was started. */
+  stall(isStalled, which = -1) {
+    this.children.at(which).kill(isStalled ? "SIGSTOP" : "SIGCONT");
   }
 
   end() {

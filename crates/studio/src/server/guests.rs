@@ -44,7 +44,8 @@ impl Default for Limits {
     }
 }
 
-/// The system has no connection to give: the next attempt comes after this time.
+/// When the system has no connection to give, so many are sent away, and the next attempt comes after this time.
+const MAKE_ROOM: usize = 8;
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// A connection that may have to go.
@@ -104,7 +105,9 @@ pub(super) async fn receive(listener: TcpListener, router: Router, hub: Arc<Hub>
             Err(error) if is_of_one_connection(&error) => {}
             Err(error) => {
                 hub.complain(&format!("cannot take a connection: {error}"));
-                guests.send_one_away();
+                for _ in 0..MAKE_ROOM {
+                    guests.send_one_away();
+                }
                 sleep(PAUSE).await;
             }
         }
