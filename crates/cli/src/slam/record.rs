@@ -28,7 +28,7 @@ pub struct SlamRecord {
 }
 
 impl SlamRecord {
-    /// Of an outcome; what the mapper does with it comes by [`SlamHistory::add_mapped`].
+    /// Of an outcome; what the mapper does with it comes by [`super::SlamHistory::add_mapped`].
     pub fn new(number: usize, at: Timestamp, outcome: &FrameOutcome) -> Self {
         Self {
             number,
