@@ -154,7 +154,8 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
         D::Empty | D::Blank if nature == Table => Fine,
         D::Empty | D::Blank | D::Random | D::Zeros => Refused,
         D::AsPicture if nature == Picture => return None,
-        D::AsBag if matches!(kind, Kind::Bag | Kind::BagFolder | Kind::Recording) => return None,
+        // A recording is known by its content, not by its name.
+        D::AsBag if nature == Messages && kind != Kind::Video => return None,
         D::AsPicture | D::AsBag | D::AsProse | D::AsZip | D::AsGzip | D::AsJson => Refused,
         D::Half | D::Middle if nature == Messages => Kept,
         D::LastByte if nature == Messages => Told,

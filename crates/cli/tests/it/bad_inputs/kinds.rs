@@ -17,6 +17,8 @@ pub enum Kind {
     Bag,
     BagFolder,
     BagMetadata,
+    BagSqlite,
+    BagRos1,
     Tum,
     TumCamera,
     TumTruth,
@@ -101,7 +103,9 @@ impl Kind {
     /// How it stands damage.
     pub fn nature(self) -> Nature {
         match self {
-            Self::Bag | Self::BagFolder | Self::Recording | Self::Video => Nature::Messages,
+            Self::Bag | Self::BagFolder | Self::BagSqlite | Self::BagRos1 | Self::Recording | Self::Video => {
+                Nature::Messages
+            }
             Self::Tum | Self::Euroc | Self::TumTruth => Nature::Lines,
             Self::Png | Self::Jpeg | Self::Labels | Self::GridPicture | Self::Images => Nature::Picture,
             Self::Scenario | Self::Algorithm | Self::Pipeline | Self::Slam | Self::Topics | Self::Robot => {
@@ -123,6 +127,8 @@ impl Kind {
                 name: "input",
                 files: vec![("input/metadata.yaml", metadata()), ("input/input_0.mcap", bag())],
             },
+            Self::BagSqlite => Input::one("input.db3", testdata("R1-first-frames.db3")),
+            Self::BagRos1 => Input::one("input.bag", testdata("R1-first-frames.bag")),
             Self::Tum => tum(["input/rgb.txt", "input/camera.yaml", "input/groundtruth.txt"]),
             Self::TumCamera => tum(["input/camera.yaml", "input/rgb.txt", "input/groundtruth.txt"]),
             Self::TumTruth => tum(["input/groundtruth.txt", "input/rgb.txt", "input/camera.yaml"]),
@@ -201,6 +207,10 @@ fn bag() -> Vec<u8> {
     let options = BagWriterOptions { has_chunks: false, ..BagWriterOptions::default() };
     workspace.bag_with("bag.mcap", 6, options, |_, _| {});
     fs::read(workspace.path("bag.mcap")).unwrap()
+}
+
+fn testdata(name: &str) -> Vec<u8> {
+    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../testdata").join(name)).unwrap()
 }
 
 fn metadata() -> Vec<u8> {

@@ -31,8 +31,8 @@ pub enum Good {
 const CAMERA_FILES: &[Kind] = &[CameraToml, CameraRos, CameraKalibr, CameraOpenCv];
 const PLANS: &[Kind] = &[WallList, Grid, GridPicture, Svg, Dxf];
 const MAPS: &[Kind] = &[MapField, MapOffice, WallList, Grid, GridPicture, Svg, Dxf];
-const ROBOT_SOURCES: &[Kind] = &[Bag, BagFolder, BagMetadata];
-const CAMERA_SOURCES: &[Kind] = &[Tum, TumCamera, TumTruth, Euroc, Kitti, Video, Bag];
+const ROBOT_SOURCES: &[Kind] = &[Bag, BagFolder, BagMetadata, BagSqlite, BagRos1];
+const CAMERA_SOURCES: &[Kind] = &[Tum, TumCamera, TumTruth, Euroc, Kitti, Video, Bag, BagSqlite, BagRos1];
 
 const fn slot(
     command: &'static str,

@@ -8,9 +8,10 @@ use visloc_base::{
 };
 use visloc_data::bag::{
     BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
-    ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer,
+    ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer, Transcoder,
     messages::{self, from_cdr},
 };
+use visloc_data::image_codec::encode_png;
 use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
 
 use super::{as_file, in_folder};
@@ -78,7 +79,141 @@ pub fn mcap(bytes: &[u8]) {
     as_file("input.mcap", bytes, read_bag);
 }
 
-/// Reads all frames and pictures.
+/// Databases with an index by time and without.
+pub fn sqlite_seeds() -> Vec<Vec<u8>> {
+    let all = ["CREATE INDEX timestamp_idx ON messages (timestamp ASC)", "SELECT 1 WHERE 0"];
+    all.map(|index| in_folder(|folder| database(folder, index).unwrap())).into()
+}
+
+fn database(folder: &Path, index: &str) -> rusqlite::Result<Vec<u8>> {
+    let (bag, path) = (folder.join("seed.mcap"), folder.join("seed.db3"));
+    let _ = fs::remove_file(&path);
+    write(&bag, 2, BagWriterOptions::default());
+    let bytes = fs::read(&bag).unwrap();
+    let database = rusqlite::Connection::open(&path)?;
+    database.execute_batch(&format!(
+        "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT NOT NULL, \
+         offered_qos_profiles TEXT NOT NULL); CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, \
+         timestamp INTEGER NOT NULL, data BLOB NOT NULL); {index};"
+    ))?;
+    let mut topics = Vec::new();
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let topic = message.channel.topic.clone();
+        let id = topics.iter().position(|known| *known == topic).unwrap_or(topics.len());
+        if id == topics.len() {
+            let type_name = &message.channel.schema.as_ref().unwrap().name;
+            let values = rusqlite::params![id as i64, topic, type_name];
+            database.execute("INSERT INTO topics VALUES (?1, ?2, ?3, 'cdr', '')", values)?;
+            topics.push(topic);
+        }
+        let values = rusqlite::params![id as i64, message.log_time as i64, message.data.as_ref()];
+        database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?1, ?2, ?3)", values)?;
+    }
+    drop(database);
+    Ok(fs::read(path).unwrap())
+}
+
+pub fn sqlite(bytes: &[u8]) {
+    as_file("input.db3", bytes, read_bag);
+}
+
+const HEADER_DEFINITION: &str = "MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n";
+
+/// A message of ROS 1 with a picture.
+fn ros1_picture(number: u32) -> Vec<u8> {
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
+    let image = encode_png(&frame(0).frame.image).unwrap();
+    let stamp = [1_700_000_000_u32 + number, 0].map(u32::to_le_bytes).concat();
+    let length = (image.len() as u32).to_le_bytes();
+    [&number.to_le_bytes()[..], &stamp, &text("eye"), &text("png"), &length, &image].concat()
+}
+
+fn picture_definition() -> String {
+    let rule = "=".repeat(80);
+    format!("Header header  # when\nstring format\nuint8[] data\n\n{rule}\n{HEADER_DEFINITION}")
+}
+
+/// A record of a ROS 1 bag.
+fn record(fields: &[(&str, &[u8])], data: &[u8]) -> Vec<u8> {
+    let field = |(name, value): &(&str, &[u8])| {
+        let field = [name.as_bytes(), b"=", value].concat();
+        [&(field.len() as u32).to_le_bytes()[..], &field].concat()
+    };
+    let header: Vec<u8> = fields.iter().flat_map(field).collect();
+    let lengths = [header.len(), data.len()].map(|length| (length as u32).to_le_bytes());
+    [&lengths[0][..], &header, &lengths[1], data].concat()
+}
+
+/// With a chunk that is not compressed, and what another program wrote.
+pub fn ros1_seeds() -> Vec<Vec<u8>> {
+    let connection_data = record(
+        &[
+            ("topic", b"/camera/image/compressed"),
+            ("type", b"sensor_msgs/CompressedImage"),
+            ("md5sum", b"8f7a12909da2c9d3332d540a0977563f"),
+            ("message_definition", picture_definition().as_bytes()),
+        ],
+        b"",
+    );
+    let fields = &connection_data[4..connection_data.len() - 4];
+    let conn = 0_u32.to_le_bytes();
+    let topic: (&str, &[u8]) = ("topic", b"/camera/image/compressed");
+    let connection = record(&[("op", &[7]), ("conn", &conn), topic], fields);
+    let time = |number: u32| [1_700_000_000 + number, 0].map(u32::to_le_bytes).concat();
+    let messages = (0..2).map(|number| {
+        record(&[("op", &[2]), ("conn", &conn), ("time", &time(number))], &ros1_picture(number))
+    });
+    let content = [vec![connection.clone()], messages.collect()].concat().concat();
+    let size = (content.len() as u32).to_le_bytes();
+    let chunk = record(&[("op", &[5]), ("compression", b"none"), ("size", &size)], &content);
+    let magic = b"#ROSBAG V2.0\n".to_vec();
+    let counts = [1_u32, 1].map(u32::to_le_bytes);
+    let head = |index: usize| {
+        let index = (index as u64).to_le_bytes();
+        let fields: [(&str, &[u8]); 4] =
+            [("op", &[3]), ("index_pos", &index), ("conn_count", &counts[0]), ("chunk_count", &counts[1])];
+        record(&fields, &[b' '; 40])
+    };
+    let at = magic.len() + head(0).len();
+    let place = (at as u64).to_le_bytes();
+    let info_fields: [(&str, &[u8]); 6] = [
+        ("op", &[6]),
+        ("ver", &counts[0]),
+        ("chunk_pos", &place),
+        ("start_time", &time(0)),
+        ("end_time", &time(1)),
+        ("count", &counts[1]),
+    ];
+    let info = record(&info_fields, &[conn, 2_u32.to_le_bytes()].concat());
+    let whole = [magic, head(at + chunk.len()), chunk, connection, info].concat();
+    vec![whole, include_bytes!("../../../../../testdata/R1-first-frames.bag").to_vec()]
+}
+
+pub fn ros1(bytes: &[u8]) {
+    as_file("input.bag", bytes, read_bag);
+}
+
+/// A definition, a zero, and a message.
+pub fn definition_seeds() -> Vec<Vec<u8>> {
+    let nested = "int8[3] a\nbool b\nfloat64[] c\nstring[] d\nP[] p\nduration t\nint32 X=5\nstring S=a # b\n===\nMSG: q/P\nfloat32 x\nchar y\nbyte[2] z\n";
+    vec![
+        [picture_definition().as_bytes(), &[0], &ros1_picture(1)].concat(),
+        [nested.as_bytes(), &[0], &[1, 0, 0, 0, 1, 0, 0, 0].repeat(8)].concat(),
+    ]
+}
+
+pub fn definition(bytes: &[u8]) {
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    let Ok(text) = std::str::from_utf8(&bytes[..end]) else { return };
+    let Ok(transcoder) = Transcoder::new("q/M", text) else { return };
+    let _ = transcoder.definition();
+    if let Ok(data) = transcoder.to_cdr(bytes.get(end + 1..).unwrap_or_default()) {
+        assert!(data.len() <= 16 * bytes.len() + 64, "{} bytes of {}", data.len(), bytes.len());
+    }
+}
+
+/// Reads all frames, pictures and messages.
 pub fn read_bag(path: &Path) {
     let topics = BagTopics::default();
     if let Ok(mut bag) = BagReader::open(path, topics.clone()) {
@@ -109,22 +244,6 @@ pub fn metadata_seeds() -> Vec<Vec<u8>> {
         fs::read(path.join("metadata.yaml")).unwrap()
     });
     vec![text, b"rosbag2_bagfile_information:\n  relative_file_paths:\n    - good.mcap\n".to_vec()]
-}
-
-pub fn sqlite_seeds() -> Vec<Vec<u8>> {
-    vec![include_bytes!("../../../../../testdata/R1-first-frames.db3").to_vec()]
-}
-
-pub fn sqlite(bytes: &[u8]) {
-    as_file("input.db3", bytes, read_bag);
-}
-
-pub fn ros1_seeds() -> Vec<Vec<u8>> {
-    vec![include_bytes!("../../../../../testdata/R1-first-frames.bag").to_vec()]
-}
-
-pub fn ros1(bytes: &[u8]) {
-    as_file("input.bag", bytes, read_bag);
 }
 
 pub fn metadata(bytes: &[u8]) {

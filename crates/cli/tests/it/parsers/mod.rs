@@ -34,9 +34,15 @@ const PICTURE: usize = 256 << 10;
 /// All of them.
 pub const PARSERS: &[Parser] = &[
     Parser { name: "bag_mcap", max_bytes: BINARY, seeds: bags::mcap_seeds, read: bags::mcap },
-    Parser { name: "bag_metadata", max_bytes: TEXT, seeds: bags::metadata_seeds, read: bags::metadata },
-    Parser { name: "bag_sqlite", max_bytes: PICTURE, seeds: bags::sqlite_seeds, read: bags::sqlite },
+    Parser { name: "bag_sqlite", max_bytes: BINARY, seeds: bags::sqlite_seeds, read: bags::sqlite },
     Parser { name: "bag_ros1", max_bytes: PICTURE, seeds: bags::ros1_seeds, read: bags::ros1 },
+    Parser {
+        name: "ros1_definitions",
+        max_bytes: TEXT,
+        seeds: bags::definition_seeds,
+        read: bags::definition,
+    },
+    Parser { name: "bag_metadata", max_bytes: TEXT, seeds: bags::metadata_seeds, read: bags::metadata },
     Parser { name: "messages", max_bytes: BINARY, seeds: bags::message_seeds, read: bags::messages },
     Parser { name: "image_files", max_bytes: PICTURE, seeds: pictures::file_seeds, read: pictures::file },
     Parser { name: "image_raw", max_bytes: PICTURE, seeds: pictures::raw_seeds, read: pictures::raw },
