@@ -37,6 +37,26 @@ fn no_parser_stumbles_over_damaged_input() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
+/// Inputs that the fuzzer found: the parser, and what was wrong.
+const FOUND: [(&str, &str); 2] = [
+    // Millimeters taken for meters: gigabytes of floor.
+    (
+        "map_dxf",
+        "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\nA-WALL\n90\n4\n70\n1\n10\n0\n20\n0\n10\n6000\n20\n0\n10\n6000\n20\n2000\n\
+         10\n0\n20\n2000\n0\nENDSEC\n0\nEOF\n",
+    ),
+    // The first picture stopped builds with overflow checks.
+    ("studio_commands", "{\"type\":\"defaults\"}"),
+];
+
+#[test]
+fn what_the_fuzzer_found_stays_mended() {
+    for (number, (name, input)) in (0..).zip(FOUND) {
+        let parser = PARSERS.iter().find(|parser| parser.name == name).unwrap();
+        assert_eq!(fault_of(parser, number, input.as_bytes()), None);
+    }
+}
+
 #[test]
 fn good_inputs_are_short_enough() {
     for parser in PARSERS {
@@ -55,8 +75,13 @@ fn fault(parser: &Parser, seeds: &[Vec<u8>], number: u64) -> Option<String> {
         damage(&mut input, seeds, &mut dice);
         input.truncate(parser.max_bytes);
     }
+    fault_of(parser, number, &input)
+}
+
+/// What goes wrong with an input, if anything does.
+fn fault_of(parser: &Parser, number: u64, input: &[u8]) -> Option<String> {
     let start = processor_secs();
-    let outcome = catch_unwind(AssertUnwindSafe(|| (parser.read)(&input)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| (parser.read)(input)));
     let secs = processor_secs() - start;
     let what = match outcome {
         Err(_) => "panics".to_owned(),
