@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from rosbags.highlevel import AnyReader
+from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.typesys import Stores, get_typestore
 
 
@@ -51,7 +51,13 @@ def read_paths(paths):
 
 def read(path: Path):
     """Topics with types, and messages by topic and time; values where rosbags can tell them."""
-    types, messages = read_paths([path])
+    try:
+        types, messages = read_paths([path])
+    except AnyReaderError:
+        # rosbags refuses folders whose metadata.yaml names an encoding that it does not know, but reads their files.
+        if not path.is_dir():
+            raise
+        types, messages = {}, []
     if not messages and path.is_dir():
         # rosbags skips topics whose quality of service differs between metadata.yaml and files.
         types, messages = read_paths(sorted([*path.glob("*.mcap"), *path.glob("*.db3")]))
