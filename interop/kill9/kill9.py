@@ -61,9 +61,9 @@ def check_whole(path):
         assert data.endswith(b"\n"), f"{path}: the last line is cut"
     elif path.suffix == ".ply":
         head, _, body = data.partition(b"end_header\n")
-        count = int(head.split(b"element vertex ")[1].split()[0])
+        count = sum(int(line.split()[2]) for line in head.split(b"\n") if line.startswith(b"element "))
         found = body.count(b"\n")
-        assert found == count, f"{path}: {found} of {count} points"
+        assert found == count, f"{path}: {found} of {count} points and edges"
     elif path.suffix == ".png":
         assert data.endswith(b"IEND\xaeB`\x82"), f"{path}: cut"
     elif path.suffix == ".svg":
