@@ -67,8 +67,13 @@ impl DemoArgs {
             DemoKind::Field => "demo",
             DemoKind::Slam => "room",
         };
-        self.scenario.as_deref().unwrap_or(usual)
+        self.scenario.as_deref().map_or(usual, scenario_name)
     }
+}
+
+/// A scenario as it is named here, where nothing else can be meant: `sim:NAME`, its name as a source, is understood as well.
+fn scenario_name(given: &str) -> &str {
+    given.strip_prefix("sim:").unwrap_or(given)
 }
 
 /// Arguments of `visloc simulate`.
@@ -106,4 +111,11 @@ pub struct SimulateArgs {
     pub json: JsonArg,
     #[command(flatten)]
     pub threads: ThreadsArg,
+}
+
+impl SimulateArgs {
+    /// What is simulated.
+    pub fn scenario(&self) -> Option<&str> {
+        self.scenario.as_deref().map(scenario_name)
+    }
 }

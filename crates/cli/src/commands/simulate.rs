@@ -23,7 +23,7 @@ use crate::{
 /// # Errors
 /// If the scenario cannot be used or the bag not be written.
 pub fn execute(args: &SimulateArgs) -> Result<()> {
-    let Some(scenario) = &args.scenario else { return list() };
+    let Some(scenario) = args.scenario() else { return list() };
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
     Claims::of_recording(("SCENARIO", scenario), ("--out", bag), args.overwrite.overwrite).check()?;
     let simulation = simulation(scenario, args.seed.value(), args.threads.count(), args.frames)?;

@@ -119,7 +119,7 @@ fn a_scenario_in_place_of_a_bag() {
 #[test]
 fn a_simulated_bag_has_a_place_of_its_own() {
     let workspace = Workspace::new();
-    workspace.must(&["simulate", "still", "--frames", "3"]);
+    workspace.must(&["simulate", "sim:still", "--frames", "3"]);
     assert!(workspace.path("out/still.mcap").exists());
 }
 
