@@ -58,6 +58,7 @@ fn parts(c: &mut Criterion) {
         old_from_new: PlanarPose::new(0.01, 0.0, 0.002),
         position_noise_m: 0.01,
         heading_noise_rad: 0.01,
+        is_blind: false,
     };
     let noise = PoseNoise { position_m: 0.05, heading_rad: 0.01 };
     for count in COUNTS {

@@ -1,7 +1,9 @@
 //! What a localizer says about the pose.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use visloc_geom::PlanarPose;
+
+use crate::{MotionConfig, PlanarMotion};
 
 /// From this reliability on a robot counts as localized. Source: 2010 section 5.1.4.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
@@ -57,6 +59,51 @@ impl Estimate {
             Self { world_from_robot, hypotheses: std::mem::take(&mut self.hypotheses), ..Self::unknown() };
     }
 
+    /// Moves on with the robot: the poses, and the covariances with the noise of the motion.
+    pub(crate) fn move_by(&mut self, motion: &PlanarMotion) {
+        if self.hypotheses.is_empty() {
+            // Nothing is known of the pose, so nothing gets more uncertain.
+            self.world_from_robot = motion.apply(&self.world_from_robot);
+            return;
+        }
+        let noise = variances(motion.position_noise_m, motion.heading_noise_rad);
+        let hypotheses = self.hypotheses.iter_mut().map(|h| (&mut h.world_from_robot, &mut h.covariance));
+        for (pose, covariance) in hypotheses.chain([(&mut self.world_from_robot, &mut self.covariance)]) {
+            let moved = motion.apply(pose);
+            // An error of the heading turns the motion.
+            let mut change = Matrix3::identity();
+            change[(0, 2)] = pose.y_m - moved.y_m;
+            change[(1, 2)] = moved.x_m - pose.x_m;
+            *covariance = change * *covariance * change.transpose() + noise;
+            *pose = moved;
+        }
+    }
+
+    /// Moves on by an image that shows nothing, so many seconds after the last one: beside the motion that the odometry tells, the robot may
+    /// have been moved in a way that it does not notice. Returns how much the standard deviation of the position has grown, meters.
+    pub(crate) fn go_blind(
+        &mut self,
+        motion: Option<&PlanarMotion>,
+        secs: f64,
+        config: &MotionConfig,
+    ) -> f64 {
+        let before_m = self.spread_m();
+        if let Some(motion) = motion {
+            self.move_by(motion);
+        }
+        if !self.hypotheses.is_empty() {
+            let noise = variances(config.blind_noise_m, config.blind_noise_rad) * secs;
+            self.covariance += noise;
+            self.hypotheses.iter_mut().for_each(|hypothesis| hypothesis.covariance += noise);
+        }
+        (self.spread_m() - before_m).max(0.0)
+    }
+
+    /// Standard deviation of the position, meters.
+    fn spread_m(&self) -> f64 {
+        (self.covariance[(0, 0)] + self.covariance[(1, 1)]).max(0.0).sqrt()
+    }
+
     /// Sets the reliability of a localizer that knows of no symmetry.
     pub(crate) fn set_reliability(&mut self, reliability: f64) {
         self.reliability = reliability;
@@ -79,6 +126,11 @@ impl Estimate {
         }
         self.hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     }
+}
+
+fn variances(position_noise_m: f64, heading_noise_rad: f64) -> Matrix3<f64> {
+    let place = position_noise_m.powi(2);
+    Matrix3::from_diagonal(&Vector3::new(place, place, heading_noise_rad.powi(2)))
 }
 
 #[cfg(test)]

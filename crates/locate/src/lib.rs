@@ -16,6 +16,7 @@ pub mod markov;
 pub mod monte_carlo;
 mod motion;
 pub mod observation;
+mod odometer;
 mod pipeline;
 mod prior;
 pub mod refine;

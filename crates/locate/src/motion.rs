@@ -6,10 +6,14 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::{Rng, gaussian};
+use visloc_base::{Rng, Timestamp, gaussian};
 use visloc_geom::{PlanarPose, angle};
 
-use crate::{ConfigError, require};
+use crate::{
+    ConfigError,
+    odometer::{Odometer, Odometry},
+    require,
+};
 
 /// Parameters of the motion model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,15 +29,16 @@ pub struct MotionConfig {
     pub noise_rad_per_rad: f64,
     /// Standard deviation of the heading noise, radians per meter of motion.
     pub noise_rad_per_m: f64,
-    /// Standard deviation of the position noise of a step without odometry, meters.
+    /// Standard deviation of the position noise of a step without odometry, and of a second in which images show nothing, meters.
     pub blind_noise_m: f64,
-    /// Standard deviation of the heading noise of a step without odometry, radians.
+    /// Standard deviation of the heading noise of a step without odometry, and of a second in which images show nothing, radians.
     pub blind_noise_rad: f64,
     /// A smaller motion counts as standing, meters.
     pub min_motion_m: f64,
     /// A smaller turn counts as standing, radians.
     pub min_turn_rad: f64,
-    /// A larger motion between two frames is an error of the odometry and is not believed, meters.
+    /// A larger motion between two images is a jump of the odometry and is not believed, meters; per second if they are farther apart
+    /// than that.
     pub max_motion_m: f64,
 }
 
@@ -84,6 +89,8 @@ pub struct PlanarMotion {
     pub position_noise_m: f64,
     /// Standard deviation of the heading, radians.
     pub heading_noise_rad: f64,
+    /// Whether no odometry told it.
+    pub is_blind: bool,
 }
 
 impl PlanarMotion {
@@ -111,50 +118,79 @@ impl PlanarMotion {
 #[derive(Debug, Clone)]
 pub struct MotionModel {
     config: MotionConfig,
-    last: Option<PlanarPose>,
+    odometer: Odometer,
 }
 
 impl MotionModel {
     /// A model that has seen no odometry yet.
     #[must_use]
     pub fn new(config: MotionConfig) -> Self {
-        Self { config, last: None }
+        Self { config, odometer: Odometer::new(config.max_motion_m) }
     }
 
-    /// The motion since the last call; `None` if the robot stood still or the odometry jumped. Without odometry the robot
-    /// may have moved in any way: no motion, but noise.
-    pub fn update(&mut self, odometry: Option<PlanarPose>) -> Option<PlanarMotion> {
-        let Some(now) = odometry.filter(PlanarPose::is_finite) else {
-            return Some(PlanarMotion {
-                old_from_new: PlanarPose::default(),
-                position_noise_m: self.config.blind_noise_m,
-                heading_noise_rad: self.config.blind_noise_rad,
-            });
-        };
-        let Some(last) = self.last else {
-            self.last = Some(now);
-            return None;
-        };
-        let relative = now.relative_to(&last);
+    /// Time between the last two calls, seconds.
+    #[must_use]
+    pub fn secs(&self) -> f64 {
+        self.odometer.secs()
+    }
+
+    /// An image has corrected the pose since the last call.
+    pub(crate) fn note_evidence(&mut self) {
+        self.odometer.note_evidence();
+    }
+
+    /// The motion since the last call, given the accumulated odometry at an image; `None` if the robot stood still.
+    ///
+    /// A robot without odometry may have moved in any way: no motion, but noise. One whose odometry is missing at the moment, or has
+    /// jumped, is taken to go on as before, ever slower, with the same noise. If the next sample comes soon, it sets right what was
+    /// guessed.
+    pub fn update(&mut self, at: Timestamp, odometry: Option<PlanarPose>) -> Option<PlanarMotion> {
+        match self.odometer.update(at, odometry) {
+            Odometry::Without => Some(self.blind(&PlanarPose::default())),
+            Odometry::First => None,
+            Odometry::Missing { guess, .. } => Some(self.blind(&guess)),
+            Odometry::Bridged { correction, motion, .. } => {
+                Some(PlanarMotion { old_from_new: self.corrected(&correction), ..self.told(&motion) })
+            }
+            Odometry::Moved(motion) => {
+                let (distance_m, turn_rad) = (motion.x_m.hypot(motion.y_m), motion.yaw_rad.abs());
+                if distance_m < self.config.min_motion_m && turn_rad < self.config.min_turn_rad {
+                    // So that a slow creep is not lost.
+                    self.odometer.keep_reference();
+                    return None;
+                }
+                Some(self.told(&motion))
+            }
+        }
+    }
+
+    fn told(&self, relative: &PlanarPose) -> PlanarMotion {
         let (distance_m, turn_rad) = (relative.x_m.hypot(relative.y_m), relative.yaw_rad.abs());
-        if distance_m < self.config.min_motion_m && turn_rad < self.config.min_turn_rad {
-            return None; // keep the reference, so that a slow creep is not lost
-        }
-        self.last = Some(now);
-        if distance_m > self.config.max_motion_m {
-            return None;
-        }
-        let [forward, sideways, turning] = self.config.correction;
         let config = &self.config;
-        Some(PlanarMotion {
-            old_from_new: PlanarPose {
-                x_m: relative.x_m * forward,
-                y_m: relative.y_m * sideways,
-                yaw_rad: angle::wrap(relative.yaw_rad * turning),
-            },
+        PlanarMotion {
+            old_from_new: self.corrected(relative),
             position_noise_m: config.noise_m_per_m * distance_m + config.noise_m_per_rad * turn_rad,
             heading_noise_rad: config.noise_rad_per_rad * turn_rad + config.noise_rad_per_m * distance_m,
-        })
+            is_blind: false,
+        }
+    }
+
+    fn corrected(&self, relative: &PlanarPose) -> PlanarPose {
+        let [forward, sideways, turning] = self.config.correction;
+        PlanarPose {
+            x_m: relative.x_m * forward,
+            y_m: relative.y_m * sideways,
+            yaw_rad: angle::wrap(relative.yaw_rad * turning),
+        }
+    }
+
+    fn blind(&self, guess: &PlanarPose) -> PlanarMotion {
+        PlanarMotion {
+            old_from_new: self.corrected(guess),
+            position_noise_m: self.config.blind_noise_m,
+            heading_noise_rad: self.config.blind_noise_rad,
+            is_blind: true,
+        }
     }
 }
 
@@ -163,6 +199,11 @@ mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
     use visloc_base::RngTree;
+
+    /// Images each tenth of a second.
+    fn at(image: u32) -> Timestamp {
+        Timestamp::from_secs(0.1 * f64::from(image))
+    }
 
     fn close(a: PlanarPose, b: PlanarPose) -> bool {
         a.distance_m(&b) < 1e-9 && a.heading_difference_rad(&b) < 1e-9
@@ -173,8 +214,8 @@ mod tests {
     #[test]
     fn motion_ahead_is_ahead_for_every_particle() {
         let mut model = MotionModel::new(MotionConfig::default());
-        assert_eq!(model.update(Some(PlanarPose::new(5.0, 5.0, FRAC_PI_2))), None);
-        let motion = model.update(Some(PlanarPose::new(5.0, 5.3, FRAC_PI_2))).unwrap();
+        assert_eq!(model.update(at(0), Some(PlanarPose::new(5.0, 5.0, FRAC_PI_2))), None);
+        let motion = model.update(at(1), Some(PlanarPose::new(5.0, 5.3, FRAC_PI_2))).unwrap();
         assert!(close(motion.apply(&PlanarPose::new(1.0, 2.0, PI)), PlanarPose::new(0.7, 2.0, PI)));
     }
 
@@ -182,26 +223,52 @@ mod tests {
     fn turn_and_sideways_step_by_hand() {
         let config = MotionConfig { correction: [1.0, 0.5, 2.0], ..MotionConfig::default() };
         let mut model = MotionModel::new(config);
-        model.update(Some(PlanarPose::new(0.0, 0.0, 0.0)));
-        let motion = model.update(Some(PlanarPose::new(0.1, 0.2, 0.15))).unwrap();
+        model.update(at(0), Some(PlanarPose::new(0.0, 0.0, 0.0)));
+        let motion = model.update(at(1), Some(PlanarPose::new(0.1, 0.2, 0.15))).unwrap();
         // forward 0.1, left 0.2 * 0.5, turn 0.15 * 2; the particle faces +y, so forward is +y and left is -x
         let moved = motion.apply(&PlanarPose::new(0.0, 0.0, FRAC_PI_2));
         assert!(close(moved, PlanarPose::new(-0.1, 0.1, FRAC_PI_2 + 0.3)));
     }
 
     #[test]
-    fn standing_jumping_and_missing_odometry() {
+    fn standing_and_missing_odometry() {
         let mut model = MotionModel::new(MotionConfig::default());
-        model.update(Some(PlanarPose::new(0.0, 0.0, 0.0)));
-        assert_eq!(model.update(Some(PlanarPose::new(0.000_05, 0.0, 0.0))), None);
-        assert!(model.update(Some(PlanarPose::new(0.000_12, 0.0, 0.0))).is_some(), "a creep adds up");
-        let not_a_number = PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 };
-        for missing in [None, Some(not_a_number)] {
-            let blind = model.update(missing).unwrap();
+        model.update(at(0), Some(PlanarPose::new(0.0, 0.0, 0.0)));
+        assert_eq!(model.update(at(1), Some(PlanarPose::new(0.000_05, 0.0, 0.0))), None);
+        assert!(model.update(at(2), Some(PlanarPose::new(0.000_12, 0.0, 0.0))).is_some(), "a creep adds up");
+        let mut without = MotionModel::new(MotionConfig::default());
+        for i in 0..20 {
+            let blind = without.update(at(i), None).unwrap();
             assert!(close(blind.old_from_new, PlanarPose::default()) && blind.position_noise_m > 0.0);
         }
-        assert_eq!(model.update(Some(PlanarPose::new(30.0, 0.0, 0.0))), None);
-        assert!(model.update(Some(PlanarPose::new(30.1, 0.0, 0.0))).is_some(), "goes on from the new place");
+    }
+
+    /// Where a robot ends that walks 0.3 m/s while its odometry says what `sample` makes of it.
+    fn walk(images: u32, sample: impl Fn(u32, PlanarPose) -> Option<PlanarPose>) -> f64 {
+        let mut model = MotionModel::new(MotionConfig::default());
+        let mut robot = PlanarPose::default();
+        for i in 0..=images {
+            let odometry = PlanarPose::new(0.03 * f64::from(i), 0.0, 0.0);
+            if let Some(motion) = model.update(at(i), sample(i, odometry)) {
+                robot = motion.apply(&robot);
+            }
+        }
+        robot.x_m
+    }
+
+    #[test]
+    fn gaps_and_jumps_neither_stop_a_robot_nor_carry_it_away() {
+        let nan = PlanarPose { x_m: f64::NAN, y_m: 0.0, yaw_rad: 0.0 };
+        assert!((walk(100, |_, pose| Some(pose)) - 3.0).abs() < 1e-9);
+        assert!((walk(100, |i, pose| Some(if i == 50 { nan } else { pose })) - 3.0).abs() < 1e-9);
+        assert!((walk(100, |i, pose| (i % 2 == 0).then_some(pose)) - 3.0).abs() < 1e-9, "every second one");
+        let reset =
+            walk(100, |i, pose| Some(if i < 50 { pose } else { PlanarPose { x_m: pose.x_m + 5.0, ..pose } }));
+        assert!((reset - 3.0).abs() < 0.002, "{reset}");
+        let gap = walk(100, |i, pose| (!(50..65).contains(&i)).then_some(pose));
+        assert!((2.75..2.9).contains(&gap), "1.5 s at a speed that nobody knows: {gap}");
+        let lost = walk(1000, |i, pose| (i < 50).then_some(pose));
+        assert!((1.5..2.0).contains(&lost), "it is not taken to walk for ever: {lost}");
     }
 
     #[test]
@@ -209,8 +276,8 @@ mod tests {
         let mut rng = RngTree::new(2).stream("motion", 0);
         let spread = |distance: f64, rng: &mut Rng| {
             let mut model = MotionModel::new(MotionConfig::default());
-            model.update(Some(PlanarPose::default()));
-            let motion = model.update(Some(PlanarPose::new(distance, 0.0, 0.0))).unwrap();
+            model.update(at(0), Some(PlanarPose::default()));
+            let motion = model.update(at(1), Some(PlanarPose::new(distance, 0.0, 0.0))).unwrap();
             let draws = 4000;
             let squares: f64 =
                 (0..draws).map(|_| motion.sample(&PlanarPose::default(), rng).y_m.powi(2)).sum();

@@ -15,12 +15,14 @@ pub struct ReliabilityConfig {
     pub low_likelihood: f64,
     /// Quality above which an image counts as good.
     pub high_quality: f64,
-    /// Quality below which an image changes nothing.
+    /// Quality below which an image changes nothing, unless it does not fit: then it counts as one that shows nothing.
     pub low_quality: f64,
     /// Largest change by a good image.
     pub max_step: f64,
     /// Largest change by a poor image.
     pub min_step: f64,
+    /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds. The documents keep it.
+    pub blind_secs: f64,
 }
 
 impl ReliabilityConfig {
@@ -34,6 +36,7 @@ impl ReliabilityConfig {
             low_quality: 0.3,
             max_step: 0.15,
             min_step: 0.03,
+            blind_secs: 30.0,
         }
     }
 
@@ -55,6 +58,8 @@ impl ReliabilityConfig {
         ] {
             require((0.0..1.0).contains(&value), key, "at least 0 and below 1", value)?;
         }
+        let secs = self.blind_secs;
+        require(secs > 0.0 && secs <= 1e6, "reliability.blind_secs", "above 0, at most 1000000", secs)?;
         require(self.low_likelihood > 0.0, "reliability.low_likelihood", "above 0", self.low_likelihood)?;
         require(
             self.low_likelihood <= self.high_likelihood,
@@ -96,10 +101,14 @@ impl Reliability {
         self.value = 0.0;
     }
 
-    /// Follows one image of the given quality whose likelihood at the estimate is given. Equations 4.5 to 4.8 (2017).
-    pub fn update(&mut self, likelihood: f64, quality: f64) {
+    /// Follows one image of the given quality whose likelihood at the estimate is given, so many seconds after the last one. Equations
+    /// 4.5 to 4.8 (2017). Deviation: they keep the reliability for ever while images are too poor to count.
+    pub fn update(&mut self, likelihood: f64, quality: f64, secs: f64) {
         let c = &self.config;
         if quality < c.low_quality {
+            if likelihood < c.low_likelihood {
+                self.fade(secs);
+            }
             return;
         }
         let step = if quality > c.high_quality { c.max_step } else { c.min_step };
@@ -109,6 +118,12 @@ impl Reliability {
             self.value -= step * (c.low_likelihood - likelihood) / c.low_likelihood;
         }
         self.value = self.value.clamp(0.0, 1.0);
+    }
+
+    /// Images have shown nothing for so long: somebody may have moved the robot. A robot that counts as sure (1) is not localized any
+    /// more after half of `blind_secs`.
+    pub fn fade(&mut self, secs: f64) {
+        self.value *= blind_share(secs, self.config.blind_secs);
     }
 
     /// A part of the way to another reliability; `share` is 0 to 1.
@@ -123,6 +138,11 @@ impl Reliability {
     }
 }
 
+/// What is left of a reliability after so long without anything in view.
+pub(crate) fn blind_share(secs: f64, blind_secs: f64) -> f64 {
+    (-secs / blind_secs).exp()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,40 +150,49 @@ mod tests {
     #[test]
     fn the_four_cases_of_2017_by_hand() {
         let mut r = Reliability::new(ReliabilityConfig::published_2017());
-        r.update(0.85, 0.9); // + 0.15 * 0.15 / 0.3
+        r.update(0.85, 0.9, 0.1); // + 0.15 * 0.15 / 0.3
         assert!((r.value() - 0.075).abs() < 1e-12);
-        r.update(1.0, 0.5); // + 0.03
+        r.update(1.0, 0.5, 0.1); // + 0.03
         assert!((r.value() - 0.105).abs() < 1e-12);
-        r.update(0.25, 0.4); // - 0.03 * 0.25 / 0.5
+        r.update(0.25, 0.4, 0.1); // - 0.03 * 0.25 / 0.5
         assert!((r.value() - 0.09).abs() < 1e-12);
-        r.update(0.4, 0.9); // - 0.15 * 0.1 / 0.5
+        r.update(0.4, 0.9, 0.1); // - 0.15 * 0.1 / 0.5
         assert!((r.value() - 0.06).abs() < 1e-12);
-        r.update(0.6, 0.9); // between the thresholds: unchanged
-        r.update(1.0, 0.1); // too poor an image: unchanged
+        r.update(0.6, 0.9, 0.1); // between the thresholds: unchanged
+        r.update(1.0, 0.1, 0.1); // too poor an image: unchanged
         assert!((r.value() - 0.06).abs() < 1e-12);
     }
 
     #[test]
     fn the_cases_of_2010_by_hand() {
         let mut r = Reliability::new(ReliabilityConfig::published_2010());
-        r.update(0.9, 0.7); // + 0.15 * (0.2 - 0.1) / 0.2
+        r.update(0.9, 0.7, 0.1); // + 0.15 * (0.2 - 0.1) / 0.2
         assert!((r.value() - 0.075).abs() < 1e-12);
-        r.update(0.35, 0.5); // - 0.03 * 0.35 / 0.7
+        r.update(0.35, 0.5, 0.1); // - 0.03 * 0.35 / 0.7
         assert!((r.value() - 0.06).abs() < 1e-12);
+    }
+
+    #[test]
+    fn fades_by_time_and_not_by_images() {
+        for images in [1, 30, 900] {
+            let mut r = Reliability { config: ReliabilityConfig::default(), value: 1.0 };
+            (0..images).for_each(|_| r.fade(15.0 / f64::from(images)));
+            assert!((r.value() - (-0.5_f64).exp()).abs() < 1e-9, "{}", r.value());
+        }
     }
 
     #[test]
     fn stays_between_0_and_1_and_follows_jumps() {
         let mut r = Reliability::new(ReliabilityConfig::default());
         for _ in 0..100 {
-            r.update(1.0, 1.0);
+            r.update(1.0, 1.0, 0.1);
         }
         assert!((r.value() - 1.0).abs() < 1e-12);
         r.jump(0.5, 2.0);
         assert!((r.value() - 0.75).abs() < 1e-12);
         r.jump(3.0, 2.0);
         assert!(r.value().abs() < 1e-12);
-        r.update(0.0, 1.0);
+        r.update(0.0, 1.0, 0.1);
         assert!(r.value().abs() < 1e-12);
     }
 }

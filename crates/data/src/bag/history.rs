@@ -6,6 +6,12 @@ use visloc_base::Timestamp;
 
 /// Longest time over which values are interpolated or held, seconds.
 pub(super) const MAX_AGE_SECS: f64 = 0.5;
+/// What moves is taken to go on for so many intervals of its topic beyond the last sample: until the next one is overdue.
+const MAX_INTERVALS: f64 = 1.5;
+/// ... but no longer than this, seconds.
+const MAX_EXTRAPOLATED_SECS: f64 = 1.0;
+/// Share of a new interval in the usual one.
+const INTERVAL_SHARE: f64 = 0.1;
 /// Most samples that are kept, for recordings whose pictures stop.
 const MAX_SAMPLES: usize = 4096;
 /// After so many samples in a row that lie before the newest one, the clock is believed to have been set back.
@@ -39,11 +45,13 @@ pub(super) enum Lookup<T> {
 pub(super) struct History<T> {
     samples: VecDeque<(Timestamp, T)>,
     num_backward: u32,
+    /// The usual time between two samples, seconds. Gaps hardly count.
+    interval_secs: Option<f64>,
 }
 
 impl<T> Default for History<T> {
     fn default() -> Self {
-        Self { samples: VecDeque::new(), num_backward: 0 }
+        Self { samples: VecDeque::new(), num_backward: 0, interval_secs: None }
     }
 }
 
@@ -57,11 +65,17 @@ impl<T: Copy> History<T> {
                 return Pushed::Backward { newest };
             }
             self.samples.clear();
+            self.interval_secs = None;
             pushed = Pushed::Restarted;
         }
         self.num_backward = 0;
         if self.newest_at() == Some(at) {
             self.samples.pop_back();
+        }
+        if let Some(newest) = self.newest_at() {
+            let secs = at.secs_since(newest);
+            let usual = self.interval_secs.unwrap_or(secs);
+            self.interval_secs = Some(usual + INTERVAL_SHARE * (secs.min(2.0 * usual) - usual));
         }
         if self.samples.len() == MAX_SAMPLES {
             self.samples.pop_front();
@@ -95,6 +109,24 @@ impl<T: Copy> History<T> {
         }
     }
 
+    /// The last two samples until a time, and how far beyond the first of them the time is, as a multiple of the way to the second: for
+    /// what goes on moving until the next sample comes. `None` if that one is overdue by the topic's usual interval.
+    pub(super) fn beyond(&self, at: Timestamp) -> Option<(T, T, f64)> {
+        let num_until = self.samples.partition_point(|(sample_at, _)| *sample_at <= at);
+        let (before_at, a) = self.samples.get(num_until.checked_sub(2)?)?;
+        let (last_at, b) = self.samples.get(num_until - 1)?;
+        let interval_secs = last_at.secs_since(*before_at);
+        let since_secs = at.secs_since(*last_at);
+        let usual_secs = self.interval_secs.unwrap_or(interval_secs);
+        let most_secs = (MAX_INTERVALS * usual_secs.min(interval_secs)).min(MAX_EXTRAPOLATED_SECS);
+        (since_secs <= most_secs).then_some((*a, *b, 1.0 + since_secs / interval_secs))
+    }
+
+    /// Whether there are not yet two samples until a time.
+    pub(super) fn is_beginning(&self, at: Timestamp) -> bool {
+        self.samples.get(1).is_none_or(|(second_at, _)| *second_at > at)
+    }
+
     /// Value of the sample nearest in time, within a tolerance.
     pub(super) fn nearest(&self, at: Timestamp, tolerance_secs: f64) -> Option<T> {
         let distance = |sample: &&(Timestamp, T)| sample.0.secs_since(at).abs();
@@ -114,9 +146,9 @@ impl<T: Copy> History<T> {
         num_until.checked_sub(1).and_then(|i| self.samples.get(i)).map(|(_, value)| *value)
     }
 
-    /// Drops what later times do not need.
+    /// Drops what later times do not need: all but the last two samples until then.
     pub(super) fn forget_before(&mut self, at: Timestamp) {
-        while self.samples.get(1).is_some_and(|(second_at, _)| *second_at <= at) {
+        while self.samples.get(2).is_some_and(|(third_at, _)| *third_at <= at) {
             self.samples.pop_front();
         }
     }
@@ -170,6 +202,24 @@ mod tests {
         }
         assert_eq!(history.samples.len(), MAX_SAMPLES);
         history.forget_before(Timestamp::from_nanos(9_998));
-        assert_eq!(history.samples.len(), 2);
+        assert_eq!(history.samples.len(), 3);
+    }
+
+    /// Topics of 1 to 50 Hz, the last sample at 0 s, after a gap that ended long before.
+    #[test]
+    fn what_moves_goes_on_until_the_next_sample_is_overdue() {
+        for rate in [1.0, 10.0, 30.0, 50.0] {
+            let interval = 1.0 / rate;
+            let begin = -50.0 * interval;
+            let samples: Vec<f64> =
+                [begin - 5.0].into_iter().chain((0..=50).map(|i| begin + interval * f64::from(i))).collect();
+            let history = history(&samples);
+            let reach_secs = (1.45 * interval).min(0.99);
+            let (a, b, fraction) = history.beyond(at(reach_secs)).unwrap();
+            assert!((a + fraction * (b - a) - reach_secs).abs() < 1e-6, "{rate} Hz");
+            assert_eq!(history.beyond(at(1.6 * interval)), None, "{rate} Hz");
+        }
+        assert!(history(&[1.0]).is_beginning(at(1.2)) && history(&[1.0, 1.1]).is_beginning(at(1.05)));
+        assert!(!history(&[1.0, 1.1]).is_beginning(at(1.2)));
     }
 }

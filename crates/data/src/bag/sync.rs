@@ -44,7 +44,7 @@ pub struct ExpectedInputs {
 pub struct SynchronizedFrame {
     /// The frame.
     pub source_frame: SourceFrame,
-    /// Whether the camera pose or the odometry is the last known value, at most 0.5 s old, because nothing newer came.
+    /// Whether the camera pose is the last known value or the odometry is guessed from it or missing, because nothing newer came.
     pub has_held_values: bool,
 }
 
@@ -61,8 +61,9 @@ pub enum SyncOutcome {
 ///
 /// A picture with stamp t becomes a frame when all other topics are known at or after t: odometry and camera pose
 /// interpolated at t, the foot sensors as they were last, the truth nearest to t within half a frame. If a topic falls
-/// silent, the picture waits for 0.25 s of later messages and takes the last known value, if that is at most 0.5 s old:
-/// without odometry the frame has none, without a camera pose or calibration the picture is left out.
+/// silent, the picture waits for 0.25 s of later messages and takes the last known camera pose, if that is at most 0.5 s old, and the
+/// odometry of a robot that goes on as before, if the next sample is not overdue by the topic's own rate. Held for longer, it would tell
+/// that the robot has stopped. Without odometry the frame has none, without a camera pose or calibration the picture is left out.
 #[derive(Debug)]
 pub struct Synchronizer {
     base_frame: String,
@@ -306,22 +307,33 @@ impl Synchronizer {
         let (robot_from_camera, is_pose_held) = self.camera_pose_for(image)?;
         let pixels = image.decode()?;
         self.check_size(&pixels, &camera)?;
-        let odometry = self.odometry.lookup(at);
-        let is_odometry_held = self.expected.has_odometry && !matches!(odometry, Some(Lookup::Between(..)));
+        let (odometry, is_between) = self.odometry_at(at);
         let frame = Frame {
             at,
             image: pixels,
             camera,
             robot_from_camera,
-            odometry: odometry.map(|lookup| match lookup {
-                Lookup::Between(a, b, fraction) => interpolate_planar(&a, &b, fraction),
-                Lookup::Held(pose) => pose,
-            }),
+            odometry,
             ground_contact: self.ground_contact_at(at),
         };
         let truth = self.truth.nearest(at, 0.5 * self.interval_secs(at));
         let source_frame = SourceFrame { frame, truth };
-        Ok(SynchronizedFrame { source_frame, has_held_values: is_pose_held || is_odometry_held })
+        Ok(SynchronizedFrame {
+            source_frame,
+            has_held_values: is_pose_held || (self.expected.has_odometry && !is_between),
+        })
+    }
+
+    /// The odometry at a time, and whether there are samples on both sides of it.
+    fn odometry_at(&self, at: Timestamp) -> (Option<PlanarPose>, bool) {
+        let on_the_way =
+            |(a, b, fraction): (PlanarPose, PlanarPose, f64)| interpolate_planar(&a, &b, fraction);
+        match self.odometry.lookup(at) {
+            Some(Lookup::Between(a, b, fraction)) => (Some(on_the_way((a, b, fraction))), true),
+            // Before there are two samples nothing tells a motion.
+            Some(Lookup::Held(pose)) if self.odometry.is_beginning(at) => (Some(pose), false),
+            _ => (self.odometry.beyond(at).map(on_the_way), false),
+        }
     }
 
     /// Where the camera was on the robot, and whether that is the last known value instead of one interpolated.

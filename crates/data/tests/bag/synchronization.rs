@@ -104,6 +104,26 @@ fn a_silent_topic_costs_a_quarter_of_a_second_and_is_flagged() {
     assert!(pop(&mut synchronizer).unwrap().source_frame.frame.odometry.is_none());
 }
 
+/// Odometry of 10 Hz that ends at 1 s, by a robot that walks 1 m/s: what an image after that is told. A robot whose odometry is missing
+/// has not stopped.
+#[test]
+fn odometry_goes_on_until_its_next_sample_is_overdue() {
+    let told = |secs: f64| {
+        let mut synchronizer = synchronizer();
+        let samples = (0..=10).map(|i| odometry(0.1 * f64::from(i)));
+        for message in
+            [camera(0.0)].into_iter().chain(samples).chain([head(secs), image(secs), head(secs + 0.3)])
+        {
+            synchronizer.push(message);
+        }
+        let frame = pop(&mut synchronizer).unwrap();
+        assert!(frame.has_held_values);
+        frame.source_frame.frame.odometry.map(|pose| pose.x_m)
+    };
+    assert!((told(1.03).unwrap() - 1.03).abs() < 1e-6 && (told(1.12).unwrap() - 1.12).abs() < 1e-6);
+    assert_eq!((told(1.2), told(1.4)), (None, None));
+}
+
 #[test]
 fn pictures_without_pose_or_calibration_are_left_out_with_a_reason() {
     let mut synchronizer = synchronizer();

@@ -1,6 +1,6 @@
 //! The algorithm, one iteration a frame.
 
-use visloc_base::Rng;
+use visloc_base::{Rng, Timestamp};
 use visloc_geom::PlanarPose;
 
 use super::{
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
-    ObservationModel, Reliability, StartPrior, StepInput,
+    ObservationModel, PlanarMotion, Reliability, StartPrior, StepInput,
 };
 
 /// Poses taken from a prior to found races from the best of them.
@@ -57,17 +57,28 @@ impl Evolutionary {
         })
     }
 
-    /// Moves everything with the robot.
-    fn apply_motion(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        let Some(motion) = self.motion.update(odometry) else { return };
+    /// Moves explorers and races with the robot.
+    fn apply_motion(
+        &mut self,
+        at: Timestamp,
+        odometry: Option<PlanarPose>,
+        rng: &mut Rng,
+    ) -> Option<PlanarMotion> {
+        let motion = self.motion.update(at, odometry)?;
         self.explorers.apply_motion(&motion);
         for race in self.races.iter_mut() {
             race.apply_motion(&motion, &self.config, rng);
         }
-        self.estimate.world_from_robot = motion.apply(&self.estimate.world_from_robot);
-        for hypothesis in &mut self.estimate.hypotheses {
-            hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
-        }
+        Some(motion)
+    }
+
+    /// The image says nothing: the pose is followed by the motion alone, and trusted less and less.
+    fn go_blind(&mut self, motion: Option<&PlanarMotion>) {
+        let secs = self.motion.secs();
+        let more_m = self.estimate.go_blind(motion, secs, &self.config.motion);
+        self.reliability.fade(secs);
+        self.reliability.jump(more_m, self.model.max_jump_m());
+        self.trust();
     }
 
     /// Begins again with a prior, and remembers where the robot was if that is wished for.
@@ -123,7 +134,7 @@ impl Evolutionary {
             self.reliability.reset();
             return;
         };
-        self.reliability.update(winner.last_health, quality);
+        self.reliability.update(winner.last_health, quality, self.motion.secs());
         match change {
             Some(WinnerChange { distance_m: Some(distance_m) }) => {
                 self.reliability.jump(distance_m, self.model.max_jump_m());
@@ -133,10 +144,14 @@ impl Evolutionary {
         }
     }
 
+    fn trust(&mut self) {
+        self.estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
+        self.races.set_trust(self.estimate.reliability);
+    }
+
     fn update_estimate(&mut self) {
+        self.trust();
         let estimate = &mut self.estimate;
-        estimate.set_reliability(self.reliability.value() * self.races.undisputed(&self.config));
-        self.races.set_trust(estimate.reliability);
         estimate.hypotheses.clear();
         let Some(winner) = self.races.winner() else { return };
         estimate.world_from_robot = winner.pose;
@@ -170,15 +185,20 @@ impl Localizer for Evolutionary {
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         if input.is_lifted {
-            self.motion.update(input.odometry);
+            self.motion.update(input.percept.at, input.odometry);
             self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
-        self.apply_motion(input.odometry, rng);
+        let motion = self.apply_motion(input.percept.at, input.odometry, rng);
         self.model.condition_on(input.percept);
         if !self.model.has_evidence() {
+            self.go_blind(motion.as_ref());
             return &self.estimate;
         }
+        if let Some(motion) = motion {
+            self.estimate.move_by(&motion);
+        }
+        self.motion.note_evidence();
         for race in self.races.iter_mut() {
             race.weigh(self.model.as_ref(), &self.config);
         }

@@ -170,6 +170,8 @@ pub struct MarkovConfig {
     /// Whether a robot between two tiles counts as localized: the belief of the states that touch the most probable one
     /// is added to it. The source looks at one state alone.
     pub counts_neighbors: bool,
+    /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds. The source keeps it.
+    pub blind_secs: f64,
     /// The start.
     pub start: KnownStart,
     /// What comes of an action.
@@ -190,6 +192,7 @@ impl Default for MarkovConfig {
             border_m: 0.7,
             is_mean: true,
             counts_neighbors: true,
+            blind_secs: 30.0,
             start: KnownStart::default(),
             outcomes: Outcomes::default(),
             remedy: Remedy::default(),
@@ -214,6 +217,8 @@ impl MarkovConfig {
         require((0.05..=10.0).contains(&self.tile_m), "tile_m", "0.05 to 10", self.tile_m)?;
         require((1..=360).contains(&self.num_headings), "num_headings", "1 to 360", self.num_headings)?;
         require((0.0..=100.0).contains(&self.border_m), "border_m", "0 to 100", self.border_m)?;
+        let secs = self.blind_secs;
+        require(secs > 0.0 && secs <= 1e6, "blind_secs", "above 0, at most 1000000", secs)?;
         let start = &self.start;
         let is_place = [start.x_m, start.y_m, start.yaw_deg].iter().all(|v| v.is_finite());
         require(is_place, "start", "finite numbers", format!("{start:?}"))?;

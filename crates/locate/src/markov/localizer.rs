@@ -11,7 +11,8 @@ use super::{
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
-    ObservationModel, PosePrior, Region, StartPrior, StepInput, require,
+    ObservationModel, PlanarMotion, PosePrior, Region, StartPrior, StepInput, reliability::blind_share,
+    require,
 };
 
 /// At most so many hypotheses ...
@@ -30,6 +31,9 @@ pub struct Markov {
     /// Where the camera looked when the last image was weighed, yaw in the robot's frame, radians.
     weighed_yaw_rad: Option<f64>,
     has_evidence: bool,
+    /// What is left of the reliability since a landmark was seen last, 0 to 1.
+    trust: f64,
+    max_jump_m: f64,
     /// Where the robot was before it was lifted.
     old_pose: Option<PlanarPose>,
     actions: Vec<Action>,
@@ -62,6 +66,8 @@ impl Markov {
             cutter: OdometryCutter::new(&grid),
             weighed_yaw_rad: None,
             has_evidence: config.start.is_known,
+            trust: 1.0,
+            max_jump_m: model.max_jump_m(),
             old_pose: None,
             actions: Vec::new(),
             likelihoods: Vec::new(),
@@ -78,14 +84,14 @@ impl Markov {
     }
 
     /// Cuts the motion into actions and does them. Returns whether there was one.
-    fn act(&mut self, odometry: Option<PlanarPose>) -> bool {
-        let Some(motion) = self.motion.update(odometry) else { return false };
+    fn act(&mut self, motion: Option<&PlanarMotion>) -> bool {
+        let Some(motion) = motion else { return false };
         self.actions.clear();
         self.cutter.add(&motion.old_from_new, &mut self.actions);
         for action in &self.actions {
             self.filter.act(*action);
         }
-        if odometry.is_none() {
+        if motion.is_blind {
             self.filter.diffuse(motion.position_noise_m, motion.heading_noise_rad);
         }
         !self.actions.is_empty()
@@ -110,6 +116,10 @@ impl Markov {
             self.likelihoods.iter_mut().for_each(|l| *l = l.powf(weight));
         }
         self.has_evidence |= has_landmark;
+        if has_landmark {
+            self.trust = 1.0;
+            self.motion.note_evidence();
+        }
         self.filter.observe(&self.likelihoods, has_landmark);
     }
 
@@ -131,7 +141,8 @@ impl Markov {
         let mass = if self.config.counts_neighbors { belief.mass_around(best) } else { probability };
         self.estimate.world_from_robot = world_from_robot;
         self.estimate.covariance = covariance;
-        self.estimate.set_reliability(if self.has_evidence { reliability_of(mass) } else { 0.0 });
+        let reliability = reliability_of(mass) * self.trust;
+        self.estimate.set_reliability(if self.has_evidence { reliability } else { 0.0 });
         let largest = self.likelihoods.iter().copied().fold(0.0, f64::max);
         let own = self.likelihoods.get(best).copied().unwrap_or(0.0);
         self.estimate.likelihood = if largest > 0.0 { own / largest } else { 0.0 };
@@ -146,6 +157,17 @@ impl Markov {
             probability: belief.probabilities()[index],
         }));
         self.estimate.normalize_hypotheses();
+    }
+
+    /// The image shows nothing. The answer is followed by the motion alone, since tiles are too coarse to tell how uncertain it gets
+    /// meanwhile, and trusted less and less.
+    fn go_blind(&mut self, motion: Option<&PlanarMotion>) {
+        let (secs, noise) = (self.motion.secs(), &self.config.motion);
+        self.filter.diffuse(noise.blind_noise_m * secs.sqrt(), noise.blind_noise_rad * secs.sqrt());
+        let more_m = self.estimate.go_blind(motion, secs, noise);
+        let kept = blind_share(secs, self.config.blind_secs) * (1.0 - more_m / self.max_jump_m).max(0.0);
+        self.trust *= kept;
+        self.estimate.set_reliability(self.estimate.reliability * kept);
     }
 
     /// Begins again with a prior. Of an old pose that is kept, the prior's share gets smaller by its own.
@@ -164,6 +186,7 @@ impl Markov {
             belief.mix(&belief_of(self.grid, &StartPrior::Poses(vec![old]), 1.0), start.keep_old_pose_share);
         }
         self.has_evidence = !prior.is_uniform();
+        self.trust = 1.0;
         self.filter = MarkovFilter::new(belief, self.config.outcomes, self.config.remedy);
         self.cutter.reset();
         self.weighed_yaw_rad = None;
@@ -231,15 +254,25 @@ impl Localizer for Markov {
     fn step(&mut self, input: &StepInput<'_>, _rng: &mut Rng) -> &Estimate {
         if input.is_lifted {
             // The odometry of the feet in the air is no motion over the map.
-            self.motion.update(input.odometry);
+            self.motion.update(input.percept.at, input.odometry);
             self.begin_again(&StartPrior::Uniform, true);
             return &self.estimate;
         }
-        let acted = self.act(input.odometry);
-        if self.is_new_view(input.percept, acted) {
+        let motion = self.motion.update(input.percept.at, input.odometry);
+        let acted = self.act(motion.as_ref());
+        let shows_landmark = !input.percept.blobs.is_empty();
+        let is_blind = !shows_landmark && input.percept.pixels.is_empty();
+        if is_blind {
+            self.go_blind(motion.as_ref());
+        }
+        // After a time without anything in view, a landmark is news even if it is where it was.
+        let is_news = shows_landmark && self.trust < 1.0;
+        if is_news || self.is_new_view(input.percept, acted) {
             self.weigh(input.percept);
         }
-        self.update_estimate();
+        if !is_blind || self.estimate.hypotheses.is_empty() {
+            self.update_estimate();
+        }
         &self.estimate
     }
 

@@ -1,15 +1,15 @@
 //! The particle filter: motion, weights, estimate, survivors.
 
 use rand::RngExt;
-use visloc_base::{Rng, gaussian};
+use visloc_base::{Rng, Timestamp, gaussian};
 use visloc_geom::PlanarPose;
 
 use super::{
     MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,
 };
 use crate::{
-    ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, Reliability, StartPrior,
-    StepInput,
+    ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, PlanarMotion, Reliability,
+    StartPrior, StepInput,
 };
 
 /// A particle filter over planar poses.
@@ -119,21 +119,31 @@ impl MonteCarlo {
         self.reliability.reset();
     }
 
-    /// Moves everything with the robot. Survivors get their noise on this occasion.
-    fn propagate(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        let motion = self.motion.update(odometry);
+    /// Moves the particles with the robot. Survivors get their noise on this occasion.
+    fn propagate(
+        &mut self,
+        at: Timestamp,
+        odometry: Option<PlanarPose>,
+        rng: &mut Rng,
+    ) -> Option<PlanarMotion> {
+        let motion = self.motion.update(at, odometry);
         let noise = std::mem::take(&mut self.noise);
         self.particles.propagate(motion.as_ref(), &noise, rng);
-        let Some(motion) = motion else { return };
-        self.estimate.world_from_robot = motion.apply(&self.estimate.world_from_robot);
-        for hypothesis in &mut self.estimate.hypotheses {
-            hypothesis.world_from_robot = motion.apply(&hypothesis.world_from_robot);
-        }
+        motion
     }
 
     #[cfg(test)]
     pub(super) fn propagate_for_test(&mut self, odometry: Option<PlanarPose>, rng: &mut Rng) {
-        self.propagate(odometry, rng);
+        self.propagate(Timestamp::default(), odometry, rng);
+    }
+
+    /// The image says nothing: the pose is followed by the motion alone, and trusted less and less.
+    fn go_blind(&mut self, motion: Option<&PlanarMotion>) {
+        let secs = self.motion.secs();
+        let more_m = self.estimate.go_blind(motion, secs, &self.config.motion);
+        self.reliability.fade(secs);
+        self.reliability.jump(more_m, self.model.max_jump_m());
+        self.estimate.set_reliability(self.reliability.value());
     }
 
     fn weigh(&mut self) {
@@ -156,7 +166,7 @@ impl MonteCarlo {
     fn update_estimate(&mut self, quality: f64) {
         let config = (&self.config.estimate, &self.config.clusters);
         self.estimator.update(config, &self.particles, &self.best, &mut self.estimate);
-        self.reliability.update(self.estimate.likelihood, quality);
+        self.reliability.update(self.estimate.likelihood, quality, self.motion.secs());
         self.estimate.set_reliability(self.reliability.value());
     }
 
@@ -207,15 +217,20 @@ impl Localizer for MonteCarlo {
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
         self.num_weighed = 0;
         if input.is_lifted {
-            self.motion.update(input.odometry);
+            self.motion.update(input.percept.at, input.odometry);
             self.begin_again(StartPrior::Uniform);
             return &self.estimate;
         }
-        self.propagate(input.odometry, rng);
+        let motion = self.propagate(input.percept.at, input.odometry, rng);
         self.model.condition_on(input.percept);
         if !self.model.has_evidence() {
+            self.go_blind(motion.as_ref());
             return &self.estimate;
         }
+        if let Some(motion) = motion {
+            self.estimate.move_by(&motion);
+        }
+        self.motion.note_evidence();
         if self.particles.is_empty() {
             self.waited += 1;
             let can_wait = self.prior.is_uniform() && self.waited <= self.config.initialization.max_wait;

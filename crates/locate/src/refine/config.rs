@@ -36,6 +36,9 @@ pub struct RefinementConfig {
     pub eye_noise_m: f64,
     /// Standard deviation of the camera's height that changes slowly, meters.
     pub raise_bias_m: f64,
+    /// A larger motion between two images is a jump of the odometry and is not believed, meters; per second if they are farther apart
+    /// than that.
+    pub max_motion_m: f64,
     /// Position noise of the odometry, meters per square root of a meter.
     pub odometry_noise_m: f64,
     /// Heading noise of the odometry, radians per square root of a meter.
@@ -89,7 +92,8 @@ pub struct RefinementConfig {
     pub merge_turn_rad: f64,
     /// A track whose agreement of late is below this does not know where it is.
     pub lost_agreement: f64,
-    /// Standard deviation of the position at which the reliability begins to shrink, meters.
+    /// Standard deviation of the position at which the reliability begins to shrink, meters. A robot that stands and sees nothing gets
+    /// there in `reliability.blind_secs`.
     pub reliable_spread_m: f64,
     /// Reliability, driven by the agreement instead of the likelihood of twenty pixels.
     pub reliability: ReliabilityConfig,
@@ -110,6 +114,7 @@ impl Default for RefinementConfig {
             tilt_bias_secs: 8.0,
             eye_noise_m: 0.002,
             raise_bias_m: 0.004,
+            max_motion_m: 1.0,
             odometry_noise_m: 0.02,
             odometry_noise_rad: 0.03,
             odometry_turn_noise_rad: 0.02,
@@ -170,6 +175,7 @@ impl RefinementConfig {
             ("refinement.tilt_bias_secs", self.tilt_bias_secs),
             ("refinement.eye_noise_m", self.eye_noise_m),
             ("refinement.raise_bias_m", self.raise_bias_m),
+            ("refinement.max_motion_m", self.max_motion_m),
             ("refinement.odometry_noise_m", self.odometry_noise_m),
             ("refinement.odometry_noise_rad", self.odometry_noise_rad),
             ("refinement.odometry_turn_noise_rad", self.odometry_turn_noise_rad),

@@ -4,7 +4,10 @@ use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use visloc_geom::{PlanarPose, angle};
 
 use super::RefinementConfig;
-use crate::observation::features::{CameraState, CameraVector, FeatureModel};
+use crate::{
+    observation::features::{CameraState, CameraVector, FeatureModel},
+    odometer::Odometry,
+};
 
 /// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4).
 const STATE: usize = 11;
@@ -87,6 +90,17 @@ pub(super) struct PoseFilter {
     mean: State,
     covariance: Covariance,
     has_odometry: bool,
+    /// While samples of the odometry are missing.
+    gap: Option<Box<Gap>>,
+}
+
+/// What is kept over a gap of the odometry.
+#[derive(Debug, Clone)]
+struct Gap {
+    /// The errors of the odometry as they were known: scales and drift with their covariance.
+    learned: (Vector4<f64>, Matrix4<f64>),
+    /// The filter at the last sample, if it has been at this place since.
+    before: Option<PoseFilter>,
 }
 
 impl PoseFilter {
@@ -94,7 +108,7 @@ impl PoseFilter {
     pub fn new(pose: &PlanarPose, config: &RefinementConfig) -> Self {
         let mut mean = State::zeros();
         mean.fixed_rows_mut::<3>(0).copy_from(&Vector3::new(pose.x_m, pose.y_m, pose.yaw_rad));
-        let mut filter = Self { mean, covariance: Covariance::zeros(), has_odometry: true };
+        let mut filter = Self { mean, covariance: Covariance::zeros(), has_odometry: true, gap: None };
         let (m, rad) = (config.birth_noise_m.powi(2), config.birth_noise_rad.powi(2));
         for (i, variance) in [m, m, rad].into_iter().enumerate() {
             filter.covariance[(i, i)] = variance;
@@ -109,6 +123,7 @@ impl PoseFilter {
     pub fn moved_to(&self, pose: &PlanarPose, config: &RefinementConfig) -> Self {
         let mut filter = Self::new(pose, config);
         filter.has_odometry = self.has_odometry;
+        filter.gap = self.gap.as_ref().map(|gap| Box::new(Gap { learned: gap.learned, before: None }));
         filter.mean.fixed_rows_mut::<8>(SLOW).copy_from(&self.mean.fixed_rows::<8>(SLOW));
         filter
             .covariance
@@ -137,10 +152,19 @@ impl PoseFilter {
         self.mean[0] = pose.x_m;
         self.mean[1] = pose.y_m;
         self.mean[2] = pose.yaw_rad;
+        if let Some(gap) = &mut self.gap {
+            gap.before = None;
+        }
     }
 
     pub fn pose_covariance(&self) -> Matrix3<f64> {
         self.covariance.fixed_view::<3, 3>(0, 0).into_owned()
+    }
+
+    /// What is known of the errors of the odometry: scales ahead, to the side and of turns, and drift.
+    #[cfg(test)]
+    pub fn odometry_errors(&self) -> Vector4<f64> {
+        self.gap.as_ref().map_or_else(|| self.mean.fixed_rows::<4>(MOTION).into_owned(), |gap| gap.learned.0)
     }
 
     /// Standard deviation of the position in its worst direction, meters.
@@ -157,61 +181,139 @@ impl PoseFilter {
 
     fn forget_motion(&mut self, has_odometry: bool, config: &RefinementConfig) {
         self.has_odometry = has_odometry;
+        self.set_motion(&Vector4::zeros(), &unknown_motion(has_odometry, config));
+    }
+
+    fn set_motion(&mut self, mean: &Vector4<f64>, covariance: &Matrix4<f64>) {
         for i in MOTION..STATE {
-            self.mean[i] = 0.0;
             self.covariance.row_mut(i).fill(0.0);
             self.covariance.column_mut(i).fill(0.0);
         }
-        let spreads = if has_odometry {
-            let scale = config.odometry_scale_error;
-            [scale, scale, scale, config.odometry_drift_rad_per_m]
-        } else {
-            let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
-            [speed, SIDEWAYS * speed, turn, 0.0]
-        };
-        for (i, spread) in spreads.into_iter().enumerate() {
-            self.covariance[(MOTION + i, MOTION + i)] = spread * spread;
+        self.mean.fixed_rows_mut::<4>(MOTION).copy_from(mean);
+        self.covariance.fixed_view_mut::<4, 4>(MOTION, MOTION).copy_from(covariance);
+    }
+
+    /// The odometry has stopped: what it has shown of its errors is set aside, and the robot goes on as one without. Most probably it has
+    /// the velocity that it had, but it may stop or turn at once, so that nothing else is known of it.
+    fn begin_gap(&mut self, velocity: &Vector3<f64>, config: &RefinementConfig) {
+        let m = self.mean.fixed_rows::<4>(MOTION).into_owned();
+        let learned = (m, self.covariance.fixed_view::<4, 4>(MOTION, MOTION).into_owned());
+        let length = velocity.x.hypot(velocity.y);
+        let body = Vector4::new(
+            velocity.x * (1.0 + m[0]),
+            velocity.y * (1.0 + m[1]),
+            velocity.z * (1.0 + m[2]) + m[3] * length,
+            0.0,
+        );
+        self.gap = Some(Box::new(Gap { learned, before: Some(self.clone()) }));
+        self.has_odometry = false;
+        self.set_motion(&body, &unknown_motion(false, config));
+    }
+
+    /// The odometry is there again.
+    fn end_gap(&mut self) {
+        if let Some(gap) = self.gap.take() {
+            self.has_odometry = true;
+            self.set_motion(&gap.learned.0, &gap.learned.1);
         }
     }
 
-    /// Moves on by the motion that the odometry tells, seen from the robot, or by the time passed without odometry.
-    pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
-        if odometry.is_some() != self.has_odometry {
-            self.forget_motion(odometry.is_some(), config);
+    /// Moves on by what the odometry says, or by the time passed without it.
+    pub fn predict(&mut self, odometry: &Odometry, secs: f64, config: &RefinementConfig) {
+        match odometry {
+            Odometry::Moved(motion) => self.move_by(motion, secs, config),
+            Odometry::First => self.move_by(&PlanarPose::default(), secs, config),
+            Odometry::Missing { velocity, .. } => self.follow(velocity, secs, config),
+            Odometry::Bridged { motion, secs: since, velocity, .. } => {
+                self.follow(velocity, secs, config);
+                let before = self.gap.as_mut().and_then(|gap| gap.before.take());
+                self.end_gap();
+                // Images may have followed the robot through the gap better than the odometry tells what happened.
+                if let Some(mut told) = before {
+                    told.move_by(motion, *since, config);
+                    if told.spread_m() < self.spread_m() {
+                        *self = told;
+                    }
+                }
+            }
+            Odometry::Without => {
+                if self.has_odometry {
+                    self.forget_motion(false, config);
+                }
+                self.let_pass(secs, config);
+            }
+        }
+    }
+
+    /// Moves on by the motion that the odometry tells, seen from the robot.
+    fn move_by(&mut self, o: &PlanarPose, secs: f64, config: &RefinementConfig) {
+        self.end_gap();
+        if !self.has_odometry {
+            self.forget_motion(true, config);
         }
         let (sin, cos) = self.mean[2].sin_cos();
         let mut change = Covariance::identity();
         let mut noise = State::zeros();
         let m = self.mean.fixed_rows::<4>(MOTION).into_owned();
-        let motion = if let Some(o) = odometry {
-            let length = o.x_m.hypot(o.y_m);
-            for (axis, step) in [(0, (cos * o.x_m, sin * o.x_m)), (1, (-sin * o.y_m, cos * o.y_m))] {
-                change[(0, MOTION + axis)] = step.0;
-                change[(1, MOTION + axis)] = step.1;
-            }
-            change[(2, MOTION + 2)] = o.yaw_rad;
-            change[(2, DRIFT)] = length;
-            let position = config.odometry_noise_m.powi(2) * (length + 0.05 * o.yaw_rad.abs());
-            noise[0] = position;
-            noise[1] = position;
-            noise[2] = config.odometry_noise_rad.powi(2) * length
-                + config.odometry_turn_noise_rad.powi(2) * o.yaw_rad.abs();
-            Vector3::new(o.x_m * (1.0 + m[0]), o.y_m * (1.0 + m[1]), o.yaw_rad * (1.0 + m[2]) + m[3] * length)
-        } else {
-            change[(0, MOTION)] = cos * secs;
-            change[(1, MOTION)] = sin * secs;
-            change[(0, MOTION + 1)] = -sin * secs;
-            change[(1, MOTION + 1)] = cos * secs;
-            change[(2, MOTION + 2)] = secs;
-            let kept = (-secs / config.speed_secs).exp();
-            let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
-            for (i, spread) in [speed, SIDEWAYS * speed, turn].into_iter().enumerate() {
-                change[(MOTION + i, MOTION + i)] = kept;
-                noise[MOTION + i] = spread * spread * (1.0 - kept * kept);
-                self.mean[MOTION + i] *= kept;
-            }
-            Vector3::new(m[0] * secs, m[1] * secs, m[2] * secs)
-        };
+        let length = o.x_m.hypot(o.y_m);
+        for (axis, step) in [(0, (cos * o.x_m, sin * o.x_m)), (1, (-sin * o.y_m, cos * o.y_m))] {
+            change[(0, MOTION + axis)] = step.0;
+            change[(1, MOTION + axis)] = step.1;
+        }
+        change[(2, MOTION + 2)] = o.yaw_rad;
+        change[(2, DRIFT)] = length;
+        let position = config.odometry_noise_m.powi(2) * (length + 0.05 * o.yaw_rad.abs());
+        noise[0] = position;
+        noise[1] = position;
+        noise[2] = config.odometry_noise_rad.powi(2) * length
+            + config.odometry_turn_noise_rad.powi(2) * o.yaw_rad.abs();
+        let motion = Vector3::new(
+            o.x_m * (1.0 + m[0]),
+            o.y_m * (1.0 + m[1]),
+            o.yaw_rad * (1.0 + m[2]) + m[3] * length,
+        );
+        self.apply(&motion, change, noise, secs, config);
+    }
+
+    /// Moves on through a gap of the odometry.
+    fn follow(&mut self, velocity: &Vector3<f64>, secs: f64, config: &RefinementConfig) {
+        if self.has_odometry {
+            self.begin_gap(velocity, config);
+        }
+        self.let_pass(secs, config);
+    }
+
+    /// Moves on by the velocity of the body.
+    fn let_pass(&mut self, secs: f64, config: &RefinementConfig) {
+        let (sin, cos) = self.mean[2].sin_cos();
+        let mut change = Covariance::identity();
+        let mut noise = State::zeros();
+        let m = self.mean.fixed_rows::<4>(MOTION).into_owned();
+        change[(0, MOTION)] = cos * secs;
+        change[(1, MOTION)] = sin * secs;
+        change[(0, MOTION + 1)] = -sin * secs;
+        change[(1, MOTION + 1)] = cos * secs;
+        change[(2, MOTION + 2)] = secs;
+        let kept = (-secs / config.speed_secs).exp();
+        let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
+        for (i, spread) in [speed, SIDEWAYS * speed, turn].into_iter().enumerate() {
+            change[(MOTION + i, MOTION + i)] = kept;
+            noise[MOTION + i] = spread * spread * (1.0 - kept * kept);
+            self.mean[MOTION + i] *= kept;
+        }
+        self.apply(&Vector3::new(m[0] * secs, m[1] * secs, m[2] * secs), change, noise, secs, config);
+    }
+
+    /// Applies a motion of the robot, seen from it. `change` lacks what follows from the heading and from the time.
+    fn apply(
+        &mut self,
+        motion: &Vector3<f64>,
+        mut change: Covariance,
+        mut noise: State,
+        secs: f64,
+        config: &RefinementConfig,
+    ) {
+        let (sin, cos) = self.mean[2].sin_cos();
         change[(0, 2)] = -sin * motion.x - cos * motion.y;
         change[(1, 2)] = cos * motion.x - sin * motion.y;
         let kept = (-secs / config.tilt_bias_secs).exp();
@@ -224,6 +326,17 @@ impl PoseFilter {
         self.mean[1] += sin * motion.x + cos * motion.y;
         self.mean[2] = angle::wrap(self.mean[2] + motion.z);
         self.covariance = moved(&self.covariance, &change) + Covariance::from_diagonal(&noise);
+    }
+
+    /// Images have shown nothing for `from_secs` and now for `to_secs`: the robot may have moved slowly in a way that its odometry does not
+    /// notice, so that the standard deviation grows with the time. In the time in which the reliability fades the position becomes as
+    /// uncertain as one that is relied upon less, and the heading as much as moves things by that at one meter.
+    pub fn drift(&mut self, from_secs: f64, to_secs: f64, config: &RefinementConfig) {
+        let sigma = |secs: f64| config.reliable_spread_m * secs / config.reliability.blind_secs;
+        let variance = square(sigma(to_secs)) - square(sigma(from_secs));
+        for i in 0..SLOW {
+            self.covariance[(i, i)] += variance;
+        }
     }
 
     /// Fits pose, tilt and height to the features of an image: one Gauss-Newton step for each gate.
@@ -262,6 +375,18 @@ impl PoseFilter {
         }
         fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement
     }
+}
+
+/// Covariance of the errors of an odometry, or of the velocity without one, before images have shown anything of them.
+fn unknown_motion(has_odometry: bool, config: &RefinementConfig) -> Matrix4<f64> {
+    let spreads = if has_odometry {
+        let scale = config.odometry_scale_error;
+        [scale, scale, scale, config.odometry_drift_rad_per_m]
+    } else {
+        let (speed, turn) = (config.speed_m_per_s, config.turn_rad_per_s);
+        [speed, SIDEWAYS * speed, turn, 0.0]
+    };
+    Matrix4::from_diagonal(&Vector4::from(spreads).map(square))
 }
 
 /// Standard deviations of what changes slowly: tilt and height of the camera.

@@ -1,6 +1,6 @@
 //! A localizer whose hypotheses are refined.
 
-use visloc_base::{Rng, Timestamp};
+use visloc_base::Rng;
 use visloc_geom::PlanarPose;
 use visloc_vision::Percept;
 
@@ -9,17 +9,16 @@ use super::{
     known::Known,
     search::{PlaceSearch, middle},
     track::View,
-    tracks::{Tracks, fullness},
+    tracks::{Tracks, fullness, says_something},
     turning::{Turning, camera_yaw_rad},
 };
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
-    Reliability, StartPrior, StepInput, observation::features::FeatureModel,
+    Reliability, StartPrior, StepInput, observation::features::FeatureModel, odometer::Odometer,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
 const MAX_STEP_SECS: f64 = 1.0;
-
 /// A hypothesis less probable than this is not worth a track.
 const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step while localized, and places kept while not.
@@ -54,8 +53,7 @@ pub struct Refined {
     /// Where places look alike: the answer for a robot that may be anywhere.
     middle: Option<PlanarPose>,
     reliability: Reliability,
-    last_odometry: Option<PlanarPose>,
-    last_at: Option<Timestamp>,
+    odometer: Odometer,
     winner: Option<(u64, PlanarPose)>,
     max_jump_m: f64,
     known: Known,
@@ -64,6 +62,8 @@ pub struct Refined {
     last_view: Option<PlanarPose>,
     /// Seconds without a pose that can be relied on.
     lost_secs: f64,
+    /// Seconds since an image last said anything.
+    blind_secs: f64,
     estimate: Estimate,
 }
 
@@ -88,7 +88,9 @@ impl Refined {
             known: Known::new(StartPrior::Uniform),
             last_view: None,
             lost_secs: 0.0,
+            blind_secs: 0.0,
             reliability: Reliability::new(config.reliability),
+            odometer: Odometer::new(config.max_motion_m),
             config,
             search,
             model: features,
@@ -96,8 +98,6 @@ impl Refined {
             candidates: Vec::new(),
             turn: 0,
             tracks: Tracks::default(),
-            last_odometry: None,
-            last_at: None,
             winner: None,
             estimate: Estimate::unknown(),
         })
@@ -112,22 +112,6 @@ impl Refined {
         if let Some(middle) = self.middle {
             self.estimate.world_from_robot = middle;
         }
-    }
-
-    /// Motion since the last step, seen from the robot, and the time that passed.
-    fn motion(&mut self, input: &StepInput<'_>) -> (Option<PlanarPose>, f64) {
-        let at = input.percept.at;
-        let secs = self.last_at.map_or(0.0, |last| at.secs_since(last)).clamp(0.0, MAX_STEP_SECS);
-        self.last_at = Some(at);
-        let odometry = input.odometry.filter(PlanarPose::is_finite);
-        let motion = match (self.last_odometry, odometry) {
-            (Some(last), Some(now)) => Some(now.relative_to(&last)),
-            (None, Some(_)) => Some(PlanarPose::default()),
-            (_, None) => None,
-        };
-        self.last_odometry = odometry;
-        // An odometry that jumps says nothing.
-        (motion.filter(|m| m.x_m.hypot(m.y_m) < self.max_jump_m / 2.0), secs)
     }
 
     /// How much of an image is new, 0 to 1: what was seen from nearly the same place is no new evidence.
@@ -150,6 +134,14 @@ impl Refined {
         } else {
             1.0
         }
+    }
+
+    /// The image says nothing: the tracks are followed by the motion alone, and trusted less and less.
+    fn go_blind(&mut self) {
+        let (secs, from_secs) = (self.odometer.secs(), self.blind_secs);
+        self.blind_secs += secs;
+        self.tracks.drift(from_secs, self.blind_secs, &self.config);
+        self.reliability.fade(secs);
     }
 
     fn update_tracks(&mut self, novelty: f64, clearness: f64) {
@@ -180,7 +172,7 @@ impl Refined {
             quality = quality.max(best.seen_doors * fullness(self.model.as_ref()));
         }
         let before = self.reliability;
-        self.reliability.update(best.last_agreement, quality);
+        self.reliability.update(best.last_agreement, quality, self.odometer.secs());
         if self.reliability.value() > before.value() {
             self.reliability = before.toward(&self.reliability, novelty);
         }
@@ -266,8 +258,10 @@ impl Localizer for Refined {
         self.search.reset();
         self.tracks = Tracks::default();
         self.turning = Turning::default();
-        (self.turn, self.is_search_turn, self.lost_secs) = (0, false, 0.0);
-        (self.last_odometry, self.last_at, self.last_view) = (None, None, None);
+        (self.turn, self.is_search_turn) = (0, false);
+        (self.lost_secs, self.blind_secs) = (0.0, 0.0);
+        self.odometer = Odometer::new(self.config.max_motion_m);
+        self.last_view = None;
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }
@@ -279,7 +273,8 @@ impl Localizer for Refined {
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
-        let (motion, secs) = self.motion(input);
+        let odometry = self.odometer.update(input.percept.at, input.odometry);
+        let secs = self.odometer.secs().min(MAX_STEP_SECS);
         // Both cost as much as all the rest, so they take turns.
         self.is_search_turn = !(self.config.has_look_alikes && self.is_search_turn);
         if self.is_search_turn || input.is_lifted {
@@ -289,10 +284,10 @@ impl Localizer for Refined {
             self.forget();
             return &self.estimate;
         }
-        if let Some(motion) = &motion {
-            self.known.move_by(motion);
+        if let Some(step) = odometry.step() {
+            self.known.move_by(&step);
         }
-        self.tracks.predict(motion.as_ref(), secs, &self.config);
+        self.tracks.predict(&odometry, secs, &self.config);
         self.model.condition_on(input.percept);
         self.candidates.clear();
         if !(self.config.has_look_alikes && self.is_search_turn) {
@@ -301,7 +296,12 @@ impl Localizer for Refined {
         let novelty = self.novelty(input);
         let clearness = self.clearness(input, secs);
         self.update_tracks(novelty, clearness);
-        self.update_reliability(input, novelty);
+        if says_something(self.model.as_ref()) {
+            self.blind_secs = 0.0;
+            self.update_reliability(input, novelty);
+        } else {
+            self.go_blind();
+        }
         self.update_estimate();
         self.doubt(secs);
         &self.estimate

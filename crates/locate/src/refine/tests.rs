@@ -8,6 +8,7 @@ use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},
+    odometer::{Odometer, Odometry},
 };
 
 /// Features that tell x, y and heading, each many times. Seen from `places` (all of them alike) they are all explained,
@@ -340,7 +341,7 @@ fn the_half_is_asked_again_while_the_pose_gets_better() {
     let guess = tracks.best().unwrap().filter.pose();
     assert!(guess.distance_m(&first.places[1]) < 0.02, "{guess:?}: the mirrored pose is in the half");
     for _ in 0..30 {
-        tracks.predict(Some(&PlanarPose::default()), 1.0 / 30.0, &config);
+        tracks.predict(&Odometry::Moved(PlanarPose::default()), 1.0 / 30.0, &config);
         tracks.update(&truth, &[], &view, &known, &config);
     }
     let best = tracks.best().unwrap();
@@ -356,19 +357,107 @@ fn the_scale_of_the_odometry_is_learned() {
     let mut rng = RngTree::new(5).stream("noise", 0);
     let mut truth = PlanarPose::new(-4.0, 0.0, 0.0);
     let mut filter = PoseFilter::new(&truth, &config);
-    let told = |step_m: f64| PlanarPose::new(step_m * 1.1, 0.0, 0.0);
+    let told = |step_m: f64| Odometry::Moved(PlanarPose::new(step_m * 1.1, 0.0, 0.0));
     for _ in 0..600 {
         truth.x_m += 0.007;
-        filter.predict(Some(&told(0.007)), 1.0 / 30.0, &config);
+        filter.predict(&told(0.007), 1.0 / 30.0, &config);
         filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[12.0, 8.0], &config);
     }
     let start_m = filter.pose().distance_m(&truth);
     for _ in 0..200 {
         truth.x_m += 0.01;
-        filter.predict(Some(&told(0.01)), 1.0 / 30.0, &config);
+        filter.predict(&told(0.01), 1.0 / 30.0, &config);
     }
     let error_m = filter.pose().distance_m(&truth);
     assert!(start_m < 0.01 && error_m < 0.05, "{start_m} {error_m}: uncorrected it would be 0.2 m");
+}
+
+/// Errors of a filter, image by image, meters, and the scale of the odometry that it had learned at the gap and at the end.
+struct Walk {
+    errors_m: Vec<f64>,
+    scales: [f64; 2],
+}
+
+impl Walk {
+    fn worst_m(&self, images: std::ops::Range<usize>) -> f64 {
+        self.errors_m[images].iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// First image without odometry of a second without, and the first one after it; and last image at all.
+const GAP: std::ops::Range<usize> = 700..730;
+const LAST_SEEN: usize = 850;
+
+/// A robot walks 0.3 m/s, and in the gap it turns all at once, which only images tell. Its odometry has 10 % too much; the filter is given
+/// what `sample` makes of it. The last 150 images show nothing.
+fn walk(sample: impl Fn(usize, PlanarPose) -> Option<PlanarPose>) -> Walk {
+    let config = RefinementConfig::default();
+    let mut rng = RngTree::new(6).stream("noise", 0);
+    let mut truth = PlanarPose::new(-4.0, -2.0, 0.0);
+    let mut filter = PoseFilter::new(&truth, &config);
+    let mut odometer = Odometer::new(config.max_motion_m);
+    let mut told = PlanarPose::default();
+    let mut walk = Walk { errors_m: Vec::new(), scales: [0.0; 2] };
+    for i in 0..LAST_SEEN + 150 {
+        let turn_rad = if GAP.contains(&i) { 0.5 / 30.0 } else { 0.0 };
+        truth = truth.compose(&PlanarPose::new(0.01, 0.0, turn_rad));
+        told = told.compose(&PlanarPose::new(0.011, 0.0, turn_rad));
+        let odometry = odometer.update(Timestamp::from_secs(i as f64 / 30.0), sample(i, told));
+        filter.predict(&odometry, 1.0 / 30.0, &config);
+        if i < LAST_SEEN {
+            filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[12.0, 8.0], &config);
+            walk.scales[usize::from(i >= GAP.start)] = filter.odometry_errors()[0];
+        }
+        walk.errors_m.push(filter.pose().distance_m(&truth));
+    }
+    walk
+}
+
+/// The odometry is missing for a second, jumps by 5 m, and is not a number once. What was learned of it stays: a walk without images is as
+/// right as without all that, and in the gap the filter is no worse than one that never had odometry.
+#[test]
+fn gaps_and_jumps_of_the_odometry_do_not_erase_what_was_learned() {
+    let away = PlanarPose::new(-5.0, 0.0, 1.0);
+    let whole = walk(|_, told| Some(told));
+    let never = walk(|_, _| None);
+    let disturbed = walk(|i, told| match i {
+        800 => Some(PlanarPose { x_m: f64::NAN, ..told }),
+        i if GAP.contains(&i) => None,
+        i if i >= 760 => Some(away.compose(&told)),
+        _ => Some(told),
+    });
+    let gap = GAP.start..GAP.end + 30;
+    let (found_m, never_m) = (disturbed.worst_m(gap.clone()), never.worst_m(gap.clone()));
+    assert!(found_m <= never_m, "{found_m} m in the gap, {never_m} m without odometry");
+    let rest = gap.end..LAST_SEEN;
+    let (found_m, whole_m) = (disturbed.worst_m(rest.clone()), whole.worst_m(rest));
+    assert!(found_m < 2.0 * whole_m, "{found_m} m after the gap, {whole_m} m if nothing is missing");
+    let [before, after] = disturbed.scales;
+    assert!((after - before).abs() < 0.01 && (after + 0.1 / 1.1).abs() < 0.02, "{before} became {after}");
+    let error_m = disturbed.errors_m[LAST_SEEN + 149];
+    assert!(error_m < 0.06, "{error_m} m after 1.5 m without images: uncorrected it would be 0.15 m");
+}
+
+/// While the odometry is missing nobody knows the motion, and the filter says so; a short gap is made good by the next sample.
+#[test]
+fn the_covariance_grows_over_a_gap_of_the_odometry() {
+    let config = RefinementConfig::default();
+    let walk = |missing: std::ops::Range<u32>| {
+        let mut filter = PoseFilter::new(&PlanarPose::default(), &config);
+        filter.update(&Alike::new(&[PlanarPose::default()]), &[12.0, 8.0], &config);
+        let mut odometer = Odometer::new(config.max_motion_m);
+        for i in 0..60_u32 {
+            let sample = PlanarPose::new(0.01 * f64::from(i), 0.0, 0.0);
+            let at = Timestamp::from_secs(f64::from(i) / 30.0);
+            let odometry = odometer.update(at, (!missing.contains(&i)).then_some(sample));
+            filter.predict(&odometry, 1.0 / 30.0, &config);
+        }
+        (filter.x_m(), filter.spread_m())
+    };
+    let (whole, bridged, gap) = (walk(0..0), walk(20..30), walk(20..50));
+    assert!((whole.0 - 0.59).abs() < 1e-9 && (bridged.0 - whole.0).abs() < 1e-6, "{whole:?} {bridged:?}");
+    assert!(bridged.1 < 1.5 * whole.1, "{whole:?} {bridged:?}");
+    assert!((gap.0 - whole.0).abs() < 0.15 && gap.1 > 2.0 * whole.1, "{whole:?} {gap:?}");
 }
 
 /// Without odometry the speed is learned from the images.
@@ -380,13 +469,13 @@ fn without_odometry_the_filter_goes_on_moving() {
     let motion = PlanarPose::new(0.2 / 30.0, 0.0, 0.3 / 30.0);
     for _ in 0..90 {
         truth = truth.compose(&motion);
-        filter.predict(None, 1.0 / 30.0, &config);
+        filter.predict(&Odometry::Without, 1.0 / 30.0, &config);
         filter.update(&Alike::new(&[truth]), &[12.0, 8.0], &config);
     }
     let (before_m, spread_m) = (filter.pose().distance_m(&truth), filter.spread_m());
     for _ in 0..15 {
         truth = truth.compose(&motion);
-        filter.predict(None, 1.0 / 30.0, &config);
+        filter.predict(&Odometry::Without, 1.0 / 30.0, &config);
     }
     let error_m = filter.pose().distance_m(&truth);
     assert!(before_m < 0.01 && error_m < 0.05, "{before_m} {error_m}: standing still it would be 0.1 m");

@@ -8,7 +8,7 @@ use super::{
     known::Known,
     track::{Track, View},
 };
-use crate::{Region, observation::features::FeatureModel};
+use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -60,10 +60,17 @@ impl Tracks {
         self.tracks.iter()
     }
 
-    pub fn predict(&mut self, odometry: Option<&PlanarPose>, secs: f64, config: &RefinementConfig) {
-        for filter in self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot) {
-            filter.predict(odometry, secs, config);
-        }
+    fn filters(&mut self) -> impl Iterator<Item = &mut PoseFilter> {
+        self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot)
+    }
+
+    pub fn predict(&mut self, odometry: &Odometry, secs: f64, config: &RefinementConfig) {
+        self.filters().for_each(|filter| filter.predict(odometry, secs, config));
+    }
+
+    /// Images have shown nothing for `from_secs` until the last one, and for `to_secs` until now.
+    pub fn drift(&mut self, from_secs: f64, to_secs: f64, config: &RefinementConfig) {
+        self.filters().for_each(|filter| filter.drift(from_secs, to_secs, config));
     }
 
     /// Takes in the features of an image, and places where tracks may begin. What is known chooses between a pose and its
@@ -76,7 +83,7 @@ impl Tracks {
         known: &Known,
         config: &RefinementConfig,
     ) {
-        if model.num_features() < MIN_FEATURES {
+        if !says_something(model) {
             return;
         }
         let weight = config.evidence_per_image * fullness(model) * view.clearness;
@@ -287,6 +294,11 @@ impl Tracks {
             }
         }
     }
+}
+
+/// Whether an image has enough features to say anything.
+pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
+    model.num_features() >= MIN_FEATURES
 }
 
 /// How much an image has to say, 0 to 1.

@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used)] // a test may stop
 
+mod blind;
 mod determinism;
 mod feature_detectors;
 mod model_agreement;
+mod odometry;
 mod office;
 mod pixels;
 mod refined;
