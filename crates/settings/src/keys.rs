@@ -17,7 +17,10 @@ pub(crate) fn check(
     for (key, value) in table {
         let name = key.get_ref().as_ref();
         let Some(inner) = known.get(name) else {
-            let reason = unknown(name, path, &known.keys().collect::<Vec<_>>());
+            let reason = match known.no_key(name) {
+                Some(reason) => format!("`{}` cannot be set: {reason}", joined(path, name)),
+                None => unknown(name, path, &known.keys().collect::<Vec<_>>()),
+            };
             return Err(SettingsError::at(text, Some(key.span()), reason));
         };
         if let Some(reason) =

@@ -73,6 +73,11 @@ impl<'a> Node<'a> {
         Some(Range { least: bound("minimum")?, most: bound("maximum")? })
     }
 
+    /// Why a key that one might expect below this one is none: `#[schemars(extend("x-no-keys" = {"key": "reason"}))]`.
+    pub fn no_key(&self, key: &str) -> Option<&'a str> {
+        self.inner.get("x-no-keys")?.get(key)?.as_str()
+    }
+
     fn properties(&self) -> Option<&'a Map<String, Value>> {
         self.inner.get("properties")?.as_object()
     }

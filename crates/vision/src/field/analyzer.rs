@@ -326,8 +326,8 @@ impl FieldAnalyzer {
             }
             percept.pixels.extend_from_slice(pixels);
         }
-        let lines_suffice =
-            config.min_informative_lines > 0 && line_pixels.len() >= config.min_informative_lines;
+        let min_lines = config.min_informative_lines.unwrap_or(0);
+        let lines_suffice = min_lines > 0 && line_pixels.len() >= min_lines;
         percept.is_informative = !goal_pixels.is_empty() || lines_suffice;
         percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
     }

@@ -54,6 +54,10 @@ impl Default for FilterSwitches {
 /// Parameters of the analysis of a field image. Pixel values are for images 320 px wide and scale with the width.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-no-keys" = {
+    "line_width_m": "the map says how wide lines are",
+    "goal_height_m": "the map says how high goals are",
+}))]
 pub struct FieldAnalysisConfig {
     /// Color classes.
     pub colors: ColorConfig,
@@ -65,7 +69,8 @@ pub struct FieldAnalysisConfig {
     pub min_row_step_px: u32,
     /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
     pub max_row_step_px: u32,
-    /// Width of the field's lines, meters.
+    /// Width of the field's lines, meters. No key: the map says it.
+    #[serde(skip)]
     pub line_width_m: f64,
     /// A run is too thin for a line below this share of the thickness that its distance demands.
     pub min_thickness_share: f64,
@@ -73,7 +78,8 @@ pub struct FieldAnalysisConfig {
     pub max_post_slope: f64,
     /// Of the eight pixels around one, this many must have its color. Source: 2010 section 4.2, 3.
     pub min_neighbors: u32,
-    /// Line pixels farther away than this are dropped, meters. Source: 2010 section 4.2, 6 m.
+    /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
+    /// 4.2, 6 m.
     pub max_line_distance_m: f64,
     /// Pixels nearer than this are dropped, meters. Source: 2010 section 4.2, 15 cm.
     pub own_body_distance_m: f64,
@@ -81,7 +87,8 @@ pub struct FieldAnalysisConfig {
     pub field_end_step_px: u32,
     /// Least height of a goal blob, pixels.
     pub min_blob_height_px: u32,
-    /// Height of the goals, to the middle of the crossbar, meters.
+    /// Height of the goals, to the middle of the crossbar, meters. No key: the map says it.
+    #[serde(skip)]
     pub goal_height_m: f64,
     /// A filled blob that is more than this many times as wide as high is a board, not a goal.
     pub max_filled_blob_aspect: f64,
@@ -89,9 +96,9 @@ pub struct FieldAnalysisConfig {
     pub min_obstacle_height_m: f64,
     /// Least width of an obstacle, meters.
     pub min_obstacle_width_m: f64,
-    /// So many line pixels make an image informative without any goal; 0 for never. Source: 2010 section 5.2.1, where only
-    /// goals do; a field without colored goals has nothing else.
-    pub min_informative_lines: usize,
+    /// So many line pixels make an image informative without any goal; 0 for never. If it is not set, never on a field with colored
+    /// goals (source: 2010 section 5.2.1), and 10 on one without, which has nothing else.
+    pub min_informative_lines: Option<usize>,
     /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
     pub max_line_pixels: usize,
     /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
@@ -124,7 +131,7 @@ impl Default for FieldAnalysisConfig {
             max_filled_blob_aspect: 1.2,
             min_obstacle_height_m: 0.15,
             min_obstacle_width_m: 0.12,
-            min_informative_lines: 0,
+            min_informative_lines: None,
             max_line_pixels: 12,
             max_goal_pixels: 8,
             max_line_borders: 120,
