@@ -44,13 +44,27 @@ pub fn read(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > max_bytes { Err(too_long(max_bytes)) } else { Ok(bytes) }
 }
 
-/// Reads a whole file of text, UTF-8 of at most [`MAX_TEXT_BYTES`].
+/// Reads a whole file of text, UTF-8 of at most [`MAX_TEXT_BYTES`]. The mark that editors of Windows put in front is left out.
 ///
 /// # Errors
 /// As [`read`], or that it is not UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
-    String::from_utf8(read(path, MAX_TEXT_BYTES)?)
-        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8"))
+    let mut bytes = read(path, MAX_TEXT_BYTES)?;
+    bytes.drain(..bytes.len() - without_mark(&bytes).len());
+    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8"))
+}
+
+/// The bytes of a text without the mark (byte order mark) that editors of Windows put in front.
+#[must_use]
+pub fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// Whether anything has this name, be it a file or not. Who wants a file if there is one asks this, not whether it is a file: then a
+/// folder, a device or a broken link of that name is refused by [`open`] and not silently passed over.
+#[must_use]
+pub fn is_there(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok()
 }
 
 fn too_long(max_bytes: u64) -> io::Error {
@@ -60,7 +74,8 @@ fn too_long(max_bytes: u64) -> io::Error {
 
 /// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched.
 ///
-/// Devices and pipes (`/dev/stdout`) are written to directly. A symbolic link stays one: its target is replaced.
+/// Devices and pipes are written to directly, and so are the streams that the program was given (`/dev/stdout`), whatever they lead
+/// to. A symbolic link stays one: its target is replaced.
 #[derive(Debug)]
 pub struct NewFile {
     path: PathBuf,
@@ -111,6 +126,9 @@ impl NewFile {
     }
 
     fn create_with(path: &Path, open: impl FnOnce(&Path) -> io::Result<Sink>) -> io::Result<Self> {
+        if let Some(stream) = own_stream(path)? {
+            return Ok(Self { path: path.to_path_buf(), sink: Sink::Direct(BufWriter::new(stream)) });
+        }
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if let Ok(found) = fs::metadata(&path) {
             refuse_folder(&found)?;
@@ -229,6 +247,38 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     file.finish()
 }
 
+/// The stream of this program that a path such as `/dev/stdout` names. It may lead to a file, to which the shell or the program
+/// writes as well, so that file must not be replaced.
+#[cfg(unix)]
+fn own_stream(path: &Path) -> io::Result<Option<File>> {
+    use std::os::fd::AsFd;
+    const MAX_LINKS: usize = 40;
+    let Ok(streams) = fs::canonicalize("/dev/fd") else { return Ok(None) };
+    let mut path = path.to_path_buf();
+    for _ in 0..MAX_LINKS {
+        if fs::canonicalize(folder_of(&path)).is_ok_and(|folder| folder == streams) {
+            // A copy of the stream goes on where it is; to open it once more would begin at another place.
+            let copy = match path.file_name().and_then(|name| name.to_str()) {
+                Some("1") => {
+                    io::stdout().flush()?;
+                    io::stdout().as_fd().try_clone_to_owned()?.into()
+                }
+                Some("2") => io::stderr().as_fd().try_clone_to_owned()?.into(),
+                _ => File::options().append(true).open(&path)?,
+            };
+            return Ok(Some(copy));
+        }
+        let Ok(target) = fs::read_link(&path) else { return Ok(None) };
+        path = folder_of(&path).join(target);
+    }
+    Ok(None)
+}
+
+#[cfg(not(unix))]
+fn own_stream(_: &Path) -> io::Result<Option<File>> {
+    Ok(None)
+}
+
 /// Temporary files are private unless told otherwise; an output is not. The user's mask still applies.
 #[cfg(unix)]
 fn with_usual_rights<'b, 'p, 's>(
@@ -324,6 +374,19 @@ mod tests {
             assert!(read_text(Path::new("/dev/zero")).unwrap_err().to_string().contains("never end"));
             write(Path::new("/dev/null"), "gone").unwrap();
         }
+    }
+
+    #[test]
+    fn the_mark_of_windows_is_no_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("text");
+        for (bytes, text) in
+            [("\u{feff}a = 1\r\n", "a = 1\r\n"), ("\u{feff}", ""), ("a\u{feff}", "a\u{feff}")]
+        {
+            fs::write(&path, bytes).unwrap();
+            assert_eq!(read_text(&path).unwrap(), text);
+        }
+        assert!(is_there(&path) && is_there(folder.path()) && !is_there(&folder.path().join("none")));
     }
 
     #[cfg(unix)]

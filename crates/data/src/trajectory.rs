@@ -2,7 +2,7 @@
 //! columns (`t,x,y,z,yaw,...`).
 
 use std::{
-    io::{self, BufRead, BufReader, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
@@ -13,7 +13,7 @@ use visloc_base::{
 };
 use visloc_geom::{PlanarPose, Rigid3, Robot, World};
 
-use crate::text::{parse_number, parse_secs};
+use crate::text::{data_lines, parse_number, parse_secs};
 
 /// Why a trajectory cannot be read or written.
 #[derive(Debug, Error)]
@@ -53,17 +53,11 @@ pub enum TrajectoryError {
 /// If the file cannot be read, a line is not in the format, or time does not increase; with the number of the line.
 pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError> {
     let io_error = |source| TrajectoryError::Io { path: path.to_path_buf(), source };
-    let file = files::open(path).map_err(io_error)?;
+    let content = files::read_text(path).map_err(io_error)?;
     let mut trajectory = PlanarTrajectory::new();
     let mut columns: Option<Columns> = None;
-    for (i, text) in BufReader::new(file).lines().enumerate() {
-        let text = text.map_err(io_error)?;
-        let text = text.trim();
-        if text.is_empty() || text.starts_with('#') {
-            continue;
-        }
-        let line_error =
-            |reason: String| TrajectoryError::Line { path: path.to_path_buf(), line: i + 1, reason };
+    for (line, text) in data_lines(&content) {
+        let line_error = |reason: String| TrajectoryError::Line { path: path.to_path_buf(), line, reason };
         let pose = match &columns {
             None if text.contains(',') => {
                 columns = Some(Columns::from_header(text).map_err(line_error)?);
@@ -144,6 +138,7 @@ struct Columns {
     y: usize,
     yaw: usize,
     height: Option<usize>,
+    num_columns: usize,
 }
 
 impl Columns {
@@ -151,20 +146,26 @@ impl Columns {
         let names: Vec<_> = text.split(',').map(str::trim).collect();
         let find = |name: &str| names.iter().position(|known| *known == name);
         match (find("t"), find("x"), find("y"), find("yaw")) {
-            (Some(time), Some(x), Some(y), Some(yaw)) => Ok(Self { time, x, y, yaw, height: find("z") }),
+            (Some(time), Some(x), Some(y), Some(yaw)) => {
+                Ok(Self { time, x, y, yaw, height: find("z"), num_columns: names.len() })
+            }
             _ => Err(format!("expected a table with the columns t, x, y, yaw, found '{text}'")),
         }
     }
 
     fn parse(&self, text: &str) -> Result<StampedPose, String> {
         let fields: Vec<_> = text.split(',').map(str::trim).collect();
-        let field = |i: usize| {
-            fields.get(i).copied().ok_or(format!("expected column {}, found {} columns", i + 1, fields.len()))
-        };
-        let number = |i| field(i).and_then(parse_number);
+        if fields.len() != self.num_columns {
+            return Err(format!(
+                "expected {} columns as in the first line, found {}",
+                self.num_columns,
+                fields.len()
+            ));
+        }
+        let number = |i: usize| parse_number(fields[i]);
         let height_m = self.height.map_or(Ok(0.0), number)?;
         let world_from_robot = PlanarPose::new(number(self.x)?, number(self.y)?, number(self.yaw)?);
-        Ok(StampedPose { at: parse_secs(field(self.time)?)?, world_from_robot, height_m })
+        Ok(StampedPose { at: parse_secs(fields[self.time])?, world_from_robot, height_m })
     }
 }
 
@@ -221,7 +222,7 @@ mod tests {
             (format!("#\n{good}2 nan 0 0 0 0 0 1\n"), "line 3: expected a finite number, found 'nan'"),
             (format!("{good}2 0 0 0 0 0 0 0\n"), "quaternion"),
             ("t,x,y\n1,2,3\n".into(), "columns t, x, y, yaw"),
-            ("t,x,y,yaw\n1,2,3\n".into(), "line 2: expected column 4, found 3"),
+            ("t,x,y,yaw\n1,2,3\n".into(), "line 2: expected 4 columns as in the first line, found 3"),
             ("1e18 0 0 0 0 0 0 1\n".into(), "expected a time in seconds"),
             ("# nothing\n".into(), "found no pose"),
         ];

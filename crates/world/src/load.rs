@@ -129,7 +129,7 @@ impl Map {
             line: None,
             reason: format!("expected a map as text in UTF-8 (TOML, YAML, SVG) or DXF, found {found}"),
         };
-        let title = stem(name);
+        let (title, bytes) = (stem(name), files::without_mark(bytes));
         let Import { plan, notes } = match Format::of(name, bytes) {
             Format::Dxf => read_dxf(name, title, bytes)?,
             Format::Picture => {
@@ -137,7 +137,6 @@ impl Map {
             }
             format => {
                 let text = std::str::from_utf8(bytes).map_err(|_| not_text("other data"))?;
-                let text = text.strip_prefix('\u{feff}').unwrap_or(text);
                 match format {
                     Format::Svg => read_svg(name, title, text)?,
                     Format::Yaml if is_grid(text) => read_grid(name, title, text, picture)?,

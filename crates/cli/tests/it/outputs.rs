@@ -56,6 +56,23 @@ fn recordings_that_are_there_are_replaced_on_demand_only() {
     assert!(workspace.refused(&["simulate", "still"]).contains("out/still.mcap"), "the usual name as well");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_stream_that_leads_to_a_file_is_written_to_and_not_replaced() {
+    let workspace = Workspace::new();
+    workspace.write("t.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
+    workspace.write("e.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
+    for stream in ["/dev/stdout", "/proc/self/fd/1"] {
+        let file = fs::File::create(workspace.path("both.txt")).unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_visloc"));
+        let command = command.args(["evaluate", "t.csv", "e.csv", "--as", "robot", "--json", stream]);
+        let status = command.current_dir(workspace.path("")).stdout(file).status().unwrap();
+        let text = workspace.read("both.txt");
+        assert!(status.success() && text.starts_with("2 frames in common"), "{text}");
+        assert!(text.contains("\"frames\": 2") && text.ends_with("}\n"), "{text}");
+    }
+}
+
 #[test]
 fn outputs_are_tried_before_the_run() {
     let workspace = Workspace::new();

@@ -47,7 +47,7 @@ pub(super) fn bag_files(path: &Path) -> Result<BagFiles, BagError> {
         return Ok(BagFiles { paths: vec![path.to_path_buf()], are_messages_packed: false });
     }
     let metadata = path.join("metadata.yaml");
-    if metadata.is_file() {
+    if files::is_there(&metadata) {
         let text = files::read_text(&metadata).map_err(|source| BagError::Io {
             path: metadata.clone(),
             action: "read it",
@@ -102,9 +102,9 @@ fn listed_files(folder: &Path, yaml: &str) -> Result<BagFiles, String> {
             ));
         }
         let above = folder.parent().map(|above| above.join(&name));
-        let above = above.filter(|file| version < NAMES_IN_FOLDER_VERSION && file.is_file());
+        let above = above.filter(|file| version < NAMES_IN_FOLDER_VERSION && files::is_there(file));
         let file = above.unwrap_or_else(|| folder.join(&name));
-        if !file.is_file() {
+        if !files::is_there(&file) {
             return Err(format!("it lists '{name}', which is not there"));
         }
         paths.push(file);

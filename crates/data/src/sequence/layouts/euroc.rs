@@ -8,7 +8,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_base::{CameraPose, CameraTrajectory, files};
 use visloc_geom::{CameraFrame, Rigid3};
 
 use super::{
@@ -32,7 +32,9 @@ pub(super) const LAYOUT: Layout = Layout {
 
 fn camera_folder(folder: &Path) -> Option<PathBuf> {
     let candidates = [folder.join("mav0/cam0"), folder.join("cam0")];
-    candidates.into_iter().find(|cam0| cam0.join("sensor.yaml").is_file() && cam0.join("data").is_dir())
+    candidates
+        .into_iter()
+        .find(|cam0| files::is_there(&cam0.join("sensor.yaml")) && cam0.join("data").is_dir())
 }
 
 fn read(folder: &Path) -> Result<Contents, SequenceError> {
@@ -41,7 +43,7 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
     contents.set_calibration(cam0.join("sensor.yaml"));
     let images = cam0.join("data");
     let list = cam0.join("data.csv");
-    if list.is_file() {
+    if files::is_there(&list) {
         read_list(&list, &images, parse_line, &mut contents)?;
     } else {
         for path in image_files(&images)? {

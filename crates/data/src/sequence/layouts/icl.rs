@@ -9,7 +9,7 @@
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
+use visloc_base::{CameraPose, CameraTrajectory, Timestamp, files};
 use visloc_geom::Rigid3;
 
 use super::{
@@ -27,7 +27,8 @@ pub(super) const LAYOUT: Layout = Layout {
     mark: "rgb/0.png and *.gt.freiburg or associations.txt",
     is_here: |folder| {
         let is_marked = file_ending(folder, ".gt.freiburg").is_some()
-            || (folder.join("associations.txt").is_file() && !folder.join("rgb.txt").is_file());
+            || (files::is_there(&folder.join("associations.txt"))
+                && !files::is_there(&folder.join("rgb.txt")));
         is_marked && folder.join("rgb").is_dir()
     },
     read,

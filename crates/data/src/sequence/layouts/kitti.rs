@@ -23,8 +23,8 @@ pub(super) const LAYOUT: Layout = Layout {
     name: "KITTI odometry",
     mark: "calib.txt and image_0/",
     is_here: |folder| {
-        folder.join("calib.txt").is_file()
-            && (image_folder(folder).is_some() || folder.join("poses.txt").is_file())
+        files::is_there(&folder.join("calib.txt"))
+            && (image_folder(folder).is_some() || files::is_there(&folder.join("poses.txt")))
     },
     read,
 };
@@ -37,8 +37,11 @@ fn image_folder(folder: &Path) -> Option<PathBuf> {
 }
 
 fn read(folder: &Path) -> Result<Contents, SequenceError> {
-    let mut contents =
-        if folder.join("rgb.txt").is_file() { (tum::LAYOUT.read)(folder)? } else { read_images(folder)? };
+    let mut contents = if files::is_there(&folder.join("rgb.txt")) {
+        (tum::LAYOUT.read)(folder)?
+    } else {
+        read_images(folder)?
+    };
     contents.set_calibration(folder.join("calib.txt"));
     if contents.truth.is_none()
         && let Some(file) = truth_file(folder)
@@ -55,7 +58,7 @@ fn read_images(folder: &Path) -> Result<Contents, SequenceError> {
         .ok_or_else(|| SequenceError::layout(folder, "expected a folder image_0, found none"))?;
     let paths = image_files(&images)?;
     let times = folder.join("times.txt");
-    let stamps = if times.is_file() {
+    let stamps = if files::is_there(&times) {
         read_times(&times)?
     } else {
         contents.warnings.push(format!("{}: not found; {RATE_HZ} images a second assumed", times.display()));

@@ -11,7 +11,7 @@ mod zurich;
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraTrajectory, SkippedInput};
+use visloc_base::{CameraTrajectory, SkippedInput, files};
 
 use super::{Calibration, ImageFile, SequenceError};
 
@@ -73,12 +73,12 @@ pub(super) static LAYOUTS: &[Layout] =
 
 /// The first of some files that exists.
 fn first_file(folder: &Path, names: &[&str]) -> Option<PathBuf> {
-    names.iter().map(|name| folder.join(name)).find(|path| path.is_file())
+    names.iter().map(|name| folder.join(name)).find(|path| files::is_there(path))
 }
 
 /// The first file of a folder, in alphabetical order, whose name ends so.
 fn file_ending(folder: &Path, ending: &str) -> Option<PathBuf> {
     let entries = std::fs::read_dir(folder).ok()?;
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    paths.filter(|path| path.is_file() && path.to_string_lossy().ends_with(ending)).min()
+    paths.filter(|path| path.to_string_lossy().ends_with(ending)).min()
 }

@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use visloc_base::files;
 use visloc_geom::Distortion;
 
 use super::{
@@ -24,7 +25,7 @@ pub(super) const LAYOUT: Layout = Layout {
     key: "tum",
     name: "TUM RGB-D",
     mark: "rgb.txt",
-    is_here: |folder| folder.join("rgb.txt").is_file(),
+    is_here: |folder| files::is_there(&folder.join("rgb.txt")),
     read,
 };
 
