@@ -92,7 +92,7 @@ impl Broadcast {
 
     /// Says something to those who watch, and to whoever runs the program.
     pub fn tell(&mut self, notice: &str) {
-        say::line!("note: {notice}");
+        say::note!("{notice}");
         if let Some(watched) = &mut self.watched {
             watched.notice = Some((notice.to_owned(), watched.watch.secs() + NOTICE_SECS));
         }
@@ -230,7 +230,7 @@ impl Recording {
 
 fn publish(address: SocketAddr, token: Option<String>) -> Result<Watched> {
     let watch = Stopwatch::start();
-    let (hub, commands) = Hub::new(Clock::new(move || watch.secs()), |line| say::line!("note: {line}"));
+    let (hub, commands) = Hub::new(Clock::new(move || watch.secs()), |line| say::note!("{line}"));
     let server = Server::start(address, token, Arc::clone(&hub))?;
     let token = server.token().map(|token| format!(" --token {token}")).unwrap_or_default();
     say::line!("Watch it with: visloc studio --connect {}{token}", server.address());

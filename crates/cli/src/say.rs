@@ -1,6 +1,7 @@
 //! Standard output. If nobody reads it any more (`visloc ... | head`), the run goes on to write its files.
 
 use std::{
+    borrow::Cow,
     fmt::Arguments,
     io::{self, Write},
 };
@@ -20,7 +21,39 @@ pub fn one_line(error: &anyhow::Error) -> String {
             line = line + separator + &cause;
         }
     }
-    visloc_settings::plain_words(&line.replace('\n', " "))
+    short(&with_short_numbers(&visloc_settings::plain_words(&line.replace('\n', " ")))).into_owned()
+}
+
+/// The text with numbers of hundreds of digits in their short form: 1e300.
+fn with_short_numbers(text: &str) -> String {
+    const MAX_DIGITS: usize = 25;
+    let is_part = |c: char| c.is_ascii_digit() || c == '.';
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let kind = is_part(first);
+        let end = rest.find(|c: char| is_part(c) != kind).unwrap_or(rest.len());
+        let (word, behind) = rest.split_at(end);
+        rest = behind;
+        match word.parse::<f64>() {
+            Ok(number) if word.len() > MAX_DIGITS => out += &format!("{number:e}"),
+            _ => out += word,
+        }
+    }
+    out
+}
+
+/// A message that may quote what a file holds, short enough to be read: its beginning says where, its end what to do.
+pub fn short(message: &str) -> Cow<'_, str> {
+    const START: usize = 500;
+    const END: usize = 300;
+    let num_letters = message.chars().count();
+    if num_letters <= START + END {
+        return Cow::Borrowed(message);
+    }
+    let start: String = message.chars().take(START).collect();
+    let end: String = message.chars().skip(num_letters - END).collect();
+    Cow::Owned(format!("{start} ... {end}"))
 }
 
 /// Prints a line, as `println!` but without a panic at a closed pipe.
@@ -29,17 +62,40 @@ macro_rules! line {
     ($($arg:tt)*) => { $crate::say::text(format_args!("{}\n", format_args!($($arg)*))) };
 }
 
-pub(crate) use line;
+/// Prints a line that begins with `note:`, for what the user should know although the run goes on.
+macro_rules! note {
+    ($($arg:tt)*) => { $crate::say::line!("note: {}", $crate::say::short(&format!($($arg)*))) };
+}
+
+pub(crate) use {line, note};
 
 #[cfg(test)]
 mod tests {
     use anyhow::anyhow;
 
-    use super::one_line;
+    use super::{one_line, short};
 
     #[test]
     fn a_quoted_cause_is_said_once() {
         let error = anyhow!("no such file").context("x.mcap: no such file").context("cannot start");
         assert_eq!(one_line(&error), "cannot start: x.mcap: no such file");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let error = anyhow!("a.toml: expected 0 to 1000, found {}; and 0.25 at 1700000000.033333333", 1e300);
+        assert_eq!(
+            one_line(&error),
+            "a.toml: expected 0 to 1000, found 1e300; and 0.25 at 1700000000.033333333"
+        );
+    }
+
+    #[test]
+    fn a_long_quotation_is_cut_in_the_middle() {
+        let error = anyhow!("a.toml: found '{}'; leave it out", "[".repeat(100_000));
+        let line = one_line(&error);
+        assert!(line.starts_with("a.toml: found '[[[") && line.ends_with("[[['; leave it out"), "{line}");
+        assert!(line.len() < 1000);
+        assert_eq!(short("\u{e9}".repeat(800).as_str()).chars().count(), 800);
     }
 }

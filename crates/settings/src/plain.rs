@@ -44,6 +44,14 @@ pub fn plain_words(message: &str) -> String {
             text = replaced;
         }
     }
+    // What the parser of YAML says, without a word of what it found.
+    for (name, meaning) in TYPES {
+        if let Some((before, after)) = text.split_once(&format!("invalid {name}"))
+            && !after.starts_with(|c: char| c.is_ascii_alphanumeric())
+        {
+            text = format!("{before}expected {meaning}{after}");
+        }
+    }
     text
 }
 

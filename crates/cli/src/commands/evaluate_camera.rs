@@ -106,8 +106,8 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
 fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
     let CameraTrajectoryFile { trajectory, format, skipped } = read_camera_trajectory_file(path)?;
     if let Some(first) = skipped.first() {
-        say::line!(
-            "note: {} poses with repeated or earlier times; the first: {}: {}",
+        say::note!(
+            "{} poses with repeated or earlier times; the first: {}: {}",
             skipped.len(),
             first.origin,
             first.reason

@@ -46,7 +46,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     prepare(&args.source)?;
     let source = open_source(&args.source, args.map.as_deref(), &options)?;
-    source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    source.warnings.iter().for_each(|warning| say::note!("{warning}"));
     let settings = RunnerSettings {
         algorithm: &args.algorithm,
         algorithm_toml: algorithm_toml.as_deref(),

@@ -26,4 +26,4 @@ mod studio;
 mod study;
 
 pub use execute::execute;
-pub use settings::topic_options;
+pub use settings::{from_toml, topic_options};

@@ -71,7 +71,11 @@ pub fn slam_config(args: &SlamParametersArgs) -> Result<SlamConfig> {
     Ok(config)
 }
 
-fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
+/// Settings of a file, laid over the usual ones.
+///
+/// # Errors
+/// If the file cannot be read or has a mistake; the error names file and line.
+pub fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
     let text = read_text(path)?;
     overlay(&T::default(), &text).map_err(|SettingsError { line, reason }| {
         let line = line.map(|line| format!(", line {line}")).unwrap_or_default();

@@ -31,7 +31,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
     let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
     for warning in &warnings {
-        say::line!("note: {warning}");
+        say::note!("{warning}");
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;

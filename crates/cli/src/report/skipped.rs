@@ -3,6 +3,8 @@
 use serde::Serialize;
 use visloc_base::{SkippedInput, Timestamp};
 
+use crate::say;
+
 /// Inputs that could not be used, grouped by where they came from.
 #[derive(Debug, Clone, Serialize, Default)]
 pub struct SkippedReport {
@@ -48,7 +50,11 @@ impl SkippedReport {
     pub fn lines(&self) -> Vec<String> {
         let line = |group: &SkippedGroup| {
             let at = group.first_at_s.map(|secs| format!(" at {secs:.3} s")).unwrap_or_default();
-            format!("left out {} of {}; the first{at}: {}", group.count, group.origin, group.first_reason)
+            let line = format!(
+                "left out {} of {}; the first{at}: {}",
+                group.count, group.origin, group.first_reason
+            );
+            say::short(&line).into_owned()
         };
         self.groups.iter().map(line).collect()
     }

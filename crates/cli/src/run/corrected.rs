@@ -1,10 +1,10 @@
 //! Frames with another mounting of the camera or other odometry than the recording says.
 
 use anyhow::{Context, Result};
-use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame, files};
+use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
-use crate::args::CorrectionArgs;
+use crate::{args::CorrectionArgs, commands::from_toml};
 
 /// A source whose frames are corrected.
 struct CorrectedFrames {
@@ -56,9 +56,7 @@ pub fn with_correction(inner: Box<dyn FrameSource>, robot: RobotCorrection) -> B
 /// If the file cannot be read or has impossible values.
 pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
     let Some(path) = &args.robot else { return Ok(RobotCorrection::default()) };
-    let place = || path.display().to_string();
-    let text = files::read_text(path).with_context(place)?;
-    let robot: RobotCorrection = toml::from_str(&text).with_context(place)?;
-    robot.check().with_context(place)?;
+    let robot: RobotCorrection = from_toml(path)?;
+    robot.check().with_context(|| path.display().to_string())?;
     Ok(robot)
 }

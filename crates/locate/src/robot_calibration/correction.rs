@@ -1,11 +1,12 @@
 //! Corrections of what a robot reports.
 
 use nalgebra::{Rotation3, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_geom::{CameraFrame, PlanarPose, Rigid3, Robot};
 
 /// What to change of what a robot reports. A file names only what differs from nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RobotCorrection {
     /// Of the camera's pose on the robot.
@@ -15,7 +16,7 @@ pub struct RobotCorrection {
 }
 
 /// Where the camera really is, seen from where the robot reports it.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MountCorrection {
     /// It looks so much farther down, degrees.
@@ -27,7 +28,7 @@ pub struct MountCorrection {
 }
 
 /// How the reported odometry becomes the real motion.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OdometryCorrection {
     /// Factors of the reported motion ahead, to the left, and of the reported turn.
