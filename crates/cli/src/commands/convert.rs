@@ -42,15 +42,18 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
     }
     writer.finish()?;
     progress.clear();
-    say::line!("{}: {num_messages} messages", out.display());
-    strange.iter().for_each(|note| say::line!("note: {note}"));
+    if num_messages > 0 {
+        say::line!("{}: {num_messages} messages", out.display());
+    }
+    strange.iter().for_each(|note| say::note!("{note}"));
     if messages.num_attachments() > 0 {
-        say::line!("note: {} attachments are left out; only messages are copied", messages.num_attachments());
+        say::note!("{} attachments are left out; only messages are copied", messages.num_attachments());
     }
     if let Some(first) = first_damage {
         say::line!("left out {num_damaged} damaged parts; the first at {}: {}", first.origin(), first.reason);
     }
     match end {
+        Some(end) if num_messages == 0 => Err(anyhow!("{}: {}", end.origin(), end.reason)),
         Some(end) => {
             Err(anyhow!("{}: {} (the {num_messages} messages before are written)", end.origin(), end.reason))
         }

@@ -42,7 +42,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     options.usual.max_frames = args.frames.map(|frames| (frames as usize).saturating_mul(stride));
     prepare(&args.source)?;
     let OpenPictures { mut pictures, calibration, warnings } = open_pictures(&args.source, &options, host())?;
-    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
     let calibration = match &options.camera {
         Some(path) => Some((read_calibration(path)?, path.clone())),
         None => calibration,
@@ -70,9 +70,12 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     }
     progress.clear();
     let num_images = folder.finish()?;
-    say::line!("{}: {num_images} images", args.out.display());
+    if num_images > 0 {
+        say::line!("{}: {num_images} images", args.out.display());
+    }
     SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
     match error {
+        Some(error) if num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {num_images} images before are written)")),
         None if num_images == 0 && !host().is_stopped() => bail!("{}: no image came", args.source),
         None => Ok(()),
@@ -83,7 +86,8 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
 struct Folder {
     path: PathBuf,
     format: ExtractFormat,
-    list: files::NewFile,
+    /// Made with the first image: of a source that gives none no folder is left.
+    list: Option<files::NewFile>,
     num_images: usize,
     last_at: Option<Timestamp>,
 }
@@ -99,24 +103,32 @@ impl Folder {
         if has_entries {
             bail!("{}: expected a new or empty folder, so that nothing is lost or mixed", path.display());
         }
-        fs::create_dir_all(path.join("rgb")).with_context(in_folder)?;
-        let mut list = files::NewFile::create(&path.join("rgb.txt")).with_context(in_folder)?;
-        writeln!(list, "# seconds file").with_context(in_folder)?;
-        Ok(Self { path: path.into(), format, list, num_images: 0, last_at: None })
+        Ok(Self { path: path.into(), format, list: None, num_images: 0, last_at: None })
+    }
+
+    /// Appends a line to the list of images.
+    fn list(&mut self, line: &str) -> std::io::Result<()> {
+        let list = match &mut self.list {
+            Some(list) => list,
+            empty => {
+                let mut list = files::NewFile::create(&self.path.join("rgb.txt"))?;
+                writeln!(list, "# seconds file")?;
+                empty.insert(list)
+            }
+        };
+        writeln!(list, "{line}")
     }
 
     /// Writes the calibration, if there is one.
     fn add_camera(&self, picture: &Picture, calibration: Option<&(Calibration, PathBuf)>) -> Result<()> {
         let Some((calibration, from)) = calibration else {
-            say::line!(
-                "note: the calibration is not known, so there is no camera.yaml; --camera FILE gives one"
-            );
+            say::note!("the calibration is not known, so there is no camera.yaml; --camera FILE gives one");
             return Ok(());
         };
         let size_px = (picture.image.width(), picture.image.height());
         let mut warnings = Vec::new();
         let camera = fit_calibration(calibration, size_px, from, &mut warnings)?;
-        warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+        warnings.iter().for_each(|warning| say::note!("{warning}"));
         let mut head = String::from("Calibration of the images beside it, by visloc extract.");
         let _ = write!(head, " From: {}", from.display());
         let text = write_camera(&camera, CameraFormat::Ros, &head).map_err(|reason| anyhow!(reason))?;
@@ -147,15 +159,15 @@ impl Folder {
         let name = format!("rgb/{}.{ending}", picture.at);
         let path = self.path.join(&name);
         files::write(&path, bytes).with_context(|| path.display().to_string())?;
-        writeln!(self.list, "{} {name}", picture.at).with_context(|| self.path.display().to_string())?;
+        self.list(&format!("{} {name}", picture.at)).with_context(|| self.path.display().to_string())?;
         self.num_images += 1;
         Ok(())
     }
 
     /// Completes the list. How many images it has.
     fn finish(self) -> Result<usize> {
-        let path = self.path.join("rgb.txt");
-        self.list.finish().with_context(|| path.display().to_string())?;
+        let finished = self.list.map_or(Ok(()), files::NewFile::finish);
+        finished.with_context(|| self.path.join("rgb.txt").display().to_string())?;
         Ok(self.num_images)
     }
 }

@@ -90,7 +90,7 @@ fn is_copied(args: &RecordArgs) -> Result<bool> {
 }
 
 fn warn(warnings: &[String]) {
-    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
 }
 
 fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
@@ -98,9 +98,12 @@ fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
         0 => String::new(),
         number => format!(", {number} dropped while others were written"),
     };
-    say::line!("{}: {} images{dropped}", args.out.display(), recorded.num_images);
+    if recorded.num_images > 0 {
+        say::line!("{}: {} images{dropped}", args.out.display(), recorded.num_images);
+    }
     recorded.skipped.lines().iter().for_each(|line| say::line!("{line}"));
     match recorded.error {
+        Some(error) if recorded.num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {} images before are written)", recorded.num_images)),
         None if recorded.num_images == 0 && !host().is_stopped() => bail!("{}: no image came", args.source),
         None => Ok(()),

@@ -125,6 +125,9 @@ fn export(source: &Path, target: &Path) -> Result<()> {
     }
     file.finish()?;
     say::line!("{}: {} frames", target.display(), num_written);
+    if let Some(damage) = index.damage().filter(|_| !host().is_stopped()) {
+        bail!("{}: {damage} (the {num_written} frames before are written)", source.display());
+    }
     Ok(())
 }
 

@@ -19,10 +19,12 @@ use crate::bag::{BagError, BagMessage, Channel, TopicInfo, messages::to_cdr, sch
 const PART_SECS: f64 = 0.5;
 const PART_BYTES: usize = 1 << 20;
 
-/// Writes messages to an MCAP file and makes a channel for each topic when it is first used.
+/// Writes messages to an MCAP file and makes a channel for each topic when it is first used. The file is made for the first of them:
+/// of a source that gives nothing no recording is left, and an earlier one of that name stays.
 pub(super) struct ChannelWriter {
     path: PathBuf,
-    writer: Writer<BufWriter<File>>,
+    options: WriteOptions,
+    writer: Option<Writer<BufWriter<File>>>,
     channels: Vec<(u16, TopicInfo)>,
     /// Channels of messages that are copied, by where they stand in memory.
     copied: BTreeMap<usize, (u16, Arc<Channel>)>,
@@ -37,17 +39,14 @@ pub(super) struct ChannelWriter {
 }
 
 impl ChannelWriter {
-    /// Starts a file; one that is there is replaced.
-    pub(super) fn create(path: PathBuf, options: WriteOptions) -> Result<Self, BagError> {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| File::create(&path));
-        let file = file.map_err(|source| BagError::Io { path: path.clone(), action: "create it", source })?;
+    /// For a file; one that is there is replaced when the first message comes.
+    pub(super) fn new(path: PathBuf, options: WriteOptions) -> Self {
         // Parts are gathered in memory, so that each comes to the file as a whole.
         let options = options.chunk_size(None).disable_seeking(true);
-        let writer = options.create(BufWriter::new(file)).map_err(|error| write_error(&path, &error))?;
-        Ok(Self {
+        Self {
             path,
-            writer,
+            options,
+            writer: None,
             channels: Vec::new(),
             copied: BTreeMap::new(),
             qos: BTreeMap::new(),
@@ -55,6 +54,23 @@ impl ChannelWriter {
             span: None,
             part: None,
             completed_at: None,
+        }
+    }
+
+    /// The file, made now if it is not there yet.
+    fn writer(&mut self) -> Result<&mut Writer<BufWriter<File>>, BagError> {
+        if self.writer.is_none() {
+            let path = &self.path;
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| File::create(path));
+            let file =
+                file.map_err(|source| BagError::Io { path: path.clone(), action: "create it", source })?;
+            let writer = self.options.clone().create(BufWriter::new(file));
+            self.writer = Some(writer.map_err(|error| write_error(path, &error))?);
+        }
+        self.writer.as_mut().ok_or_else(|| BagError::Write {
+            path: self.path.clone(),
+            reason: "expected a file, found none".into(),
         })
     }
 
@@ -87,7 +103,7 @@ impl ChannelWriter {
                 *id
             }
             None => {
-                let added = self.writer.add_channel(0, topic, encoding, &BTreeMap::new());
+                let added = self.writer()?.add_channel(0, topic, encoding, &BTreeMap::new());
                 let id = added.map_err(|error| write_error(&self.path, &error))?;
                 self.channels.push((
                     id,
@@ -132,14 +148,15 @@ impl ChannelWriter {
 
     fn add_channel_like(&mut self, channel: &Channel) -> Result<u16, BagError> {
         let has_schema = !channel.type_name.is_empty() || !channel.schema.is_empty();
+        let writer = self.writer()?;
         let schema = if has_schema {
-            self.writer.add_schema(&channel.type_name, &channel.schema_encoding, &channel.schema)
+            writer.add_schema(&channel.type_name, &channel.schema_encoding, &channel.schema)
         } else {
             Ok(0)
         };
         let id = schema
             .and_then(|schema| {
-                self.writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
+                writer.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata)
             })
             .map_err(|error| write_error(&self.path, &error))?;
         if self.channels.iter().all(|(known, _)| *known != id) {
@@ -169,7 +186,7 @@ impl ChannelWriter {
         self.part = Some((since, num_bytes + data.len()));
         let (first, last) = self.span.unwrap_or((at, at));
         self.span = Some((first.min(at), last.max(at)));
-        self.writer.write_to_known_channel(header, data).map_err(|error| write_error(&self.path, &error))
+        self.writer()?.write_to_known_channel(header, data).map_err(|error| write_error(&self.path, &error))
     }
 
     /// Completes a part if it is time, for messages that come seldom. To be called when all messages of a moment are written.
@@ -182,12 +199,14 @@ impl ChannelWriter {
 
     fn complete_part(&mut self, at: Timestamp) -> Result<(), BagError> {
         (self.part, self.completed_at) = (None, Some(at));
-        self.writer.flush().map_err(|error| write_error(&self.path, &error))
+        let flushed = self.writer.as_mut().map_or(Ok(()), Writer::flush);
+        flushed.map_err(|error| write_error(&self.path, &error))
     }
 
-    /// Completes the file.
-    pub(super) fn finish(&mut self) -> Result<(), BagError> {
-        self.writer.finish().map(|_| ()).map_err(|error| write_error(&self.path, &error))
+    /// Completes the file. Whether there is one.
+    pub(super) fn finish(&mut self) -> Result<bool, BagError> {
+        let Some(writer) = &mut self.writer else { return Ok(false) };
+        writer.finish().map(|_| true).map_err(|error| write_error(&self.path, &error))
     }
 
     pub(super) fn path(&self) -> &PathBuf {
@@ -218,12 +237,12 @@ impl ChannelWriter {
             return Ok(*id);
         }
         let definition = schemas::definition(type_name).unwrap_or_default();
-        let id = self
-            .writer
+        let writer = self.writer()?;
+        let id = writer
             .add_schema(type_name, "ros2msg", definition.as_bytes())
             .and_then(|schema| {
                 let metadata = [("offered_qos_profiles".to_string(), String::new())].into();
-                self.writer.add_channel(schema, topic, "cdr", &metadata)
+                writer.add_channel(schema, topic, "cdr", &metadata)
             })
             .map_err(|error| write_error(&self.path, &error))?;
         let info = TopicInfo {

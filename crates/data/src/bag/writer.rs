@@ -1,9 +1,6 @@
 //! Writes frames as a recording.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
@@ -80,10 +77,10 @@ pub struct BagWriter {
 
 impl BagWriter {
     /// Starts a recording. A path that ends in `.mcap` becomes that file, any other a folder with `metadata.yaml`.
-    /// A file that is there is replaced.
+    /// It is made, and a file that is there replaced, when the first message comes.
     ///
     /// # Errors
-    /// If the file or folder cannot be made.
+    /// If nothing can be written there.
     pub fn create(path: impl AsRef<Path>, topics: BagTopics) -> Result<Self, BagError> {
         Self::create_with(path, topics, BagWriterOptions::default())
     }
@@ -91,7 +88,7 @@ impl BagWriter {
     /// As [`BagWriter::create`], with choices.
     ///
     /// # Errors
-    /// If the file or folder cannot be made.
+    /// If nothing can be written there.
     pub fn create_with(
         path: impl AsRef<Path>,
         topics: BagTopics,
@@ -101,11 +98,6 @@ impl BagWriter {
         if path.extension().is_some_and(|extension| extension == "mcap") {
             return Self::create_file(path, topics, options);
         }
-        fs::create_dir_all(path).map_err(|source| BagError::Io {
-            path: path.to_path_buf(),
-            action: "make the folder",
-            source,
-        })?;
         let name = path.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
         let writer = Self::create_file(&path.join(format!("{name}_0.mcap")), topics, options)?;
         Ok(Self { folder: Some(path.to_path_buf()), ..writer })
@@ -114,8 +106,13 @@ impl BagWriter {
     /// As [`BagWriter::create_with`], one file whatever its name ends in.
     ///
     /// # Errors
-    /// If the file cannot be made.
+    /// If nothing can be written there.
     pub fn create_file(path: &Path, topics: BagTopics, options: BagWriterOptions) -> Result<Self, BagError> {
+        files::try_file(path).map_err(|source| BagError::Io {
+            path: path.to_path_buf(),
+            action: "create it",
+            source,
+        })?;
         let compression = match options.chunk_compression {
             ChunkCompression::None => None,
             ChunkCompression::Zstd => Some(Compression::Zstd),
@@ -126,7 +123,7 @@ impl BagWriter {
             .library("visloc")
             .compression(compression)
             .use_chunks(options.has_chunks);
-        let channels = ChannelWriter::create(path.to_path_buf(), write_options)?;
+        let channels = ChannelWriter::new(path.to_path_buf(), write_options);
         Ok(Self { folder: None, topics, options, channels })
     }
 
@@ -243,13 +240,14 @@ impl BagWriter {
         self.channels.copy(message)
     }
 
-    /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read.
+    /// Completes the file, and the folder's `metadata.yaml`. Without it the file lacks its index but can be read. Where no message
+    /// came, nothing is left.
     ///
     /// # Errors
     /// If the rest cannot be written.
     pub fn finish(mut self) -> Result<(), BagError> {
-        self.channels.finish()?;
-        let Some(folder) = &self.folder else { return Ok(()) };
+        let has_file = self.channels.finish()?;
+        let Some(folder) = self.folder.as_ref().filter(|_| has_file) else { return Ok(()) };
         let (start_nanos, duration_nanos) = self.channels.span_nanos();
         let topics = self.channels.topics();
         let file_name = self.channels.path().file_name().unwrap_or_default().to_string_lossy();

@@ -45,6 +45,21 @@ fn a_folder_gets_its_metadata_and_is_read_by_it() {
 }
 
 #[test]
+fn without_a_message_nothing_is_left_and_an_earlier_recording_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let create = |name: &str| BagWriter::create(folder.path().join(name), BagTopics::default());
+    std::fs::write(folder.path().join("earlier.mcap"), "kept").unwrap();
+    for name in ["new.mcap", "walk", "earlier.mcap"] {
+        create(name).unwrap().finish().unwrap();
+        drop(create(name).unwrap());
+    }
+    let names = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert_eq!(names.collect::<Vec<_>>(), ["earlier.mcap"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("earlier.mcap")).unwrap(), "kept");
+    assert!(create("earlier.mcap/below.mcap").is_err(), "told before the first message");
+}
+
+#[test]
 fn parts_that_a_frame_lacks_are_not_made_up() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bare.mcap");

@@ -10,7 +10,7 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_base::{Frame, GrayImage, Truth};
+use visloc_base::{Frame, GrayImage, Truth, files};
 use visloc_data::{
     bag::{
         BagTopics,
@@ -93,6 +93,7 @@ pub struct RecordingIndex {
     path: PathBuf,
     file: BufReader<File>,
     entries: Vec<Entry>,
+    damage: Option<String>,
 }
 
 impl RecordingIndex {
@@ -102,7 +103,7 @@ impl RecordingIndex {
     /// If it cannot be read, is no recording of visloc, or has no frame.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let read = |reason: String| RecordingError::Read { path: path.to_path_buf(), reason };
-        let file = File::open(path).map_err(|error| read(error.to_string()))?;
+        let file = files::open(path).map_err(|error| read(error.to_string()))?;
         let num_bytes = file.metadata().map_err(|error| read(error.to_string()))?.len();
         let mut walk = Walk::new(BufReader::new(file), num_bytes);
         if !walk.has_magic() {
@@ -116,7 +117,14 @@ impl RecordingIndex {
             };
             return Err(read(reason.to_owned()));
         }
-        Ok(Self { path: path.to_path_buf(), file: walk.file, entries: walk.entries })
+        let damage = walk.damage();
+        Ok(Self { path: path.to_path_buf(), file: walk.file, entries: walk.entries, damage })
+    }
+
+    /// Where and how the recording is damaged, if it is; what lies behind is left out.
+    #[must_use]
+    pub fn damage(&self) -> Option<&str> {
+        self.damage.as_deref()
     }
 
     /// How many frames it has; at least one.
@@ -239,6 +247,7 @@ struct Walk {
     picture: Option<Place>,
     entries: Vec<Entry>,
     has_chunks: bool,
+    has_data_end: bool,
 }
 
 impl Walk {
@@ -256,6 +265,7 @@ impl Walk {
             picture: None,
             entries: Vec::new(),
             has_chunks: false,
+            has_data_end: false,
         }
     }
 
@@ -278,7 +288,10 @@ impl Walk {
             return false;
         };
         let is_good = match opcode {
-            OP_DATA_END => return false,
+            OP_DATA_END => {
+                self.has_data_end = true;
+                return false;
+            }
             OP_CHANNEL => self.channel(length).is_some(),
             OP_MESSAGE => self.message(length).is_some(),
             OP_CHUNK => {
@@ -290,6 +303,20 @@ impl Walk {
         let offset = i64::try_from(end.saturating_sub(self.at)).unwrap_or(i64::MAX);
         self.at = end;
         is_good && self.file.seek_relative(offset).is_ok()
+    }
+
+    /// What is wrong at the place where the walk ended, if that is not the end of the recording.
+    fn damage(&mut self) -> Option<String> {
+        let mut mark = [0; MAGIC.len()];
+        let end = SeekFrom::End(-(MAGIC.len() as i64));
+        let has_mark =
+            self.file.seek(end).and_then(|_| self.file.read_exact(&mut mark)).is_ok() && mark == MAGIC;
+        (!self.has_data_end || !has_mark).then(|| {
+            format!(
+                "byte {}: expected more records and the end mark of MCAP, found none (was the recording cut off?)",
+                self.at
+            )
+        })
     }
 
     fn channel(&mut self, length: u64) -> Option<()> {

@@ -57,7 +57,8 @@ impl Replay {
     pub fn open(path: &Path, id: &str, scenes: Value) -> Result<Self, StudioError> {
         let mut index = RecordingIndex::open(path)?;
         let rows = rows_of(&mut index)?;
-        let label = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let damage = index.damage().map_or("", |_| " (incomplete)");
+        let label = path.file_name().map(|name| name.to_string_lossy().into_owned() + damage);
         // Settings of another version are told when somebody wants to compute with them.
         let draft = Draft::of_scene(&index.scene(0)?.header);
         Ok(Self {

@@ -80,6 +80,10 @@ impl Tape {
     pub fn stop(&mut self) -> Result<Option<PathBuf>, RecordingError> {
         let Some(Running { recorder, .. }) = self.running.take() else { return Ok(None) };
         let path = (recorder.num_updates() > 0).then(|| recorder.path().to_path_buf());
+        if path.is_none() {
+            // The name was reserved with an empty file.
+            let _ = std::fs::remove_file(recorder.path());
+        }
         recorder.finish()?;
         Ok(path)
     }

@@ -289,7 +289,12 @@ impl Records {
                 self.file.seek(SeekFrom::Start(self.position))?;
                 self.read_magic()?;
                 self.is_done = true;
-                Ok(None)
+                match self.file_bytes - self.position {
+                    0 => Ok(None),
+                    more => {
+                        Err(Stop::Damage(format!("expected the end of the file, found {more} more bytes")))
+                    }
+                }
             }
             _ => {
                 self.num_attachments += usize::from(opcode == op::ATTACHMENT);
@@ -396,6 +401,8 @@ impl Records {
         let is_behind_end = self.position >= self.file_bytes;
         let was_in_chunk = self.chunk.is_some();
         let is_checksum = matches!(&stop, Stop::Damage(reason) if reason.starts_with("checksum"));
+        // Only what does not belong to the recording any more is wrong then.
+        let is_complete = self.is_done;
         let goes_on = (was_in_chunk && !is_behind_end && self.leave_chunk().is_ok()) || is_checksum;
         self.is_done = !goes_on;
         let (place, reason) = match stop {
@@ -417,7 +424,7 @@ impl Records {
             path: self.path.clone(),
             place: format!("byte {place}"),
             reason,
-            is_recoverable: goes_on,
+            is_recoverable: goes_on || is_complete,
         }
     }
 }

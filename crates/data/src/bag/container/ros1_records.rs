@@ -95,6 +95,10 @@ pub(super) fn read_header(input: &mut impl Read) -> io::Result<Option<(Fields, u
     let mut header = Vec::new();
     read_bytes(input, num_bytes, &mut header)?;
     let fields = Fields::parse(&header).map_err(wrong)?;
+    if fields.get("op").is_none() {
+        // Such as zeros, which the system puts where a computer that crashed had not written yet.
+        return Err(wrong("expected a record with a field 'op', found a header without".into()));
+    }
     let mut data_bytes = [0; 4];
     input.read_exact(&mut data_bytes)?;
     Ok(Some((fields, u32::from_le_bytes(data_bytes))))

@@ -6,6 +6,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     fmt::Write as _,
+    io::Read as _,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -31,6 +32,8 @@ pub(super) struct SqliteFile {
     /// The last of the keys that were looked up.
     last: Option<(i64, i64)>,
     order: Order,
+    /// What is wrong with the size of the file, until it is told.
+    size_fault: Option<String>,
     is_done: bool,
 }
 
@@ -79,12 +82,17 @@ impl SqliteFile {
             channels: channels.into_iter().map(|(id, channel)| (id, Arc::new(channel))).collect(),
             keys: VecDeque::new(),
             last: None,
+            size_fault: size_fault(path),
             order: if has_index { Order::Time } else { Order::Number },
             is_done: false,
         })
     }
 
     pub(super) fn next_message(&mut self) -> Option<Result<BagMessage, DamagedBag>> {
+        if let Some(reason) = self.size_fault.take() {
+            let (path, place) = (self.path.clone(), "its size".into());
+            return Some(Err(DamagedBag { path, place, reason, is_recoverable: true }));
+        }
         while !self.is_done {
             let Some(key) = self.keys.pop_front() else {
                 if let Err(error) = self.look_ahead() {
@@ -195,6 +203,27 @@ fn open(path: &Path) -> Result<Connection, BagError> {
     } else {
         Err(unreadable(path, "found a database without the tables 'topics' and 'messages'"))
     }
+}
+
+/// Whether the file has as many bytes as its head says. SQLite itself finds out only where it reads a page that is missing.
+///
+/// Source: the database file format, section 1.3.
+fn size_fault(path: &Path) -> Option<String> {
+    const HEAD_BYTES: u64 = 100;
+    let file = files::open(path).ok()?;
+    let found = file.metadata().ok()?.len();
+    let mut head = Vec::new();
+    file.take(HEAD_BYTES).read_to_end(&mut head).ok()?;
+    let number = |at: usize| head.get(at..at + 4)?.try_into().ok().map(u32::from_be_bytes);
+    let page_bytes = match number(16)? >> 16 {
+        1 => 65536,
+        bytes => u64::from(bytes),
+    };
+    // Programs before 2010 do not keep the number of pages up to date.
+    let is_known = number(24)? == number(92)?;
+    let expected = page_bytes * u64::from(number(28)?);
+    (is_known && expected > 0 && expected != found)
+        .then(|| format!("expected a file of {expected} bytes, found {found} (was the recording cut off?)"))
 }
 
 /// A file as SQLite wants it to be named, so that it is taken as one that nobody changes.
