@@ -45,9 +45,10 @@ struct Input {
 /// # Errors
 /// If image, map or camera cannot be read.
 pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String> {
-    let pixels = read_gray_image(image)?;
+    let place = || image.display().to_string();
+    let pixels = read_gray_image(image).with_context(place)?;
     let size_px = (u32::try_from(pixels.width())?, u32::try_from(pixels.height())?);
-    let bytes = files::read(image, MAX_IMAGE_BYTES).with_context(|| image.display().to_string())?;
+    let bytes = files::read(image, MAX_IMAGE_BYTES).with_context(place)?;
     let kind = if bytes.starts_with(&[0x89, b'P', b'N', b'G']) { "png" } else { "jpeg" };
     let camera = match start.camera {
         Some(path) => read_camera(path)?,

@@ -36,8 +36,9 @@ pub fn find_boards(board: &Board, images: &[NamedImage]) -> Result<Detected> {
     };
     let outcomes: Vec<Outcome> = images.par_iter().map(look).collect();
     let Some(size) = usual_size(outcomes.iter().flatten().map(|(size, _)| *size)) else {
-        let reason = outcomes.into_iter().find_map(Result::err).unwrap_or_default();
-        bail!("expected images, found none that can be read; the first: {reason}");
+        let first = images.iter().zip(outcomes).find_map(|(image, outcome)| Some((image, outcome.err()?)));
+        let first = first.map(|(image, reason)| format!("; {}: {reason}", image.origin()));
+        bail!("expected images, found none that can be read{}", first.unwrap_or_default());
     };
     let side = |v: usize| u32::try_from(v).unwrap_or(u32::MAX);
     let mut detected = Detected { size_px: (side(size.0), side(size.1)), ..Detected::default() };

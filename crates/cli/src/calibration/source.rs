@@ -35,6 +35,14 @@ enum Pixels {
 }
 
 impl NamedImage {
+    /// Where it comes from, for errors.
+    pub fn origin(&self) -> String {
+        match &self.pixels {
+            Pixels::File(path) => path.display().to_string(),
+            Pixels::Kept(_) => self.name.clone(),
+        }
+    }
+
     /// Reads it.
     ///
     /// # Errors
@@ -96,7 +104,7 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
     }
     let OpenPictures { mut pictures, warnings, .. } =
         open_pictures(source, &SourceOptions::default(), host())?;
-    warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
     let progress = Progress::new(pictures.num_pictures());
     let mut images: Vec<NamedImage> = Vec::new();
     let mut last: Option<Timestamp> = None;
@@ -104,7 +112,7 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
         let picture = match pictures.next_picture() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
-                say::line!("note: {broken} (the {} pictures before are used)", images.len());
+                say::note!("{broken} (the {} pictures before are used)", images.len());
                 break;
             }
             None => break,

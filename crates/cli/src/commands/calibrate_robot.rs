@@ -1,6 +1,6 @@
 //! `visloc calibrate-robot`: mounting and odometry from a drive on a known map.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_locate::{
     StartPrior, feature_model,
@@ -75,7 +75,8 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
     while passes < args.passes as usize {
         let (map, record) = one_pass(args, &correction)?;
         let mut model = feature_model(&map, &pipeline_config(None)?)?;
-        let (mount, odometry) = (solve_mount(&record, model.as_mut())?, solve_odometry(&record)?);
+        let mount = solve_mount(&record, model.as_mut()).with_context(|| args.source.to_string())?;
+        let odometry = solve_odometry(&record).with_context(|| args.source.to_string())?;
         passes += 1;
         correction.camera.pitch_down_deg += mount.correction.pitch_down_deg;
         correction.camera.roll_clockwise_deg += mount.correction.roll_clockwise_deg;
@@ -132,7 +133,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         say::line!("{line}");
     }
     if let Some(error) = outcome.error {
-        say::line!("note: {error} (the {} frames before are used)", outcome.num_frames);
+        say::note!("{error} (the {} frames before are used)", outcome.num_frames);
     }
     Ok((source.map, collector.record))
 }

@@ -34,7 +34,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
         let all = open_images(source)?;
         let step = all.len().div_ceil(MAX_IMAGES);
         for image in all.iter().step_by(step) {
-            images.push(image.read().with_context(|| image.name.clone())?);
+            images.push(image.read().with_context(|| image.origin())?);
         }
     }
     let check = check_camera(&camera, &images);

@@ -26,7 +26,7 @@ use crate::{
         SlamStudyArgs,
     },
     host::{host, stop_at_signals},
-    report::save_json,
+    report::{SkippedReport, save_json},
     run::{Progress, Saving},
     say,
     stopwatch::{Stopwatch, thread_cpu_secs},
@@ -84,6 +84,8 @@ fn slam(study: SlamStudy, args: &SlamStudyArgs) -> Result<()> {
     let mut settings = SlamSettings::new(study, &names(&args.sequences));
     settings.max_frames = args.frames.map_or(usize::MAX, |frames| frames as usize);
     let experiment = SlamExperiment::new(settings, args.runs, Clock::new(thread_cpu_secs))?;
+    experiment.warnings().iter().for_each(|warning| say::note!("{warning}"));
+    SkippedReport::new(experiment.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
     conduct(&experiment, &args.common, SlamExperiment::report)
 }
 

@@ -39,6 +39,8 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
     if args.all_pixels {
         config.analysis.filters.random_discard = false;
     }
+    let place =
+        || args.pipeline.as_ref().map_or("cannot start".to_owned(), |path| path.display().to_string());
     let rng = RngTree::new(args.seed.value()).subtree("pipeline", 0);
     let (mut eye, frame) = match &args.view {
         Some(pose) => {
@@ -51,11 +53,11 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
             let pose = PlanarPose::new(x_m, y_m, yaw_deg.to_radians());
             let view = View { pan_deg: args.pan, tilt_deg: args.tilt, ..View::new(map, pose) };
             let image = SimulatedView::take(&view, args.seed.value())?;
-            (Eye::new(&image.map, &config, rng)?, image.source)
+            (Eye::new(&image.map, &config, rng).with_context(place)?, image.source)
         }
         None => {
             let mut source = open(args)?;
-            let mut eye = Eye::new(&source.1, &config, rng)?;
+            let mut eye = Eye::new(&source.1, &config, rng).with_context(place)?;
             // The analysis follows the light from frame to frame.
             let frame = frame_at(source.0.as_mut(), args.at, |next| eye.look(&next.frame).map(|_| ()))?;
             (eye, frame)
@@ -71,7 +73,7 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
 fn open(args: &LikelihoodArgs) -> Result<(Box<dyn FrameSource>, Map)> {
     let bag = args.bag.as_deref().context("expected a bag or --view")?;
     let source = open_source(bag, args.map.as_deref(), &options(args)?)?;
-    source.warnings.iter().for_each(|warning| say::line!("note: {warning}"));
+    source.warnings.iter().for_each(|warning| say::note!("{warning}"));
     Ok((source.frames, source.map))
 }
 

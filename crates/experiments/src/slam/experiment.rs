@@ -1,12 +1,12 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_base::{RngTree, SkippedInput};
 use visloc_slam::{Clock, SlamConfig};
 
 use super::{
     follow::{SlamRunRecord, follow},
-    sequence::{open, short_name},
+    sequence::{SlamSequence, open, short_name},
 };
 use crate::{Cell, Experiment, ExperimentError};
 
@@ -98,6 +98,8 @@ pub struct SlamExperiment {
     settings: SlamSettings,
     cells: Vec<Cell>,
     clock: Clock,
+    warnings: Vec<String>,
+    skipped: Vec<SkippedInput>,
 }
 
 impl SlamExperiment {
@@ -107,15 +109,29 @@ impl SlamExperiment {
     /// If a sequence cannot be opened or a configuration does not exist.
     pub fn new(settings: SlamSettings, num_runs: u64, clock: Clock) -> Result<Self, ExperimentError> {
         let setup = |reason| ExperimentError::Setup { reason };
-        let mut cells = Vec::new();
+        let (mut cells, mut warnings, mut skipped) = (Vec::new(), Vec::new(), Vec::new());
         for sequence in &settings.sequences {
-            open(sequence, 1).map_err(setup)?;
+            let first = open(sequence, settings.max_frames).map_err(setup)?;
+            warnings.extend(first.warnings);
+            skipped.extend_from_slice(first.images.skipped());
             for name in &settings.configurations {
                 configuration(name).map_err(setup)?;
                 cells.push(Cell { label: format!("{}, {name}", short_name(sequence)), num_runs });
             }
         }
-        Ok(Self { settings, cells, clock })
+        Ok(Self { settings, cells, clock, warnings, skipped })
+    }
+
+    /// What the user should know of the sequences.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Lines of the sequences' lists that cannot be used.
+    #[must_use]
+    pub fn skipped(&self) -> &[SkippedInput] {
+        &self.skipped
     }
 
     /// Sequence and configuration of a cell.
@@ -149,8 +165,9 @@ impl Experiment for SlamExperiment {
         let (sequence, name) = self.parts(cell);
         let refused = |reason| ExperimentError::Run { cell: self.cells[cell].label.clone(), run, reason };
         let config = configuration(name).map_err(refused)?;
-        let (mut source, truth) = open(sequence, self.settings.max_frames).map_err(refused)?;
+        let SlamSequence { mut images, truth, .. } =
+            open(sequence, self.settings.max_frames).map_err(refused)?;
         let seed = seeds.stream_seed("slam", run);
-        follow(source.as_mut(), truth.as_ref(), &config, seed, self.clock).map_err(refused)
+        follow(images.as_mut(), truth.as_ref(), &config, seed, self.clock).map_err(refused)
     }
 }

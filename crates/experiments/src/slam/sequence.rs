@@ -2,26 +2,36 @@
 
 use std::path::Path;
 
-use visloc_base::{CameraTrajectory, ImageSource};
+use visloc_base::{CameraTrajectory, ImageSource, files};
 use visloc_data::sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence};
 use visloc_sim::CameraTour;
 
+/// A sequence that is ready to be followed.
+pub(super) struct SlamSequence {
+    pub images: Box<dyn ImageSource>,
+    pub truth: Option<CameraTrajectory>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
 /// Opens a folder or `sim:NAME`, at most so many images of it. A simulated sequence is the same in all runs.
-pub(super) fn open(
-    name: &str,
-    max_frames: usize,
-) -> Result<(Box<dyn ImageSource>, Option<CameraTrajectory>), String> {
+pub(super) fn open(name: &str, max_frames: usize) -> Result<SlamSequence, String> {
     if let Some(tour) = name.strip_prefix("sim:") {
         let tour = CameraTour::new(tour, 1).map_err(|error| error.to_string())?;
         let tour = tour.with_frames(0, max_frames, 1);
         let truth = tour.truth();
-        return Ok((Box::new(tour), Some(truth)));
+        return Ok(SlamSequence { images: Box::new(tour), truth: Some(truth), warnings: Vec::new() });
     }
     let range = SequenceRange { end: Some(Bound::Frame(max_frames)), ..SequenceRange::default() };
     let options = SequenceOptions { range, ..SequenceOptions::default() };
-    let Sequence { images, truth, .. } =
+    let Sequence { images, truth, mut warnings, .. } =
         open_sequence(Path::new(name), &options).map_err(|error| error.to_string())?;
-    Ok((Box::new(images), truth))
+    let missing: Vec<_> = images.files().iter().filter(|image| !files::is_there(&image.path)).collect();
+    if let Some(first) = missing.first() {
+        let (num, all, path) = (missing.len(), images.files().len(), first.path.display());
+        warnings.push(format!("{name}: {num} of {all} images are not there and left out; the first: {path}"));
+    }
+    Ok(SlamSequence { images: Box::new(images), truth, warnings })
 }
 
 /// What a sequence is called in tables: the last part of its path.

@@ -51,7 +51,10 @@ fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
 }
 
 fn list(folder: &Path, options: &SequenceOptions) -> Result<OpenPictures, SourcesError> {
-    let Listing { images, calibration, skipped, warnings, .. } = list_sequence(folder, options)?;
+    let Listing { images, calibration, skipped, mut warnings, .. } = list_sequence(folder, options)?;
+    if let Err(error) = &calibration {
+        warnings.push(format!("no calibration: {error}"));
+    }
     let pictures = Box::new(FilePictures::new(images, skipped));
     Ok(OpenPictures { pictures, calibration: calibration.ok(), warnings })
 }
