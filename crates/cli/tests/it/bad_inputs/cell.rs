@@ -31,16 +31,26 @@ pub fn all_cells() -> Vec<Cell> {
         for kind in slot.kinds {
             for damage in Damage::ALL {
                 let Some(verdict) = verdict(*kind, damage) else { continue };
-                let verdict = match (slot.good, verdict) {
-                    (Good::Endless, verdict) if verdict != Verdict::Refused => continue,
-                    (Good::TooSmall, _) => Verdict::Refused,
-                    (_, verdict) => verdict,
-                };
+                let Some(verdict) = for_slot(slot, *kind, damage, verdict) else { continue };
                 cells.push(Cell { slot, kind: *kind, damage, verdict });
             }
         }
     }
     cells
+}
+
+/// What a command makes of a damage; `None` if it is not tried.
+fn for_slot(slot: &Slot, kind: Kind, damage: Damage, verdict: Verdict) -> Option<Verdict> {
+    use Damage::{Half, Huge, LastByte, Middle};
+    Some(match (slot.good, verdict) {
+        (Good::Endless, verdict) if verdict != Verdict::Refused => return None,
+        (Good::TooSmall, verdict) if verdict != Verdict::Refused => Verdict::TooSmall,
+        // Nobody asked for what is behind the damage.
+        (Good::Beginning, _) if matches!(damage, Half | LastByte | Middle | Huge) => Verdict::Fine,
+        // Images are copied without a calibration, too.
+        (Good::NoCamera, _) if kind == Kind::TumCamera && verdict != Verdict::Fine => Verdict::Told,
+        (_, verdict) => verdict,
+    })
 }
 
 impl Cell {

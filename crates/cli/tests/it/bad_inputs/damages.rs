@@ -120,6 +120,8 @@ pub enum Verdict {
     Told,
     /// It is as good as any.
     Fine,
+    /// It is as good as any, but too small for the command: an error that names it or the source that it is for.
+    TooSmall,
 }
 
 /// What is to become of a kind with a damage; `None` if it cannot have it.
@@ -147,7 +149,10 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
         // Where it is told as text it cannot be named.
         D::ForeignName => Fine,
         // In a folder something else may be found in its place.
+        D::Missing if matches!(kind, Kind::Tum | Kind::Euroc | Kind::BagMetadata) => Fine,
         D::Missing if is_part && kind != Kind::Images => Told,
+        // The recording is followed by what does not belong to it.
+        D::Huge if nature == Messages => Told,
         D::Missing | D::LongName | D::Folder | D::Device | D::Pipe | D::LinkLoop | D::Huge => Refused,
         D::NoFolder => return None,
         // A table that says nothing changes nothing.
@@ -162,6 +167,9 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
         D::Half if nature == Lines => Told,
         // What JPEG decoders make of missing bytes in the middle cannot be told from a picture.
         D::Middle if kind == Kind::Jpeg => return None,
+        // What is left of a list or a table may be a whole one.
+        D::Middle if matches!(kind, Kind::Tum | Kind::Kitti) => Told,
+        D::Middle if matches!(kind, Kind::Euroc | Kind::PosesTable | Kind::CameraRos) => return None,
         D::Half | D::Middle if nature == Table => return None,
         D::Half | D::Middle => Refused,
         // The line break, or a checksum behind the last pixel.
@@ -170,6 +178,8 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
         D::LastByte => Fine,
         D::HugeNumbers | D::NotANumber if !is_text || is_json => return None,
         D::HugeNumbers if kind == Kind::BagMetadata => return None,
+        // It is in a matrix that does not matter for one camera.
+        D::NotANumber if kind == Kind::CameraRos => Fine,
         D::NotANumber if matches!(kind, Kind::BagMetadata | Kind::Topics) => return None,
         D::HugeNumbers if kind == Kind::Topics => return None,
         D::HugeNumbers | D::NotANumber if nature == Lines => Told,

@@ -2,11 +2,16 @@
 
 use std::{fs, path::Path};
 
+use serde_json::json;
 use visloc_base::RgbImage;
 use visloc_data::{
     bag::BagWriterOptions,
     camera_file::{CameraFormat, read_camera, write_camera},
     image_codec::{encode_jpeg, encode_png},
+};
+use visloc_experiments::{
+    Experiment,
+    symmetry::{SymmetryExperiment, SymmetryPart},
 };
 
 use crate::{parsers, support::Workspace};
@@ -97,7 +102,8 @@ impl Input {
 const CAMERA: &str = "model = \"radial-tangential\"\nsize_px = [48, 36]\nfocal_px = [39.5, 39.5]\ncenter_px = [23.5, 17.5]\n\
                       distortion = [-0.2, 0.05, 0.0008, -0.0006, 0.0]\n";
 const TUM_CAMERA: &str = "width: 48\nheight: 36\nfx: 39.5\nfy: 39.5\ncx: 23.5\ncy: 17.5\n";
-const TRUTH: &str = "1.0 0 0 0 0 0 0 1\n1.1 0.1 0 0 0 0 0 1\n1.2 0.2 0 0 0 0 0 1\n1.3 0.3 0 0 0 0 0 1\n";
+const TRUTH: &str =
+    "1.0 0 0 0 0 0 0 1\n1.1 0.1 0 0 0 0 0 1\n1.2 0.2 0.1 0 0 0 0 1\n1.3 0.2 0.3 0.1 0 0 0 1\n";
 
 impl Kind {
     /// How it stands damage.
@@ -166,11 +172,8 @@ impl Kind {
             Self::PosesKitti => Input::one("input.txt", KITTI),
             Self::PosesEuroc => Input::one("input.csv", EUROC_POSES),
             Self::Scenario => Input::one("input.toml", SCENARIO),
-            Self::Algorithm => Input::one(
-                "input.toml",
-                "num_exploiters = 40\nnum_explorers = 40\n[motion]\nnoise_m_per_m = 0.5\n",
-            ),
-            Self::Pipeline => Input::one("input.toml", "[lift]\nmin_secs = 0.5\n"),
+            Self::Algorithm => Input::one("input.toml", "num_exploiters = 40\n[evidence]\ndeadband = 0.02\n"),
+            Self::Pipeline => Input::one("input.toml", "[lift]\nmin_unloaded_secs = 0.5\n"),
             Self::Slam => {
                 Input::one("input.toml", "[tracking]\nmin_matches = 20\n[mapping]\nlost_ratio = 0.5\n")
             }
@@ -178,12 +181,15 @@ impl Kind {
                 "input.toml",
                 "image = \"/camera/image/compressed\"\nodometry = \"/odom\"\nbase_frame = \"base_footprint\"\n",
             ),
-            Self::Robot => Input::one("input.toml", "[mount]\ntilt_rad = 0.01\n[odometry]\nscale = 1.01\n"),
+            Self::Robot => Input::one(
+                "input.toml",
+                "[camera]\npitch_down_deg = 0.5\n[odometry]\nscale = [1.01, 1.0, 1.0]\n",
+            ),
             Self::Recording => Input::one("input.mcap", recording()),
             Self::Experiment => Input {
                 name: "input",
                 files: vec![
-                    ("input/experiment.json", EXPERIMENT.into()),
+                    ("input/experiment.json", manifest().into()),
                     ("input/records.jsonl", Vec::new()),
                 ],
             },
@@ -191,10 +197,14 @@ impl Kind {
     }
 }
 
-const KITTI: &str = "1 0 0 0.5 0 1 0 0 0 0 1 2\n1 0 0 0.6 0 1 0 0 0 0 1 2\n1 0 0 0.7 0 1 0 0 0 0 1 2\n";
-const EUROC_POSES: &str = "#t,x,y,z,qw,qx,qy,qz\n1000000000,0,0,0,1,0,0,0\n1100000000,0.1,0,0,1,0,0,0\n1200000000,0.2,0,0,1,0,0,0\n";
+const KITTI: &str = "1 0 0 0.5 0 1 0 0 0 0 1 2\n1 0 0 0.6 0 1 0 0.1 0 0 1 2\n1 0 0 0.6 0 1 0 0.3 0 0 1 3\n";
+const EUROC_POSES: &str = "#t,x,y,z,qw,qx,qy,qz\n1000000000,0,0,0,1,0,0,0\n1100000000,0.1,0,0,1,0,0,0\n1200000000,0.2,0.1,0,1,0,0,0\n1300000000,0.2,0.3,0.1,1,0,0,0\n";
 const SCENARIO: &str = "map = \"robocup-spl-2010\"\nduration_secs = 2.0\nframes_per_sec = 10.0\n[start]\nx_m = 0.5\ny_m = 0.2\nyaw_deg = 30.0\n";
-const EXPERIMENT: &str = r#"{ "experiment": "symmetry", "seed": 1, "settings": {} }"#;
+
+fn manifest() -> String {
+    let experiment = SymmetryExperiment::new(SymmetryPart::Published, 1);
+    json!({ "experiment": experiment.name(), "seed": 1, "settings": experiment.settings() }).to_string()
+}
 
 fn seed(parser: &str, number: usize) -> Vec<u8> {
     let parser = parsers::PARSERS.iter().find(|known| known.name == parser).unwrap();
@@ -323,6 +333,7 @@ pub fn write_good_files(folder: &Path) {
     write("camera.toml", CAMERA.as_bytes());
     write("robot.tum", TRUTH.as_bytes());
     write("camera.tum", TRUTH.as_bytes());
+    write("camera.kitti", KITTI.as_bytes());
     write("image.png", &png(0));
     write("labels.png", &encode_png(&labels()).unwrap());
     // Hands on its input as it is.

@@ -181,13 +181,15 @@ impl Outcome {
         }
         match (cell.verdict, code) {
             (Verdict::Fine | Verdict::Told, 0) => self.silent(cell.verdict),
-            (Verdict::Refused | Verdict::Kept, 0) => Some("a silent success".to_owned()),
+            (Verdict::Refused | Verdict::Kept | Verdict::TooSmall, 0) => Some("a silent success".to_owned()),
             // A name that is no text cannot be told in words.
             (_, 2) => {
                 (cell.damage != Damage::ForeignName).then(|| "bad usage, but it is bad input".to_owned())
             }
             (Verdict::Fine, _) => Some("refused".to_owned()),
-            (Verdict::Refused, _) if !self.written.is_empty() => Some(format!("leaves {:?}", self.written)),
+            (Verdict::Refused | Verdict::TooSmall, _) if !self.written.is_empty() => {
+                Some(format!("leaves {:?}", self.written))
+            }
             _ => self.bad_sentence(cell),
         }
     }
@@ -208,8 +210,11 @@ impl Outcome {
         let [line] = lines[..] else { return Some(format!("{} lines of errors", lines.len())) };
         let Some(error) = line.strip_prefix("error: ") else { return Some("no error".to_owned()) };
         let names = cell.kind.good();
-        let is_named =
-            error.contains(names.name) || error.contains("input") || error.contains(names.main().0);
+        let is_source = cell.verdict == Verdict::TooSmall && error.contains("bag.mcap");
+        let is_named = error.contains(names.name)
+            || error.contains("input")
+            || error.contains(names.main().0)
+            || is_source;
         if !is_named && cell.damage != Damage::OddName {
             return Some("does not name the input".to_owned());
         }

@@ -22,6 +22,10 @@ pub struct Slot {
 pub enum Good {
     /// It comes to its end.
     Done,
+    /// It comes to its end, and needs nothing but the beginning.
+    Beginning,
+    /// It comes to its end, and needs no camera for that.
+    NoCamera,
     /// It refuses it, because the good inputs here are too small for it.
     TooSmall,
     /// It goes on until it is interrupted, so only inputs that are refused are tried.
@@ -32,7 +36,7 @@ const CAMERA_FILES: &[Kind] = &[CameraToml, CameraRos, CameraKalibr, CameraOpenC
 const PLANS: &[Kind] = &[WallList, Grid, GridPicture, Svg, Dxf];
 const MAPS: &[Kind] = &[MapField, MapOffice, WallList, Grid, GridPicture, Svg, Dxf];
 const ROBOT_SOURCES: &[Kind] = &[Bag, BagFolder, BagMetadata, BagSqlite, BagRos1];
-const CAMERA_SOURCES: &[Kind] = &[Tum, TumCamera, TumTruth, Euroc, Kitti, Video, Bag, BagSqlite, BagRos1];
+const CAMERA_SOURCES: &[Kind] = &[Tum, TumCamera, TumTruth, Euroc, Kitti, Bag, BagSqlite, BagRos1];
 
 const fn slot(
     command: &'static str,
@@ -50,6 +54,24 @@ const fn small(
     kinds: &'static [Kind],
 ) -> Slot {
     Slot { command, argument, words, kinds, good: Good::TooSmall }
+}
+
+const fn beginning(
+    command: &'static str,
+    argument: &'static str,
+    words: &'static str,
+    kinds: &'static [Kind],
+) -> Slot {
+    Slot { command, argument, words, kinds, good: Good::Beginning }
+}
+
+const fn without_camera(
+    command: &'static str,
+    argument: &'static str,
+    words: &'static str,
+    kinds: &'static [Kind],
+) -> Slot {
+    Slot { command, argument, words, kinds, good: Good::NoCamera }
 }
 
 const fn endless(
@@ -94,8 +116,9 @@ pub const SLOTS: &[Slot] = &[
         "slam",
         "SOURCE",
         "{} --camera @camera.toml --ffmpeg @ffmpeg --json out/r.json --trajectory out/t.tum",
-        &[Video, Bag],
+        &[Video],
     ),
+    slot("slam", "SOURCE", "{} --camera @camera.toml --json out/r.json --trajectory out/t.tum", &[Bag]),
     slot(
         "slam",
         "SOURCE",
@@ -105,13 +128,15 @@ pub const SLOTS: &[Slot] = &[
     slot("slam", "--config", "@tum --config {} --json out/r.json", &[Slam]),
     slot("slam", "--camera", "@tum --camera {} --json out/r.json", CAMERA_FILES),
     slot("slam", "--topics", "@bag.mcap --topics {} --end 1", &[Topics]),
-    slot("extract", "SOURCE", "{} --ffmpeg @ffmpeg --out out/images", CAMERA_SOURCES),
+    slot("extract", "SOURCE", "{} --ffmpeg @ffmpeg --out out/images", &[Video]),
+    without_camera("extract", "SOURCE", "{} --out out/images", CAMERA_SOURCES),
     slot("extract", "--camera", "@tum --camera {} --out out/images", &[CameraToml, CameraKalibr]),
     slot("extract", "--topics", "@bag.mcap --topics {} --frames 1 --out out/images", &[Topics]),
-    slot("record", "SOURCE", "{} --ffmpeg @ffmpeg --out out/copy.mcap", CAMERA_SOURCES),
+    slot("record", "SOURCE", "{} --ffmpeg @ffmpeg --out out/copy.mcap", &[Video]),
+    without_camera("record", "SOURCE", "{} --out out/copy.mcap", CAMERA_SOURCES),
     slot("record", "--camera", "@tum --camera {} --out out/copy.mcap", &[CameraToml, CameraKalibr]),
     slot("record", "--topics", "@bag.mcap --topics {} --frames 1 --out out/copy.mcap", &[Topics]),
-    slot(
+    beginning(
         "likelihood",
         "SOURCE",
         "{} --at 0.1 --map robocup-spl-2010 --step 0.5 --out out",
@@ -137,12 +162,8 @@ pub const SLOTS: &[Slot] = &[
         &[Topics],
     ),
     slot("evaluate", "TRUTH", "{} @robot.tum --as robot --json out/e.json", &[PosesTum, PosesTable]),
-    slot(
-        "evaluate",
-        "ESTIMATE",
-        "@camera.tum {} --as camera --json out/e.json",
-        &[PosesTum, PosesKitti, PosesEuroc],
-    ),
+    slot("evaluate", "ESTIMATE", "@camera.tum {} --as camera --json out/e.json", &[PosesTum, PosesEuroc]),
+    slot("evaluate", "ESTIMATE", "@camera.kitti {} --as camera --json out/e.json", &[PosesKitti]),
     slot("evaluate", "--map", "@robot.tum @robot.tum --map {} --plots out", &[MapField]),
     slot("map check", "NAME|FILE", "{} --plots out", MAPS),
     slot("map import", "FILE", "{}", PLANS),
