@@ -37,6 +37,23 @@ fn an_svg_names_walls_and_doors_by_group_class_or_color() {
 }
 
 #[test]
+fn filled_walls_may_share_a_side() {
+    let wall = |x: f64, y: f64, width: f64, height: f64| {
+        format!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"black\"/>")
+    };
+    let walls = [
+        wall(0.0, 0.0, 10.0, 0.2),
+        wall(0.0, 4.8, 10.0, 0.2),
+        wall(0.0, 0.2, 0.2, 4.6),
+        wall(9.8, 0.2, 0.2, 4.6),
+    ];
+    let text = format!("<svg xmlns=\"http://www.w3.org/2000/svg\">{}</svg>", walls.concat());
+    let office = office("rect.svg", read_svg("rect.svg", "rect", &text));
+    assert_eq!(office.plan().walls.len(), 8, "outside and inside");
+    assert!(office.free_space().contains(5.0, -2.5));
+}
+
+#[test]
 fn svg_errors_name_the_element() {
     let error = |from: &str, to: &str| {
         assert!(SVG.contains(from), "{from}");

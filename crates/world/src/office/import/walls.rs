@@ -26,7 +26,10 @@ pub(super) fn faces_of(solids: &[Solid]) -> Result<(Vec<Piece>, Vec<Piece>), Str
         // Contours around an area go counterclockwise from here on, holes the other way.
         shapes.extend(solid.contours.simplify_shape(rule));
     }
-    let contours: Vec<Vec<[f64; 2]>> = shapes.into_iter().flatten().collect();
+    // Rounded, so that shapes that share a side in the drawing have the very same one.
+    let rounded_contour =
+        |contour: Vec<[f64; 2]>| contour.into_iter().map(|point| point.map(rounded)).collect();
+    let contours: Vec<Vec<[f64; 2]>> = shapes.into_iter().flatten().map(rounded_contour).collect();
     if contours.is_empty() {
         return Ok((Vec::new(), Vec::new()));
     }
