@@ -11,12 +11,15 @@ pub mod likelihood;
 pub mod markov;
 pub mod office;
 pub mod positions;
+mod published;
 pub mod robocup;
 pub mod slam;
 pub mod studies;
 pub mod symmetry;
 
+pub(crate) use framework::{mean, number, quantile, sorted};
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
     Table, merge, run, run_until,
 };
+pub use published::{PublishedTable, published_tables};

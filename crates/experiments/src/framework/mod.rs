@@ -7,6 +7,7 @@ mod report;
 mod results;
 mod runner;
 mod shard;
+mod statistics;
 mod store;
 mod table;
 
@@ -17,5 +18,6 @@ pub use report::Report;
 pub use results::Results;
 pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until};
 pub use shard::Shard;
+pub(crate) use statistics::{mean, number, quantile, sorted};
 pub use store::Manifest;
 pub use table::Table;

@@ -1,7 +1,7 @@
 //! From records to a report.
 
 use super::{KidnapExperiment, KidnapRecord, pictures};
-use crate::{Experiment, ExperimentError, Report, Results, Table};
+use crate::{Experiment, ExperimentError, Report, Results, Table, quantile};
 
 /// What the best known programs reach, from their own code in the same world with 500 particles: recovered of 100, median
 /// iterations.
@@ -34,10 +34,10 @@ impl KidnapExperiment {
                 contender.num_individuals.to_string(),
                 records.len().to_string(),
                 recovered.len().to_string(),
-                text(quantile(&recovered, 50)),
-                text(quantile(&recovered, 90)),
+                text(quantile(&recovered, 0.5)),
+                text(quantile(&recovered, 0.9)),
                 right.len().to_string(),
-                text(quantile(&right, 50)),
+                text(quantile(&right, 0.5)),
             ]);
             cells.push(serde_json::json!({
                 "algorithm": contender.label,
@@ -45,10 +45,10 @@ impl KidnapExperiment {
                 "runs": records.len(),
                 "runs_not_converged_before": num_not_converged,
                 "recovered": recovered.len(),
-                "median_iterations": quantile(&recovered, 50),
-                "p90_iterations": quantile(&recovered, 90),
+                "median_iterations": quantile(&recovered, 0.5),
+                "p90_iterations": quantile(&recovered, 0.9),
                 "answer_right": right.len(),
-                "answer_right_median_iterations": quantile(&right, 50),
+                "answer_right_median_iterations": quantile(&right, 0.5),
             }));
         }
         for (label, recovered, median) in PEERS {
@@ -79,22 +79,4 @@ fn sorted(values: impl Iterator<Item = u32>) -> Vec<u32> {
     let mut values: Vec<u32> = values.collect();
     values.sort_unstable();
     values
-}
-
-/// Smallest value that at least so many percent of the sorted values do not exceed.
-fn quantile(sorted: &[u32], percent: usize) -> Option<u32> {
-    let rank = (sorted.len() * percent).div_ceil(100).max(1);
-    sorted.get(rank - 1).copied()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_by_hand() {
-        let values: Vec<u32> = (1..=10).collect();
-        assert_eq!((quantile(&values, 50), quantile(&values, 90)), (Some(5), Some(9)));
-        assert_eq!((quantile(&[7], 50), quantile(&[], 50)), (Some(7), None));
-    }
 }

@@ -1,5 +1,7 @@
 //! The cells of the experiment.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 use visloc_base::RngTree;
 use visloc_locate::markov::{CaseTables, Outcomes, Remedy, ViewDensities, ViewLikelihoods};
@@ -17,15 +19,19 @@ use crate::{Cell, Experiment, ExperimentError};
 const SOFT_SHARE: f64 = 0.03;
 
 /// What decides the records.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MarkovSettings {
     /// Captures in each state from which the tables are learned anew (source: section 4.2, 50). None: the tables that
     /// come with the program, learned in the same way.
     pub captures: Option<Captures>,
+    /// A recording with truth on a field with the published goals, from which the tables are learned instead; states that it
+    /// does not show keep what comes with the program.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<PathBuf>,
 }
 
 /// Captures in the simulator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Captures {
     /// How many in each state.
     pub per_state: u64,
@@ -82,15 +88,16 @@ impl MarkovExperiment {
     /// runs; the documents have one walk each and do not say how many goalkeepers.
     ///
     /// # Errors
-    /// If the field cannot be built or the tables cannot be read.
+    /// If the field cannot be built, or the tables or the recording cannot be read.
     pub fn new(settings: MarkovSettings, num_runs: u64) -> Result<Self, ExperimentError> {
         let stage = Stage::new()?;
-        let learned = match settings.captures {
-            Some(captures) => {
+        let learned = match (&settings.recording, settings.captures) {
+            (Some(recording), _) => Learned::from_recording(&stage, recording)?,
+            (None, Some(captures)) => {
                 let seeds = RngTree::new(captures.seed).subtree("markov-tables", 0);
                 Learned::from_captures(&stage, captures.per_state, &seeds)?
             }
-            None => Learned::shipped()?,
+            (None, None) => Learned::shipped()?,
         };
         let tasks = tasks();
         let cells = tasks.iter().map(|task| Cell { label: label(task), num_runs }).collect();
@@ -101,6 +108,11 @@ impl MarkovExperiment {
     #[must_use]
     pub fn learned_tables(&self) -> &CaseTables {
         &self.learned.cases
+    }
+
+    /// Where the tables are from, if not from the program's own captures.
+    pub(super) fn origin_of_tables(&self) -> Option<&str> {
+        self.learned.origin.as_deref()
     }
 
     /// What the same captures teach without cases.

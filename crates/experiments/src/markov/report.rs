@@ -1,6 +1,7 @@
 //! What was found, beside what was published.
 
 use serde_json::{Value, json};
+use visloc_locate::markov::{Action, NUM_CASES, Outcomes};
 
 use super::{
     experiment::{MarkovExperiment, MarkovRecord, Reading, Task},
@@ -9,18 +10,35 @@ use super::{
     pictures,
     walk::{NUM_STEPS, WalkRecord},
 };
-use crate::{Experiment, Report, Results, Table};
+use crate::{Experiment, Report, Results, Table, number, quantile, sorted};
 
 /// The instant from which on the published run is localized.
 const PUBLISHED_LOCALIZED_AT: usize = 4;
+/// States of the published parts of the observation tables.
+const PUBLISHED_STATES: [usize; 5] = [0, 1, 2, 3, 16];
 
 impl MarkovExperiment {
+    /// All tables.
+    #[must_use]
+    pub fn tables(&self, results: &Results<MarkovRecord>) -> Vec<Table> {
+        let learned = self.learned_tables();
+        let tables = [
+            self.walk_table(results).0,
+            self.keeper_table(results).0,
+            self.goalless_table(results).0,
+            action_table(),
+            case_table("sizes", "size of the goal", |state| learned.size(state)),
+            case_table("centroids", "sector of the goal's middle", |state| learned.centroid(state)),
+        ];
+        tables.into_iter().map(|table| table.beside_published("markov")).collect()
+    }
+
     /// Tables, numbers and pictures of the runs that are there.
     #[must_use]
     pub fn report(&self, results: &Results<MarkovRecord>, seed: u64) -> Report {
-        let (walks, walks_json) = self.walk_table(results);
-        let (keepers, keepers_json) = self.keeper_table(results);
-        let (goalless, goalless_json) = self.goalless_table(results);
+        let walks_json = self.walk_table(results).1;
+        let keepers_json = self.keeper_table(results).1;
+        let goalless_json = self.goalless_table(results).1;
         let missing = results.num_missing();
         let runs = results.num_runs() - missing;
         let mut notes = vec![
@@ -36,12 +54,13 @@ impl MarkovExperiment {
              way across the field."
                 .to_owned(),
         ];
+        notes.extend(self.origin_of_tables().map(str::to_owned));
         if missing > 0 {
             notes.push(format!("{missing} runs are still missing."));
         }
         Report {
             heading: format!("Markov localization on a grid: {runs} runs, seed {seed}"),
-            tables: vec![walks, keepers, goalless],
+            tables: self.tables(results),
             notes,
             json: json!({
                 "experiment": self.name(), "seed": seed, "settings": self.settings(),
@@ -78,7 +97,7 @@ impl MarkovExperiment {
     fn walk_table(&self, results: &Results<MarkovRecord>) -> (Table, Value) {
         let mut table = Table::new(
             "walks",
-            "Walk along the right edge: share of runs that are localized in the right state",
+            "Walk along the right edge: whether the published run is localized | share of runs here in the right state",
             &[
                 "instant",
                 "state",
@@ -86,7 +105,6 @@ impl MarkovExperiment {
                 "images, as published",
                 "odometry",
                 "densities",
-                "published (one run)",
             ],
         );
         let columns = [Reading::Published, Reading::Odometry, Reading::Densities].map(Task::Images);
@@ -96,10 +114,9 @@ impl MarkovExperiment {
             columns.each_ref().map(|walks| percent(walks.iter().filter(|w| holds(w)).count(), walks.len()))
         };
         let mut rows = Vec::new();
-        let mut push = |name: String, state: String, shares: [f64; 4], published: bool| {
+        let mut push = |name: String, state: String, shares: [f64; 4]| {
             let mut row = vec![name.clone(), state];
             row.extend(shares.map(whole));
-            row.push(yes_no(published).to_owned());
             table.push(row);
             let [synthetic, as_published, odometry, densities] = shares;
             rows.push(json!({
@@ -108,13 +125,12 @@ impl MarkovExperiment {
             }));
         };
         for t in 0..=NUM_STEPS {
-            let is_published = t >= PUBLISHED_LOCALIZED_AT;
-            push(format!("t = {t}"), (32 * t).to_string(), shares(&|w| w.is_right_at(t)), is_published);
+            push(format!("t = {t}"), (32 * t).to_string(), shares(&|w| w.is_right_at(t)));
         }
         let by_four = shares(&|walk| (0..=PUBLISHED_LOCALIZED_AT).any(|t| walk.is_right_at(t)));
-        push(format!("found by t = {PUBLISHED_LOCALIZED_AT}"), String::new(), by_four, true);
+        push(format!("found by t = {PUBLISHED_LOCALIZED_AT}"), String::new(), by_four);
         let for_good = shares(&|walk| walk.right_from().is_some_and(|t| t <= PUBLISHED_LOCALIZED_AT));
-        push(format!("always from t = {PUBLISHED_LOCALIZED_AT} on"), String::new(), for_good, true);
+        push(format!("always from t = {PUBLISHED_LOCALIZED_AT} on"), String::new(), for_good);
         let json = Value::Array(rows);
         (table, json)
     }
@@ -122,21 +138,17 @@ impl MarkovExperiment {
     fn keeper_table(&self, results: &Results<MarkovRecord>) -> (Table, Value) {
         let mut table = Table::new(
             "goalkeeper",
-            "Goalkeeper from the side line to its goal: final error in mm (published: 150 to 350, inside the tile)",
+            "Goalkeeper from the side line to its goal: final error in mm: published | here",
             &["robot", "runs", "in tile", "arrived", "5 %", "median", "95 %", "heading median", "actions"],
         );
         let mut rows = Vec::new();
         for (name, keeper) in [("published", Keeper::Published), ("corrected", Keeper::Corrected)] {
             let records = self.keepers(results, keeper);
-            let sorted = |value: fn(&GoalkeeperRecord) -> f64| {
-                let mut values: Vec<f64> = records.iter().map(|record| value(record)).collect();
-                values.sort_by(f64::total_cmp);
-                values
-            };
-            let errors = sorted(|record| record.error_m * 1000.0);
-            let headings = sorted(|record| record.heading_error_rad.to_degrees());
+            let of = |value: fn(&GoalkeeperRecord) -> f64| sorted(records.iter().map(|record| value(record)));
+            let errors = of(|record| record.error_m * 1000.0);
+            let headings = of(|record| record.heading_error_rad.to_degrees());
             #[allow(clippy::cast_precision_loss)]
-            let actions = sorted(|record| record.num_actions as f64);
+            let actions = of(|record| record.num_actions as f64);
             let in_tile = percent(records.iter().filter(|r| r.is_in_tile).count(), records.len());
             let arrived = percent(records.iter().filter(|r| r.has_arrived).count(), records.len());
             let [low, middle, high] = [0.05, 0.5, 0.95].map(|share| quantile(&errors, share));
@@ -145,11 +157,11 @@ impl MarkovExperiment {
                 format!("{}", records.len()),
                 whole(in_tile),
                 whole(arrived),
-                number(low),
-                number(middle),
-                number(high),
-                format!("{} deg", number(quantile(&headings, 0.5))),
-                number(quantile(&actions, 0.5)),
+                number(low, 0),
+                number(middle, 0),
+                number(high, 0),
+                format!("{} deg", number(quantile(&headings, 0.5), 0)),
+                number(quantile(&actions, 0.5), 0),
             ]);
             rows.push(json!({
                 "robot": name, "runs": records.len(), "in_tile_percent": in_tile, "arrived_percent": arrived,
@@ -222,13 +234,30 @@ fn whole(percent: f64) -> String {
     if percent.is_nan() { "-".to_owned() } else { format!("{percent:.0} %") }
 }
 
-fn number(value: f64) -> String {
-    if value.is_nan() { "-".to_owned() } else { format!("{value:.0}") }
+/// The published outcomes of actions, and those of a robot with odometry.
+fn action_table() -> Table {
+    let title = "What comes of an action [%]: published, without odometry | with odometry";
+    let mut table =
+        Table::new("actions", title, &["action", "no effect", "once", "twice", "three times"]);
+    let outcomes = Outcomes::of_odometry();
+    for (name, action) in
+        [("advance", Action::ADVANCE), ("turn right", Action::TURN_RIGHT), ("turn left", Action::TURN_LEFT)]
+    {
+        let shares = outcomes.of(action).iter().map(|share| number(Some(100.0 * share), 0));
+        table.push(std::iter::once(name.to_owned()).chain(shares));
+    }
+    table
 }
 
-/// Of sorted values; not a number if there are none.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * (sorted.len().max(1) - 1) as f64).round() as usize;
-    sorted.get(place).copied().unwrap_or(f64::NAN)
+/// The states of a published observation table.
+fn case_table<'a>(name: &str, what: &str, of: impl Fn(usize) -> &'a [f64; NUM_CASES]) -> Table {
+    let title = format!("How often each case of the {what} is seen in a state [%]: published | here");
+    let cases: Vec<String> = (0..NUM_CASES).map(|case| case.to_string()).collect();
+    let header: Vec<&str> = std::iter::once("state").chain(cases.iter().map(String::as_str)).collect();
+    let mut table = Table::new(name, &title, &header);
+    for state in PUBLISHED_STATES {
+        let shares = of(state).iter().map(|share| number(Some(100.0 * share), 0));
+        table.push(std::iter::once(state.to_string()).chain(shares));
+    }
+    table
 }

@@ -56,16 +56,20 @@ impl Stage {
     }
 
     pub fn eye(&self) -> Result<Eye<'_>, ExperimentError> {
-        // Every pixel of a goal counts for its size, so nearly every row is looked at.
-        let config =
-            FieldAnalysisConfig { min_row_step_px: 1, max_row_step_px: 2, ..FieldAnalysisConfig::default() };
-        let analyzer = FieldAnalyzer::new(config).map_err(|error| ExperimentError::Run {
-            cell: "image analysis".to_owned(),
-            run: 0,
-            reason: error.to_string(),
-        })?;
-        Ok(Eye { stage: self, renderer: self.renderer.sibling(), analyzer })
+        Ok(Eye { stage: self, renderer: self.renderer.sibling(), analyzer: analyzer()? })
     }
+}
+
+/// The image analysis of the experiment.
+pub(super) fn analyzer() -> Result<FieldAnalyzer, ExperimentError> {
+    // Every pixel of a goal counts for its size, so nearly every row is looked at.
+    let config =
+        FieldAnalysisConfig { min_row_step_px: 1, max_row_step_px: 2, ..FieldAnalysisConfig::default() };
+    FieldAnalyzer::new(config).map_err(|error| ExperimentError::Run {
+        cell: "image analysis".to_owned(),
+        run: 0,
+        reason: error.to_string(),
+    })
 }
 
 fn scene(field: &Field) -> Scene {

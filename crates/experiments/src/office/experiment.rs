@@ -42,6 +42,9 @@ pub struct OfficeRecord {
     pub first_localized_secs: Option<f64>,
     /// For each kidnap, time until the answer was right and stayed so; `None` if it never was.
     pub recovery_secs: Vec<Option<f64>>,
+    /// For each kidnap, time until the answer was relied on at another place than before, right or wrong; `None` if it never was.
+    #[serde(default)]
+    pub changed_secs: Vec<Option<f64>>,
     /// For each kidnap, time until nothing but the true place explained what was seen; `None` if others always did.
     pub told_secs: Vec<Option<f64>>,
     /// Share of the images on the ground, before the first localization, in which the true place was among the

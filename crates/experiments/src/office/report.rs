@@ -11,31 +11,20 @@ use super::{
     OfficeExperiment, OfficeRecord, likelihood, place,
     walk::{Followed, follow},
 };
-use crate::{Experiment, ExperimentError, Report, Results, Table};
-
-/// Published mean error, meters, and recovery, seconds; by scenario and algorithm. Source: 2017 sections 5.3.3 and 5.3.4.
-const PUBLISHED: [(&str, &str, &str, &str); 4] = [
-    ("office-walk", "mce", "0.150", "-"),
-    ("office-walk", "evolutionary", "0.118", "-"),
-    ("office", "mce", "wrong doors", "never"),
-    ("office", "evolutionary", "0.225", "21"),
-];
+use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number};
 
 impl OfficeExperiment {
-    /// Table and pictures.
-    ///
-    /// # Errors
-    /// If a run for a picture is impossible.
-    pub fn report(&self, results: &Results<OfficeRecord>, seed: u64) -> Result<Report, ExperimentError> {
-        let title = "Office corridor: published (real robot) beside measured (simulated)";
+    /// The table.
+    #[must_use]
+    pub fn tables(&self, results: &Results<OfficeRecord>) -> Vec<Table> {
+        let title = "Office corridor: published, on the real robot | here";
         let header = [
             "walk, algorithm",
-            "published [m]",
             "mean [m]",
             "worst [m]",
             "heading [deg]",
             "localized [s]",
-            "published recovery [s]",
+            "changed [s]",
             "recovery [s]",
             "recovered",
             "told apart [s]",
@@ -44,15 +33,14 @@ impl OfficeExperiment {
             "recovered of these",
         ];
         let mut table = Table::new("office", title, &header);
-        let mut json = Vec::new();
         for (cell, conditions) in self.cells().iter().enumerate() {
-            let walk = self.walk(cell);
-            let published = PUBLISHED.iter().find(|row| (row.0, row.1) == (walk.scenario, walk.algorithm));
             let records: Vec<&OfficeRecord> = results.cell(cell).collect();
             let errors: Vec<f64> = records.iter().filter_map(|record| record.error_m).collect();
             let turns: Vec<f64> = records.iter().filter_map(|record| record.error_deg).collect();
             let firsts: Vec<f64> = records.iter().filter_map(|record| record.first_localized_secs).collect();
             let kidnaps: Vec<Option<f64>> = records.iter().flat_map(|r| r.recovery_secs.clone()).collect();
+            let changed: Vec<f64> =
+                records.iter().flat_map(|record| record.changed_secs.iter().copied().flatten()).collect();
             let recovered: Vec<f64> = kidnaps.iter().copied().flatten().collect();
             let told: Vec<(f64, Option<f64>)> =
                 records.iter().flat_map(|record| told_apart(record)).collect();
@@ -60,27 +48,39 @@ impl OfficeExperiment {
             let worst = errors.iter().copied().fold(f64::NAN, f64::max);
             table.push([
                 conditions.label.clone(),
-                published.map_or("-", |row| row.2).to_owned(),
-                text(mean(&errors), 3),
-                text((!errors.is_empty()).then_some(worst), 3),
-                text(mean(&turns), 1),
-                text(mean(&firsts), 1),
-                published.map_or("-", |row| row.3).to_owned(),
-                text(mean(&recovered), 1),
+                number(mean(&errors), 3),
+                number((!errors.is_empty()).then_some(worst), 3),
+                number(mean(&turns), 1),
+                number(mean(&firsts), 1),
+                number(mean(&changed), 1),
+                number(mean(&recovered), 1),
                 format!("{} of {}", recovered.len(), kidnaps.len()),
-                text(mean(&told.iter().map(|told| told.0).collect::<Vec<_>>()), 1),
-                text(mean(&from_then), 1),
-                text(from_then.iter().copied().reduce(f64::max), 1),
+                number(mean(&told.iter().map(|told| told.0).collect::<Vec<_>>()), 1),
+                number(mean(&from_then), 1),
+                number(from_then.iter().copied().reduce(f64::max), 1),
                 format!("{} of {}", from_then.len(), told.len()),
             ]);
-            json.push(serde_json::json!({ "cell": conditions.label, "records": records }));
         }
+        vec![table.beside_published("office")]
+    }
+
+    /// Table and pictures.
+    ///
+    /// # Errors
+    /// If a run for a picture is impossible.
+    pub fn report(&self, results: &Results<OfficeRecord>, seed: u64) -> Result<Report, ExperimentError> {
+        let json: Vec<_> = self.cells().iter().enumerate().map(|(cell, conditions)| {
+            serde_json::json!({ "cell": conditions.label, "records": results.cell(cell).collect::<Vec<_>>() })
+        }).collect();
         let num_done = results.num_runs() - results.num_missing();
         Ok(Report {
             heading: format!("Office experiment: {num_done} of {} runs, seed {seed}", results.num_runs()),
-            tables: vec![table],
+            tables: self.tables(results),
             notes: vec![
                 "Errors count from the first localization on, with all phases in which the answer was wrong."
+                    .to_owned(),
+                "Changed: from the putting down until the answer, right or wrong, is relied on more than a meter from where \
+                 the robot would be had nobody carried it."
                     .to_owned(),
                 "Recovery counts from the putting down until the pose is right and relied on, for a second at least. Told apart: \
                  from the putting down until no other place explains the lines that were seen since, by the truth."
@@ -115,15 +115,6 @@ impl OfficeExperiment {
 fn told_apart(record: &OfficeRecord) -> impl Iterator<Item = (f64, Option<f64>)> {
     let both = record.told_secs.iter().zip(&record.recovery_secs);
     both.filter_map(|(told, recovery)| told.map(|told| (told, recovery.map(|secs| (secs - told).max(0.0)))))
-}
-
-fn text(value: Option<f64>, digits: usize) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
-}
-
-#[allow(clippy::cast_precision_loss)]
-fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 fn paths(scenario: &str, algorithms: &[String], runs: &[Followed]) -> FieldPicture {

@@ -1,10 +1,12 @@
 //! One robot followed by one algorithm.
 
 use rand::RngExt;
-use visloc_base::{PlanarTrajectory, RngTree, StampedPose};
-use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
+use visloc_base::{PlanarTrajectory, RngTree, StampedPose, Timestamp};
+use visloc_eval::{
+    CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans, evaluate,
+};
 use visloc_geom::PlanarPose;
-use visloc_locate::{Estimate, Pipeline, PipelineConfig};
+use visloc_locate::{Estimate, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
 use visloc_world::Map;
 
 use super::{OfficeRecord, oracle::Oracle, place};
@@ -13,6 +15,8 @@ use crate::ExperimentError;
 /// A hypothesis so near to the truth stands for it.
 const NEAR_M: f64 = 0.6;
 const NEAR_RAD: f64 = 0.5;
+/// An answer so far from where the robot would be without the kidnap is another place.
+const CHANGED_M: f64 = 1.0;
 
 /// Who walks, and who follows.
 #[derive(Debug, Clone, Copy)]
@@ -103,10 +107,37 @@ impl Followed {
             error_deg: evaluation.heading_error_deg.mean,
             first_localized_secs: evaluation.time_to_localize_s,
             recovery_secs: evaluation.kidnaps.iter().map(|kidnap| kidnap.recovery_s).collect(),
+            changed_secs: self.changed_secs(),
             told_secs: self.told_secs.clone(),
             true_among_hypotheses: (!self.is_among.is_empty())
                 .then(|| among as f64 / self.is_among.len() as f64),
             max_hypotheses: self.max_hypotheses,
         }
+    }
+
+    /// For each kidnap that the evaluation counts, time until another place is relied on.
+    fn changed_secs(&self) -> Vec<Option<f64>> {
+        let spans = carried_spans(&self.truth, &EvaluationOptions::default());
+        let start = self.truth.poses().first().map(|pose| pose.at);
+        let next_from = |i: usize| spans.get(i + 1).map(|next| next.from);
+        let kidnaps = spans.iter().enumerate().filter(|(_, s)| Some(s.from) > start && s.until.is_some());
+        kidnaps.map(|(i, span)| self.changed_after(span, next_from(i))).collect()
+    }
+
+    fn changed_after(&self, span: &CarriedSpan, next_from: Option<Timestamp>) -> Option<f64> {
+        let down_at = span.until?;
+        let before = self.estimates.iter().rfind(|sample| sample.at < span.from)?.world_from_robot;
+        let poses = self.truth.poses();
+        let true_at =
+            |at| poses.get(poses.partition_point(|pose| pose.at < at)).map(|pose| pose.world_from_robot);
+        let down = true_at(down_at)?;
+        let is_elsewhere = |sample: &&EstimateSample| {
+            let uncarried = true_at(sample.at).map(|now| before.compose(&now.relative_to(&down)));
+            sample.reliability.is_some_and(|r| r > LOCALIZED_RELIABILITY)
+                && uncarried.is_some_and(|pose| pose.distance_m(&sample.world_from_robot) > CHANGED_M)
+        };
+        let is_after = |at| at >= down_at && next_from.is_none_or(|from| at < from);
+        let mut after = self.estimates.iter().filter(|sample| is_after(sample.at));
+        after.find(is_elsewhere).map(|sample| sample.at.secs_since(down_at))
     }
 }

@@ -11,7 +11,6 @@ mod chi_square;
 mod experiment;
 mod mirror;
 mod pictures;
-mod published;
 mod record;
 mod reliability;
 mod report;

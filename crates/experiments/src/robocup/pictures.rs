@@ -14,9 +14,10 @@ use super::{
     record::{ContenderRecord, RobocupRecord, TracePoint, TruthPoint},
     reliability::NEAR_M,
     sets::RobocupSet,
-    summary::{mean, quantile},
+    summary::quantile,
     tables::{Row, ratio},
 };
+use crate::mean;
 
 type Pictures = Vec<(String, Picture)>;
 

@@ -8,14 +8,27 @@ use super::{
     record::RobocupRecord,
     reliability::NEAR_M,
     sets::RobocupSet,
-    summary::{Summary, mean, quantile, share},
+    summary::{Summary, quantile, share},
     tables::{self, Row, ratio, seconds_in_band},
     timing::AlgorithmTiming,
 };
-use crate::{Experiment, ExperimentError, Report, Results};
+use crate::{Experiment, ExperimentError, Report, Results, Table, mean};
 
 impl RobocupExperiment {
-    /// Tables and pictures. Without `timings` there is no table of them.
+    /// Tables; without `timings` that of the times has the published ones only.
+    #[must_use]
+    pub fn tables(&self, results: &Results<RobocupRecord>, timings: &[AlgorithmTiming]) -> Vec<Table> {
+        let of_set = |(cell, set): (usize, &RobocupSet)| {
+            let table = if set.has_kidnaps() { tables::kidnaps } else { tables::walks };
+            table(*set, &self.rows(*set, results, &[cell]))
+        };
+        let mut tables: Vec<Table> = self.settings().sets.iter().enumerate().map(of_set).collect();
+        let rows = self.all_rows(results);
+        tables.extend([tables::calibration(&rows), tables::consistency(&rows), tables::timing(timings)]);
+        tables
+    }
+
+    /// Tables and pictures.
     ///
     /// # Errors
     /// If a map cannot be loaded for a picture.
@@ -29,8 +42,6 @@ impl RobocupExperiment {
         let mut sets = Vec::new();
         for (cell, set) in self.settings().sets.iter().enumerate() {
             let rows = self.rows(*set, results, &[cell]);
-            let table = if set.has_kidnaps() { tables::kidnaps } else { tables::walks };
-            report.tables.push(table(*set, &rows));
             sets.push(
                 json!({ "set": set, "contenders": rows.iter().map(contender_json).collect::<Vec<_>>() }),
             );
@@ -40,10 +51,7 @@ impl RobocupExperiment {
             }
         }
         let rows = self.all_rows(results);
-        report.tables.extend([tables::calibration(&rows), tables::consistency(&rows)]);
-        if !timings.is_empty() {
-            report.tables.push(tables::timing(timings));
-        }
+        report.tables = self.tables(results, timings);
         report.pictures.push(("calibration".to_owned(), pictures::calibration(&rows)));
         report.pictures.push(("consistency".to_owned(), pictures::consistency(&rows)));
         report.pictures.push(("consistency-over-time".to_owned(), pictures::consistency_over_time(&rows)));

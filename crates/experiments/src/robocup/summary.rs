@@ -1,6 +1,7 @@
 //! Many runs of one contender in few numbers.
 
 use super::record::{Calibration, ContenderRecord, KidnapScore};
+use crate::mean;
 
 /// The runs of one contender in one set.
 pub(super) struct Summary<'a> {
@@ -24,23 +25,15 @@ impl Spread {
 }
 
 #[allow(clippy::cast_precision_loss)]
-pub(super) fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn share(part: usize, whole: usize) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
 /// The value that a share of all values, 0 to 1, does not exceed; what never happened counts as infinite. `None` if there
 /// are no values or the answer is infinite.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(super) fn quantile(values: impl Iterator<Item = Option<f64>>, probability: f64) -> Option<f64> {
-    let mut values: Vec<f64> = values.map(|value| value.unwrap_or(f64::INFINITY)).collect();
-    values.sort_by(f64::total_cmp);
-    let rank = ((values.len() as f64 * probability).ceil() as usize).max(1);
-    values.get(rank - 1).copied().filter(|value| value.is_finite())
+    let values = crate::sorted(values.map(|value| value.unwrap_or(f64::INFINITY)));
+    crate::quantile(&values, probability).filter(|value| value.is_finite())
 }
 
 impl Summary<'_> {

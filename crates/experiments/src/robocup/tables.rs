@@ -2,21 +2,15 @@
 
 use super::{
     chi_square::mean_band_95,
-    published,
     reliability::NEAR_M,
     sets::RobocupSet,
-    summary::{Summary, mean, quantile, share},
+    summary::{Summary, quantile, share},
     timing::AlgorithmTiming,
 };
-use crate::Table;
+use crate::{Table, mean, number};
 
 /// A contender's label and its runs.
 pub(super) type Row<'a> = (String, Summary<'a>);
-
-/// Whether a contender plays a published algorithm, with any features.
-fn is_same(label: &str, algorithm: &str) -> bool {
-    label.split(',').next() == Some(algorithm)
-}
 
 /// Runs without kidnaps.
 pub(super) fn walks(set: RobocupSet, rows: &[Row<'_>]) -> Table {
@@ -33,20 +27,19 @@ pub(super) fn walks(set: RobocupSet, rows: &[Row<'_>]) -> Table {
     ];
     let mut table = Table::new(set.name(), &title, &header);
     for (label, summary) in rows {
-        let published = published::rows(set).iter().find(|row| is_same(label, row.algorithm));
         let (position, heading) = (summary.position_m(), summary.heading_deg());
         table.push([
             label.clone(),
             summary.records.len().to_string(),
-            beside(published.map(|p| p.position_m), number(position.mean, 3)),
+            number(position.mean, 3),
             number(position.worst, 3),
-            beside(published.map(|p| p.heading_deg), number(heading.mean, 2)),
+            number(heading.mean, 2),
             number(heading.worst, 2),
             percent(mean(&summary.records.iter().filter_map(|r| r.localized_share).collect::<Vec<_>>())),
             number(quantile(summary.records.iter().map(|r| r.time_to_localize_s), 0.5), 1),
         ]);
     }
-    table
+    table.beside_published("robocup")
 }
 
 /// Runs with kidnaps.
@@ -69,7 +62,6 @@ pub(super) fn kidnaps(set: RobocupSet, rows: &[Row<'_>]) -> Table {
     }
     let mut table = Table::new(set.name(), &title, &header);
     for (label, summary) in rows {
-        let published = published::rows(set).iter().find(|row| is_same(label, row.algorithm));
         let count = summary.num_kidnaps();
         let of = |holds: fn(&super::record::KidnapScore) -> bool| percent(share(summary.count(holds), count));
         let position: Vec<f64> = summary.kidnaps().filter_map(|kidnap| kidnap.position_error_m).collect();
@@ -78,20 +70,20 @@ pub(super) fn kidnaps(set: RobocupSet, rows: &[Row<'_>]) -> Table {
         let mut row = vec![
             label.clone(),
             count.to_string(),
-            beside(published.map(|p| p.right), of(|kidnap| kidnap.is_right_at_end)),
+            of(|kidnap| kidnap.is_right_at_end),
             of(|kidnap| kidnap.recovery_s.is_some()),
             number(quantile(summary.kidnaps().map(|kidnap| kidnap.recovery_s), 0.5), 1),
             number(quantile(summary.kidnaps().map(|kidnap| kidnap.recovery_s), 0.9), 1),
-            beside(published.map(|p| p.reliable_s), reliable),
-            beside(published.map(|p| p.position_m), number(mean(&position), 3)),
-            beside(published.map(|p| p.heading_deg), number(mean(&heading), 2)),
+            reliable,
+            number(mean(&position), 3),
+            number(mean(&heading), 2),
         ];
         if set.is_mirrored() {
             row.push(of(|kidnap| kidnap.has_both));
         }
         table.push(row);
     }
-    table
+    table.beside_published("robocup")
 }
 
 /// Frames by their reported reliability, all sets together.
@@ -163,27 +155,22 @@ pub(super) fn seconds_in_band(summary: &Summary<'_>) -> Option<f64> {
     share(seconds.iter().filter(is_inside).count(), seconds.len())
 }
 
-/// Time of an iteration, with the image analysis.
+/// Time of an iteration, with the image analysis, and of parts of it.
 pub(super) fn timing(timings: &[AlgorithmTiming]) -> Table {
-    let title = "Time of an iteration with image analysis, one thread on this machine [ms]";
-    let header = ["algorithm", "mean", "median", "99 %", "published on the Nao: mean (largest)"];
-    let mut table = Table::new("timing", title, &header);
+    let title =
+        "Time of an iteration with image analysis [ms]: published on the Nao | here, one thread on this machine";
+    let mut table = Table::new("timing", title, &["algorithm", "mean", "median", "99 %", "range"]);
     for timing in timings {
-        let published = match timing.algorithm.as_str() {
-            label if is_same(label, "mcae") => "27.7 (40)",
-            label if is_same(label, "evolutionary") => "37.6 (80)",
-            _ => "-",
-        };
         let summary = &timing.iteration_ms;
         table.push([
             timing.algorithm.clone(),
             number(summary.mean, 3),
             number(summary.median, 3),
             number(summary.p99, 3),
-            published.to_owned(),
+            format!("at most {}", number(summary.max, 3)),
         ]);
     }
-    table
+    table.beside_published("robocup")
 }
 
 #[allow(clippy::cast_precision_loss)]
@@ -191,21 +178,6 @@ pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
 
-fn number(value: Option<f64>, decimals: usize) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(value) if value.abs() >= 1e4 => format!("{value:.0e}"),
-        Some(value) => format!("{value:.decimals$}"),
-    }
-}
-
 fn percent(share: Option<f64>) -> String {
     share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
-}
-
-fn beside(published: Option<&str>, here: String) -> String {
-    match published {
-        Some(published) if published != "-" => format!("{published} | {here}"),
-        _ => here,
-    }
 }

@@ -2,10 +2,12 @@
 
 use visloc_base::{FrameSource, RngTree};
 use visloc_eval::TimingSummary;
+use visloc_geom::PlanarPose;
 use visloc_locate::{Pipeline, PipelineConfig};
+use visloc_sim::Simulation;
 
 use super::{RobocupExperiment, RobocupSet, RunLength, track::Contender};
-use crate::ExperimentError;
+use crate::{ExperimentError, likelihood::Eye};
 
 /// Time of an algorithm for a frame, with the image analysis.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,6 +22,9 @@ pub struct AlgorithmTiming {
 const NUM_FRAMES: usize = 600;
 /// Every frame is measured in so many equal passes, and the fastest counts: other programs only ever slow it down.
 const NUM_PASSES: usize = 3;
+
+/// Poses of which the likelihood is measured in each frame.
+const NUM_POSES: u32 = 100;
 
 /// Measures every contender on the first frames of a tour, one after the other on this thread. `clock_ms` tells the time
 /// in milliseconds.
@@ -40,7 +45,48 @@ pub fn measure(
         algorithm: contender.label.clone(),
         iteration_ms: TimingSummary::of_ms(&durations_ms),
     };
-    Ok(contenders.iter().zip(fastest_ms).map(timing).collect())
+    let mut timings: Vec<AlgorithmTiming> = contenders.iter().zip(fastest_ms).map(timing).collect();
+    timings.extend(parts(seed, clock_ms)?);
+    Ok(timings)
+}
+
+/// The image analysis, and the likelihood of one pose.
+fn parts(
+    seed: u64,
+    clock_ms: &mut dyn FnMut() -> f64,
+) -> Result<[AlgorithmTiming; 2], ExperimentError> {
+    let (mut simulation, seeds) = tour(seed)?;
+    let mut eye = Eye::new(simulation.map(), &PipelineConfig::default(), seeds.subtree("parts", 0))?;
+    let (mut analysis_ms, mut pose_ms) = (Vec::new(), Vec::new());
+    while let Some(next) = simulation.next_frame() {
+        let next = next.map_err(|error| failed(error.to_string()))?;
+        let Some(truth) = next.truth else { continue };
+        let start = clock_ms();
+        eye.look(&next.frame)?;
+        analysis_ms.push(clock_ms() - start);
+        let start = clock_ms();
+        let poses = (0..NUM_POSES).map(|i| PlanarPose { x_m: 0.01 * f64::from(i), ..truth.world_from_robot });
+        let sum: f64 = poses.map(|pose| eye.model().likelihood(&pose)).sum();
+        std::hint::black_box(sum);
+        pose_ms.push((clock_ms() - start) / f64::from(NUM_POSES));
+    }
+    let timing = |name: &str, durations_ms: &[f64]| AlgorithmTiming {
+        algorithm: name.to_owned(),
+        iteration_ms: TimingSummary::of_ms(durations_ms),
+    };
+    Ok([timing("image analysis", &analysis_ms), timing("observation model, one pose", &pose_ms)])
+}
+
+fn failed(reason: String) -> ExperimentError {
+    ExperimentError::Run { cell: "timing".to_owned(), run: 0, reason }
+}
+
+/// The first frames of a tour.
+fn tour(seed: u64) -> Result<(Simulation, RngTree), ExperimentError> {
+    let seeds = RngTree::new(seed);
+    let simulation = RobocupSet::Tours.simulation(RunLength::FULL, 0, &seeds);
+    let (simulation, _) = simulation.map_err(|error| failed(error.to_string()))?;
+    Ok((simulation.with_num_frames(NUM_FRAMES), seeds))
 }
 
 /// One pass over all frames; keeps the smaller durations.
@@ -50,11 +96,7 @@ fn pass(
     clock_ms: &mut dyn FnMut() -> f64,
     fastest_ms: &mut [Vec<f64>],
 ) -> Result<(), ExperimentError> {
-    let seeds = RngTree::new(seed);
-    let failed = |reason: String| ExperimentError::Run { cell: "timing".to_owned(), run: 0, reason };
-    let simulation = RobocupSet::Tours.simulation(RunLength::FULL, 0, &seeds);
-    let (simulation, _) = simulation.map_err(|error| failed(error.to_string()))?;
-    let mut simulation = simulation.with_num_frames(NUM_FRAMES);
+    let (mut simulation, seeds) = tour(seed)?;
     let rng = seeds.subtree("pipeline", 0);
     let mut pipelines = Vec::new();
     for contender in contenders {

@@ -7,6 +7,13 @@ const NOISE_M: f64 = 0.1;
 /// The same for MCE and MCAe, whose published figures come out with a little more noise.
 const ELITIST_NOISE_M: f64 = 0.15;
 
+/// Numbers of particles of the published tables.
+pub(super) const PARTICLES: [usize; 4] = [100, 200, 500, 1000];
+/// Numbers of explorers of the published tables.
+pub(super) const EXPLORERS: [usize; 5] = [1, 5, 10, 20, 50];
+/// Numbers of exploiters of a race of the published times.
+pub(super) const EXPLOITERS: [usize; 4] = [5, 10, 20, 50];
+
 /// Parts of a particle filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Filter {
@@ -109,13 +116,18 @@ pub(super) fn control(num_individuals: usize) -> Contender {
 /// The documents give no more. Two readings make the published iterations come out: an explorer founds a race where the
 /// likelihood is at least 0.25 (within 1.67 m of a position), and races nearer than the experiment's own 2 m are one.
 pub(super) fn evolutionary(num_explorers: usize) -> Contender {
+    evolutionary_of(20, num_explorers)
+}
+
+/// The same with so many exploiters in each race.
+pub(super) fn evolutionary_of(num_exploiters: usize, num_explorers: usize) -> Contender {
     Contender {
         label: format!("evolutionary, {num_explorers} explorers"),
         algorithm: "evolutionary".to_owned(),
         config: format!(
-            "max_races = 4\nnum_exploiters = 20\n{PLAIN_EVOLUTIONARY}num_random = {num_explorers}\nnum_candidates = {num_explorers}\n"
+            "max_races = 4\nnum_exploiters = {num_exploiters}\n{PLAIN_EVOLUTIONARY}num_random = {num_explorers}\nnum_candidates = {num_explorers}\n"
         ),
-        num_individuals: 80 + num_explorers,
+        num_individuals: 4 * num_exploiters + num_explorers,
     }
 }
 

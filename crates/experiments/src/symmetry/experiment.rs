@@ -6,14 +6,15 @@ use serde::{Deserialize, Serialize};
 use visloc_base::RngTree;
 
 use super::{
-    contenders::{self, FILTERS},
-    published::{EXPLORERS, PARTICLES, POSITIONS},
+    contenders::{self, EXPLORERS, FILTERS, PARTICLES},
 };
 use crate::{
     Cell, Experiment, ExperimentError,
     positions::{Census, Contender, Movement, Scenario, ScenarioShape, Session},
 };
 
+/// Numbers of positions of the published tables.
+pub(super) const POSITIONS: [usize; 3] = [2, 3, 4];
 /// Iterations of the published experiment: 10 s at 30 images a second.
 pub(super) const NUM_ITERATIONS: usize = 300;
 /// Iterations of the long part.

@@ -8,8 +8,9 @@ mod contenders;
 mod experiment;
 mod notes;
 mod pictures;
-mod published;
 mod report;
 mod tables;
+mod timing;
 
 pub use experiment::{SymmetryExperiment, SymmetryPart, SymmetryRecord, SymmetrySettings};
+pub use timing::{IterationTime, measure};

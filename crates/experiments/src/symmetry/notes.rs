@@ -1,12 +1,12 @@
 //! What the tables mean, and where they differ from the published ones.
 
 use super::{
-    contenders,
-    contenders::FILTERS,
-    published::{self, EXPLORERS, PARTICLES, POSITIONS},
+    contenders::{EXPLORERS, FILTERS, PARTICLES},
+    experiment::POSITIONS,
     report::Summary,
+    tables::iterations_difference,
 };
-use crate::positions::Movement;
+use crate::{positions::Movement, published};
 
 /// Largest differences to the published figures, in words.
 pub(super) fn published(summary: &Summary) -> Vec<String> {
@@ -23,16 +23,9 @@ pub(super) fn published(summary: &Summary) -> Vec<String> {
             .to_owned(),
     ];
     for filter in &FILTERS {
-        let mut differences = Vec::new();
-        if let Some(table) = published::static_successes(filter.label) {
-            for (row, num_particles) in table.iter().zip(PARTICLES) {
-                differences.extend(deviations(summary, filter.label, num_particles, Movement::Static, row));
-            }
-        }
-        if let Some(row) = published::moving_successes(filter.label) {
-            differences.extend(deviations(summary, filter.label, 1000, Movement::Straight(0.01), &row));
-        }
-        let largest = differences.into_iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let largest = deviations(summary, filter.label)
+            .into_iter()
+            .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         if let Some((difference, place)) = largest {
             notes.push(format!(
                 "{}: largest difference to the published successes {difference:+.0} points ({place}).",
@@ -45,35 +38,34 @@ pub(super) fn published(summary: &Summary) -> Vec<String> {
 }
 
 /// Differences in points, with their places.
-fn deviations(
-    summary: &Summary,
-    label: &str,
-    num_particles: usize,
-    movement: Movement,
-    published: &[u32; 3],
-) -> Vec<(f64, String)> {
-    let kind = if movement == Movement::Static { "static" } else { "moving" };
-    let cells = POSITIONS.into_iter().zip(published).filter_map(|(num_positions, published)| {
-        let outcome = summary.find(label, num_particles, movement, num_positions)?;
-        let difference = outcome.percent(outcome.num_published) - f64::from(*published);
-        Some((difference, format!("{num_particles} particles, {num_positions} {kind} positions")))
-    });
-    cells.collect()
-}
-
-fn iterations(summary: &Summary) -> Option<String> {
-    let mut ratios = Vec::new();
-    for (i, num_explorers) in EXPLORERS.into_iter().enumerate() {
-        let contender = contenders::evolutionary(num_explorers);
-        for (j, num_positions) in POSITIONS.into_iter().enumerate() {
-            let num = contender.num_individuals;
-            let outcome = summary.find(&contender.label, num, Movement::Static, num_positions);
-            if let Some(mean) = outcome.and_then(|outcome| outcome.mean_found_after) {
-                ratios.push(100.0 * (mean / published::EVOLUTIONARY_ITERATIONS[i][j] - 1.0));
+fn deviations(summary: &Summary, label: &str) -> Vec<(f64, String)> {
+    let mut differences = Vec::new();
+    for (table, movement) in [("static", Movement::Static), ("moving", Movement::Straight(0.01))] {
+        for (num_particles, num_positions) in
+            PARTICLES.into_iter().flat_map(|n| POSITIONS.map(|positions| (n, positions)))
+        {
+            let (row, column) = (format!("{label}, {num_particles}"), format!("{num_positions} positions"));
+            let figure = published::number(&format!("symmetry/{table}"), &row, &column);
+            let outcome = summary.find(label, num_particles, movement, num_positions);
+            if let (Some(figure), Some(outcome)) = (figure, outcome) {
+                let difference = outcome.percent(outcome.num_published) - figure;
+                differences.push((
+                    difference,
+                    format!("{num_particles} particles, {num_positions} {table} positions"),
+                ));
             }
         }
     }
-    let largest = ratios.into_iter().max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    differences
+}
+
+fn iterations(summary: &Summary) -> Option<String> {
+    let of = |num_explorers: usize, num_positions: usize| {
+        let mean = summary.evolutionary(num_explorers, num_positions)?.mean_found_after?;
+        iterations_difference(num_explorers, num_positions, mean)
+    };
+    let ratios = EXPLORERS.into_iter().flat_map(|num| POSITIONS.into_iter().filter_map(move |p| of(num, p)));
+    let largest = ratios.max_by(|a, b| a.abs().total_cmp(&b.abs()))?;
     Some(format!(
         "Evolutionary: largest difference to the published iterations until found {largest:+.0} %. An explorer founds a \
          race from a likelihood of 0.25 on, and races nearer than 2 m are one; the document says neither."

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
-use super::{SymmetryExperiment, SymmetryPart, SymmetryRecord, notes, pictures, tables};
-use crate::{Experiment, ExperimentError, Report, Results, positions::Movement};
+use super::{
+    IterationTime, SymmetryExperiment, SymmetryPart, SymmetryRecord, contenders, notes, pictures, tables,
+};
+use crate::{Experiment, ExperimentError, Report, Results, Table, mean, positions::Movement};
 
 /// What came of the runs of a cell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,6 +47,8 @@ impl Summary {
             let contender = &condition.contender;
             let holds = |record: &SymmetryRecord| record.counts.iter().all(|count| *count > 0);
             let num_strict = |record: &SymmetryRecord| record.holds_strictly(contender.num_individuals);
+            let found_after: Vec<f64> =
+                records.iter().filter_map(|record| record.found_after.map(f64::from)).collect();
             Outcome {
                 algorithm: contender.label.clone(),
                 individuals: contender.num_individuals,
@@ -54,7 +58,7 @@ impl Summary {
                 num_published: records.iter().filter(|record| holds(record)).count(),
                 num_strict: records.iter().filter(|record| num_strict(record)).count(),
                 num_never_lost: records.iter().filter(|r| r.num_lost == 0 && num_strict(r)).count(),
-                mean_found_after: mean(records.iter().filter_map(|record| record.found_after)),
+                mean_found_after: mean(&found_after),
             }
         });
         Self { outcomes: outcomes.collect() }
@@ -77,35 +81,42 @@ impl Summary {
         })
     }
 
+    /// The evolutionary algorithm with so many explorers and static positions.
+    pub fn evolutionary(&self, num_explorers: usize, num_positions: usize) -> Option<&Outcome> {
+        let contender = contenders::evolutionary(num_explorers);
+        self.find(&contender.label, contender.num_individuals, Movement::Static, num_positions)
+    }
+
     pub fn iter(&self) -> impl Iterator<Item = &Outcome> {
         self.outcomes.iter().filter(|outcome| outcome.num_runs > 0)
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
-fn mean(values: impl Iterator<Item = u32>) -> Option<f64> {
-    let values: Vec<f64> = values.map(f64::from).collect();
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
-
 impl SymmetryExperiment {
+    /// Tables; without `times` those of the times have the published ones only.
+    #[must_use]
+    pub fn tables(&self, results: &Results<SymmetryRecord>, times: &[IterationTime]) -> Vec<Table> {
+        let summary = Summary::new(self, results);
+        match self.settings().part {
+            SymmetryPart::Long => vec![tables::long(&summary)],
+            SymmetryPart::Published => tables::published(&summary, times),
+        }
+    }
+
     /// Tables and pictures.
     ///
     /// # Errors
     /// If a run for a picture is impossible.
-    pub fn report(&self, results: &Results<SymmetryRecord>, seed: u64) -> Result<Report, ExperimentError> {
+    pub fn report(
+        &self,
+        results: &Results<SymmetryRecord>,
+        seed: u64,
+        times: &[IterationTime],
+    ) -> Result<Report, ExperimentError> {
         let summary = Summary::new(self, results);
-        let is_long = self.settings().part == SymmetryPart::Long;
-        let (tables, notes, pictures) = if is_long {
-            (vec![tables::long(&summary)], notes::long(), pictures::long(seed)?)
-        } else {
-            let tables = vec![
-                tables::static_filters(&summary),
-                tables::moving_filters(&summary),
-                tables::evolutionary_successes(&summary),
-                tables::evolutionary_iterations(&summary),
-            ];
-            (tables, notes::published(&summary), pictures::published(seed)?)
+        let (notes, pictures) = match self.settings().part {
+            SymmetryPart::Long => (notes::long(), pictures::long(seed)?),
+            SymmetryPart::Published => (notes::published(&summary), pictures::published(seed)?),
         };
         let num_done = results.num_runs() - results.num_missing();
         let heading = format!(
@@ -118,7 +129,8 @@ impl SymmetryExperiment {
             "runs": num_done,
             "runs_missing": results.num_missing(),
             "cells": summary.iter().collect::<Vec<_>>(),
+            "times": times,
         });
-        Ok(Report { heading, tables, notes, json, pictures })
+        Ok(Report { heading, tables: self.tables(results, times), notes, json, pictures })
     }
 }

@@ -1,100 +1,136 @@
 //! Tables: published and measured side by side.
 
 use super::{
-    contenders::{self, CONTROL, FILTERS},
-    experiment::{LONG_MOVEMENTS, LONG_POSITIONS},
-    published::{self, EXPLORERS, PARTICLES, POSITIONS},
-    report::Summary,
+    contenders::{self, CONTROL, EXPLOITERS, EXPLORERS, FILTERS, PARTICLES},
+    experiment::{LONG_MOVEMENTS, LONG_POSITIONS, POSITIONS},
+    report::{Outcome, Summary},
+    timing::{IterationTime, explorers},
 };
-use crate::{Table, positions::Movement};
+use crate::{Table, number, positions::Movement, published};
 
 const NONE: &str = "-";
+
+/// All tables of the published part.
+pub(super) fn published(summary: &Summary, times: &[IterationTime]) -> Vec<Table> {
+    let tables = [
+        static_filters(summary),
+        moving_filters(summary),
+        filter_times(times),
+        evolutionary_successes(summary),
+        evolutionary_iterations(summary),
+        evolutionary_times(times),
+    ];
+    tables.into_iter().map(|table| table.beside_published("symmetry")).collect()
+}
 
 /// Labels of the rows of particle filters, the null control last.
 fn filter_labels() -> impl Iterator<Item = &'static str> {
     FILTERS.iter().map(|filter| filter.label).chain([CONTROL])
 }
 
+/// A name, and a cell for each number of positions.
+fn row(name: String, cell: impl Fn(usize) -> String) -> impl Iterator<Item = String> {
+    std::iter::once(name).chain(POSITIONS.map(cell))
+}
+
+/// A table with a column for each number of positions.
+fn of_positions(name: &str, title: &str, first: &str) -> Table {
+    Table::new(name, title, &[first, "2 positions", "3 positions", "4 positions"])
+}
+
 /// Static positions: successes of all filters.
-pub(super) fn static_filters(summary: &Summary) -> Table {
+fn static_filters(summary: &Summary) -> Table {
     let title = "Static positions, successes in % after 300 iterations: published | here (strict criterion)";
-    let mut table =
-        Table::new("static", title, &["algorithm", "particles", "2 positions", "3 positions", "4 positions"]);
+    let mut table = of_positions("static", title, "algorithm, particles");
     for label in filter_labels() {
-        let all_published = published::static_successes(label);
-        for (i, num_particles) in PARTICLES.into_iter().enumerate() {
-            let mut row = vec![label.to_owned(), num_particles.to_string()];
-            for (j, num_positions) in POSITIONS.into_iter().enumerate() {
-                let published = all_published.map(|table| table[i][j]);
-                let found = summary.find(label, num_particles, Movement::Static, num_positions);
-                row.push(published_and_measured(published, found));
-            }
-            table.push(row);
+        for num in PARTICLES {
+            let cell = |positions| measured(summary.find(label, num, Movement::Static, positions));
+            table.push(row(format!("{label}, {num}"), cell));
         }
     }
     table
 }
 
 /// Moving positions: successes with 1,000 particles and of the evolutionary algorithm.
-pub(super) fn moving_filters(summary: &Summary) -> Table {
+fn moving_filters(summary: &Summary) -> Table {
     let title = "Positions that move 1 cm per iteration, successes in % after 300 iterations: published | here (strict)";
-    let header = ["algorithm", "individuals", "2 positions", "3 positions", "4 positions"];
-    let mut table = Table::new("moving", title, &header);
+    let mut table = of_positions("moving", title, "algorithm, individuals");
     let evolutionary = contenders::evolutionary(20);
     let rows = filter_labels().map(|label| (label.to_owned(), 1000));
     for (label, num) in rows.chain([(evolutionary.label, evolutionary.num_individuals)]) {
-        let mut row = vec![label.clone(), num.to_string()];
-        for (j, num_positions) in POSITIONS.into_iter().enumerate() {
-            let published = published::moving_successes(&label).map(|row| row[j]);
-            let found = summary.find(&label, num, Movement::Straight(0.01), num_positions);
-            row.push(published_and_measured(published, found));
-        }
-        table.push(row);
+        let cell = |positions| measured(summary.find(&label, num, Movement::Straight(0.01), positions));
+        table.push(row(format!("{label}, {num}"), cell));
     }
     table
 }
 
 /// The evolutionary algorithm: successes.
-pub(super) fn evolutionary_successes(summary: &Summary) -> Table {
+fn evolutionary_successes(summary: &Summary) -> Table {
     let title = "Evolutionary, 4 races of 20 exploiters, static positions, successes in % after 300 iterations: \
                  published | here (strict)";
-    let mut table = Table::new(
-        "evolutionary",
-        title,
-        &["explorers", "individuals", "2 positions", "3 positions", "4 positions"],
-    );
-    for (i, num_explorers) in EXPLORERS.into_iter().enumerate() {
-        let contender = contenders::evolutionary(num_explorers);
-        let mut row = vec![num_explorers.to_string(), contender.num_individuals.to_string()];
-        for (j, num_positions) in POSITIONS.into_iter().enumerate() {
-            let found =
-                summary.find(&contender.label, contender.num_individuals, Movement::Static, num_positions);
-            row.push(published_and_measured(Some(published::EVOLUTIONARY_SUCCESSES[i][j]), found));
-        }
-        table.push(row);
+    let mut table = of_positions("evolutionary", title, "explorers");
+    for num in EXPLORERS {
+        table.push(row(num.to_string(), |positions| measured(summary.evolutionary(num, positions))));
     }
     table
 }
 
 /// The evolutionary algorithm: iterations until all positions are found.
-pub(super) fn evolutionary_iterations(summary: &Summary) -> Table {
+fn evolutionary_iterations(summary: &Summary) -> Table {
     let title = "Evolutionary, mean iterations until all positions are found: published | here (difference)";
-    let header = ["explorers", "2 positions", "3 positions", "4 positions"];
-    let mut table = Table::new("evolutionary-iterations", title, &header);
-    for (i, num_explorers) in EXPLORERS.into_iter().enumerate() {
-        let contender = contenders::evolutionary(num_explorers);
-        let mut row = vec![num_explorers.to_string()];
-        for (j, num_positions) in POSITIONS.into_iter().enumerate() {
-            let published = published::EVOLUTIONARY_ITERATIONS[i][j];
-            let found =
-                summary.find(&contender.label, contender.num_individuals, Movement::Static, num_positions);
-            let mean = found.and_then(|outcome| outcome.mean_found_after);
-            row.push(mean.map_or_else(
-                || format!("{published:.2} | {NONE}"),
-                |mean| format!("{published:.2} | {mean:.2} ({:+.0} %)", 100.0 * (mean / published - 1.0)),
-            ));
-        }
-        table.push(row);
+    let mut table = of_positions("evolutionary-iterations", title, "explorers");
+    for num in EXPLORERS {
+        let cell = |positions| {
+            let mean = summary.evolutionary(num, positions).and_then(|outcome| outcome.mean_found_after);
+            let difference = mean.and_then(|mean| Some((mean, iterations_difference(num, positions, mean)?)));
+            difference.map_or_else(
+                || number(mean, 2),
+                |(mean, percent)| format!("{mean:.2} ({percent:+.0} %)"),
+            )
+        };
+        table.push(row(num.to_string(), cell));
+    }
+    table
+}
+
+/// How much longer than published it took to find all positions, in percent.
+pub(super) fn iterations_difference(num_explorers: usize, num_positions: usize, mean: f64) -> Option<f64> {
+    let (row, column) = (num_explorers.to_string(), format!("{num_positions} positions"));
+    let published = published::number("symmetry/evolutionary-iterations", &row, &column)?;
+    Some(100.0 * (mean / published - 1.0))
+}
+
+/// Times of the filters.
+fn filter_times(times: &[IterationTime]) -> Table {
+    let title = "Particle filters, time of an iteration by the number of particles [ms]: published (Python) | here";
+    let columns = PARTICLES.map(|num| num.to_string());
+    let rows = FILTERS.map(|filter| filter.label.to_owned());
+    time_table(("times", title, "algorithm"), &columns, &rows, times)
+}
+
+/// Times of the evolutionary algorithm.
+fn evolutionary_times(times: &[IterationTime]) -> Table {
+    let title = "Evolutionary with 4 races, time of an iteration [ms]: published (Python) | here";
+    let name = ("evolutionary-times", title, "exploiters of a race");
+    time_table(name, &EXPLORERS.map(explorers), &EXPLOITERS.map(|num| num.to_string()), times)
+}
+
+fn time_table(
+    (name, title, first): (&str, &str, &str),
+    columns: &[String],
+    rows: &[String],
+    times: &[IterationTime],
+) -> Table {
+    let header: Vec<&str> = std::iter::once(first).chain(columns.iter().map(String::as_str)).collect();
+    let mut table = Table::new(name, title, &header);
+    for row in rows {
+        let cell = |column: &String| {
+            let is_here = |time: &&IterationTime| {
+                time.place.0 == name && time.place.1 == *row && time.place.2 == *column
+            };
+            number(times.iter().find(is_here).map(|time| time.mean_ms), 4)
+        };
+        table.push(std::iter::once(row.clone()).chain(columns.iter().map(cell)));
     }
     table
 }
@@ -117,7 +153,7 @@ pub(super) fn long(summary: &Summary) -> Table {
             };
             let outcomes = LONG_POSITIONS.map(|num| summary.find(&contender.label, 120, movement, num));
             let num_runs = outcomes.iter().flatten().map(|outcome| outcome.num_runs).max().unwrap_or(0);
-            let cell = |outcome: &Option<&super::report::Outcome>| {
+            let cell = |outcome: &Option<&Outcome>| {
                 outcome.map_or_else(
                     || NONE.to_owned(),
                     |o| format!("{} | {} | {}", o.num_published, o.num_strict, o.num_never_lost),
@@ -130,11 +166,9 @@ pub(super) fn long(summary: &Summary) -> Table {
     table
 }
 
-fn published_and_measured(published: Option<u32>, outcome: Option<&super::report::Outcome>) -> String {
-    let published = published.map_or_else(|| NONE.to_owned(), |value| value.to_string());
-    let measured = outcome.map_or_else(
+fn measured(outcome: Option<&Outcome>) -> String {
+    outcome.map_or_else(
         || NONE.to_owned(),
         |o| format!("{:.0} ({:.0})", o.percent(o.num_published), o.percent(o.num_strict)),
-    );
-    format!("{published:>3} | {measured:>9}")
+    )
 }

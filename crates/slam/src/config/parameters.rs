@@ -128,8 +128,10 @@ pub struct TrackingConfig {
     #[schemars(range(min = 1, max = 1000))]
     pub max_bad_frames: usize,
     /// Whether outliers are rejected by random samples; one of the three switches of the thesis' configurations, section 7.2.1.
-    /// Robust weights are always used.
     pub reject_outliers: bool,
+    /// Whether the pose weighs matches by how well they fit. Without them and without the rejection every match counts fully, and
+    /// things that move carry the pose away.
+    pub robust_weights: bool,
     /// Most hypotheses of the rejection. Thesis: 100.
     #[schemars(range(min = 1, max = 100_000))]
     pub max_hypotheses: usize,
@@ -261,6 +263,7 @@ impl Default for TrackingConfig {
             min_match_ratio: 0.2,
             max_bad_frames: 3,
             reject_outliers: true,
+            robust_weights: true,
             max_hypotheses: 100,
         }
     }

@@ -111,8 +111,10 @@ const SCALE_SIGMA: f64 = 0.7;
 /// How outliers are found.
 #[derive(Debug, Clone, Copy)]
 pub struct RansacSettings {
-    /// Whether hypotheses are drawn at all; otherwise only the robust weights reject.
+    /// Whether hypotheses are drawn at all.
     pub is_enabled: bool,
+    /// Whether observations are weighed by how well they fit. Without both nothing is rejected.
+    pub has_robust_weights: bool,
     /// Size of a sample.
     pub sample_size: usize,
     /// Probability of one sample without outliers.
@@ -221,8 +223,13 @@ pub fn robust_pose(
     rng: &mut Rng,
 ) -> RobustPose {
     let start = &State::new(start);
+    if !settings.is_enabled && !settings.has_robust_weights {
+        let pose = refine_pose(start, observations, |_| true, f64::INFINITY, 10).pose;
+        let num_inliers = observations.len();
+        return RobustPose { camera_from_world: pose, is_inlier: vec![true; num_inliers], num_inliers };
+    }
     let limit = settings.inlier_chi2;
-    let cutoff = 2.0 * limit.sqrt();
+    let cutoff = if settings.has_robust_weights { 2.0 * limit.sqrt() } else { f64::INFINITY };
     // Wide first: the start may be off by several pixels.
     let wide = refine_pose(start, observations, |_| true, 4.0 * cutoff, 5);
     let mut best = refine_pose(&wide, observations, |_| true, cutoff, 5);
@@ -288,6 +295,7 @@ mod tests {
 
     const SETTINGS: RansacSettings = RansacSettings {
         is_enabled: true,
+        has_robust_weights: true,
         sample_size: 5,
         confidence: 0.99,
         max_hypotheses: 100,
@@ -328,6 +336,20 @@ mod tests {
             assert!(error < 0.01, "seed {seed}: {error}");
             assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
         }
+    }
+
+    #[test]
+    fn without_samples_and_weights_every_outlier_counts() {
+        let (truth, observations) = scene(3, 0.4);
+        let settings = |is_enabled, has_robust_weights| RansacSettings { is_enabled, has_robust_weights, ..SETTINGS };
+        let find = |settings: RansacSettings| {
+            let found =
+                robust_pose(&truth, &observations, &settings, &mut RngTree::new(3).stream("ransac", 0));
+            (log(&(found.camera_from_world * truth.inverse())).norm(), found.num_inliers)
+        };
+        let (error, num_inliers) = find(settings(false, false));
+        assert!(error > 0.01 && num_inliers == observations.len(), "{error} {num_inliers}");
+        assert!(find(settings(true, false)).0 < 0.01 && find(settings(false, true)).0 < 0.01);
     }
 
     #[test]

@@ -319,6 +319,7 @@ impl Initializer {
         }
         let ransac = RansacSettings {
             is_enabled: false,
+            has_robust_weights: true,
             sample_size: 5,
             confidence: 0.99,
             max_hypotheses: 0,

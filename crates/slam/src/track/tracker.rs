@@ -264,6 +264,7 @@ impl Tracker {
     fn ransac(&self) -> RansacSettings {
         RansacSettings {
             is_enabled: self.config.reject_outliers,
+            has_robust_weights: self.config.robust_weights,
             sample_size: 5,
             confidence: 0.99,
             max_hypotheses: self.config.max_hypotheses,
