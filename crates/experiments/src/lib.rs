@@ -17,9 +17,9 @@ pub mod slam;
 pub mod studies;
 pub mod symmetry;
 
-pub(crate) use framework::{mean, number, quantile, sorted};
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
     Table, merge, run, run_until,
 };
+pub(crate) use framework::{mean, number, quantile, sorted};
 pub use published::{PublishedTable, published_tables};

@@ -13,8 +13,7 @@ pub struct PublishedTable {
     pub rows: Vec<Vec<&'static str>>,
 }
 
-static TABLES: LazyLock<Vec<PublishedTable>> =
-    LazyLock::new(|| parse(include_str!("../data/published.md")));
+static TABLES: LazyLock<Vec<PublishedTable>> = LazyLock::new(|| parse(include_str!("../data/published.md")));
 
 /// All published tables.
 #[must_use]

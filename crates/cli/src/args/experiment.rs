@@ -21,13 +21,15 @@ pub enum ExperimentCommand {
     /// Carried away: how fast do algorithms that had converged find the new place?
     Kidnap(CellArgs),
     /// Markov localization on a grid: walks, images, a goalkeeper, long times without a goal
-    Markov(CellArgs),
+    Markov(MarkovArgs),
     /// On the field: tours, kidnaps, other robots, white goals; are reliability and covariance honest?
     Robocup(RobocupArgs),
     /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
     Office(OfficeArgs),
     /// SLAM: what bundle adjustment, outlier rejection and descriptors are worth
     SlamConfigs(SlamStudyArgs),
+    /// SLAM: what share of lost points should ask for a keyframe
+    SlamLostPoints(SlamStudyArgs),
     /// SLAM among moving things, with and without outlier rejection
     SlamDynamic(SlamStudyArgs),
     /// SLAM of a camera that is covered and carried away
@@ -73,7 +75,7 @@ pub struct SymmetryArgs {
     pub common: RunsArgs,
 }
 
-/// Arguments of `visloc experiment kidnap` and `markov`.
+/// Arguments of `visloc experiment kidnap`.
 #[derive(Debug, Args)]
 pub struct CellArgs {
     /// Runs of each cell of the tables
@@ -81,6 +83,17 @@ pub struct CellArgs {
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment markov`.
+#[derive(Debug, Args)]
+pub struct MarkovArgs {
+    /// Learn the observation tables from this recording with truth (.mcap, a field with the published goals); states that it
+    /// does not show keep the tables that come with the program
+    #[arg(long, value_name = "BAG")]
+    pub recording: Option<InputPath>,
+    #[command(flatten)]
+    pub cells: CellArgs,
 }
 
 /// Arguments of `visloc experiment robocup`.

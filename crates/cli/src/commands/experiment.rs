@@ -15,7 +15,7 @@ use visloc_experiments::{
     robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, measure},
     run_until,
     slam::{SlamExperiment, SlamSettings, SlamStudy},
-    symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings},
+    symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
 };
 use visloc_locate::{FeatureChoice, default_config_toml};
 use visloc_slam::Clock;
@@ -45,14 +45,19 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
     match &args.command {
         ExperimentCommand::Symmetry(args) => {
             let part = if args.long { SymmetryPart::Long } else { SymmetryPart::Published };
-            conduct(&symmetry(part, args.runs), &args.common, SymmetryExperiment::report)
+            conduct(&symmetry(part, args.runs), &args.common, |experiment, results, seed| {
+                let times = timed(|clock_ms| measure_iterations(seed, clock_ms))?;
+                experiment.report(results, seed, &times)
+            })
         }
         ExperimentCommand::Kidnap(args) => {
             conduct(&KidnapExperiment::new(args.runs), &args.common, KidnapExperiment::report)
         }
         ExperimentCommand::Markov(args) => {
-            let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs)?;
-            conduct(&experiment, &args.common, |e, results, seed| Ok(e.report(results, seed)))
+            let recording = args.recording.as_deref().map(Path::to_path_buf);
+            let settings = MarkovSettings { recording, ..MarkovSettings::default() };
+            let experiment = MarkovExperiment::new(settings, args.cells.runs)?;
+            conduct(&experiment, &args.cells.common, |e, results, seed| Ok(e.report(results, seed)))
         }
         ExperimentCommand::Robocup(args) => robocup(args),
         ExperimentCommand::Office(args) => {
@@ -69,6 +74,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
         ExperimentCommand::SlamConfigs(args) => slam(SlamStudy::Configs, args),
+        ExperimentCommand::SlamLostPoints(args) => slam(SlamStudy::LostPoints, args),
         ExperimentCommand::SlamDynamic(args) => slam(SlamStudy::Dynamic, args),
         ExperimentCommand::SlamKidnap(args) => slam(SlamStudy::Kidnap, args),
         ExperimentCommand::SlamCompare(args) => slam(SlamStudy::Compare, args),
@@ -118,13 +124,17 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     let num_runs = args.seeds.unwrap_or(if args.quick { quick } else { usual });
     let experiment = RobocupExperiment::new(settings, num_runs)?;
     conduct(&experiment, &args.common, |experiment, results, seed| {
-        let watch = Stopwatch::start();
-        // Whoever interrupts does not wait for times.
-        let is_wanted = !host().is_stopped();
-        let timings =
-            is_wanted.then(|| measure(experiment, seed, &mut || watch.ms())).transpose()?.unwrap_or_default();
+        let timings = timed(|clock_ms| measure(experiment, seed, clock_ms))?;
         experiment.report(results, seed, &timings)
     })
+}
+
+/// Times measured with a clock in milliseconds; none after an interruption: whoever interrupts does not wait for them.
+fn timed<T>(
+    measure: impl FnOnce(&mut dyn FnMut() -> f64) -> Result<Vec<T>, ExperimentError>,
+) -> Result<Vec<T>, ExperimentError> {
+    let watch = Stopwatch::start();
+    if host().is_stopped() { Ok(Vec::new()) } else { measure(&mut || watch.ms()) }
 }
 
 /// What makes a report of an experiment's records.
@@ -179,40 +189,43 @@ fn show(report: &Report, folder: Option<&Path>, json: Option<&Path>) -> Result<(
     saving.end()
 }
 
+/// The settings of the runs in a folder.
+fn settings_of<T: serde::de::DeserializeOwned>(manifest: &Manifest, folder: &Path) -> Result<T> {
+    serde_json::from_value(manifest.settings.clone())
+        .with_context(|| format!("{}: settings of another version", folder.display()))
+}
+
 /// Puts parts together. Which experiment they are of is written in their folders.
 fn merge_parts(args: &MergeArgs) -> Result<()> {
     let first = args.folders.first().context("expected at least one folder")?;
     let manifest = Manifest::read(first)?;
     let report = match manifest.experiment.as_str() {
         "symmetry" => {
-            let settings: SymmetrySettings = serde_json::from_value(manifest.settings.clone())
-                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let settings: SymmetrySettings = settings_of(&manifest, first)?;
             let experiment = symmetry(settings.part, args.runs);
-            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
         }
         "kidnap" => {
             let experiment = KidnapExperiment::new(args.runs.unwrap_or(NUM_RUNS));
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         "markov" => {
-            let experiment = MarkovExperiment::new(MarkovSettings::default(), args.runs.unwrap_or(NUM_RUNS))?;
+            let settings: MarkovSettings = settings_of(&manifest, first)?;
+            let experiment = MarkovExperiment::new(settings, args.runs.unwrap_or(NUM_RUNS))?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)
         }
         "robocup" => {
-            let settings: RobocupSettings = serde_json::from_value(manifest.settings.clone())
-                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let settings: RobocupSettings = settings_of(&manifest, first)?;
             let experiment = RobocupExperiment::new(settings, args.runs.unwrap_or(NUM_ROBOCUP_RUNS.0))?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed, &[])?
         }
         "office" => {
-            let settings: OfficeSettings = serde_json::from_value(manifest.settings.clone())
-                .with_context(|| format!("{}: settings of another version", first.display()))?;
+            let settings: OfficeSettings = settings_of(&manifest, first)?;
             let experiment = OfficeExperiment::new(settings, args.runs.unwrap_or(5));
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
-        "slam-configs" | "slam-dynamic" | "slam-kidnap" | "slam-compare" => {
-            let settings: SlamSettings = serde_json::from_value(manifest.settings.clone())
-                .with_context(|| format!("{}: settings of another version", first.display()))?;
+        name if name.starts_with("slam-") => {
+            let settings: SlamSettings = settings_of(&manifest, first)?;
             let experiment = SlamExperiment::new(settings, args.runs.unwrap_or(3), Clock::none())?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }

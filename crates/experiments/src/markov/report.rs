@@ -98,14 +98,7 @@ impl MarkovExperiment {
         let mut table = Table::new(
             "walks",
             "Walk along the right edge: whether the published run is localized | share of runs here in the right state",
-            &[
-                "instant",
-                "state",
-                "synthetic",
-                "images, as published",
-                "odometry",
-                "densities",
-            ],
+            &["instant", "state", "synthetic", "images, as published", "odometry", "densities"],
         );
         let columns = [Reading::Published, Reading::Odometry, Reading::Densities].map(Task::Images);
         let columns =
@@ -237,8 +230,7 @@ fn whole(percent: f64) -> String {
 /// The published outcomes of actions, and those of a robot with odometry.
 fn action_table() -> Table {
     let title = "What comes of an action [%]: published, without odometry | with odometry";
-    let mut table =
-        Table::new("actions", title, &["action", "no effect", "once", "twice", "three times"]);
+    let mut table = Table::new("actions", title, &["action", "no effect", "once", "twice", "three times"]);
     let outcomes = Outcomes::of_odometry();
     for (name, action) in
         [("advance", Action::ADVANCE), ("turn right", Action::TURN_RIGHT), ("turn left", Action::TURN_LEFT)]

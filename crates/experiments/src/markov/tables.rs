@@ -68,11 +68,10 @@ impl Learned {
     /// What the images of a recording with truth teach, where the robot stands on the ground and looks straight ahead. States with
     /// hardly any image keep the tables that come with the program.
     pub fn from_recording(stage: &Stage, recording: &Path) -> Result<Self, ExperimentError> {
-        let refused = |reason: String| ExperimentError::Setup {
-            reason: format!("{}: {reason}", recording.display()),
-        };
-        let mut reader = BagReader::open(recording, BagTopics::default())
-            .map_err(|error| refused(error.to_string()))?;
+        let refused =
+            |reason: String| ExperimentError::Setup { reason: format!("{}: {reason}", recording.display()) };
+        let mut reader =
+            BagReader::open(recording, BagTopics::default()).map_err(|error| refused(error.to_string()))?;
         let (mut analyzer, mut rng) = (analyzer()?, RngTree::new(0).stream("analysis", 0));
         let (mut captures, mut num_in_state) = (Vec::new(), vec![0; stage.grid.num_states()]);
         while let Some(next) = reader.next_frame() {
@@ -90,7 +89,8 @@ impl Learned {
         let is_known = |state: usize| num_in_state[state] >= LEAST_IMAGES;
         let num_known = (0..num_in_state.len()).filter(|state| is_known(*state)).count();
         if num_known == 0 {
-            let expected = "expected images with truth (/ground_truth/pose) of a robot that looks straight ahead, found";
+            let expected =
+                "expected images with truth (/ground_truth/pose) of a robot that looks straight ahead, found";
             return Err(refused(format!("{expected} {} of them", captures.len())));
         }
         let here = Self::of(&captures, num_in_state.len());

@@ -2,9 +2,7 @@
 
 use rand::RngExt;
 use visloc_base::{PlanarTrajectory, RngTree, StampedPose, Timestamp};
-use visloc_eval::{
-    CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans, evaluate,
-};
+use visloc_eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans, evaluate};
 use visloc_geom::PlanarPose;
 use visloc_locate::{Estimate, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
 use visloc_world::Map;

@@ -157,8 +157,7 @@ pub(super) fn seconds_in_band(summary: &Summary<'_>) -> Option<f64> {
 
 /// Time of an iteration, with the image analysis, and of parts of it.
 pub(super) fn timing(timings: &[AlgorithmTiming]) -> Table {
-    let title =
-        "Time of an iteration with image analysis [ms]: published on the Nao | here, one thread on this machine";
+    let title = "Time of an iteration with image analysis [ms]: published on the Nao | here, one thread on this machine";
     let mut table = Table::new("timing", title, &["algorithm", "mean", "median", "99 %", "range"]);
     for timing in timings {
         let summary = &timing.iteration_ms;

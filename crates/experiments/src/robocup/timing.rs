@@ -51,10 +51,7 @@ pub fn measure(
 }
 
 /// The image analysis, and the likelihood of one pose.
-fn parts(
-    seed: u64,
-    clock_ms: &mut dyn FnMut() -> f64,
-) -> Result<[AlgorithmTiming; 2], ExperimentError> {
+fn parts(seed: u64, clock_ms: &mut dyn FnMut() -> f64) -> Result<[AlgorithmTiming; 2], ExperimentError> {
     let (mut simulation, seeds) = tour(seed)?;
     let mut eye = Eye::new(simulation.map(), &PipelineConfig::default(), seeds.subtree("parts", 0))?;
     let (mut analysis_ms, mut pose_ms) = (Vec::new(), Vec::new());

@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_base::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};
-use visloc_eval::camera::{Alignment, absolute_error, associate, relative_error};
-use visloc_slam::{Clock, FrameOutcome, Slam, SlamConfig, TrackingState, track::Quality};
+use visloc_eval::camera::{Alignment, Statistics, absolute_error, associate, relative_error};
+use visloc_slam::{Clock, FrameOutcome, FramePose, Slam, SlamConfig, TrackingState, track::Quality};
+
+use crate::mean;
 
 /// Times that belong together differ by no more than this, seconds.
 const TOLERANCE_SECS: f64 = 0.01;
@@ -11,6 +13,16 @@ const TOLERANCE_SECS: f64 = 0.01;
 const COVERED_LEVEL: f64 = 12.0;
 /// Points of a path that are kept at most, for pictures.
 const MAX_POINTS: usize = 400;
+/// Parts of the thesis' stages. What is not here goes by its own name.
+const STAGES: [(&str, &str); 7] = [
+    ("pyramid", "start frame"),
+    ("image alignment", "align image"),
+    ("local map", "align points"),
+    ("projection", "align points"),
+    ("matching", "align points"),
+    ("pose", "adjust pose"),
+    ("link points", "update points"),
+];
 
 /// What one run found. Lengths in meters, angles in degrees, times of stages in milliseconds; `None` where there is no truth or
 /// nothing of the kind happened.
@@ -22,6 +34,9 @@ pub struct SlamRunRecord {
     pub coverage: f64,
     /// Root mean square of the position error after alignment with scale.
     pub ate_rmse_m: Option<f64>,
+    /// The position errors in all.
+    #[serde(default)]
+    pub ate: Option<Statistics>,
     /// Largest position error.
     pub ate_max_m: Option<f64>,
     /// Largest change of the position error from one pose to the next: a jump.
@@ -36,14 +51,25 @@ pub struct SlamRunRecord {
     pub keyframe_ms: Option<(f64, f64)>,
     /// Time for an attempt to find the place again, mean and largest.
     pub relocalization_ms: Option<(f64, f64)>,
-    /// Stages of tracking and mapping, mean over the images in which they happened.
-    pub stages_ms: Vec<(String, f64)>,
+    /// Tracking and mapping in all, over the images of `tracking_ms`.
+    #[serde(default)]
+    pub tracking: Option<Statistics>,
+    /// See [`SlamRunRecord::tracking`].
+    #[serde(default)]
+    pub mapping: Option<Statistics>,
+    /// Stages of tracking, and of the mapping of keyframes, over the images in which they happened.
+    #[serde(default)]
+    pub stages: Vec<(String, Statistics)>,
+    /// Seconds from the first image, tracking and mapping of some images: of several in a row the longest.
+    #[serde(default)]
+    pub image_ms: Vec<[f64; 3]>,
     /// How often the camera was lost.
     pub num_lost: usize,
     /// For each time it was covered: seconds from the first image that shows something until there was a pose again; `None`
     /// if there was none to the end.
     pub found_after_secs: Vec<Option<f64>>,
-    /// Some poses, aligned with the truth: seconds from the first image, x, y, z and position error.
+    /// Some poses, aligned with the truth: seconds from the first image, x, y, z and position error. Without a truth in map units
+    /// with the error 0.
     pub path: Vec<[f64; 5]>,
     /// Some true positions.
     pub true_path: Vec<[f64; 3]>,
@@ -76,8 +102,9 @@ pub(super) fn follow(
     let mut record = watch.record();
     record.num_frames = num_frames;
     record.coverage = trajectory.poses().len() as f64 / num_frames.max(1) as f64;
-    if let Some(truth) = truth {
-        compare(truth, &trajectory, slam.frames().first().map(|frame| frame.at), &mut record);
+    match truth {
+        Some(truth) => compare(truth, &trajectory, slam.frames(), &mut record),
+        None => record.path = path(&trajectory, slam.frames()),
     }
     Ok(record)
 }
@@ -87,20 +114,41 @@ fn mean_level(image: &GrayImage) -> f64 {
     sum as f64 / image.data().len().max(1) as f64
 }
 
+/// Every how many of so many points are kept.
+fn step(num: usize) -> usize {
+    num.div_ceil(MAX_POINTS).max(1)
+}
+
+/// Whether an image's point is kept: the same images in all runs.
+fn is_kept(at: Timestamp, frames: &[FramePose]) -> bool {
+    frames.partition_point(|frame| frame.at < at) % step(frames.len()) == 0
+}
+
+fn place(pose: &CameraPose) -> [f64; 3] {
+    let t = pose.world_from_camera.translation();
+    [t.x, t.y, t.z]
+}
+
+/// The path where there is no truth.
+fn path(trajectory: &CameraTrajectory, frames: &[FramePose]) -> Vec<[f64; 5]> {
+    let start = frames.first().map(|frame| frame.at).unwrap_or_default();
+    let kept = trajectory.poses().iter().filter(|pose| is_kept(pose.at, frames));
+    kept.map(|pose| {
+        let [x, y, z] = place(pose);
+        [pose.at.secs_since(start), x, y, z, 0.0]
+    })
+    .collect()
+}
+
 /// Errors against the truth.
 fn compare(
     truth: &CameraTrajectory,
     estimate: &CameraTrajectory,
-    start: Option<Timestamp>,
+    frames: &[FramePose],
     record: &mut SlamRunRecord,
 ) {
-    let start = start.unwrap_or_default();
-    let thinned = |n: usize| n.div_ceil(MAX_POINTS).max(1);
-    let place = |pose: &CameraPose| {
-        let t = pose.world_from_camera.translation();
-        [t.x, t.y, t.z]
-    };
-    record.true_path = truth.poses().iter().step_by(thinned(truth.poses().len())).map(place).collect();
+    let start = frames.first().map(|frame| frame.at).unwrap_or_default();
+    record.true_path = truth.poses().iter().step_by(step(truth.poses().len())).map(place).collect();
     let pairs = associate(truth, estimate, TOLERANCE_SECS);
     let Some(error) = absolute_error(&pairs, Alignment::Similarity) else { return };
     let offset = |i: usize| {
@@ -109,11 +157,12 @@ fn compare(
     };
     let jumps = (1..pairs.len()).map(|i| (offset(i) - offset(i - 1)).norm());
     record.ate_rmse_m = Some(error.rmse);
+    record.ate = Statistics::of(&error.each);
     record.ate_max_m = Some(error.max);
     record.jump_m = jumps.max_by(f64::total_cmp);
     let relative = relative_error(&pairs, 1, &error.similarity);
     record.rpe_rot_deg = relative.map(|relative| relative.rotation_rmse_rad.to_degrees());
-    let kept = pairs.iter().zip(&error.each).step_by(thinned(pairs.len()));
+    let kept = pairs.iter().zip(&error.each).filter(|(pair, _)| is_kept(pair.estimate.at, frames));
     record.path = kept
         .map(|(pair, error_m)| {
             let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
@@ -129,7 +178,9 @@ struct Watch {
     mapping_ms: Vec<f64>,
     keyframe_ms: Vec<f64>,
     relocalization_ms: Vec<f64>,
-    stages: Vec<(String, f64, f64)>,
+    stages: Vec<(String, Vec<f64>)>,
+    start: Option<Timestamp>,
+    image_ms: Vec<[f64; 3]>,
     num_lost: usize,
     was_lost: bool,
     was_covered: bool,
@@ -142,22 +193,20 @@ impl Watch {
         let is_tracked = matches!(outcome.state, TrackingState::Tracking(q) if q != Quality::Bad);
         let is_lost = outcome.state == TrackingState::Lost;
         let mapping_ms = outcome.mapped.iter().map(|mapped| mapped.times.total_secs()).sum::<f64>() * 1e3;
+        let tracking_ms = outcome.tracking.total_secs() * 1e3;
+        let start = *self.start.get_or_insert(at);
+        self.image_ms.push([at.secs_since(start), tracking_ms, mapping_ms]);
         if is_tracked && !outcome.is_relocalized {
-            self.tracking_ms.push(outcome.tracking.total_secs() * 1e3);
+            self.tracking_ms.push(tracking_ms);
             self.mapping_ms.push(mapping_ms);
+            self.add_stages(outcome.tracking.stages(), "tracking in all");
         }
-        if outcome.mapped.iter().any(|mapped| mapped.report.keyframe.is_some()) {
-            self.keyframe_ms.push(mapping_ms);
+        for mapped in outcome.mapped.iter().filter(|mapped| mapped.report.keyframe.is_some()) {
+            self.keyframe_ms.push(mapped.times.total_secs() * 1e3);
+            self.add_stages(mapped.times.stages(), "keyframe in all");
         }
         if is_lost || outcome.is_relocalized {
-            self.relocalization_ms.push(outcome.tracking.total_secs() * 1e3);
-        }
-        let mapping = outcome.mapped.iter().flat_map(|mapped| mapped.times.stages());
-        for (name, secs) in outcome.tracking.stages().iter().chain(mapping) {
-            match self.stages.iter_mut().find(|stage| stage.0 == *name) {
-                Some(stage) => (stage.1, stage.2) = (stage.1 + secs * 1e3, stage.2 + 1.0),
-                None => self.stages.push(((*name).to_owned(), secs * 1e3, 1.0)),
-            }
+            self.relocalization_ms.push(tracking_ms);
         }
         self.num_lost += usize::from(is_lost && !self.was_lost);
         self.was_lost = is_lost;
@@ -171,6 +220,25 @@ impl Watch {
         self.was_covered = is_covered;
     }
 
+    /// Adds the stages of an image, and their sum.
+    fn add_stages(&mut self, stages: &[(&'static str, f64)], sum: &'static str) {
+        let total: f64 = stages.iter().map(|stage| stage.1).sum();
+        let mut of_image: Vec<(&str, f64)> = Vec::new();
+        for (part, secs) in stages {
+            let name = STAGES.iter().find(|stage| stage.0 == *part).map_or(*part, |stage| stage.1);
+            match of_image.iter_mut().find(|stage| stage.0 == name) {
+                Some(stage) => stage.1 += secs,
+                None => of_image.push((name, *secs)),
+            }
+        }
+        for (name, secs) in of_image.into_iter().chain([(sum, total)]) {
+            match self.stages.iter_mut().find(|stage| stage.0 == name) {
+                Some(stage) => stage.1.push(secs * 1e3),
+                None => self.stages.push((name.to_owned(), vec![secs * 1e3])),
+            }
+        }
+    }
+
     fn record(self) -> SlamRunRecord {
         let mut found_after_secs = self.found_after_secs;
         found_after_secs.extend(self.seeing_since.map(|_| None));
@@ -179,7 +247,14 @@ impl Watch {
             mapping_ms: mean(&self.mapping_ms),
             keyframe_ms: mean(&self.keyframe_ms).zip(max(&self.keyframe_ms)),
             relocalization_ms: mean(&self.relocalization_ms).zip(max(&self.relocalization_ms)),
-            stages_ms: self.stages.into_iter().map(|(name, sum, count)| (name, sum / count)).collect(),
+            tracking: Statistics::of(&self.tracking_ms),
+            mapping: Statistics::of(&self.mapping_ms),
+            stages: self
+                .stages
+                .into_iter()
+                .filter_map(|(name, ms)| Some((name, Statistics::of(&ms)?)))
+                .collect(),
+            image_ms: thinned(&self.image_ms),
             num_lost: self.num_lost,
             found_after_secs,
             ..SlamRunRecord::default()
@@ -187,8 +262,13 @@ impl Watch {
     }
 }
 
-pub(super) fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+/// Of several images in a row the longest times.
+fn thinned(image_ms: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let longest = |images: &[[f64; 3]]| {
+        let of = |i: usize| images.iter().map(|image| image[i]).fold(0.0, f64::max);
+        [images[0][0], of(1), of(2)]
+    };
+    image_ms.chunks(step(image_ms.len())).map(longest).collect()
 }
 
 pub(super) fn max(values: &[f64]) -> Option<f64> {

@@ -1,12 +1,12 @@
-//! Paths, errors over time and bars.
+//! Paths, errors and times over time, and bars.
 
 use visloc_plot::{
     Bar, BarChart, BarGroup, BarSeries, Color, Panel, Picture, Series, SpacePath, SpaceViews,
     TimeSeriesPicture, ValueAxis, bar_chart, space_views, time_series,
 };
 
-use super::{SlamExperiment, SlamRunRecord, sequence::short_name};
-use crate::{Experiment, Results};
+use super::{SlamExperiment, SlamRunRecord, SlamStudy, map_pictures, sequence::short_name};
+use crate::{Experiment, ExperimentError, Results, quantile, sorted};
 
 /// Errors below this are drawn at it, meters.
 const LEAST_ERROR_M: f64 = 1e-4;
@@ -15,7 +15,7 @@ const LEAST_ERROR_M: f64 = 1e-4;
 pub(super) fn pictures(
     experiment: &SlamExperiment,
     results: &Results<SlamRunRecord>,
-) -> Vec<(String, Picture)> {
+) -> Result<Vec<(String, Picture)>, ExperimentError> {
     let settings = experiment.settings();
     let n = settings.configurations.len();
     let mut pictures = Vec::new();
@@ -25,13 +25,101 @@ pub(super) fn pictures(
         let firsts: Vec<(&str, &SlamRunRecord)> = (0..n)
             .filter_map(|j| Some((settings.configurations[j].as_str(), results.cell(i * n + j).next()?)))
             .collect();
+        match settings.study {
+            SlamStudy::Configs => {
+                pictures.push((format!("{file}-times"), times(&name, &firsts)));
+                pictures.extend(map_pictures::all(sequence, &file, settings.max_frames)?);
+            }
+            SlamStudy::LostPoints => {
+                pictures.push((format!("{file}-thresholds"), thresholds(experiment, results, i)));
+            }
+            SlamStudy::Dynamic => pictures.push((format!("{file}-x"), along_x(&name, &firsts))),
+            SlamStudy::Kidnap | SlamStudy::Compare => {}
+        }
         let [above, side] = space_views(&paths(&name, &firsts));
         pictures.push((format!("{file}-paths"), above));
         pictures.push((format!("{file}-paths-side"), side));
         pictures.push((format!("{file}-errors"), errors(&name, &firsts)));
     }
     pictures.push(("errors".to_owned(), bars(experiment, results)));
-    pictures
+    Ok(pictures)
+}
+
+/// Panels above each other, of the first runs.
+fn over_time(title: String, panels: Vec<Panel>) -> Picture {
+    let subtitle = "the first run of each".to_owned();
+    time_series(&TimeSeriesPicture { title, subtitle, panels, ..TimeSeriesPicture::default() })
+}
+
+/// A line for each wanted configuration.
+fn lines(
+    firsts: &[(&str, &SlamRunRecord)],
+    is_wanted: impl Fn(&str) -> bool,
+    points: impl Fn(&SlamRunRecord) -> Vec<(f64, f64)>,
+) -> Vec<Series> {
+    let wanted = firsts.iter().enumerate().filter(|(_, (name, _))| is_wanted(name));
+    wanted.map(|(i, (name, record))| Series::new(name, Color::series(i), points(record))).collect()
+}
+
+/// Time of each image: tracking without bundle adjustment, mapping without rejection. Source: 2017 figure 7.2.
+fn times(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
+    let panel = |label: &str, wanted: [&str; 4], column: usize| Panel {
+        label: label.to_owned(),
+        series: lines(
+            firsts,
+            |name| wanted.contains(&name),
+            |r| r.image_ms.iter().map(|image| (image[0], image[column])).collect(),
+        ),
+        ..Panel::default()
+    };
+    let panels = vec![
+        panel("tracking [ms]", ["config1", "config2", "config5", "config6"], 1),
+        panel("mapping [ms]", ["config1", "config3", "config5", "config7"], 2),
+    ];
+    over_time(
+        format!("{name}: time of an image; tracking without adjustment, mapping without rejection"),
+        panels,
+    )
+}
+
+/// Where the camera is along x. Source: 2017 figure 7.6.
+fn along_x(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
+    let points = |r: &SlamRunRecord| r.path.iter().map(|point| (point[0], point[1])).collect();
+    let panel =
+        Panel { label: "x [m]".to_owned(), series: lines(firsts, |_| true, points), ..Panel::default() };
+    over_time(format!("{name}: the camera along x"), vec![panel])
+}
+
+/// Times and error by the threshold, medians of the runs. Source: 2017 figure 7.3.
+fn thresholds(experiment: &SlamExperiment, results: &Results<SlamRunRecord>, sequence: usize) -> Picture {
+    let names = &experiment.settings().configurations;
+    let series = |label: &str, i: usize, value: &dyn Fn(&SlamRunRecord) -> Option<f64>| {
+        let median = |j: usize| {
+            let cell = results.cell(sequence * names.len() + j);
+            quantile(&sorted(cell.filter_map(value)), 0.5).unwrap_or(f64::NAN)
+        };
+        let points = names.iter().enumerate().map(|(j, name)| (name.parse().unwrap_or(f64::NAN), median(j)));
+        Series::new(label, Color::series(i), points.collect())
+    };
+    let panel =
+        |label: &str, series: Vec<Series>| Panel { label: label.to_owned(), series, ..Panel::default() };
+    time_series(&TimeSeriesPicture {
+        title: format!(
+            "{}: share of lost points that asks for a keyframe",
+            short_name(&experiment.settings().sequences[sequence])
+        ),
+        subtitle: "config8, medians of the runs".to_owned(),
+        x_label: "threshold".to_owned(),
+        panels: vec![
+            panel(
+                "time [ms]",
+                vec![series("tracking", 0, &|r| r.tracking_ms), series("mapping", 1, &|r| r.mapping_ms)],
+            ),
+            panel("RMSE [m]", vec![series("error", 2, &|r| r.ate_rmse_m)]),
+            panel("coverage [%]", vec![series("images with a pose", 3, &|r| Some(100.0 * r.coverage))]),
+        ],
+        ..TimeSeriesPicture::default()
+    })
 }
 
 fn paths(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> SpaceViews {
@@ -56,22 +144,15 @@ fn paths(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> SpaceViews {
 }
 
 fn errors(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
-    let series = |(i, (configuration, record)): (usize, &(&str, &SlamRunRecord))| {
-        let points = record.path.iter().map(|[t, _, _, _, error]| (*t, error.max(LEAST_ERROR_M))).collect();
-        Series::new(configuration, Color::series(i), points)
-    };
+    let points = |r: &SlamRunRecord| r.path.iter().map(|p| (p[0], p[4].max(LEAST_ERROR_M))).collect();
     let largest = firsts.iter().flat_map(|(_, r)| &r.path).map(|p| p[4]).fold(0.1, f64::max);
-    time_series(&TimeSeriesPicture {
-        title: format!("{name}: position error after alignment"),
-        subtitle: "the first run of each".to_owned(),
-        panels: vec![Panel {
-            label: "position error [m]".to_owned(),
-            axis: ValueAxis::Log { min: LEAST_ERROR_M, max: 2.0 * largest },
-            series: firsts.iter().enumerate().map(series).collect(),
-            ..Panel::default()
-        }],
-        ..TimeSeriesPicture::default()
-    })
+    let panel = Panel {
+        label: "position error [m]".to_owned(),
+        axis: ValueAxis::Log { min: LEAST_ERROR_M, max: 2.0 * largest },
+        series: lines(firsts, |_| true, points),
+        ..Panel::default()
+    };
+    over_time(format!("{name}: position error after alignment"), vec![panel])
 }
 
 fn bars(experiment: &SlamExperiment, results: &Results<SlamRunRecord>) -> Picture {

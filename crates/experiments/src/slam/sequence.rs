@@ -6,6 +6,8 @@ use visloc_base::{CameraTrajectory, ImageSource, files};
 use visloc_data::sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence};
 use visloc_sim::CameraTour;
 
+use crate::published;
+
 /// A sequence that is ready to be followed.
 pub(super) struct SlamSequence {
     pub images: Box<dyn ImageSource>,
@@ -39,4 +41,38 @@ pub(super) fn short_name(name: &str) -> String {
     let path = Path::new(name);
     let last = path.canonicalize().ok().and_then(|path| path.file_name().map(|n| n.to_os_string()));
     last.map_or_else(|| name.to_owned(), |last| last.to_string_lossy().into_owned())
+}
+
+/// Rows of the list of the documents' sequences: name, folders, download.
+fn known() -> impl Iterator<Item = &'static [&'static str]> {
+    let table = published::table("datasets/sequences");
+    table.into_iter().flat_map(|table| table.rows.iter().map(Vec::as_slice))
+}
+
+/// What tables call a sequence: by its name in the documents, if that of its folder tells it.
+pub(super) fn table_name(name: &str) -> String {
+    let folder = short_name(name);
+    let small = folder.to_lowercase();
+    let is_called = |row: &&[&str]| row[1].split(", ").any(|beginning| small.starts_with(beginning));
+    known().find(is_called).map_or(folder, |row| row[0].to_owned())
+}
+
+/// How to get a sequence of the documents and run an experiment on it.
+pub(super) fn how_to_get(name: &str, experiment: &str) -> Option<String> {
+    let row = known().find(|row| row[0] == name)?;
+    let folder = row[2].rsplit(": ").next()?;
+    Some(format!("{name} is not here ({}). With it: visloc experiment {experiment} {folder}", row[2]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sequences_of_the_documents_are_told_by_their_folders() {
+        let names = ["data/MH_01_easy", "traj3_frei_png", "rgbd_dataset_freiburg1_floor", "AGZ", "URJC4"];
+        assert_eq!(names.map(table_name), ["MH01", "OR3", "F1F", "ZU", "URJC4"]);
+        let others = ["living_room_traj3_frei_png", "sim:room", "my_office"];
+        assert_eq!(others.map(table_name), others);
+    }
 }

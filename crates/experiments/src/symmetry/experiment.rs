@@ -5,9 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use visloc_base::RngTree;
 
-use super::{
-    contenders::{self, EXPLORERS, FILTERS, PARTICLES},
-};
+use super::contenders::{self, EXPLORERS, FILTERS, PARTICLES};
 use crate::{
     Cell, Experiment, ExperimentError,
     positions::{Census, Contender, Movement, Scenario, ScenarioShape, Session},

@@ -23,9 +23,8 @@ pub(super) fn published(summary: &Summary) -> Vec<String> {
             .to_owned(),
     ];
     for filter in &FILTERS {
-        let largest = deviations(summary, filter.label)
-            .into_iter()
-            .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let largest =
+            deviations(summary, filter.label).into_iter().max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
         if let Some((difference, place)) = largest {
             notes.push(format!(
                 "{}: largest difference to the published successes {difference:+.0} points ({place}).",

@@ -83,10 +83,8 @@ fn evolutionary_iterations(summary: &Summary) -> Table {
         let cell = |positions| {
             let mean = summary.evolutionary(num, positions).and_then(|outcome| outcome.mean_found_after);
             let difference = mean.and_then(|mean| Some((mean, iterations_difference(num, positions, mean)?)));
-            difference.map_or_else(
-                || number(mean, 2),
-                |(mean, percent)| format!("{mean:.2} ({percent:+.0} %)"),
-            )
+            difference
+                .map_or_else(|| number(mean, 2), |(mean, percent)| format!("{mean:.2} ({percent:+.0} %)"))
         };
         table.push(row(num.to_string(), cell));
     }
@@ -102,7 +100,8 @@ pub(super) fn iterations_difference(num_explorers: usize, num_positions: usize, 
 
 /// Times of the filters.
 fn filter_times(times: &[IterationTime]) -> Table {
-    let title = "Particle filters, time of an iteration by the number of particles [ms]: published (Python) | here";
+    let title =
+        "Particle filters, time of an iteration by the number of particles [ms]: published (Python) | here";
     let columns = PARTICLES.map(|num| num.to_string());
     let rows = FILTERS.map(|filter| filter.label.to_owned());
     time_table(("times", title, "algorithm"), &columns, &rows, times)

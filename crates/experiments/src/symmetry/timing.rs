@@ -29,10 +29,7 @@ pub struct IterationTime {
 ///
 /// # Errors
 /// If a contender cannot be built.
-pub fn measure(
-    seed: u64,
-    clock_ms: &mut dyn FnMut() -> f64,
-) -> Result<Vec<IterationTime>, ExperimentError> {
+pub fn measure(seed: u64, clock_ms: &mut dyn FnMut() -> f64) -> Result<Vec<IterationTime>, ExperimentError> {
     let mut contenders = Vec::new();
     for filter in &FILTERS {
         for num in PARTICLES {
@@ -46,7 +43,8 @@ pub fn measure(
             contenders.push((place, contenders::evolutionary_of(num_exploiters, num_explorers)));
         }
     }
-    let time = |(place, contender)| Ok(IterationTime { place, mean_ms: mean_ms(&contender, seed, clock_ms)? });
+    let time =
+        |(place, contender)| Ok(IterationTime { place, mean_ms: mean_ms(&contender, seed, clock_ms)? });
     contenders.into_iter().map(time).collect()
 }
 

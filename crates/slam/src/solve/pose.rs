@@ -341,7 +341,8 @@ mod tests {
     #[test]
     fn without_samples_and_weights_every_outlier_counts() {
         let (truth, observations) = scene(3, 0.4);
-        let settings = |is_enabled, has_robust_weights| RansacSettings { is_enabled, has_robust_weights, ..SETTINGS };
+        let settings =
+            |is_enabled, has_robust_weights| RansacSettings { is_enabled, has_robust_weights, ..SETTINGS };
         let find = |settings: RansacSettings| {
             let found =
                 robust_pose(&truth, &observations, &settings, &mut RngTree::new(3).stream("ransac", 0));
