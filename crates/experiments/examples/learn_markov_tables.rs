@@ -6,7 +6,8 @@ use std::{error::Error, fs, path::Path};
 use visloc_experiments::markov::{Captures, MarkovExperiment, MarkovSettings};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let settings = MarkovSettings { captures: Some(Captures { per_state: 50, seed: 1 }) };
+    let captures = Some(Captures { per_state: 50, seed: 1 });
+    let settings = MarkovSettings { captures, ..MarkovSettings::default() };
     let experiment = MarkovExperiment::new(settings, 1)?;
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
     fs::write(folder.join("markov-tables.csv"), experiment.learned_tables().to_csv())?;

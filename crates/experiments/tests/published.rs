@@ -3,7 +3,7 @@
 // Clippy knows test functions, but not their helpers.
 #![allow(clippy::unwrap_used)]
 
-use std::sync::atomic::AtomicBool;
+use std::{collections::BTreeMap, sync::atomic::AtomicBool};
 
 use visloc_experiments::{
     Experiment, Results, RunOptions, RunTarget, Shard, Table,
@@ -59,9 +59,10 @@ fn tables(experiment: &str) -> Vec<Table> {
 #[test]
 fn every_published_figure_stands_in_its_table() {
     let mut num_figures = 0;
-    for published in published_tables().iter().filter(|table| !table.id.starts_with("datasets/")) {
+    let mut printed: BTreeMap<&str, Vec<Table>> = BTreeMap::new();
+    for published in published_tables().iter().filter(|table| !table.id.starts_with("list/")) {
         let (experiment, name) = published.id.split_once('/').unwrap();
-        let tables = tables(experiment);
+        let tables = printed.entry(experiment).or_insert_with(|| tables(experiment));
         let table = tables.iter().find(|table| table.name == name).expect(published.id);
         for (row, column, value) in published.figures() {
             num_figures += 1;
@@ -72,7 +73,7 @@ fn every_published_figure_stands_in_its_table() {
             assert!(rows[0][column].starts_with(&format!("{value} | ")), "{place}: {:?}", rows[0]);
         }
     }
-    assert!(num_figures > 600, "{num_figures}");
+    assert_eq!(num_figures, 541, "as many as the documents have");
 }
 
 /// Beside our own contenders, and in rows of their own only what nobody here plays.

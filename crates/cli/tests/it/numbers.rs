@@ -65,6 +65,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
         "experiment symmetry" | "experiment markov" => &[&["--shard", "2/1"]],
         "experiment robocup" | "experiment office" => &[&["--algorithm", "no-such"]],
         "experiment slam-configs"
+        | "experiment slam-lost-points"
         | "experiment slam-dynamic"
         | "experiment slam-kidnap"
         | "experiment slam-compare" => &[&["no-such-folder"]],

@@ -45,7 +45,7 @@ pub(super) fn short_name(name: &str) -> String {
 
 /// Rows of the list of the documents' sequences: name, folders, download.
 fn known() -> impl Iterator<Item = &'static [&'static str]> {
-    let table = published::table("datasets/sequences");
+    let table = published::table("list/sequences");
     table.into_iter().flat_map(|table| table.rows.iter().map(Vec::as_slice))
 }
 
