@@ -32,7 +32,7 @@ fn runs_differ_repeat_and_have_a_report() {
     let options = RunOptions { seed: 1, shard: Shard::WHOLE, target: RunTarget::Memory };
     let results = run(&experiment, &options, &mut |_| ()).unwrap();
     let report = experiment.report(&results, 1, &[]).unwrap();
-    assert_eq!(report.tables.len(), 3, "the set, calibration, consistency");
+    assert_eq!(report.tables.len(), 4, "the set, calibration, consistency, times");
     assert!(report.pictures.iter().any(|(name, _)| name == "tours-mce-path"));
 }
 

@@ -46,7 +46,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
         ExperimentCommand::Symmetry(args) => {
             let part = if args.long { SymmetryPart::Long } else { SymmetryPart::Published };
             conduct(&symmetry(part, args.runs), &args.common, |experiment, results, seed| {
-                let times = timed(|clock_ms| measure_iterations(seed, clock_ms))?;
+                let times = timed(|clock_ms| measure_iterations(seed, clock_ms), || thread_cpu_secs() * 1e3)?;
                 experiment.report(results, seed, &times)
             })
         }
@@ -124,7 +124,8 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     let num_runs = args.seeds.unwrap_or(if args.quick { quick } else { usual });
     let experiment = RobocupExperiment::new(settings, num_runs)?;
     conduct(&experiment, &args.common, |experiment, results, seed| {
-        let timings = timed(|clock_ms| measure(experiment, seed, clock_ms))?;
+        let watch = Stopwatch::start();
+        let timings = timed(|clock_ms| measure(experiment, seed, clock_ms), || watch.ms())?;
         experiment.report(results, seed, &timings)
     })
 }
@@ -132,9 +133,9 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
 /// Times measured with a clock in milliseconds; none after an interruption: whoever interrupts does not wait for them.
 fn timed<T>(
     measure: impl FnOnce(&mut dyn FnMut() -> f64) -> Result<Vec<T>, ExperimentError>,
+    mut clock_ms: impl FnMut() -> f64,
 ) -> Result<Vec<T>, ExperimentError> {
-    let watch = Stopwatch::start();
-    if host().is_stopped() { Ok(Vec::new()) } else { measure(&mut || watch.ms()) }
+    if host().is_stopped() { Ok(Vec::new()) } else { measure(&mut clock_ms) }
 }
 
 /// What makes a report of an experiment's records.

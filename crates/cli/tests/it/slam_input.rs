@@ -151,7 +151,11 @@ fn experiments_show_published_and_measured_figures() {
     sequence(&workspace, "mh_01_clip", &clip_lines(), CAMERA);
     let run = ["experiment", "slam-dynamic", "mh_01_clip", "--runs", "1", "--out", "x"];
     let outcome = workspace.must(&run);
-    assert!(outcome.stdout.contains("MH01, config1") && outcome.stdout.contains("F3W is not here"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("MH01, config1") && outcome.stdout.contains("F3W is not here"),
+        "{}",
+        outcome.stdout
+    );
     let records = workspace.json("x/report.json")["cells"][0]["records"].as_array().unwrap().len();
     assert_eq!(records, 1);
     let outcome = workspace.must(&["experiment", "slam-compare", "mh_01_clip", "--runs", "1"]);

@@ -93,6 +93,6 @@ fn the_report_has_tables_and_pictures() {
     let options = RunOptions { seed: 1, shard, target: RunTarget::Memory };
     let results = run(&experiment, &options, &mut |_| {}).unwrap();
     let report = experiment.report(&results, 1);
-    assert!(report.text().contains("missing") && report.tables.len() == 3);
+    assert!(report.text().contains("missing") && report.tables.len() == 6);
     assert!(report.pictures.iter().any(|(name, _)| name == "belief-synthetic-t06"));
 }

@@ -63,10 +63,13 @@ fn lines(
 
 /// Time of each image: tracking without bundle adjustment, mapping without rejection. Source: 2017 figure 7.2.
 fn times(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
+    // As many as there are colors.
+    let is_shown = |name: &str| !matches!(name, "config4" | "config8");
+    let firsts: Vec<_> = firsts.iter().filter(|(name, _)| is_shown(name)).copied().collect();
     let panel = |label: &str, wanted: [&str; 4], column: usize| Panel {
         label: label.to_owned(),
         series: lines(
-            firsts,
+            &firsts,
             |name| wanted.contains(&name),
             |r| r.image_ms.iter().map(|image| (image[0], image[column])).collect(),
         ),

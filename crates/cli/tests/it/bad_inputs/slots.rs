@@ -216,12 +216,7 @@ pub const SLOTS: &[Slot] = &[
         &[Topics],
     ),
     slot("experiment merge", "DIR", "{}", &[Experiment]),
-    small(
-        "experiment markov",
-        "--recording",
-        "--recording {} --runs 1 --shard 900000000/1000000000",
-        &[Bag],
-    ),
+    small("experiment markov", "--recording", "--recording {} --runs 1 --shard 900000000/1000000000", &[Bag]),
     slot("experiment slam-compare", "SEQUENCE", "{} --runs 1 --frames 2", &[Tum]),
     slot("experiment slam-configs", "SEQUENCE", "{} --runs 1 --frames 2", &[Tum]),
     slot("experiment slam-dynamic", "SEQUENCE", "{} --runs 1 --frames 2", &[Tum]),
