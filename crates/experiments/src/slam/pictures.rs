@@ -88,8 +88,16 @@ fn times(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
 /// Where the camera is along x. Source: 2017 figure 7.6.
 fn along_x(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> Picture {
     let points = |r: &SlamRunRecord| r.path.iter().map(|point| (point[0], point[1])).collect();
-    let panel =
-        Panel { label: "x [m]".to_owned(), series: lines(firsts, |_| true, points), ..Panel::default() };
+    let all = sorted(firsts.iter().flat_map(|(_, record)| &record.path).map(|point| point[1]));
+    let axis = match (all.first(), all.last()) {
+        (Some(low), Some(high)) => {
+            let border = (0.1 * (high - low)).max(0.005);
+            ValueAxis::Linear { min: low - border, max: high + border }
+        }
+        _ => ValueAxis::default(),
+    };
+    let series = lines(firsts, |_| true, points);
+    let panel = Panel { label: "x [m]".to_owned(), axis, series, ..Panel::default() };
     over_time(format!("{name}: the camera along x"), vec![panel])
 }
 
