@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn sequences_of_the_documents_are_told_by_their_folders() {
-        let names = ["data/MH_01_easy", "traj3_frei_png", "rgbd_dataset_freiburg1_floor", "AGZ", "URJC4"];
+        let names = ["MH_01_easy", "traj3_frei_png", "rgbd_dataset_freiburg1_floor", "AGZ", "URJC4"];
         assert_eq!(names.map(table_name), ["MH01", "OR3", "F1F", "ZU", "URJC4"]);
         let others = ["living_room_traj3_frei_png", "sim:room", "my_office"];
         assert_eq!(others.map(table_name), others);
