@@ -7,7 +7,7 @@ use thiserror::Error;
 use visloc_base::files;
 
 use crate::{
-    field::Field,
+    field::{Field, is_field_list, read_field_list},
     office::{
         Office,
         import::{Import, ImportNote, is_grid, read_dxf, read_grid, read_list, read_picture, read_svg},
@@ -139,6 +139,9 @@ impl Map {
                 let text = std::str::from_utf8(bytes).map_err(|_| not_text("other data"))?;
                 match format {
                     Format::Svg => read_svg(name, title, text)?,
+                    Format::Yaml if is_field_list(text) => {
+                        return Ok((Self::Field(read_field_list(name, title, text)?), Vec::new()));
+                    }
                     Format::Yaml if is_grid(text) => read_grid(name, title, text, picture)?,
                     Format::Yaml => read_list(name, title, text)?,
                     _ => return Ok((Self::parse(name, text)?, Vec::new())),

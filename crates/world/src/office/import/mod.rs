@@ -25,7 +25,7 @@ pub use notes::{Import, ImportNote};
 pub use svg::read_svg;
 
 /// What is wrong with a YAML text, without the place that the line number tells.
-fn yaml_error(name: &str, error: &serde_saphyr::Error) -> MapError {
+pub(crate) fn yaml_error(name: &str, error: &serde_saphyr::Error) -> MapError {
     let text = error.to_string();
     let first = text.lines().next().unwrap_or_default();
     let at = error.location();
