@@ -1,6 +1,7 @@
 //! `visloc`: tells a robot with one ordinary camera where it is.
 
 mod args;
+mod benchmark;
 mod broadcast;
 mod calibration;
 mod claims;

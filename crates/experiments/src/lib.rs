@@ -19,7 +19,7 @@ pub mod symmetry;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
-    Table, merge, run, run_until,
+    Table, escaped, merge, run, run_until,
 };
 pub(crate) use framework::{mean, number, quantile, sorted};
 pub use published::{PublishedTable, published_tables};

@@ -9,13 +9,13 @@ use crate::{
     svg::{Anchor, Canvas, Paint, Point, Rect, TextStyle},
 };
 
-const LEFT_PX: f64 = 84.0;
-const PLOT_PX: (f64, f64) = (820.0, 340.0);
+pub(crate) const LEFT_PX: f64 = 84.0;
+pub(crate) const PLOT_PX: (f64, f64) = (820.0, 340.0);
 const GROUP_LABEL_PX: f64 = 12.0;
-const GROUP_LINE_PX: f64 = 15.0;
+pub(crate) const GROUP_LINE_PX: f64 = 15.0;
 
 /// Share of a group's width that its bars fill.
-const FILLED: f64 = 0.74;
+pub(crate) const FILLED: f64 = 0.74;
 
 /// Groups of bars, one bar for each series.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -81,12 +81,7 @@ pub fn bar_chart(input: &BarChart) -> Picture {
     #[allow(clippy::cast_precision_loss)]
     let x = Axis::linear((0.0, input.groups.len().max(1) as f64), (rect.left, rect.right));
     let area = PlotArea { rect, x, y };
-    let group_px = x.px(1.0) - x.px(0.0);
-    let labels: Vec<Vec<String>> = input
-        .groups
-        .iter()
-        .map(|group| font::wrap(&group.label, GROUP_LABEL_PX, Weight::Regular, group_px - 8.0))
-        .collect();
+    let labels = group_labels(input.groups.iter().map(|group| group.label.as_str()), &area);
     #[allow(clippy::cast_precision_loss)]
     let labels_px = labels.iter().map(Vec::len).max().unwrap_or(0) as f64 * GROUP_LINE_PX;
     let width = right + reference_margin_px(input.references.iter());
@@ -135,8 +130,14 @@ fn draw_bar(canvas: &mut Canvas, area: &PlotArea, bar: &Bar, (left, right): Poin
     }
 }
 
+/// The labels below the groups, in lines as long as the groups are wide.
+pub(crate) fn group_labels<'a>(labels: impl Iterator<Item = &'a str>, area: &PlotArea) -> Vec<Vec<String>> {
+    let group_px = area.x.px(1.0) - area.x.px(0.0);
+    labels.map(|label| font::wrap(label, GROUP_LABEL_PX, Weight::Regular, group_px - 8.0)).collect()
+}
+
 #[allow(clippy::cast_precision_loss)]
-fn draw_group_labels(canvas: &mut Canvas, area: &PlotArea, labels: &[Vec<String>]) {
+pub(crate) fn draw_group_labels(canvas: &mut Canvas, area: &PlotArea, labels: &[Vec<String>]) {
     let style = TextStyle::new(GROUP_LABEL_PX, Color::BLACK).anchor(Anchor::Middle);
     for (i, lines) in labels.iter().enumerate() {
         let middle = area.x.px(i as f64 + 0.5);

@@ -1,6 +1,7 @@
 //! `visloc localize`.
 
 use clap::{Args, ValueEnum};
+use visloc_locate::FeatureChoice;
 
 use super::number::seconds;
 use super::{
@@ -102,6 +103,16 @@ pub enum FeaturesArg {
     Pixels,
     /// All borders in view refine what the algorithm finds
     Rich,
+}
+
+impl FeaturesArg {
+    /// As the pipeline calls it.
+    pub fn choice(self) -> FeatureChoice {
+        match self {
+            Self::Pixels => FeatureChoice::Pixels,
+            Self::Rich => FeatureChoice::Rich,
+        }
+    }
 }
 
 /// Names of topics and frames, in a bag or live.

@@ -1,6 +1,7 @@
 //! The command line as it is typed. Parsing looks at nothing but the words; files are opened by the commands.
 
 mod analyze;
+mod benchmark;
 mod calibrate;
 mod calibrate_robot;
 mod camera;
@@ -21,6 +22,7 @@ mod study;
 use clap::{Parser, Subcommand};
 
 pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
+pub use benchmark::BenchmarkArgs;
 pub use calibrate::{CalibrateArgs, PatternArgs};
 pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
 pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
@@ -30,7 +32,7 @@ pub use experiment::{
 };
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
 pub use likelihood::{HeadingText, LikelihoodArgs};
-pub use localize::{FeaturesArg, LocalizeArgs, TopicArgs};
+pub use localize::{LocalizeArgs, TopicArgs};
 pub use paths::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording, OverwriteArg};
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
@@ -78,6 +80,8 @@ pub enum Command {
     Sources(SourcesArgs),
     /// Compare an estimated trajectory with the truth
     Evaluate(EvaluateArgs),
+    /// Measure everything that is claimed, beside published figures and other programs
+    Benchmark(BenchmarkArgs),
     /// Repeat the published experiments, and harder ones
     Experiment(ExperimentArgs),
     /// Draw how well every pose explains one image

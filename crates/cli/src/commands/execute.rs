@@ -3,8 +3,8 @@
 use anyhow::Result;
 
 use super::{
-    calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment, extract,
-    likelihood, localize, map, record, simulate, slam, sources, studio, study,
+    benchmark, calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, experiment,
+    extract, likelihood, localize, map, record, simulate, slam, sources, studio, study,
 };
 use crate::args::{Cli, Command};
 
@@ -23,6 +23,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Sources(args) => sources::execute(&args),
         Command::Studio(args) => studio::execute(&args),
         Command::Evaluate(args) => evaluate::execute(&args),
+        Command::Benchmark(args) => benchmark::execute(&args),
         Command::Experiment(args) => experiment::execute(&args),
         Command::Likelihood(args) => likelihood::execute(&args),
         Command::Study(args) => study::execute(&args),

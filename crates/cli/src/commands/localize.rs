@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use visloc_locate::FeatureChoice;
 use visloc_sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_world::Map;
 
 use super::settings::{pipeline_config, read_text, start_prior, topic_options};
 use crate::{
-    args::{FeaturesArg, LocalizeArgs},
+    args::LocalizeArgs,
     broadcast::Broadcast,
     host::host,
     report::{
@@ -21,6 +20,7 @@ use crate::{
         RunnerSettings, Saving, Show, Spectator, corrected, drive, open_source, prepare, source_options,
     },
     say,
+    stopwatch::{peak_memory_mb, process_cpu_secs},
 };
 
 /// Runs the command.
@@ -31,10 +31,7 @@ use crate::{
 pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
     if let Some(features) = args.features {
-        pipeline.features = match features {
-            FeaturesArg::Pixels => FeatureChoice::Pixels,
-            FeaturesArg::Rich => FeatureChoice::Rich,
-        };
+        pipeline.features = features.choice();
     }
     let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
     let mut options = SourceOptions {
@@ -155,6 +152,8 @@ fn summarize(
         algorithm: AlgorithmReport::new(runner, outcome),
         duration_s: outcome.duration_secs,
         frames_per_s,
+        peak_memory_mb: peak_memory_mb(),
+        process_cpu_s: process_cpu_secs(),
         dropped: outcome.num_dropped,
         live,
         skipped: SkippedReport::new(outcome.skipped.iter().chain(runner.rejected())),

@@ -1,5 +1,6 @@
 //! One file per command: from checked arguments to results.
 
+mod benchmark;
 mod calibrate;
 mod calibrate_robot;
 mod camera;
@@ -26,4 +27,4 @@ mod studio;
 mod study;
 
 pub use execute::execute;
-pub use settings::{from_toml, topic_options};
+pub use settings::{from_toml, pipeline_config, slam_config, start_prior, topic_options};

@@ -102,7 +102,7 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions> {
     let is_asked_for =
         args.trajectory.is_some() || args.log.is_some() || args.plots.is_some() || args.json.json.is_some();
     let most_records = Records::<SlamRecord>::most_of(is_live, is_asked_for);
-    Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records })
+    Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records, is_quiet: false })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {

@@ -155,6 +155,10 @@ pub struct LocalizeReport {
     pub duration_s: f64,
     /// Frames a second, with reading and decoding.
     pub frames_per_s: f64,
+    /// Most memory of the process, megabytes.
+    pub peak_memory_mb: Option<f64>,
+    /// Processor time of the process until now, seconds.
+    pub process_cpu_s: f64,
     /// Images of a live source that came while others were worked on.
     pub dropped: usize,
     /// Live results, if they were published.

@@ -26,6 +26,8 @@ pub struct RunOptions {
     pub is_realtime: bool,
     /// Most frames that are remembered one by one; `None` remembers all.
     pub most_records: Option<usize>,
+    /// Whether there is no bar that shows how far it is.
+    pub is_quiet: bool,
 }
 
 /// A finished run.
@@ -91,7 +93,7 @@ pub fn run(
     let mut slam = start(source.camera(), &config, seed)?;
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
-    let progress = Progress::new(source.num_images());
+    let progress = (!options.is_quiet).then(|| Progress::new(source.num_images()));
     let mut history = SlamHistory::new(options.most_records);
     let (mut refused, mut error) = (Vec::new(), None);
     let mut pace = options.is_realtime.then(Pace::start);
@@ -147,9 +149,13 @@ pub fn run(
                 }
             }
         }
-        progress.advance();
+        if let Some(progress) = &progress {
+            progress.advance();
+        }
     }
-    progress.clear();
+    if let Some(progress) = &progress {
+        progress.clear();
+    }
     history.add_mapped(num_before, &slam.finish());
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {

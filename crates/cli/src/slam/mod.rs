@@ -23,5 +23,5 @@ pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
-pub use report::SlamReport;
+pub use report::{POSE_TOLERANCE_SECS, SlamReport};
 pub use show::{Shown, SlamShow};

@@ -1,16 +1,17 @@
 //! The numbers of a run. Keys stay as they are; what is not known is `null`.
 
-use std::path::Path;
-
 use serde::Serialize;
-use visloc_base::{CameraTrajectory, files};
+use visloc_base::CameraTrajectory;
 use visloc_eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
 
 use super::{SlamHistory, SlamRun, StageSums};
-use crate::report::{FindingReport, explain_tracking};
+use crate::{
+    report::{FindingReport, explain_tracking},
+    stopwatch::{peak_memory_mb, process_cpu_secs},
+};
 
 /// Largest difference of stamps that belong together, seconds.
-const TOLERANCE_SECS: f64 = 0.01;
+pub const POSE_TOLERANCE_SECS: f64 = 0.01;
 
 /// All numbers of a run.
 #[derive(Debug, Clone, Serialize)]
@@ -43,6 +44,8 @@ pub struct SlamReport {
     pub mapping_ms: TimesReport,
     /// Most memory of the process, megabytes.
     pub peak_memory_mb: Option<f64>,
+    /// Processor time of the process until now, seconds.
+    pub process_cpu_s: f64,
     /// Inputs that were left out.
     pub skipped: usize,
     /// Images that came while tracking was busy; only in real time.
@@ -86,7 +89,8 @@ pub struct TimesReport {
 impl SlamReport {
     /// Of a run, compared with the truth if that is known.
     pub fn new(run: &SlamRun, truth: Option<&CameraTrajectory>) -> (Self, Option<AbsoluteError>) {
-        let pairs = truth.map(|truth| associate(truth, &run.trajectory, TOLERANCE_SECS)).unwrap_or_default();
+        let pairs =
+            truth.map(|truth| associate(truth, &run.trajectory, POSE_TOLERANCE_SECS)).unwrap_or_default();
         let error = absolute_error(&pairs, Alignment::Similarity);
         let relative = error.as_ref().and_then(|error| relative_error(&pairs, 1, &error.similarity));
         let SlamHistory { records, tracking, mapping, .. } = &run.history;
@@ -122,6 +126,7 @@ impl SlamReport {
             tracking_ms: TimesReport::new(tracking_secs, tracking),
             mapping_ms: TimesReport::new(keyframe_secs, mapping),
             peak_memory_mb: peak_memory_mb(),
+            process_cpu_s: process_cpu_secs(),
             skipped: run.skipped.len(),
             dropped: run.num_dropped,
             unmapped: run.slam.num_left_out(),
@@ -141,12 +146,4 @@ impl TimesReport {
         let stages = stages.means_ms();
         Self { mean: totals.iter().sum::<f64>() / n, median: rank(0.5), p95: rank(0.95), max, stages }
     }
-}
-
-/// From the system's own account of the process; `None` where there is none.
-fn peak_memory_mb() -> Option<f64> {
-    let status = files::read_text(Path::new("/proc/self/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: f64 = line.trim().trim_end_matches("kB").trim().parse().ok()?;
-    Some(kilobytes / 1024.0)
 }

@@ -20,4 +20,4 @@ pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until};
 pub use shard::Shard;
 pub(crate) use statistics::{mean, number, quantile, sorted};
 pub use store::Manifest;
-pub use table::Table;
+pub use table::{Table, escaped};

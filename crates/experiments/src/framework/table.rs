@@ -67,6 +67,28 @@ impl Table {
         text
     }
 
+    /// The table in Markdown.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let line = |cells: &Vec<String>| {
+            let cells = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " "));
+            format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+        };
+        let rule = format!("|{}\n", "---|".repeat(self.header.len()));
+        std::iter::once(line(&self.header)).chain([rule]).chain(self.rows.iter().map(line)).collect()
+    }
+
+    /// The table in HTML.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let line = |cells: &Vec<String>, tag: &str| {
+            let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        let rows: String = self.rows.iter().map(|row| line(row, "td")).collect();
+        format!("<table>\n<thead>{}</thead>\n<tbody>\n{rows}</tbody>\n</table>\n", line(&self.header, "th"))
+    }
+
     /// The table for programs. Cells with commas, quotes or line ends are quoted.
     #[must_use]
     pub fn csv(&self) -> String {
@@ -82,6 +104,12 @@ impl Table {
     }
 }
 
+/// Text as HTML shows it.
+#[must_use]
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,5 +121,12 @@ mod tests {
         table.push(["c", "12345"]);
         assert_eq!(table.text(), "Title\n\n  name   value\n  a, b       1\n  c      12345\n");
         assert_eq!(table.csv(), "name,value\n\"a, b\",1\nc,12345\n");
+    }
+    #[test]
+    fn markdown_and_html_keep_what_is_in_a_cell() {
+        let mut table = Table::new("t", "Title", &["name", "value"]);
+        table.push(["a | b", "<1"]);
+        assert_eq!(table.markdown(), "| name | value |\n|---|---|\n| a \\| b | <1 |\n");
+        assert!(table.html().contains("<tr><td>a | b</td><td>&lt;1</td></tr>"), "{}", table.html());
     }
 }

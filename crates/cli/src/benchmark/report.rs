@@ -1,0 +1,142 @@
+//! The report: Markdown, CSV and HTML with pictures.
+
+use std::{fmt::Write as _, path::Path};
+
+use anyhow::Result;
+use visloc_experiments::{Table, escaped};
+
+use super::{
+    Claims, Row, Unused,
+    claims::From,
+    compare::Change,
+    pictures::{errors, way},
+    table::{for_people, for_programs},
+};
+use crate::run::write_text;
+
+/// What was done, beside the rows.
+pub struct Account {
+    /// What ran: program, runs, limits, machine.
+    pub facts: Vec<String>,
+    /// What looked like a recording and was not used.
+    pub unused: Vec<Unused>,
+    /// Runs that did not work: the command and the reason.
+    pub failures: Vec<(String, String)>,
+    /// The earlier benchmark, and what has changed since.
+    pub changes: Option<(String, Vec<Change>)>,
+}
+
+impl Account {
+    /// What has changed, in lines.
+    pub fn change_lines(&self) -> Vec<String> {
+        let Some((_, changes)) = &self.changes else { return Vec::new() };
+        if changes.is_empty() {
+            return vec!["nothing changed beyond the spread of the seeds".to_owned()];
+        }
+        changes.iter().map(ToString::to_string).collect()
+    }
+
+    /// Lists below the table: titles and lines.
+    fn lists(&self, claims: &Claims) -> Vec<(String, Vec<String>)> {
+        let mut lists = Vec::new();
+        if let Some((place, _)) = &self.changes {
+            lists.push((format!("Since {place}"), self.change_lines()));
+        }
+        if !self.failures.is_empty() {
+            let lines = self.failures.iter().map(|(command, reason)| format!("visloc {command}: {reason}"));
+            lists.push(("Runs that did not work".to_owned(), lines.collect()));
+        }
+        if !self.unused.is_empty() {
+            let lines =
+                self.unused.iter().map(|unused| format!("{}: {}", unused.path.display(), unused.reason));
+            lists.push(("Found, but not used".to_owned(), lines.collect()));
+        }
+        lists.push(("How to read it".to_owned(), NOTES.map(str::to_owned).to_vec()));
+        let mut sources: Vec<String> = claims.figures.iter().map(source_line).collect();
+        sources.sort();
+        sources.dedup();
+        lists.push(("Where the figures of others are from".to_owned(), sources));
+        lists
+    }
+}
+
+const NOTES: [&str; 5] = [
+    "Median and range are over all runs of a row: recordings times seeds. \"3 of 5\" runs: the others have no such value; what they \
+     lack shows in the share of frames with a pose.",
+    "On a known map a place is claimed when the reliability is above 0.6; the share of frames is that of claimed ones. A claim is \
+     wrong if it is more than 0.3 m from the truth.",
+    "Without a map the estimate is aligned with the truth by rotation, translation and scale. *: fewer than 70 % of the frames have a \
+     pose, so the error says little.",
+    "Times and memory: the program itself, nothing else of the benchmark running, the first images of one recording of the class; \
+     \"an image\" is localization with image analysis, or tracking.",
+    "Published figures are of the documents' own recordings; other programs ran on the same recordings with the default seed of the \
+     scene, in whole.",
+];
+
+fn source_line(figure: &super::claims::Figure) -> String {
+    let from = match figure.from {
+        From::Published => "published",
+        From::Same => "measured on the same recordings",
+    };
+    format!("{}, {from}: {}", figure.by, figure.source)
+}
+
+/// Writes `report.md`, `report.csv` and `report.html`.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account) -> Result<()> {
+    let table = for_people(rows.iter());
+    write_text(&folder.join("report.csv"), &for_programs(rows).csv())?;
+    write_text(&folder.join("report.md"), &markdown(&table, claims, account))?;
+    write_text(&folder.join("report.html"), &html(&table, claims, rows, account))
+}
+
+fn markdown(table: &Table, claims: &Claims, account: &Account) -> String {
+    let mut text = format!("# visloc benchmark\n\n{}\n\n{}", account.facts.join("\n\n"), table.markdown());
+    for (title, lines) in account.lists(claims) {
+        let _ = write!(text, "\n## {title}\n\n");
+        lines.iter().for_each(|line| {
+            let _ = writeln!(text, "* {}", line.replace('*', "\\*"));
+        });
+    }
+    text
+}
+
+const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:#1b1b1b}\
+    table{border-collapse:collapse;font-size:12.5px}th,td{text-align:left;padding:3px 8px;border-bottom:1px solid #e3e3e3;\
+    vertical-align:top}th{position:sticky;top:0;background:#f6f6f6}td:first-child{font-weight:600}\
+    td:nth-child(n+6){font-variant-numeric:tabular-nums}.pictures{display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start}\
+    .pictures img{max-width:100%;height:auto;flex:1 1 480px}li{overflow-wrap:anywhere}";
+
+fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
+    let mut text = format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>visloc benchmark</title><style>{STYLE}</style></head>\
+         <body>\n<h1>visloc benchmark</h1>\n"
+    );
+    account.facts.iter().for_each(|fact| {
+        let _ = writeln!(text, "<p>{}</p>", escaped(fact));
+    });
+    text += &table.html();
+    for (title, lines) in account.lists(claims) {
+        let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
+        let _ = writeln!(text, "<h2>{}</h2>\n<ul>\n{lines}</ul>", escaped(&title));
+    }
+    text += "<h2>Pictures</h2>\n";
+    let mains: Vec<&Row<'_>> = rows.iter().filter(|row| row.is_main()).collect();
+    for of_class in mains.chunk_by(|a, b| a.class == b.class) {
+        let class = of_class[0].class;
+        let way_of = of_class[0].runs.first().and_then(|cell| way(cell));
+        let pictures: String =
+            [errors(of_class), way_of].into_iter().flatten().map(|p| as_part(p.svg())).collect();
+        if !pictures.is_empty() {
+            let _ = writeln!(text, "<h3>{}</h3>\n<div class=\"pictures\">{pictures}</div>", escaped(class));
+        }
+    }
+    text + "</body></html>\n"
+}
+
+/// A picture within a page; as an image of its own, since several pictures give the same names to their parts.
+fn as_part(svg: &str) -> String {
+    format!("<img alt=\"\" src=\"data:image/svg+xml;base64,{}\">", visloc_plot::base64(svg.as_bytes()))
+}

@@ -1,0 +1,115 @@
+//! `visloc benchmark`.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+
+use crate::{
+    args::{BenchmarkArgs, num_cores},
+    benchmark::{
+        Account, Claims, Limits, Plan, Recording, Row, Store, Unused, compare, find, for_people,
+        measure_accuracy, measure_times, program, save,
+    },
+    host::{host, stop_at_signals},
+    run::Saving,
+    say,
+    stopwatch::Stopwatch,
+};
+
+/// Runs the command.
+///
+/// # Errors
+/// If a folder is not there or cannot be written, or if nothing of what is asked for could be measured.
+pub fn execute(args: &BenchmarkArgs) -> Result<()> {
+    let watch = Stopwatch::start();
+    let baseline = args.baseline.as_deref().map(|folder| Store::new(folder).all()).transpose()?;
+    let claims = Claims::built_in()?;
+    let folders: Vec<&Path> = args.data.iter().map(|folder| &**folder).collect();
+    let (mut recordings, unused) = find(&folders, &claims)?;
+    let is_wanted = |recording: &Recording| {
+        let names = [&recording.name, &recording.class];
+        args.only.is_empty() || args.only.iter().any(|part| names.iter().any(|name| name.contains(part)))
+    };
+    recordings.retain(is_wanted);
+    if recordings.is_empty() {
+        bail!(
+            "--only {}: expected a part of the name of a recording or class, found none",
+            args.only.join(", ")
+        );
+    }
+    let limits = Limits { is_quick: args.quick, seeds: args.seeds, frames: args.frames };
+    let plan = Plan::new(&claims, &recordings, &limits, &program())?;
+    let store = Store::new(&args.out);
+    stop_at_signals();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
+    let mut failures = pool.install(|| measure_accuracy(&plan, &store))?;
+    let accuracy_secs = watch.secs();
+    if !host().is_stopped() {
+        failures.extend(measure_times(&plan, &store)?);
+    }
+    if host().is_stopped() {
+        host().note_interruption();
+    }
+    let wanted = || plan.runs().chain(&plan.times);
+    let cells: Vec<_> = wanted().filter_map(|run| store.find(&run.key)).collect();
+    let rows = Row::all(&claims, &cells);
+    let facts = facts(args, &plan, cells.len(), (accuracy_secs, watch.secs()));
+    let changes = baseline.map(|baseline| (place(args.baseline.as_deref()), compare(&rows, &baseline)));
+    let account = Account { facts, unused, failures, changes };
+    print(&rows, &account);
+    let mut saving = Saving::default();
+    saving.save(save(&args.out, &claims, &rows, &account));
+    say::line!("\nreport: {}", args.out.join("report.html").display());
+    if rows.is_empty() && !host().is_stopped() {
+        saving.save(Err(anyhow::anyhow!("no run has worked; the reasons stand above")));
+    }
+    saving.end()
+}
+
+fn place(folder: Option<&Path>) -> String {
+    folder.map(|folder| folder.display().to_string()).unwrap_or_default()
+}
+
+/// What was done, for the head of the report.
+fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64)) -> Vec<String> {
+    let num_wanted = plan.runs().count() + plan.times.len();
+    let mut recordings: Vec<&str> = plan.runs().map(|run| run.recording.name.as_str()).collect();
+    recordings.dedup();
+    let mut facts = vec![format!(
+        "visloc {}, {} cores. {num_done} of {num_wanted} runs on {} recordings are there; seeds from 101 on, with which nothing was \
+         chosen. This call took {:.0} s for accuracy and {:.0} s for times.",
+        program(),
+        num_cores(),
+        recordings.len(),
+        secs.0,
+        secs.1 - secs.0,
+    )];
+    if args.quick || args.frames.is_some() {
+        facts.push(
+            "Excerpts: not to be set beside figures of whole recordings, and not to be quoted.".to_owned(),
+        );
+    }
+    let folders: Vec<String> = args.data.iter().map(|folder| folder.display().to_string()).collect();
+    if !folders.is_empty() {
+        facts.push(format!("Recordings from {}.", folders.join(", ")));
+    }
+    facts
+}
+
+fn print(rows: &[Row<'_>], account: &Account) {
+    account.facts.iter().for_each(|fact| say::line!("{fact}\n"));
+    say::text(format_args!("{}", for_people(rows.iter().filter(|row| row.is_main())).text()));
+    for (command, reason) in &account.failures {
+        say::line!("\ndid not work: visloc {command}: {reason}");
+    }
+    if !account.unused.is_empty() {
+        say::line!("\nfound, but not used:");
+    }
+    for Unused { path, reason } in &account.unused {
+        say::line!("  {}: {reason}", path.display());
+    }
+    if let Some((place, _)) = &account.changes {
+        say::line!("\nsince {place}:");
+        account.change_lines().iter().for_each(|line| say::line!("  {line}"));
+    }
+}
