@@ -100,6 +100,16 @@ pub enum From {
     Same,
 }
 
+impl From {
+    /// In a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Published => "published",
+            Self::Same => "same recording",
+        }
+    }
+}
+
 impl Claims {
     /// The claims that are part of the program.
     ///

@@ -24,5 +24,5 @@ pub use find::{Recording, Unused, find};
 pub use plan::{Limits, Plan};
 pub use report::{Account, save};
 pub use store::{Store, program};
-pub use table::{Row, for_people};
+pub use table::{Row, for_screens};
 pub use times::measure_times;

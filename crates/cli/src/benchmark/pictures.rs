@@ -26,14 +26,11 @@ pub fn errors(rows: &[&Row<'_>]) -> Option<Picture> {
         runs: rows.iter().map(|row| values(row, recording)).collect(),
     };
     let groups: Vec<RunGroup> = recordings.iter().map(group).collect();
-    let mut references = Vec::new();
+    let mut references: Vec<ReferenceLine> = Vec::new();
     for figure in rows.iter().flat_map(|row| [row.published, row.peer]).flatten() {
-        if references.iter().all(|known: &ReferenceLine| (known.value - figure.value).abs() > 1e-12) {
-            references.push(ReferenceLine {
-                value: figure.value,
-                label: figure.by.clone(),
-                color: Color::GRAY,
-            });
+        if references.iter().all(|known| (known.value - figure.value).abs() > 1e-12) {
+            let label = format!("{}: {}", figure.from.word(), figure.by);
+            references.push(ReferenceLine { value: figure.value, label, color: Color::GRAY });
         }
     }
     let drawn = groups.iter().flat_map(|group| group.runs.iter().flatten().copied());

@@ -35,13 +35,11 @@ fn of_kind((map, slam): (u32, u32), kind: Kind) -> u32 {
     }
 }
 
-/// One run: settings on a recording with a seed.
+/// One run: settings on a recording with a seed; the key says which.
 #[derive(Debug, Clone)]
 pub struct Run<'a> {
     /// The recording.
     pub recording: &'a Recording,
-    /// The settings.
-    pub contender: &'a Contender,
     /// What tells it from others.
     pub key: CellKey,
 }
@@ -110,7 +108,7 @@ impl<'a> Plan<'a> {
                         words: words.concat(),
                         is_timed,
                     };
-                    Run { recording, contender, key }
+                    Run { recording, key }
                 };
                 let frames = limits.frames(recording.kind);
                 let wanted = contenders.iter().filter(|contender| number < num_seeds(contender));

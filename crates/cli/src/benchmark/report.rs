@@ -7,7 +7,7 @@ use visloc_experiments::{Table, escaped};
 
 use super::{
     Claims, Row, Unused,
-    claims::From,
+    claims::Figure,
     compare::Change,
     pictures::{errors, way},
     table::{for_people, for_programs},
@@ -47,8 +47,7 @@ impl Account {
             lists.push(("Runs that did not work".to_owned(), lines.collect()));
         }
         if !self.unused.is_empty() {
-            let lines =
-                self.unused.iter().map(|unused| format!("{}: {}", unused.path.display(), unused.reason));
+            let lines = self.unused.iter().map(ToString::to_string);
             lists.push(("Found, but not used".to_owned(), lines.collect()));
         }
         lists.push(("How to read it".to_owned(), NOTES.map(str::to_owned).to_vec()));
@@ -73,12 +72,8 @@ const NOTES: [&str; 5] = [
      scene, in whole.",
 ];
 
-fn source_line(figure: &super::claims::Figure) -> String {
-    let from = match figure.from {
-        From::Published => "published",
-        From::Same => "measured on the same recordings",
-    };
-    format!("{}, {from}: {}", figure.by, figure.source)
+fn source_line(figure: &Figure) -> String {
+    format!("{}, {}: {}", figure.by, figure.from.word(), figure.source)
 }
 
 /// Writes `report.md`, `report.csv` and `report.html`.
@@ -107,7 +102,7 @@ const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;ma
     table{border-collapse:collapse;font-size:12.5px}th,td{text-align:left;padding:3px 8px;border-bottom:1px solid #e3e3e3;\
     vertical-align:top}th{position:sticky;top:0;background:#f6f6f6}td:first-child{font-weight:600}\
     td:nth-child(n+6){font-variant-numeric:tabular-nums}.pictures{display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start}\
-    .pictures img{max-width:100%;height:auto;flex:1 1 480px}li{overflow-wrap:anywhere}";
+    .pictures img{width:calc(50% - 0.5em);height:auto}li{overflow-wrap:anywhere}";
 
 fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
     let mut text = format!(

@@ -80,11 +80,12 @@ fn measure(run: &Run<'_>, store: &Store) -> Result<Cell> {
     };
     let frames = report["frames"].as_f64().filter(|frames| *frames > 0.0);
     let program_ms = report["process_cpu_s"].as_f64().zip(frames).map(|(secs, frames)| 1e3 * secs / frames);
+    // The simulator draws its images in the same program.
+    let is_alone = !run.recording.is_simulated();
     let figures = [
         (Quantity::TimeMs, image_ms),
-        // The simulator draws its images in the same program.
-        (Quantity::ProgramMs, program_ms.filter(|_| !run.recording.is_simulated())),
-        (Quantity::MemoryMb, report["peak_memory_mb"].as_f64()),
+        (Quantity::ProgramMs, program_ms.filter(|_| is_alone)),
+        (Quantity::MemoryMb, report["peak_memory_mb"].as_f64().filter(|_| is_alone)),
     ];
     let figures: BTreeMap<_, _> =
         figures.into_iter().filter_map(|(quantity, v)| Some((quantity, v?))).collect();

@@ -7,14 +7,21 @@ use anyhow::{Result, bail};
 use crate::{
     args::{BenchmarkArgs, num_cores},
     benchmark::{
-        Account, Claims, Limits, Plan, Recording, Row, Store, Unused, compare, find, for_people,
-        measure_accuracy, measure_times, program, save,
+        Account, Claims, Limits, Plan, Recording, Row, Store, compare, find, for_screens, measure_accuracy,
+        measure_times, program, save,
     },
     host::{host, stop_at_signals},
     run::Saving,
     say,
     stopwatch::Stopwatch,
 };
+
+/// Files that are named where no recording is left.
+const MAX_NAMED: usize = 3;
+
+/// Files without use that are listed on the screen, and letters of each line.
+const MAX_LISTED: usize = 12;
+const MAX_LETTERS: usize = 200;
 
 /// Runs the command.
 ///
@@ -32,8 +39,10 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     };
     recordings.retain(is_wanted);
     if recordings.is_empty() {
+        let found: Vec<String> = unused.iter().take(MAX_NAMED).map(ToString::to_string).collect();
+        let found = if found.is_empty() { "none".to_owned() } else { format!("only {}", found.join("; ")) };
         bail!(
-            "--only {}: expected a part of the name of a recording or class, found none",
+            "--only {}: expected a recording or class whose name contains it, found {found}",
             args.only.join(", ")
         );
     }
@@ -98,18 +107,26 @@ fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64
 
 fn print(rows: &[Row<'_>], account: &Account) {
     account.facts.iter().for_each(|fact| say::line!("{fact}\n"));
-    say::text(format_args!("{}", for_people(rows.iter().filter(|row| row.is_main())).text()));
+    say::text(format_args!("{}", for_screens(rows).text()));
     for (command, reason) in &account.failures {
         say::line!("\ndid not work: visloc {command}: {reason}");
     }
     if !account.unused.is_empty() {
         say::line!("\nfound, but not used:");
     }
-    for Unused { path, reason } in &account.unused {
-        say::line!("  {}: {reason}", path.display());
+    for unused in account.unused.iter().take(MAX_LISTED) {
+        say::line!("  {}", shortened(&unused.to_string()));
+    }
+    if account.unused.len() > MAX_LISTED {
+        say::line!("  and {} more; all stand in the report in full", account.unused.len() - MAX_LISTED);
     }
     if let Some((place, _)) = &account.changes {
         say::line!("\nsince {place}:");
         account.change_lines().iter().for_each(|line| say::line!("  {line}"));
     }
+}
+
+fn shortened(line: &str) -> String {
+    let short: String = line.chars().take(MAX_LETTERS).collect();
+    if short.len() < line.len() { short + " ..." } else { short }
 }

@@ -23,6 +23,11 @@ impl Progress {
         Self { bar }
     }
 
+    /// Nothing, for runs of which there are several at the same time.
+    pub fn hidden() -> Self {
+        Self { bar: ProgressBar::hidden() }
+    }
+
     /// A line that stays until it is cleared.
     pub fn message(text: &'static str) -> Self {
         let bar = ProgressBar::new_spinner();

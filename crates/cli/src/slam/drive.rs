@@ -93,7 +93,7 @@ pub fn run(
     let mut slam = start(source.camera(), &config, seed)?;
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
-    let progress = (!options.is_quiet).then(|| Progress::new(source.num_images()));
+    let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
     let mut history = SlamHistory::new(options.most_records);
     let (mut refused, mut error) = (Vec::new(), None);
     let mut pace = options.is_realtime.then(Pace::start);
@@ -149,13 +149,9 @@ pub fn run(
                 }
             }
         }
-        if let Some(progress) = &progress {
-            progress.advance();
-        }
+        progress.advance();
     }
-    if let Some(progress) = &progress {
-        progress.clear();
-    }
+    progress.clear();
     history.add_mapped(num_before, &slam.finish());
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {

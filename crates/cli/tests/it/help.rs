@@ -6,8 +6,19 @@ use crate::support::Workspace;
 fn every_command_has_help_with_an_example() {
     let workspace = Workspace::new();
     for command in [
-        "demo", "simulate", "localize", "slam", "record", "extract", "sources", "evaluate", "colors",
-        "config", "map", "studio",
+        "demo",
+        "simulate",
+        "localize",
+        "slam",
+        "record",
+        "extract",
+        "sources",
+        "evaluate",
+        "colors",
+        "config",
+        "map",
+        "studio",
+        "benchmark",
     ] {
         let help = workspace.must(&[command, "--help"]).stdout;
         assert!(help.contains("Usage: visloc"), "{command}: {help}");

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod bad_inputs;
+mod benchmark;
 mod broken_bags;
 mod calibrate;
 mod demo;

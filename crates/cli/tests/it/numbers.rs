@@ -60,6 +60,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
         "record" => &[&["photos", "--camera-height", "0.5", "--out", "recorded.mcap"]],
         "studio" => &[&["no-such-source.mcap"]],
         "evaluate" => &[&["poses.tum", "poses.tum"]],
+        "benchmark" => &[&["--only", "no-such-recording"]],
         // A part without runs.
         "experiment kidnap" => &[&["--shard", "900000000/1000000000"]],
         "experiment symmetry" | "experiment markov" => &[&["--shard", "2/1"]],

@@ -215,6 +215,8 @@ pub const SLOTS: &[Slot] = &[
         "@bag.mcap --map robocup-spl-2010 --topics {} --port 0 --no-open",
         &[Topics],
     ),
+    small("benchmark", "--data", "--data {} --only no-such-recording --out out", ROBOT_SOURCES),
+    small("benchmark", "--baseline", "--baseline {} --only no-such-recording --out out", &[Experiment]),
     slot("experiment merge", "DIR", "{}", &[Experiment]),
     small("experiment markov", "--recording", "--recording {} --runs 1 --shard 900000000/1000000000", &[Bag]),
     slot("experiment slam-compare", "SEQUENCE", "{} --runs 1 --frames 2", &[Tum]),

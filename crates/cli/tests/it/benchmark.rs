@@ -1,0 +1,111 @@
+//! `visloc benchmark`.
+
+use std::{collections::BTreeMap, fs};
+
+use serde_json::Value;
+
+use crate::support::{MAP, Workspace};
+
+/// A recording with its map, and one that is none.
+fn recordings() -> Workspace {
+    let workspace = Workspace::new();
+    fs::create_dir_all(workspace.path("data/R1")).unwrap();
+    workspace.bag("data/R1/R1.mcap", 45, |_, _| {});
+    workspace.write("data/R1/map.toml", &workspace.must(&["map", "show", MAP]).stdout);
+    workspace.write("data/broken.mcap", "no bag");
+    workspace
+}
+
+const RUN: [&str; 7] = ["benchmark", "--data", "data", "--only", "R1", "--seeds", "2"];
+
+/// All cells with what they hold, by name.
+fn cells(workspace: &Workspace, out: &str) -> BTreeMap<String, Value> {
+    let entries = fs::read_dir(workspace.path(&format!("{out}/cells"))).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.map(|name| (name.clone(), workspace.json(&format!("{out}/cells/{name}")))).collect()
+}
+
+fn is_accuracy(cell: &Value) -> bool {
+    cell["key"]["is_timed"] == false
+}
+
+fn change(workspace: &Workspace, out: &str, change: impl Fn(&mut Value)) {
+    for (name, mut cell) in cells(workspace, out) {
+        if is_accuracy(&cell) {
+            change(&mut cell);
+            workspace.write(&format!("{out}/cells/{name}"), &cell.to_string());
+        }
+    }
+}
+
+#[test]
+fn the_same_accuracy_twice_and_changes_are_named() {
+    let workspace = recordings();
+    let said = workspace.must(&[&RUN[..], &["--out", "one"]].concat()).stdout;
+    assert!(said.contains("field, tour") && said.contains("0.142"), "{said}");
+    assert!(said.contains("data/broken.mcap: "), "what cannot be used is listed: {said}");
+    let first = cells(&workspace, "one");
+    let accuracy = |cells: &BTreeMap<String, Value>| -> Vec<Value> {
+        cells.values().filter(|cell| is_accuracy(cell)).cloned().collect()
+    };
+    assert!(accuracy(&first).len() >= 8 && accuracy(&first).len() < first.len(), "{:?}", first.keys());
+    for cell in accuracy(&first) {
+        let error_m = cell["figures"]["claimed_position_m"].as_f64().unwrap();
+        assert!((0.0..0.3).contains(&error_m), "{cell}");
+        assert_eq!(cell["figures"]["wrong_claims"], 0.0, "{cell}");
+    }
+    for report in ["report.md", "report.csv", "report.html"] {
+        let text = workspace.read(&format!("one/{report}"));
+        assert!(text.contains("field, tour") && text.contains("2010, chapter 5"), "{report}: {text}");
+    }
+    assert!(workspace.read("one/report.html").contains("data:image/svg+xml"));
+
+    // Another folder, another number of threads.
+    workspace.must(&[&RUN[..], &["--threads", "1", "--out", "two"]].concat());
+    assert_eq!(accuracy(&first), accuracy(&cells(&workspace, "two")));
+
+    // What is there is not run again, unless another program made it.
+    let again = [&RUN[..], &["--out", "one", "--baseline", "two"]].concat();
+    assert!(workspace.must(&again).stdout.contains("nothing changed"));
+    change(&workspace, "one", |cell| cell["figures"]["claimed_position_m"] = 0.25.into());
+    let said = workspace.must(&again).stdout;
+    assert!(
+        said.contains("worse: field, tour; evolutionary; position error while claimed, mean [m]"),
+        "{said}"
+    );
+    assert!(workspace.read("one/report.md").contains("worse: field, tour"));
+    let said = workspace.must(&[&RUN[..], &["--out", "two", "--baseline", "one"]].concat()).stdout;
+    assert!(said.contains("better: field, tour; evolutionary"), "{said}");
+    change(&workspace, "one", |cell| cell["key"]["program"] = "another".into());
+    workspace.must(&again);
+    assert_eq!(accuracy(&first), accuracy(&cells(&workspace, "one")));
+}
+
+#[test]
+fn the_simulator_alone_needs_no_files() {
+    let workspace = Workspace::new();
+    let run =
+        ["benchmark", "--quick", "--frames", "30", "--only", "white goals", "--only", "room", "--out", "out"];
+    let said = workspace.must(&run).stdout;
+    assert!(
+        said.contains("white goals, half given (simulated)") && said.contains("room (simulated)"),
+        "{said}"
+    );
+    assert!(said.contains("not to be quoted"), "{said}");
+    let told = cells(&workspace, "out")
+        .into_values()
+        .filter(|cell| cell["key"]["words"].to_string().contains("half:"));
+    assert_eq!(told.count(), 2, "accuracy and times of the field whose places have mirror images");
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_a_sentence() {
+    let workspace = recordings();
+    let error = workspace.refused(&["benchmark", "--data", "nowhere"]);
+    assert!(error.contains("nowhere") && error.contains("expected a folder"), "{error}");
+    let error = workspace.refused(&["benchmark", "--data", "data/broken.mcap", "--only", "broken"]);
+    assert!(error.contains("broken.mcap"), "{error}");
+    let error = workspace.refused(&["benchmark", "--only", "room", "--baseline", "data"]);
+    assert!(error.contains("expected the results of a benchmark"), "{error}");
+    assert!(!workspace.path("out").exists(), "nothing is begun");
+}
