@@ -8,8 +8,9 @@ use super::{Claims, Kind, Recording, claims::Contender, find::start_words, store
 const FIRST_SEED: u64 = 101;
 /// Images of each recording in a quick benchmark.
 const QUICK_FRAMES: (u32, u32) = (400, 240);
-/// Images of the recordings on which times are measured.
+/// Images of the recordings on which times are measured; also in a quick benchmark.
 const TIMED_FRAMES: (u32, u32) = (600, 300);
+const QUICK_TIMED_FRAMES: (u32, u32) = (200, 120);
 
 /// How much is done.
 #[derive(Debug, Clone, Copy, Default)]
@@ -23,8 +24,21 @@ pub struct Limits {
 }
 
 impl Limits {
+    fn takes(&self, contender: &Contender) -> bool {
+        contender.quick || !self.is_quick
+    }
+
+    fn num_seeds(&self, contender: &Contender) -> u64 {
+        self.seeds.unwrap_or(if self.is_quick { 1 } else { contender.seeds })
+    }
+
     fn frames(&self, kind: Kind) -> Option<u32> {
         self.frames.or_else(|| self.is_quick.then(|| of_kind(QUICK_FRAMES, kind)))
+    }
+
+    fn timed_frames(&self, kind: Kind) -> u32 {
+        let most = of_kind(if self.is_quick { QUICK_TIMED_FRAMES } else { TIMED_FRAMES }, kind);
+        self.frames.map_or(most, |frames| frames.min(most))
     }
 }
 
@@ -59,64 +73,32 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// If a scenario of the simulator cannot be used.
     pub fn new(
-        claims: &'a Claims,
+        claims: &Claims,
         recordings: &'a [Recording],
         limits: &Limits,
-        program: &str,
+        program: &'a str,
     ) -> Result<Self> {
         let mut plan = Self { accuracy: Vec::new(), times: Vec::new() };
-        let mut seen = Vec::new();
+        let mut seen: Vec<&str> = Vec::new();
         for recording in recordings {
-            let is_first = !seen.contains(&&recording.class);
+            let (kind, is_first) = (recording.kind, !seen.contains(&recording.class.as_str()));
             if limits.is_quick && !is_first {
                 continue;
             }
             seen.push(&recording.class);
-            let contenders = claims.contenders.iter().filter(|contender| contender.kind == recording.kind);
-            let contenders: Vec<_> =
-                contenders.filter(|contender| contender.quick || !limits.is_quick).collect();
-            let num_seeds = |contender: &Contender| match limits.seeds {
-                Some(seeds) => seeds,
-                None => {
-                    if limits.is_quick {
-                        1
-                    } else {
-                        contender.seeds
-                    }
-                }
-            };
-            let most_seeds = contenders.iter().map(|contender| num_seeds(contender)).max().unwrap_or(0);
+            let is_of = |contender: &&Contender| contender.kind == kind && limits.takes(contender);
+            let contenders: Vec<&Contender> = claims.contenders.iter().filter(is_of).collect();
+            let most_seeds =
+                contenders.iter().map(|contender| limits.num_seeds(contender)).max().unwrap_or(0);
             for number in 0..most_seeds {
-                let seed = FIRST_SEED + number;
-                let words = words(recording, seed)?;
-                let run = |contender: &&'a Contender, frames, is_timed| {
-                    let contender = *contender;
-                    let words = [
-                        vec![recording.kind.command().to_owned(), recording.source.clone()],
-                        words.clone(),
-                        contender.words.clone(),
-                        vec!["--seed".to_owned(), seed.to_string()],
-                        frame_words(recording.kind, frames),
-                    ];
-                    let key = CellKey {
-                        program: program.to_owned(),
-                        class: recording.class.clone(),
-                        recording: recording.name.clone(),
-                        num_bytes: recording.num_bytes,
-                        contender: contender.name.clone(),
-                        seed,
-                        words: words.concat(),
-                        is_timed,
-                    };
-                    Run { recording, key }
-                };
-                let frames = limits.frames(recording.kind);
-                let wanted = contenders.iter().filter(|contender| number < num_seeds(contender));
-                plan.accuracy.push(wanted.map(|contender| run(contender, frames, false)).collect());
+                let images = Images::new(recording, FIRST_SEED + number, program)?;
+                let wanted = contenders.iter().filter(|contender| number < limits.num_seeds(contender));
+                plan.accuracy.push(
+                    wanted.map(|contender| images.run(contender, limits.frames(kind), false)).collect(),
+                );
                 if is_first && number == 0 {
-                    let most = of_kind(TIMED_FRAMES, recording.kind);
-                    let frames = Some(frames.map_or(most, |frames| frames.min(most)));
-                    plan.times.extend(contenders.iter().map(|contender| run(contender, frames, true)));
+                    let frames = Some(limits.timed_frames(kind));
+                    plan.times.extend(contenders.iter().map(|contender| images.run(contender, frames, true)));
                 }
             }
         }
@@ -129,18 +111,49 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Options that belong to a recording; each seed makes a simulation anew.
-fn words(recording: &Recording, seed: u64) -> Result<Vec<String>> {
-    if recording.is_simulated() && recording.kind == Kind::Map {
-        return start_words(&recording.source, None, Some(seed));
-    }
-    Ok(recording.words.clone())
+/// What runs with the same seed have in common.
+struct Images<'a> {
+    recording: &'a Recording,
+    seed: u64,
+    program: &'a str,
+    /// Options that belong to the recording.
+    words: Vec<String>,
 }
 
-fn frame_words(kind: Kind, frames: Option<u32>) -> Vec<String> {
-    let option = match kind {
-        Kind::Map => "--frames",
-        Kind::Slam => "--end",
-    };
-    frames.map(|frames| vec![option.to_owned(), frames.to_string()]).unwrap_or_default()
+impl<'a> Images<'a> {
+    fn new(recording: &'a Recording, seed: u64, program: &'a str) -> Result<Self> {
+        // Each seed makes a simulation anew, with another start.
+        let words = match recording.is_simulated() && recording.kind == Kind::Map {
+            true => start_words(&recording.source, None, Some(seed))?,
+            false => recording.words.clone(),
+        };
+        Ok(Self { recording, seed, program, words })
+    }
+
+    fn run<'r>(&self, contender: &Contender, frames: Option<u32>, is_timed: bool) -> Run<'r>
+    where
+        'a: 'r,
+    {
+        let kind = self.recording.kind;
+        let mut words = vec![kind.command().to_owned(), self.recording.source.clone()];
+        words.extend(self.words.iter().chain(&contender.words).cloned());
+        words.extend(["--seed".to_owned(), self.seed.to_string()]);
+        if let Some(frames) = frames {
+            words.extend([
+                if kind == Kind::Map { "--frames" } else { "--end" }.to_owned(),
+                frames.to_string(),
+            ]);
+        }
+        let key = CellKey {
+            program: self.program.to_owned(),
+            class: self.recording.class.clone(),
+            recording: self.recording.name.clone(),
+            num_bytes: self.recording.num_bytes,
+            contender: contender.name.clone(),
+            seed: self.seed,
+            words,
+            is_timed,
+        };
+        Run { recording: self.recording, key }
+    }
 }

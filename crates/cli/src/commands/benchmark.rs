@@ -47,7 +47,8 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
         );
     }
     let limits = Limits { is_quick: args.quick, seeds: args.seeds, frames: args.frames };
-    let plan = Plan::new(&claims, &recordings, &limits, &program())?;
+    let program = program();
+    let plan = Plan::new(&claims, &recordings, &limits, &program)?;
     let store = Store::new(&args.out);
     stop_at_signals();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build()?;
@@ -93,6 +94,7 @@ fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64
         secs.0,
         secs.1 - secs.0,
     )];
+    facts.push(format!("Runs on each recording: {}.", runs_of_each(plan).join("; ")));
     if args.quick || args.frames.is_some() {
         facts.push(
             "Excerpts: not to be set beside figures of whole recordings, and not to be quoted.".to_owned(),
@@ -103,6 +105,15 @@ fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64
         facts.push(format!("Recordings from {}.", folders.join(", ")));
     }
     facts
+}
+
+/// How many seeds each of the settings has.
+fn runs_of_each(plan: &Plan<'_>) -> Vec<String> {
+    let mut seeds: Vec<(&str, u64)> =
+        plan.runs().map(|run| (run.key.contender.as_str(), run.key.seed)).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    seeds.chunk_by(|a, b| a.0 == b.0).map(|same| format!("{} of {}", same.len(), same[0].0)).collect()
 }
 
 fn print(rows: &[Row<'_>], account: &Account) {

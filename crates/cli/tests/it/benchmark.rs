@@ -16,7 +16,7 @@ fn recordings() -> Workspace {
     workspace
 }
 
-const RUN: [&str; 7] = ["benchmark", "--data", "data", "--only", "R1", "--seeds", "2"];
+const RUN: [&str; 7] = ["benchmark", "--data", "data", "--only", "R1", "--seeds", "1"];
 
 /// All cells with what they hold, by name.
 fn cells(workspace: &Workspace, out: &str) -> BTreeMap<String, Value> {
@@ -48,11 +48,14 @@ fn the_same_accuracy_twice_and_changes_are_named() {
     let accuracy = |cells: &BTreeMap<String, Value>| -> Vec<Value> {
         cells.values().filter(|cell| is_accuracy(cell)).cloned().collect()
     };
-    assert!(accuracy(&first).len() >= 8 && accuracy(&first).len() < first.len(), "{:?}", first.keys());
+    assert!(accuracy(&first).len() >= 4 && accuracy(&first).len() < first.len(), "{:?}", first.keys());
     for cell in accuracy(&first) {
-        let error_m = cell["figures"]["claimed_position_m"].as_f64().unwrap();
-        assert!((0.0..0.3).contains(&error_m), "{cell}");
-        assert_eq!(cell["figures"]["wrong_claims"], 0.0, "{cell}");
+        let figure = |name: &str| cell["figures"][name].as_f64().unwrap();
+        assert!((0.0..0.3).contains(&figure("claimed_position_m")), "{cell}");
+        assert!(
+            (0.0..0.1).contains(&figure("wrong_claims")) && (0.3..1.0).contains(&figure("coverage")),
+            "{cell}"
+        );
     }
     for report in ["report.md", "report.csv", "report.html"] {
         let text = workspace.read(&format!("one/{report}"));
@@ -64,7 +67,9 @@ fn the_same_accuracy_twice_and_changes_are_named() {
     workspace.must(&[&RUN[..], &["--threads", "1", "--out", "two"]].concat());
     assert_eq!(accuracy(&first), accuracy(&cells(&workspace, "two")));
 
-    // What is there is not run again, unless another program made it.
+    // What is missing is run again, alone; what is there is not, unless another program made it.
+    let some = first.iter().find(|(_, cell)| is_accuracy(cell)).unwrap().0;
+    fs::remove_file(workspace.path(&format!("one/cells/{some}"))).unwrap();
     let again = [&RUN[..], &["--out", "one", "--baseline", "two"]].concat();
     assert!(workspace.must(&again).stdout.contains("nothing changed"));
     change(&workspace, "one", |cell| cell["figures"]["claimed_position_m"] = 0.25.into());

@@ -40,7 +40,8 @@ const READERS_OWN: [&str; 26] = [
 ];
 
 /// Commands that are not run, and why.
-const NOT_RUN: [(&str, &str); 15] = [
+const NOT_RUN: [(&str, &str); 16] = [
+    ("visloc benchmark", "minutes; tested with fewer runs"),
     ("ros2:", "waits for a robot"),
     ("v4l2:", "waits for a camera"),
     ("loop:", "goes on until it is interrupted"),
