@@ -59,6 +59,7 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     }
     if host().is_stopped() {
         host().note_interruption();
+        say::line!("Not all runs are done; the same command goes on with the others.\n");
     }
     let wanted = || plan.runs().chain(&plan.times);
     let cells: Vec<_> = wanted().filter_map(|run| store.find(&run.key)).collect();
