@@ -40,7 +40,12 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     recordings.retain(is_wanted);
     if recordings.is_empty() {
         let found: Vec<String> = unused.iter().take(MAX_NAMED).map(ToString::to_string).collect();
-        let found = if found.is_empty() { "none".to_owned() } else { format!("only {}", found.join("; ")) };
+        let below: Vec<String> =
+            folders.iter().map(|folder| format!(", none below {}", folder.display())).collect();
+        let found = match found.is_empty() {
+            true => format!("none among the scenarios of the simulator{}", below.concat()),
+            false => format!("only {}", found.join("; ")),
+        };
         bail!(
             "--only {}: expected a recording or class whose name contains it, found {found}",
             args.only.join(", ")

@@ -214,6 +214,7 @@ impl Outcome {
         let is_named = error.contains(names.name)
             || error.contains("input")
             || error.contains(names.main().0)
+            || (cell.damage == Damage::ForeignName && error.contains("in\u{fffd}put"))
             || is_source;
         if !is_named && cell.damage != Damage::OddName {
             return Some("does not name the input".to_owned());
