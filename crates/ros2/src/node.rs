@@ -40,7 +40,10 @@ pub(crate) enum Delivery {
     Newest,
     /// None is lost while both sides are there.
     Reliable,
-    /// As reliable, and who comes later gets the last one.
+    /// As reliable, but only the last one counts.
+    Last,
+    /// As reliable, and who comes later gets the last ones. Not for topics that go on and on: while nobody listens, the writer of
+    /// `rustdds` keeps thousands of such messages.
     Latched,
 }
 
@@ -48,14 +51,15 @@ impl Delivery {
     fn profile(self) -> QosProfile {
         let depth = match self {
             Self::Newest => 32,
-            Self::Reliable => 16,
+            Self::Reliable => 32,
+            Self::Last => 1,
             Self::Latched => 100,
         };
         let profile = QosProfile::subscription_default().history(History::KeepLast { depth });
         match self {
             Self::Newest => profile,
             // A slow subscriber must not hold up the localization.
-            Self::Reliable => profile.reliability_reliable(WhenFull::Fail),
+            Self::Reliable | Self::Last => profile.reliability_reliable(WhenFull::Fail),
             Self::Latched => {
                 profile.reliability_reliable(WhenFull::Fail).durability(Durability::TransientLocal)
             }

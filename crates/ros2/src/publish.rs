@@ -52,13 +52,13 @@ impl ResultPublisher {
         let reliable = Delivery::Reliable;
         Ok(Self {
             pose: node.advertise("/visloc/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", reliable)?,
-            path: node.advertise("/visloc/path", "nav_msgs/msg/Path", reliable)?,
+            path: node.advertise("/visloc/path", "nav_msgs/msg/Path", Delivery::Last)?,
             tf: node.advertise("/tf", "tf2_msgs/msg/TFMessage", reliable)?,
             hypotheses: node.advertise("/visloc/hypotheses", "geometry_msgs/msg/PoseArray", reliable)?,
             reliability: node.advertise("/visloc/reliability", "std_msgs/msg/Float64", reliable)?,
             diagnostics: node.advertise("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", reliable)?,
             camera_pose: node.advertise("/visloc/camera_pose", "geometry_msgs/msg/PoseStamped", reliable)?,
-            points: node.advertise("/visloc/points", "sensor_msgs/msg/PointCloud2", Delivery::Latched)?,
+            points: node.advertise("/visloc/points", "sensor_msgs/msg/PointCloud2", Delivery::Last)?,
             initial_pose: node.subscribe(
                 "/initialpose",
                 "geometry_msgs/msg/PoseWithCovarianceStamped",

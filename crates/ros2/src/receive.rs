@@ -156,7 +156,9 @@ impl Feed {
             TopicRole::Image => Self::Image(node.subscribe(topic, image_type, newest)?),
             TopicRole::CameraInfo => Self::CameraInfo(node.subscribe(topic, name, newest)?),
             TopicRole::Odometry => Self::Odometry(node.subscribe(topic, name, newest)?),
-            TopicRole::Tf => Self::Tf(node.subscribe(topic, name, newest)?),
+            // As tf2 does. Besides, this program also publishes on the topic: as long as a reader confirms nothing, the writer of
+            // `rustdds` keeps thousands of messages for it.
+            TopicRole::Tf => Self::Tf(node.subscribe(topic, name, Delivery::Reliable)?),
             TopicRole::TfStatic => Self::TfStatic(node.subscribe(topic, name, Delivery::Latched)?),
             TopicRole::FootContact => Self::FootContact(node.subscribe(topic, name, newest)?),
             TopicRole::FootPressure => Self::FootPressure(node.subscribe(topic, name, newest)?),

@@ -6,15 +6,18 @@ use nalgebra::Point2;
 
 use super::{OfficePlan, Wall, geometry::point};
 
-/// Side of a cell, meters.
+/// Least side of a cell, meters.
 const CELL_M: f64 = 0.1;
-/// A robot's middle does not come nearer to a wall, meters.
-const CLEARANCE_M: f64 = 0.1;
+/// Most cells: a place of more than 145 m x 145 m has larger ones, so that its size costs no more time.
+const MAX_CELLS: f64 = (1 << 21) as f64;
 
-/// Where a robot can be, in square cells of 0.1 m.
+/// Where a robot can be, in square cells of 0.1 m (of up to 0.35 m in places as large as allowed). Its middle does not come nearer to a
+/// wall than the side of a cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeSpace {
     min: Point2<f64>,
+    /// Side of a cell, meters.
+    cell_m: f64,
     columns: usize,
     rows: usize,
     is_free: Vec<bool>,
@@ -33,10 +36,11 @@ impl FreeSpace {
         };
         let min = corners().fold(Point2::new(f64::MAX, f64::MAX), |m, p| m.inf(&p));
         let max = corners().fold(Point2::new(f64::MIN, f64::MIN), |m, p| m.sup(&p));
-        let count = |size_m: f64| (size_m / CELL_M).ceil().max(1.0) as usize;
+        let cell_m = CELL_M.max(((max.x - min.x) * (max.y - min.y) / MAX_CELLS).sqrt());
+        let count = |size_m: f64| (size_m / cell_m).ceil().max(1.0) as usize;
         let (columns, rows) = (count(max.x - min.x), count(max.y - min.y));
         let is_free = vec![true; columns * rows];
-        let mut space = Self { min, columns, rows, is_free, free: Vec::new(), is_enclosed: true };
+        let mut space = Self { min, cell_m, columns, rows, is_free, free: Vec::new(), is_enclosed: true };
         if plan.corridors.is_empty() {
             for wall in walls {
                 space.clear_along(wall);
@@ -201,24 +205,24 @@ impl FreeSpace {
                 .all(|r| (column - 1..=column + 1).all(|c| self.is_free[r * self.columns + c]))
     }
 
-    /// Nothing is free within the clearance of a wall.
+    /// Nothing is free within the side of a cell of a wall.
     fn clear_along(&mut self, wall: &Wall) {
         let along = wall.end - wall.start;
         let (low, high) = (wall.start.inf(&wall.end), wall.start.sup(&wall.end));
-        for row in self.rows_between(low.y - CLEARANCE_M, high.y + CLEARANCE_M) {
+        for row in self.rows_between(low.y - self.cell_m, high.y + self.cell_m) {
             // The part of the wall that is near to the row.
             let y = self.middle(0, row).y;
             let x_at = |y: f64| {
                 let t = if along.y == 0.0 { 0.0 } else { ((y - wall.start.y) / along.y).clamp(0.0, 1.0) };
                 wall.start.x + t * along.x
             };
-            let is_level = along.y.abs() <= 2.0 * CLEARANCE_M;
+            let is_level = along.y.abs() <= 2.0 * self.cell_m;
             let [a, b] =
-                if is_level { [low.x, high.x] } else { [x_at(y - CLEARANCE_M), x_at(y + CLEARANCE_M)] };
-            for column in self.columns_between(a.min(b) - CLEARANCE_M, a.max(b) + CLEARANCE_M) {
+                if is_level { [low.x, high.x] } else { [x_at(y - self.cell_m), x_at(y + self.cell_m)] };
+            for column in self.columns_between(a.min(b) - self.cell_m, a.max(b) + self.cell_m) {
                 let middle = self.middle(column, row);
                 let t = ((middle - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-                if (middle - (wall.start + along * t)).norm() < CLEARANCE_M {
+                if (middle - (wall.start + along * t)).norm() < self.cell_m {
                     self.is_free[row * self.columns + column] = false;
                 }
             }
@@ -227,15 +231,18 @@ impl FreeSpace {
 
     /// The rows from one y to another.
     fn rows_between(&self, from_y: f64, to_y: f64) -> Range<usize> {
-        between(from_y - self.min.y, to_y - self.min.y, self.rows)
+        between((from_y - self.min.y) / self.cell_m, (to_y - self.min.y) / self.cell_m, self.rows)
     }
 
     fn columns_between(&self, from_x: f64, to_x: f64) -> Range<usize> {
-        between(from_x - self.min.x, to_x - self.min.x, self.columns)
+        between((from_x - self.min.x) / self.cell_m, (to_x - self.min.x) / self.cell_m, self.columns)
     }
 
     fn middle(&self, column: usize, row: usize) -> Point2<f64> {
-        Point2::new(self.min.x + (column as f64 + 0.5) * CELL_M, self.min.y + (row as f64 + 0.5) * CELL_M)
+        Point2::new(
+            self.min.x + (column as f64 + 0.5) * self.cell_m,
+            self.min.y + (row as f64 + 0.5) * self.cell_m,
+        )
     }
 
     /// Whether a robot can be at (x, y), meters.
@@ -248,7 +255,7 @@ impl FreeSpace {
     /// The cell of a place, unless it lies outside.
     #[inline]
     fn cell(&self, x_m: f64, y_m: f64) -> Option<usize> {
-        let (column, row) = ((x_m - self.min.x) / CELL_M, (y_m - self.min.y) / CELL_M);
+        let (column, row) = ((x_m - self.min.x) / self.cell_m, (y_m - self.min.y) / self.cell_m);
         // Not a number is outside as well.
         let is_inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
         is_inside.then(|| row as usize * self.columns + column as usize)
@@ -257,14 +264,14 @@ impl FreeSpace {
     /// Least and largest (x, y) of all walls, meters.
     #[must_use]
     pub fn bounds_m(&self) -> [Point2<f64>; 2] {
-        let size = nalgebra::Vector2::new(self.columns as f64, self.rows as f64) * CELL_M;
+        let size = nalgebra::Vector2::new(self.columns as f64, self.rows as f64) * self.cell_m;
         [self.min, self.min + size]
     }
 
     /// Area where a robot can be, square meters.
     #[must_use]
     pub fn area_m2(&self) -> f64 {
-        self.free.len() as f64 * CELL_M * CELL_M
+        self.free.len() as f64 * self.cell_m * self.cell_m
     }
 
     /// Whether walls or outlines enclose the floor. If not, everything between the walls counts as floor.
@@ -279,7 +286,7 @@ impl FreeSpace {
         self.free.chunk_by(move |a, b| *b == a + 1 && row_of(a) == row_of(b)).map(|strip| {
             let corner = |cell: u32, right: usize, up: usize| {
                 let (column, row) = (cell as usize % self.columns + right, cell as usize / self.columns + up);
-                self.min + nalgebra::Vector2::new(column as f64, row as f64) * CELL_M
+                self.min + nalgebra::Vector2::new(column as f64, row as f64) * self.cell_m
             };
             [corner(strip[0], 0, 0), corner(strip[strip.len() - 1], 1, 1)]
         })
@@ -296,7 +303,7 @@ impl FreeSpace {
             if !is_seen[*start as usize] {
                 let part = self.part(*start as usize, &mut is_seen);
                 part.iter().for_each(|cell| part_of[*cell] = areas.len() as u32);
-                areas.push(part.len() as f64 * CELL_M * CELL_M);
+                areas.push(part.len() as f64 * self.cell_m * self.cell_m);
             }
         }
         let mut joined: Vec<usize> = (0..areas.len()).collect();
@@ -331,13 +338,16 @@ impl FreeSpace {
         let last = self.free.len().checked_sub(1)?;
         let index = self.free[((choice * self.free.len() as f64) as usize).min(last)] as usize;
         let corner = self.middle(index % self.columns, index / self.columns);
-        Some(Point2::new(corner.x + (in_cell[0] - 0.5) * CELL_M, corner.y + (in_cell[1] - 0.5) * CELL_M))
+        Some(Point2::new(
+            corner.x + (in_cell[0] - 0.5) * self.cell_m,
+            corner.y + (in_cell[1] - 0.5) * self.cell_m,
+        ))
     }
 }
 
-/// The cells between two distances from the first one's edge.
+/// The cells between two distances from the first one's edge, in cells.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn between(from_m: f64, to_m: f64, count: usize) -> Range<usize> {
-    let cell = |m: f64| ((m / CELL_M).floor().max(0.0) as usize).min(count - 1);
-    cell(from_m)..cell(to_m) + 1
+fn between(from: f64, to: f64, count: usize) -> Range<usize> {
+    let cell = |distance: f64| (distance.floor().max(0.0) as usize).min(count - 1);
+    cell(from)..cell(to) + 1
 }

@@ -43,7 +43,8 @@ pub fn command_seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// Commands to a session that stays; those that take long because they compute are read only.
+/// Commands to a session that stays. Those that make the simulation or the algorithms anew take long: most are read only, and one in an
+/// input is obeyed.
 pub fn commands(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let read = text.lines().filter_map(|line| serde_json::from_str::<Command>(line).ok());
@@ -52,11 +53,16 @@ pub fn commands(bytes: &[u8]) {
         return;
     }
     PLAYGROUND.with_borrow_mut(|session| {
+        let mut is_made_anew = false;
         for command in commands {
-            if !matches!(
-                command,
-                Command::Algorithms { .. } | Command::Robots { .. } | Command::Likelihood { .. }
-            ) {
+            let is_obeyed = match command {
+                Command::Algorithms { .. } | Command::Robots { .. } | Command::Likelihood { .. } => false,
+                Command::Reset { .. } | Command::Parameter { .. } | Command::Defaults { .. } => {
+                    !std::mem::replace(&mut is_made_anew, true)
+                }
+                _ => true,
+            };
+            if is_obeyed {
                 let _ = session.handle(&command);
             }
             if let Some(secs) = session.step_secs() {
