@@ -8,12 +8,13 @@ use std::{
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
-use visloc_base::{CameraTrajectory, PlanarTrajectory};
+use visloc_base::{CameraTrajectory, PlanarTrajectory, Timestamp};
 use visloc_data::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
 use visloc_eval::{
-    Evaluation,
+    Evaluation, EvaluationOptions,
     camera::{AbsoluteError, associate},
 };
+use visloc_geom::PlanarPose;
 use visloc_slam::Schedule;
 use visloc_sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images};
 
@@ -154,22 +155,27 @@ fn figures(evaluation: &Evaluation) -> BTreeMap<Quantity, f64> {
     figures.into_iter().filter_map(|(quantity, value)| Some((quantity, value?))).collect()
 }
 
-/// Some of the true places, and what was claimed at these times.
-fn planar_ways(truth: &PlanarTrajectory, records: &[FrameRecord]) -> Ways {
-    let place = |pose: &visloc_geom::PlanarPose| Some([pose.x_m, pose.y_m, 0.0]);
-    let step = truth.poses().len().div_ceil(MAX_POINTS).max(1);
-    let some = truth.poses().iter().step_by(step);
-    some.map(|pose| {
-        let index = records.partition_point(|record| record.at < pose.at);
-        let record = records.get(index).filter(|record| record.at == pose.at && record.is_localized());
-        let is_carried = pose.height_m > visloc_eval::EvaluationOptions::default().max_ground_height_m;
-        let truth = place(&pose.world_from_robot).filter(|_| !is_carried);
-        (truth, record.and_then(|record| place(&record.world_from_robot)))
-    })
-    .unzip()
+/// True places, and estimates of the same times; `None` where there is none.
+type Ways = (Vec<Option<[f64; 3]>>, Vec<Option<[f64; 3]>>);
+
+/// Some of the true places, and the estimates of these times.
+fn ways(truth: &[(Timestamp, Option<[f64; 3]>)], estimates: &BTreeMap<Timestamp, [f64; 3]>) -> Ways {
+    let step = truth.len().div_ceil(MAX_POINTS).max(1);
+    truth.iter().step_by(step).map(|(at, place)| (*place, estimates.get(at).copied())).unzip()
 }
 
-type Ways = (Vec<Option<[f64; 3]>>, Vec<Option<[f64; 3]>>);
+/// The way on the ground, and what was claimed.
+fn planar_ways(truth: &PlanarTrajectory, records: &[FrameRecord]) -> Ways {
+    let place = |pose: &PlanarPose| [pose.x_m, pose.y_m, 0.0];
+    let max_height_m = EvaluationOptions::default().max_ground_height_m;
+    let truth = truth.poses().iter().map(|pose| {
+        let is_on_ground = pose.height_m <= max_height_m;
+        (pose.at, is_on_ground.then(|| place(&pose.world_from_robot)))
+    });
+    let claims = records.iter().filter(|record| record.is_localized());
+    let claims = claims.map(|record| (record.at, place(&record.world_from_robot)));
+    ways(&truth.collect::<Vec<_>>(), &claims.collect())
+}
 
 /// A camera without a map.
 fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
@@ -205,23 +211,21 @@ fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
     Ok(cell)
 }
 
-/// Some of the true places while there were images, and the aligned estimates of these times.
+/// The camera's way while there were images, and the aligned estimates.
 fn camera_ways(truth: &CameraTrajectory, run: &SlamRun, error: Option<&AbsoluteError>) -> Ways {
     let records = &run.history.records;
     let (Some(first), Some(last)) = (records.first(), records.last()) else { return Ways::default() };
-    let step = truth.poses().iter().filter(|pose| (first.at..=last.at).contains(&pose.at)).count();
-    let step = step.div_ceil(MAX_POINTS).max(1);
-    let pairs = associate(truth, &run.trajectory, POSE_TOLERANCE_SECS);
-    let some = truth.poses().iter().filter(|pose| (first.at..=last.at).contains(&pose.at)).step_by(step);
-    some.map(|pose| {
+    let during = truth.poses().iter().filter(|pose| (first.at..=last.at).contains(&pose.at));
+    let during = during.map(|pose| {
         let t = pose.world_from_camera.translation();
-        let index = pairs.partition_point(|pair| pair.truth.at < pose.at);
-        let pair = pairs.get(index).filter(|pair| pair.truth.at == pose.at);
-        let moved = pair.zip(error).map(|(pair, error)| {
+        (pose.at, Some([t.x, t.y, t.z]))
+    });
+    let pairs = associate(truth, &run.trajectory, POSE_TOLERANCE_SECS);
+    let aligned = error.into_iter().flat_map(|error| {
+        pairs.iter().map(|pair| {
             let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
-            [p.x, p.y, p.z]
-        });
-        (Some([t.x, t.y, t.z]), moved)
-    })
-    .unzip()
+            (pair.truth.at, [p.x, p.y, p.z])
+        })
+    });
+    ways(&during.collect::<Vec<_>>(), &aligned.collect())
 }

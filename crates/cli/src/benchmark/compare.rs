@@ -14,16 +14,12 @@ const ASSUMED_TIME_SPREAD: f64 = 0.25;
 /// A change beyond the spread of the seeds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// The row.
-    pub class: String,
-    /// The settings.
-    pub contender: String,
+    /// Class, recording if it is about one of several, settings, and quantity.
+    pub what: String,
     /// What changed.
     pub quantity: Quantity,
-    /// The recording; `None` for the mean over all of the row.
-    pub recording: Option<String>,
-    /// Medians over the seeds: before and now.
-    pub values: (f64, f64),
+    /// Before and now: medians over the seeds, or the mean of these over the recordings of a row.
+    pub values: [f64; 2],
     /// How far the seeds differ.
     pub spread: f64,
 }
@@ -31,25 +27,20 @@ pub struct Change {
 impl Change {
     /// Whether it is for the better.
     pub fn is_better(&self) -> bool {
-        (self.values.1 > self.values.0) == self.quantity.is_better_high()
+        (self.values[1] > self.values[0]) == self.quantity.is_better_high()
     }
 
     fn is_beyond_spread(&self) -> bool {
-        (self.values.1 - self.values.0).abs() > self.spread.max(self.quantity.least_change())
+        (self.values[1] - self.values[0]).abs() > self.spread.max(self.quantity.least_change())
     }
 }
 
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = if self.is_better() { "better" } else { "worse" };
-        let [before, now, spread] =
-            [self.values.0, self.values.1, self.spread].map(|value| self.quantity.text(value));
-        let recording = self.recording.as_ref().map(|name| format!(", {name}")).unwrap_or_default();
-        let Self { class, contender, quantity, .. } = self;
-        write!(
-            f,
-            "{word}: {class}{recording}; {contender}; {quantity}: {before} -> {now} (seeds differ by {spread})"
-        )
+        let [before, now] = self.values.map(|value| self.quantity.text(value));
+        let spread = self.quantity.text(self.spread);
+        write!(f, "{word}: {}: {before} -> {now} (seeds differ by {spread})", self.what)
     }
 }
 
@@ -63,53 +54,44 @@ pub fn compare(rows: &[Row<'_>], baseline: &[Cell]) -> Vec<Change> {
 
 #[allow(clippy::cast_precision_loss)]
 fn changes_of(row: &Row<'_>, baseline: &[Cell]) -> Vec<Change> {
-    let mut recordings: Vec<&str> = Vec::new();
-    for cell in &row.runs {
-        if !recordings.contains(&cell.key.recording.as_str()) {
-            recordings.push(&cell.key.recording);
-        }
-    }
-    let each: Vec<Change> =
-        recordings.iter().filter_map(|recording| change_of(row, recording, baseline)).collect();
-    let mean = |value: fn(&Change) -> f64| each.iter().map(value).sum::<f64>() / each.len() as f64;
+    let names = row.recordings();
+    let mut changes: Vec<Change> =
+        names.iter().filter_map(|recording| change_of(row, recording, baseline)).collect();
+    let num = changes.len() as f64;
+    let mean = |value: fn(&Change) -> f64| changes.iter().map(value).sum::<f64>() / num;
     let whole = Change {
-        class: row.class.to_owned(),
-        contender: row.contender.to_owned(),
+        what: format!("{}; {}; {}", row.class, row.contender, row.quantity),
         quantity: row.quantity,
-        recording: None,
-        values: (mean(|change| change.values.0), mean(|change| change.values.1)),
+        values: [mean(|change| change.values[0]), mean(|change| change.values[1])],
         spread: mean(|change| change.spread),
     };
-    let singles = if each.len() > 1 { each } else { Vec::new() };
-    std::iter::once(whole).chain(singles).filter(Change::is_beyond_spread).collect()
+    if changes.len() == 1 {
+        changes.clear();
+    }
+    changes.insert(0, whole);
+    changes.retain(Change::is_beyond_spread);
+    changes
 }
 
 /// The change on one recording, however small.
 fn change_of(row: &Row<'_>, recording: &str, baseline: &[Cell]) -> Option<Change> {
-    let now: Vec<&Cell> = row.runs.iter().copied().filter(|cell| cell.key.recording == recording).collect();
-    let like = &now.first()?.key;
-    let before = baseline.iter().filter(|cell| {
+    let like = &row.runs.iter().find(|cell| cell.key.recording == recording)?.key;
+    let is_like = |cell: &&Cell| {
         let key = &cell.key;
-        (key.recording == recording && key.contender == like.contender && key.is_timed == like.is_timed)
+        (&key.recording, &key.contender, key.is_timed) == (&like.recording, &like.contender, like.is_timed)
             && excerpt(&key.words) == excerpt(&like.words)
-    });
-    let statistics = |cells: &mut dyn Iterator<Item = &Cell>| {
-        let values: Vec<f64> = cells.filter_map(|cell| cell.figures.get(&row.quantity).copied()).collect();
-        Some((Statistics::of(&values)?, values.len()))
     };
-    let (before, num_before) = statistics(&mut before.into_iter())?;
-    let (now, num_now) = statistics(&mut now.into_iter())?;
+    let before = baseline.iter().filter(is_like).filter_map(|cell| cell.figures.get(&row.quantity).copied());
+    let (before, now) = (before.collect::<Vec<_>>(), row.values_on(recording));
+    let is_spread_known = before.len() > 1 || now.len() > 1;
+    let (before, now) = (Statistics::of(&before)?, Statistics::of(&now)?);
     let is_time = matches!(row.quantity, Quantity::TimeMs | Quantity::ProgramMs);
     let assumed = before.median.abs() * if is_time { ASSUMED_TIME_SPREAD } else { ASSUMED_SPREAD };
-    let is_known = num_before > 1 || num_now > 1;
-    let spread = if is_known { (before.max - before.min).max(now.max - now.min) } else { assumed };
     Some(Change {
-        class: row.class.to_owned(),
-        contender: row.contender.to_owned(),
+        what: format!("{}, {recording}; {}; {}", row.class, row.contender, row.quantity),
         quantity: row.quantity,
-        recording: Some(recording.to_owned()),
-        values: (before.median, now.median),
-        spread,
+        values: [before.median, now.median],
+        spread: if is_spread_known { (before.max - before.min).max(now.max - now.min) } else { assumed },
     })
 }
 

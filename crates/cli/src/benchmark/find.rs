@@ -1,18 +1,18 @@
 //! Recordings below folders, found by what they are.
 
 use std::{
-    collections::BTreeSet,
-    fmt, fs,
+    collections::{BTreeMap, BTreeSet},
+    fs,
     path::{Path, PathBuf},
 };
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use visloc_base::files;
 use visloc_data::{
     camera_trajectory::read_camera_trajectory,
     sequence::{SequenceOptions, list_sequence, sequence_layouts},
 };
-use visloc_sources::{OpenImages, SourceAddress, SourceOptions, open_images};
+use visloc_sources::{SourceAddress, SourceOptions, open_images};
 use visloc_world::Map;
 
 use super::{Claims, Kind};
@@ -26,6 +26,8 @@ const MAPS: [&str; 4] = ["map.toml", "field.toml", "map.yaml", "field.yaml"];
 const TRUTHS: [&str; 3] = ["groundtruth.txt", "groundtruth.tum", "groundtruth.csv"];
 /// Names of calibrations that lie beside a video.
 const CAMERAS: [&str; 2] = ["camera.toml", "camera.yaml"];
+/// Files without use that are named in a line.
+const MAX_NAMED: usize = 3;
 /// Images of a recording among which there must be a pose of the truth.
 const MAX_LOOKED_AT: usize = 300;
 
@@ -55,26 +57,11 @@ impl Recording {
     }
 }
 
-/// Something that looks like a recording and is not used.
-#[derive(Debug, Clone)]
-pub struct Unused {
-    /// Where it is.
-    pub path: PathBuf,
-    /// Why not.
-    pub reason: String,
-}
-
-impl fmt::Display for Unused {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.path.display(), self.reason)
-    }
-}
-
-/// All recordings with a truth below some folders, and the simulator's; and what was found beside them.
+/// All recordings with a truth below some folders, and the simulator's; and lines about what looks like a recording and is none.
 ///
 /// # Errors
 /// If a folder is not there.
-pub fn find(folders: &[&Path], claims: &Claims) -> Result<(Vec<Recording>, Vec<Unused>)> {
+pub fn find(folders: &[&Path], claims: &Claims) -> Result<(Vec<Recording>, Vec<String>)> {
     let mut search = Search { claims, recordings: Vec::new(), unused: Vec::new(), visited: BTreeSet::new() };
     for folder in folders {
         if !folder.exists() {
@@ -83,30 +70,55 @@ pub fn find(folders: &[&Path], claims: &Claims) -> Result<(Vec<Recording>, Vec<U
         search.look(folder, 0);
     }
     let Search { mut recordings, unused, .. } = search;
-    let simulated =
-        claims.classes.iter().flat_map(|class| class.recordings.iter().map(move |name| (class, name)));
-    let simulated = simulated.filter(|(_, name)| name.starts_with("sim:"));
-    recordings.extend(simulated.map(|(class, source)| Recording {
-        name: source.clone(),
-        class: class.name.clone(),
-        kind: class.kind,
-        source: source.clone(),
-        num_bytes: 0,
-        words: Vec::new(),
-        truth_beside: None,
-    }));
+    for class in &claims.classes {
+        let simulated = class.recordings.iter().filter(|name| name.starts_with("sim:"));
+        recordings.extend(simulated.map(|source| Recording {
+            name: source.clone(),
+            class: class.name.clone(),
+            kind: class.kind,
+            source: source.clone(),
+            num_bytes: 0,
+            words: Vec::new(),
+            truth_beside: None,
+        }));
+    }
     name_apart(&mut recordings);
     let place = |recording: &Recording| claims.classes.iter().position(|class| class.name == recording.class);
     recordings.sort_by_key(|recording| (place(recording).unwrap_or(usize::MAX), recording.name.clone()));
-    Ok((recordings, unused))
+    Ok((recordings, unused_lines(&unused)))
 }
 
-/// Gives recordings of the same name their folders as well.
+/// Lines about paths and reasons; those with the same reason stand in one line.
+fn unused_lines(unused: &[(String, String)]) -> Vec<String> {
+    let mut groups: BTreeMap<&str, Vec<&(String, String)>> = BTreeMap::new();
+    for one in unused {
+        // What follows is about the single file.
+        let end = ["; ", ". "].iter().filter_map(|mark| one.1.find(mark)).min();
+        groups.entry(&one.1[..end.unwrap_or(one.1.len())]).or_default().push(one);
+    }
+    let line = |(cause, group): (&str, Vec<&(String, String)>)| match group.as_slice() {
+        [(path, reason)] => format!("{path}: {reason}"),
+        several => {
+            let named: Vec<&str> = several.iter().take(MAX_NAMED).map(|(path, _)| path.as_str()).collect();
+            let others = if several.len() > MAX_NAMED { ", ..." } else { "" };
+            format!("{} files or folders: {cause}: {}{others}", several.len(), named.join(", "))
+        }
+    };
+    groups.into_iter().map(line).collect()
+}
+
+/// Gives recordings of the same name that of their folder as well, and if that does not help their whole paths.
 fn name_apart(recordings: &mut [Recording]) {
-    let names: Vec<String> = recordings.iter().map(|recording| recording.name.clone()).collect();
-    for recording in recordings.iter_mut() {
-        if names.iter().filter(|name| **name == recording.name).count() > 1 {
-            recording.name.clone_from(&recording.source);
+    let with_folder = |source: &str| {
+        let folder = Path::new(source).parent().map(name_of).unwrap_or_default();
+        format!("{folder}/{}", name_of(Path::new(source)))
+    };
+    for longer in [with_folder, str::to_owned] {
+        let names: Vec<String> = recordings.iter().map(|recording| recording.name.clone()).collect();
+        for recording in recordings.iter_mut() {
+            if names.iter().filter(|name| **name == recording.name).count() > 1 {
+                recording.name = longer(&recording.source);
+            }
         }
     }
 }
@@ -115,7 +127,8 @@ fn name_apart(recordings: &mut [Recording]) {
 struct Search<'a> {
     claims: &'a Claims,
     recordings: Vec<Recording>,
-    unused: Vec<Unused>,
+    /// Paths and reasons.
+    unused: Vec<(String, String)>,
     visited: BTreeSet<PathBuf>,
 }
 
@@ -129,22 +142,33 @@ impl Search<'_> {
             // Bags and videos.
             if SourceAddress::parse(&path.to_string_lossy()).is_ok() {
                 let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-                self.try_out(path, &stem.unwrap_or_default());
+                self.take(path, recording(path, &stem.unwrap_or_default(), self.claims));
             }
             return;
         }
+        let name = name_of(path);
         if is_bag(path) && path.join("metadata.yaml").exists() {
-            self.try_out(path, &name_of(path));
-            return;
+            return self.take(path, recording(path, &name, self.claims));
         }
-        if let Ok(listing) = list_sequence(path, &SequenceOptions::default()) {
-            let is_good = self.try_out(path, &name_of(path));
-            // A picture that lies among recordings makes a folder look like a sequence.
-            let is_plain = sequence_layouts().any(|(key, name)| key == "images" && name == listing.layout);
-            if is_good || !is_plain {
-                return;
+        let listing = list_sequence(path, &SequenceOptions::default()).ok();
+        let found = listing.as_ref().map(|_| recording(path, &name, self.claims));
+        // A picture that lies among recordings makes a folder look like a sequence.
+        let is_plain = |layout| sequence_layouts().any(|(key, name)| key == "images" && name == layout);
+        let may_have_others = listing.is_none_or(|listing| is_plain(listing.layout));
+        match found {
+            Some(found) if found.is_ok() || !may_have_others => self.take(path, found),
+            found => {
+                let num_before = self.recordings.len() + self.unused.len();
+                self.look_inside(path, depth);
+                let is_empty = self.recordings.len() + self.unused.len() == num_before;
+                if let Some(found) = found.filter(|_| is_empty) {
+                    self.take(path, found);
+                }
             }
         }
+    }
+
+    fn look_inside(&mut self, path: &Path, depth: usize) {
         match fs::read_dir(path) {
             Ok(entries) => {
                 let mut paths: Vec<PathBuf> =
@@ -153,28 +177,21 @@ impl Search<'_> {
                 paths.sort();
                 paths.iter().for_each(|path| self.look(path, depth + 1));
             }
-            Err(error) => self.refuse(path, format!("the folder cannot be read: {error}")),
+            Err(error) => self.take(path, Err(error).context("the folder cannot be read")),
         }
     }
 
-    /// Takes in a recording; whether it can be used.
-    fn try_out(&mut self, path: &Path, name: &str) -> bool {
-        match recording(path, name, self.claims) {
-            Ok(recording) => {
-                self.recordings.push(recording);
-                true
-            }
+    /// Takes in a recording, or the reason why it cannot be used.
+    fn take(&mut self, path: &Path, found: Result<Recording>) {
+        match found {
+            Ok(recording) => self.recordings.push(recording),
             Err(error) => {
-                self.refuse(path, one_line(&error));
-                false
+                // Many messages begin with the path already.
+                let (path, reason) = (path.display().to_string(), one_line(&error));
+                let reason = reason.strip_prefix(&format!("{path}: ")).unwrap_or(&reason).to_owned();
+                self.unused.push((path, reason));
             }
         }
-    }
-
-    fn refuse(&mut self, path: &Path, reason: String) {
-        // Many messages begin with the path already.
-        let reason = reason.strip_prefix(&format!("{}: ", path.display())).unwrap_or(&reason).to_owned();
-        self.unused.push(Unused { path: path.to_path_buf(), reason });
     }
 }
 
@@ -195,30 +212,25 @@ fn recording(path: &Path, name: &str, claims: &Claims) -> Result<Recording> {
     let map = beside(&MAPS).filter(|_| is_bag(path));
     let kind = if map.is_some() { Kind::Map } else { Kind::Slam };
     let mut truth_beside = None;
-    let words = match &map {
-        Some(map) => start_words(&source, Some(&map.to_string_lossy()), None)?,
-        None => {
-            // A video does not say which camera took it.
-            let camera = beside(&CAMERAS).filter(|_| path.is_file() && !is_bag(path));
-            let options = SourceOptions { camera: camera.clone(), ..SourceOptions::default() };
-            let OpenImages { truth, .. } = open_images(&source, &options, &another())?;
-            if truth.is_none() {
-                truth_beside = beside(&TRUTHS);
-                let Some(path) = &truth_beside else {
-                    bail!(
-                        "it has no truth to compare with: no camera poses in it or beside it, and no map for a robot"
-                    )
-                };
-                read_camera_trajectory(path)?;
-            }
-            camera
-                .map(|camera| vec!["--camera".to_owned(), camera.to_string_lossy().into_owned()])
-                .unwrap_or_default()
+    let words = if let Some(map) = &map {
+        start_words(&source, Some(&map.to_string_lossy()), None)?
+    } else {
+        // A video does not say which camera took it.
+        let camera = beside(&CAMERAS).filter(|_| path.is_file() && !is_bag(path));
+        let options = SourceOptions { camera: camera.clone(), ..SourceOptions::default() };
+        if open_images(&source, &options, &another())?.truth.is_none() {
+            truth_beside = beside(&TRUTHS);
+            let path = truth_beside.as_deref().context(
+                "it has no truth to compare with: no camera poses in it or beside it, and no map for a robot",
+            )?;
+            read_camera_trajectory(path)?;
         }
+        let words = camera.map(|camera| ["--camera".to_owned(), camera.to_string_lossy().into_owned()]);
+        words.into_iter().flatten().collect()
     };
-    let sequence = sequence_of(folder);
-    let names = [name, sequence.as_deref().unwrap_or(name)];
-    let class = claims.class_of(kind, &names).unwrap_or(name).to_owned();
+    // The folder of a rendered recording may have any name.
+    let class = sequence_of(folder).and_then(|sequence| claims.class_of(kind, &sequence));
+    let class = class.or_else(|| claims.class_of(kind, name)).unwrap_or(name).to_owned();
     let num_bytes = num_bytes(path, 0);
     Ok(Recording { name: name.to_owned(), class, kind, source, num_bytes, words, truth_beside })
 }

@@ -20,7 +20,7 @@ mod times;
 pub use accuracy::measure_accuracy;
 pub use claims::{Claims, Kind};
 pub use compare::compare;
-pub use find::{Recording, Unused, find};
+pub use find::{Recording, find};
 pub use plan::{Limits, Plan};
 pub use report::{Account, save};
 pub use store::{Store, program};

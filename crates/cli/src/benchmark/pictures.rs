@@ -13,13 +13,11 @@ const LEAST_ERROR: f64 = 1e-4;
 /// The error of every run; `rows` are those of a class that show its first error.
 pub fn errors(rows: &[&Row<'_>]) -> Option<Picture> {
     let first = rows.first()?;
-    let mut recordings: Vec<&str> =
-        rows.iter().flat_map(|row| &row.runs).map(|cell| cell.key.recording.as_str()).collect();
+    let mut recordings: Vec<&str> = rows.iter().flat_map(|row| row.recordings()).collect();
     recordings.sort_unstable();
     recordings.dedup();
     let values = |row: &Row<'_>, recording: &str| {
-        let of = row.runs.iter().filter(|cell| cell.key.recording == recording);
-        of.filter_map(|cell| cell.figures.get(&row.quantity).map(|value| value.max(LEAST_ERROR))).collect()
+        row.values_on(recording).into_iter().map(|value| value.max(LEAST_ERROR)).collect()
     };
     let group = |recording: &&str| RunGroup {
         label: (*recording).to_owned(),

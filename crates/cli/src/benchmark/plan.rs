@@ -24,28 +24,16 @@ pub struct Limits {
 }
 
 impl Limits {
-    fn takes(&self, contender: &Contender) -> bool {
-        contender.quick || !self.is_quick
-    }
-
     fn num_seeds(&self, contender: &Contender) -> u64 {
         self.seeds.unwrap_or(if self.is_quick { 1 } else { contender.seeds })
     }
 
-    fn frames(&self, kind: Kind) -> Option<u32> {
-        self.frames.or_else(|| self.is_quick.then(|| of_kind(QUICK_FRAMES, kind)))
-    }
-
-    fn timed_frames(&self, kind: Kind) -> u32 {
-        let most = of_kind(if self.is_quick { QUICK_TIMED_FRAMES } else { TIMED_FRAMES }, kind);
-        self.frames.map_or(most, |frames| frames.min(most))
-    }
-}
-
-fn of_kind((map, slam): (u32, u32), kind: Kind) -> u32 {
-    match kind {
-        Kind::Map => map,
-        Kind::Slam => slam,
+    /// Images for accuracy and for times.
+    fn frames(&self, kind: Kind) -> (Option<u32>, u32) {
+        let of_kind = |(map, slam): (u32, u32)| if kind == Kind::Map { map } else { slam };
+        let timed = of_kind(if self.is_quick { QUICK_TIMED_FRAMES } else { TIMED_FRAMES });
+        let frames = self.frames.or(self.is_quick.then(|| of_kind(QUICK_FRAMES)));
+        (frames, self.frames.map_or(timed, |frames| frames.min(timed)))
     }
 }
 
@@ -72,12 +60,7 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// If a scenario of the simulator cannot be used.
-    pub fn new(
-        claims: &Claims,
-        recordings: &'a [Recording],
-        limits: &Limits,
-        program: &'a str,
-    ) -> Result<Self> {
+    pub fn new(claims: &Claims, recordings: &'a [Recording], limits: &Limits, program: &str) -> Result<Self> {
         let mut plan = Self { accuracy: Vec::new(), times: Vec::new() };
         let mut seen: Vec<&str> = Vec::new();
         for recording in recordings {
@@ -86,19 +69,29 @@ impl<'a> Plan<'a> {
                 continue;
             }
             seen.push(&recording.class);
-            let is_of = |contender: &&Contender| contender.kind == kind && limits.takes(contender);
+            let is_of =
+                |contender: &&Contender| contender.kind == kind && (contender.quick || !limits.is_quick);
             let contenders: Vec<&Contender> = claims.contenders.iter().filter(is_of).collect();
-            let most_seeds =
-                contenders.iter().map(|contender| limits.num_seeds(contender)).max().unwrap_or(0);
-            for number in 0..most_seeds {
-                let images = Images::new(recording, FIRST_SEED + number, program)?;
+            let most_seeds = contenders.iter().map(|contender| limits.num_seeds(contender)).max();
+            let (frames, timed_frames) = limits.frames(kind);
+            for number in 0..most_seeds.unwrap_or(0) {
+                // Each seed makes a simulation anew, with another start.
+                let seed = FIRST_SEED + number;
+                let words = match recording.is_simulated() && kind == Kind::Map {
+                    true => start_words(&recording.source, None, Some(seed))?,
+                    false => recording.words.clone(),
+                };
+                let run = |contender: &&Contender, frames: Option<u32>| {
+                    let key = key(recording, contender, seed, &words, frames);
+                    Run { recording, key: CellKey { program: program.to_owned(), ..key } }
+                };
                 let wanted = contenders.iter().filter(|contender| number < limits.num_seeds(contender));
-                plan.accuracy.push(
-                    wanted.map(|contender| images.run(contender, limits.frames(kind), false)).collect(),
-                );
+                plan.accuracy.push(wanted.map(|contender| run(contender, frames)).collect());
                 if is_first && number == 0 {
-                    let frames = Some(limits.timed_frames(kind));
-                    plan.times.extend(contenders.iter().map(|contender| images.run(contender, frames, true)));
+                    let mut timed: Vec<_> =
+                        contenders.iter().map(|contender| run(contender, Some(timed_frames))).collect();
+                    timed.iter_mut().for_each(|run| run.key.is_timed = true);
+                    plan.times.append(&mut timed);
                 }
             }
         }
@@ -111,49 +104,28 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// What runs with the same seed have in common.
-struct Images<'a> {
-    recording: &'a Recording,
+/// What tells the run of a recording from others, but for the program.
+fn key(
+    recording: &Recording,
+    contender: &Contender,
     seed: u64,
-    program: &'a str,
-    /// Options that belong to the recording.
-    words: Vec<String>,
-}
-
-impl<'a> Images<'a> {
-    fn new(recording: &'a Recording, seed: u64, program: &'a str) -> Result<Self> {
-        // Each seed makes a simulation anew, with another start.
-        let words = match recording.is_simulated() && recording.kind == Kind::Map {
-            true => start_words(&recording.source, None, Some(seed))?,
-            false => recording.words.clone(),
-        };
-        Ok(Self { recording, seed, program, words })
-    }
-
-    fn run<'r>(&self, contender: &Contender, frames: Option<u32>, is_timed: bool) -> Run<'r>
-    where
-        'a: 'r,
-    {
-        let kind = self.recording.kind;
-        let mut words = vec![kind.command().to_owned(), self.recording.source.clone()];
-        words.extend(self.words.iter().chain(&contender.words).cloned());
-        words.extend(["--seed".to_owned(), self.seed.to_string()]);
-        if let Some(frames) = frames {
-            words.extend([
-                if kind == Kind::Map { "--frames" } else { "--end" }.to_owned(),
-                frames.to_string(),
-            ]);
-        }
-        let key = CellKey {
-            program: self.program.to_owned(),
-            class: self.recording.class.clone(),
-            recording: self.recording.name.clone(),
-            num_bytes: self.recording.num_bytes,
-            contender: contender.name.clone(),
-            seed: self.seed,
-            words,
-            is_timed,
-        };
-        Run { recording: self.recording, key }
+    of_recording: &[String],
+    frames: Option<u32>,
+) -> CellKey {
+    let kind = recording.kind;
+    let mut words = vec![kind.command().to_owned(), recording.source.clone()];
+    words.extend(of_recording.iter().chain(&contender.words).cloned());
+    words.extend(["--seed".to_owned(), seed.to_string()]);
+    let option = if kind == Kind::Map { "--frames" } else { "--end" };
+    words.extend(frames.map(|frames| [option.to_owned(), frames.to_string()]).into_iter().flatten());
+    CellKey {
+        program: String::new(),
+        class: recording.class.clone(),
+        recording: recording.name.clone(),
+        num_bytes: recording.num_bytes,
+        contender: contender.name.clone(),
+        seed,
+        words,
+        is_timed: false,
     }
 }

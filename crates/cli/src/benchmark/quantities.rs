@@ -9,71 +9,67 @@ use super::Kind;
 /// Claims that are farther from the truth than this are wrong, meters.
 pub const WRONG_CLAIM_M: f64 = 0.3;
 
-/// What is measured.
+/// What is measured, in the order of the report; the titles say more. "From the first claim on" counts every frame, "while claimed" those
+/// with a claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
-    /// Mean position error from the first claim on, whether the place is claimed or not.
     PositionM,
-    /// Mean position error while the place is claimed.
     ClaimedPositionM,
-    /// Median position error while the place is claimed.
     ClaimedMedianM,
-    /// Mean heading error from the first claim on.
     HeadingDeg,
-    /// Root mean square of the position error after alignment with scale.
     AteM,
-    /// Share of the frames with a claimed place, or with a camera pose.
     Coverage,
-    /// Share of the claims that are wrong.
     WrongClaims,
-    /// From the first frame to the first claim.
     FirstClaimS,
-    /// Share of the kidnaps after which the place was found.
     KidnapsFound,
-    /// From the putting down to the right place, median over the kidnaps that were found.
     RecoveryS,
-    /// Localization or tracking of an image, mean.
     TimeMs,
-    /// Processor time of the whole program for an image, with reading, decoding and mapping.
     ProgramMs,
-    /// Most memory of the program.
     MemoryMb,
 }
 
+/// How a value is written.
+#[derive(Clone, Copy)]
+enum Shown {
+    /// In percent.
+    Share,
+    /// Three decimals, four below 0.1.
+    Meters,
+    /// So many decimals.
+    Decimals(usize),
+}
+
+use Shown::{Decimals, Meters, Share};
+
+/// Each with its title, how it is written, and the change below which there is none.
+const PROPERTIES: [(Quantity, &str, Shown, f64); 13] = [
+    (Quantity::PositionM, "position error from the first claim on, mean [m]", Meters, 1e-4),
+    (Quantity::ClaimedPositionM, "position error while claimed, mean [m]", Meters, 1e-4),
+    (Quantity::ClaimedMedianM, "position error while claimed, median [m]", Meters, 1e-4),
+    (Quantity::HeadingDeg, "heading error from the first claim on, mean [deg]", Decimals(1), 0.05),
+    (Quantity::AteM, "ATE RMSE, aligned with scale [m]", Meters, 1e-4),
+    (Quantity::Coverage, "share of the frames with a pose", Share, 0.002),
+    (Quantity::WrongClaims, "share of the claims that are wrong (above 0.3 m)", Share, 0.002),
+    (Quantity::FirstClaimS, "first claim after [s]", Decimals(1), 0.1),
+    (Quantity::KidnapsFound, "share of the kidnaps found again", Share, 0.002),
+    (Quantity::RecoveryS, "found again after a kidnap, median [s]", Decimals(1), 0.1),
+    (Quantity::TimeMs, "localization or tracking of an image, mean [ms]", Decimals(2), 0.05),
+    (Quantity::ProgramMs, "processor time of the program an image [ms]", Decimals(2), 0.05),
+    (Quantity::MemoryMb, "most memory [MB]", Decimals(0), 1.0),
+];
+
 impl Quantity {
     /// All, in the order of the report.
-    pub const ALL: [Self; 13] = [
-        Self::PositionM,
-        Self::ClaimedPositionM,
-        Self::ClaimedMedianM,
-        Self::HeadingDeg,
-        Self::AteM,
-        Self::Coverage,
-        Self::WrongClaims,
-        Self::FirstClaimS,
-        Self::KidnapsFound,
-        Self::RecoveryS,
-        Self::TimeMs,
-        Self::ProgramMs,
-        Self::MemoryMb,
-    ];
+    pub fn all() -> impl Iterator<Item = Self> {
+        PROPERTIES.iter().map(|property| property.0)
+    }
 
     /// The error that stands first for a kind of recording.
     pub fn main_of(kind: Kind) -> Self {
         match kind {
             Kind::Map => Self::PositionM,
             Kind::Slam => Self::AteM,
-        }
-    }
-
-    /// Whether recordings of a kind have it.
-    #[cfg_attr(not(test), allow(dead_code))]
-    pub fn is_of(self, kind: Kind) -> bool {
-        match self {
-            Self::AteM => kind == Kind::Slam,
-            Self::Coverage | Self::TimeMs | Self::ProgramMs | Self::MemoryMb => true,
-            _ => kind == Kind::Map,
         }
     }
 
@@ -89,45 +85,21 @@ impl Quantity {
 
     /// For tables, with the unit.
     pub fn title(self) -> &'static str {
-        match self {
-            Self::PositionM => "position error from the first claim on, mean [m]",
-            Self::ClaimedPositionM => "position error while claimed, mean [m]",
-            Self::ClaimedMedianM => "position error while claimed, median [m]",
-            Self::HeadingDeg => "heading error from the first claim on, mean [deg]",
-            Self::AteM => "ATE RMSE, aligned with scale [m]",
-            Self::Coverage => "share of the frames with a pose",
-            Self::WrongClaims => "share of the claims that are wrong (above 0.3 m)",
-            Self::FirstClaimS => "first claim after [s]",
-            Self::KidnapsFound => "share of the kidnaps found again",
-            Self::RecoveryS => "found again after a kidnap, median [s]",
-            Self::TimeMs => "localization or tracking of an image, mean [ms]",
-            Self::ProgramMs => "processor time of the program an image [ms]",
-            Self::MemoryMb => "most memory [MB]",
-        }
+        PROPERTIES[self as usize].1
     }
 
     /// A value for people.
     pub fn text(self, value: f64) -> String {
-        match self {
-            Self::Coverage | Self::WrongClaims | Self::KidnapsFound => percent(value),
-            Self::MemoryMb => format!("{value:.0}"),
-            Self::HeadingDeg | Self::FirstClaimS | Self::RecoveryS => format!("{value:.1}"),
-            Self::TimeMs | Self::ProgramMs => format!("{value:.2}"),
-            _ if value < 0.1 => format!("{value:.4}"),
-            _ => format!("{value:.3}"),
+        match PROPERTIES[self as usize].2 {
+            Share => percent(value),
+            Meters => format!("{value:.*}", if value < 0.1 { 4 } else { 3 }),
+            Decimals(number) => format!("{value:.number$}"),
         }
     }
 
     /// A change below this is none, in the quantity's unit.
     pub fn least_change(self) -> f64 {
-        match self {
-            Self::PositionM | Self::ClaimedPositionM | Self::ClaimedMedianM | Self::AteM => 1e-4,
-            Self::HeadingDeg => 0.05,
-            Self::Coverage | Self::WrongClaims | Self::KidnapsFound => 0.002,
-            Self::FirstClaimS | Self::RecoveryS => 0.1,
-            Self::TimeMs | Self::ProgramMs => 0.05,
-            Self::MemoryMb => 1.0,
-        }
+        PROPERTIES[self as usize].3
     }
 }
 
@@ -142,5 +114,17 @@ pub fn percent(share: f64) -> String {
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.title())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn properties_stand_in_the_order_of_the_quantities() {
+        assert!(Quantity::all().enumerate().all(|(i, quantity)| quantity as usize == i));
+        assert_eq!(Quantity::Coverage.text(0.999_99), "99.9 %");
+        assert_eq!([Quantity::AteM.text(0.012_34), Quantity::AteM.text(0.123_4)], ["0.0123", "0.123"]);
     }
 }

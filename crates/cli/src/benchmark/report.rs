@@ -6,11 +6,11 @@ use anyhow::Result;
 use visloc_experiments::{Table, escaped};
 
 use super::{
-    Claims, Row, Unused,
+    Claims, Row,
     claims::Figure,
     compare::Change,
     pictures::{errors, way},
-    table::{for_people, for_programs},
+    table::{for_people, for_programs, recording_by_recording},
 };
 use crate::run::write_text;
 
@@ -19,7 +19,7 @@ pub struct Account {
     /// What ran: program, runs, limits, machine.
     pub facts: Vec<String>,
     /// What looked like a recording and was not used.
-    pub unused: Vec<Unused>,
+    pub unused: Vec<String>,
     /// Runs that did not work: the command and the reason.
     pub failures: Vec<(String, String)>,
     /// The earlier benchmark, and what has changed since.
@@ -27,33 +27,29 @@ pub struct Account {
 }
 
 impl Account {
-    /// What has changed, in lines.
-    pub fn change_lines(&self) -> Vec<String> {
-        let Some((_, changes)) = &self.changes else { return Vec::new() };
-        if changes.is_empty() {
-            return vec!["nothing changed beyond the spread of the seeds".to_owned()];
+    /// Lists below the table: titles and lines.
+    pub fn lists(&self, rows: &[Row<'_>]) -> Vec<(String, Vec<String>)> {
+        let mut lists = vec![("Recording by recording".to_owned(), recording_by_recording(rows))];
+        if let Some((place, changes)) = &self.changes {
+            let none =
+                changes.is_empty().then(|| "nothing changed beyond the spread of the seeds".to_owned());
+            let lines = none.into_iter().chain(changes.iter().map(ToString::to_string));
+            lists.push((format!("Since {place}"), lines.collect()));
         }
-        changes.iter().map(ToString::to_string).collect()
+        let failures = self.failures.iter().map(|(command, reason)| format!("visloc {command}: {reason}"));
+        lists.push(("Runs that did not work".to_owned(), failures.collect()));
+        lists.push(("Found, but not used".to_owned(), self.unused.clone()));
+        lists.retain(|(_, lines)| !lines.is_empty());
+        lists
     }
 
-    /// Lists below the table: titles and lines.
-    fn lists(&self, claims: &Claims) -> Vec<(String, Vec<String>)> {
-        let mut lists = Vec::new();
-        if let Some((place, _)) = &self.changes {
-            lists.push((format!("Since {place}"), self.change_lines()));
-        }
-        if !self.failures.is_empty() {
-            let lines = self.failures.iter().map(|(command, reason)| format!("visloc {command}: {reason}"));
-            lists.push(("Runs that did not work".to_owned(), lines.collect()));
-        }
-        if !self.unused.is_empty() {
-            let lines = self.unused.iter().map(ToString::to_string);
-            lists.push(("Found, but not used".to_owned(), lines.collect()));
-        }
-        lists.push(("How to read it".to_owned(), NOTES.map(str::to_owned).to_vec()));
+    /// The same with what readers of a file need.
+    fn lists_with_notes(&self, claims: &Claims, rows: &[Row<'_>]) -> Vec<(String, Vec<String>)> {
         let mut sources: Vec<String> = claims.figures.iter().map(source_line).collect();
         sources.sort();
         sources.dedup();
+        let mut lists = self.lists(rows);
+        lists.push(("How to read it".to_owned(), NOTES.map(str::to_owned).to_vec()));
         lists.push(("Where the figures of others are from".to_owned(), sources));
         lists
     }
@@ -81,15 +77,15 @@ fn source_line(figure: &Figure) -> String {
 /// # Errors
 /// If a file cannot be written.
 pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account) -> Result<()> {
-    let table = for_people(rows.iter());
+    let table = for_people(rows);
     write_text(&folder.join("report.csv"), &for_programs(rows).csv())?;
-    write_text(&folder.join("report.md"), &markdown(&table, claims, account))?;
+    write_text(&folder.join("report.md"), &markdown(&table, claims, rows, account))?;
     write_text(&folder.join("report.html"), &html(&table, claims, rows, account))
 }
 
-fn markdown(table: &Table, claims: &Claims, account: &Account) -> String {
+fn markdown(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
     let mut text = format!("# visloc benchmark\n\n{}\n\n{}", account.facts.join("\n\n"), table.markdown());
-    for (title, lines) in account.lists(claims) {
+    for (title, lines) in account.lists_with_notes(claims, rows) {
         let _ = write!(text, "\n## {title}\n\n");
         lines.iter().for_each(|line| {
             let _ = writeln!(text, "* {}", line.replace('*', "\\*"));
@@ -114,7 +110,7 @@ fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> 
         let _ = writeln!(text, "<p>{}</p>", escaped(fact));
     });
     text += &table.html();
-    for (title, lines) in account.lists(claims) {
+    for (title, lines) in account.lists_with_notes(claims, rows) {
         let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
         let _ = writeln!(text, "<h2>{}</h2>\n<ul>\n{lines}</ul>", escaped(&title));
     }

@@ -14,7 +14,7 @@ use super::quantities::Quantity;
 use crate::report::save_json;
 
 /// What tells a run from others. A file with another key is not taken for its result.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CellKey {
     /// Version of the program, with a sum over its bytes.
     pub program: String,

@@ -5,15 +5,19 @@ use visloc_experiments::Table;
 
 use super::{
     Claims, Kind,
-    claims::{Figure, From},
+    claims::{Contender, Figure, From},
     quantities::{Quantity, percent},
     store::Cell,
 };
 
-/// The column that says what is measured.
-const WHAT: usize = 2;
 /// Below this share of frames with a pose an error says little; such errors get a star.
 const FULL_COVERAGE: f64 = 0.7;
+
+/// Columns for people and for programs.
+const HEADER: &str = "recordings, settings, what, published, best other program, median here, least to largest, runs, \
+    frames with a pose, ms an image, MB";
+const HEADER_FOR_PROGRAMS: &str = "class settings quantity published published_by published_in peer peer_by peer_in \
+    peer_coverage median least largest recordings runs runs_with_value";
 
 /// A quantity of a setting on a class of recordings.
 pub struct Row<'a> {
@@ -47,10 +51,12 @@ impl<'a> Row<'a> {
         for class in classes {
             for contender in &claims.contenders {
                 let is_of = |cell: &&Cell| cell.key.class == class && cell.key.contender == contender.name;
-                let of: Vec<&Cell> = cells.iter().filter(is_of).collect();
-                if !of.is_empty() {
-                    rows.extend(rows_of(claims, class, &contender.name, contender.kind, &of));
-                }
+                rows.extend(rows_of(
+                    claims,
+                    class,
+                    contender,
+                    &cells.iter().filter(is_of).collect::<Vec<_>>(),
+                ));
             }
         }
         rows
@@ -58,7 +64,24 @@ impl<'a> Row<'a> {
 
     /// The values of the runs that have one.
     pub fn values(&self) -> Vec<f64> {
-        self.runs.iter().filter_map(|cell| cell.figures.get(&self.quantity).copied()).collect()
+        values(self.quantity, &self.runs)
+    }
+
+    /// The values on one recording.
+    pub fn values_on(&self, recording: &str) -> Vec<f64> {
+        let runs = self.runs.iter().copied().filter(|cell| cell.key.recording == recording);
+        values(self.quantity, &runs.collect::<Vec<_>>())
+    }
+
+    /// The recordings of its runs, each once.
+    pub fn recordings(&self) -> Vec<&'a str> {
+        let mut names: Vec<&str> = Vec::new();
+        for cell in &self.runs {
+            if !names.contains(&cell.key.recording.as_str()) {
+                names.push(&cell.key.recording);
+            }
+        }
+        names
     }
 
     /// Whether it is the error that stands first.
@@ -66,23 +89,21 @@ impl<'a> Row<'a> {
         [Kind::Map, Kind::Slam].into_iter().any(|kind| self.quantity == Quantity::main_of(kind))
     }
 
-    /// Median, with a star if few frames have a pose; and range.
-    fn here(&self) -> [String; 2] {
-        let Some(found) = Statistics::of(&self.values()) else { return ["-".to_owned(), "-".to_owned()] };
-        let is_partial = self.coverage.is_some_and(|coverage| coverage.median < FULL_COVERAGE);
-        let star = if self.quantity == Quantity::AteM && is_partial { "*" } else { "" };
+    /// Median and range of some of its values.
+    fn median_and_range(&self, values: &[f64]) -> [String; 2] {
+        let Some(found) = Statistics::of(values) else { return ["-", "-"].map(str::to_owned) };
         let [median, min, max] = [found.median, found.min, found.max].map(|value| self.quantity.text(value));
         let range = if min == max { min } else { format!("{min} to {max}") };
-        [median + star, range]
+        [median, range]
     }
 
+    /// How many runs have a value, and on how many recordings.
     fn num_runs(&self) -> String {
-        let num_values = self.values().len();
-        if num_values == self.runs.len() {
-            num_values.to_string()
-        } else {
-            format!("{num_values} of {}", self.runs.len())
-        }
+        let (num_values, num_runs, num_recordings) =
+            (self.values().len(), self.runs.len(), self.recordings().len());
+        let of = if num_values == num_runs { String::new() } else { format!(" of {num_runs}") };
+        let on = if num_recordings == 1 { String::new() } else { format!(" on {num_recordings} recordings") };
+        format!("{num_values}{of}{on}")
     }
 
     fn coverage(&self) -> String {
@@ -92,53 +113,55 @@ impl<'a> Row<'a> {
     }
 }
 
+fn values(quantity: Quantity, cells: &[&Cell]) -> Vec<f64> {
+    cells.iter().filter_map(|cell| cell.figures.get(&quantity).copied()).collect()
+}
+
 fn rows_of<'a>(
     claims: &'a Claims,
     class: &'a str,
-    contender: &'a str,
-    kind: Kind,
+    contender: &'a Contender,
     cells: &[&'a Cell],
 ) -> Vec<Row<'a>> {
-    let of = |is_timed: bool| {
-        cells.iter().copied().filter(move |cell| cell.key.is_timed == is_timed).collect::<Vec<_>>()
-    };
-    let [accuracy, times] = [false, true].map(of);
-    let shares: Vec<f64> =
-        accuracy.iter().filter_map(|cell| cell.figures.get(&Quantity::Coverage).copied()).collect();
-    let cost = |quantity| times.iter().find_map(|cell| cell.figures.get(&quantity).copied());
+    let (times, accuracy): (Vec<&Cell>, Vec<&Cell>) = cells.iter().partition(|cell| cell.key.is_timed);
+    let cost = |quantity| values(quantity, &times).first().copied();
     let row = |quantity: Quantity| Row {
         class,
-        contender,
+        contender: &contender.name,
         quantity,
         runs: if quantity.is_cost() { times.clone() } else { accuracy.clone() },
-        published: claims.figure(class, contender, quantity, From::Published),
-        peer: claims.figure(class, contender, quantity, From::Same),
-        coverage: Statistics::of(&shares),
+        published: claims.figure(class, &contender.name, quantity, From::Published),
+        peer: claims.figure(class, &contender.name, quantity, From::Same),
+        coverage: Statistics::of(&values(Quantity::Coverage, &accuracy)),
         time_ms: cost(Quantity::TimeMs),
         memory_mb: cost(Quantity::MemoryMb),
     };
     let is_shown = |row: &Row<'_>| {
-        !row.values().is_empty() || (row.quantity == Quantity::main_of(kind) && !row.runs.is_empty())
+        !row.values().is_empty()
+            || (row.quantity == Quantity::main_of(contender.kind) && !row.runs.is_empty())
     };
-    Quantity::ALL.into_iter().map(row).filter(is_shown).collect()
+    Quantity::all().map(row).filter(is_shown).collect()
 }
 
 /// The table for people. What is the same as in the row above is left empty.
-pub fn for_people<'a>(rows: impl Iterator<Item = &'a Row<'a>>) -> Table {
-    let header = [
-        "recordings",
-        "settings",
-        "what",
-        "published",
-        "best other program",
-        "here, median",
-        "least to largest",
-        "runs",
-        "frames with a pose",
-        "ms an image",
-        "MB",
-    ];
-    let mut table = Table::new("claims", "What is claimed", &header);
+pub fn for_people(rows: &[Row<'_>]) -> Table {
+    table(rows.iter(), true)
+}
+
+/// The errors that stand first, for a screen: what they are stands above.
+pub fn for_screens(rows: &[Row<'_>]) -> Table {
+    table(rows.iter().filter(|row| row.is_main()), false)
+}
+
+fn table<'a>(rows: impl Iterator<Item = &'a Row<'a>>, has_quantities: bool) -> Table {
+    let header: Vec<&str> = HEADER.split(", ").collect();
+    let title = match has_quantities {
+        true => "What is claimed",
+        false => "Position error: mean on a known map, without one ATE RMSE after alignment with scale [m]",
+    };
+    let chosen = |column: &usize| has_quantities || header[*column] != "what";
+    let columns: Vec<usize> = (0..header.len()).filter(chosen).collect();
+    let mut table = Table::new("claims", title, &columns.iter().map(|&i| header[i]).collect::<Vec<_>>());
     let mut above = ("", "");
     for row in rows {
         let is_new_class = above.0 != row.class;
@@ -146,97 +169,102 @@ pub fn for_people<'a>(rows: impl Iterator<Item = &'a Row<'a>>) -> Table {
         above = (row.class, row.contender);
         let once = |text: String, is_wanted: bool| if is_wanted { text } else { String::new() };
         let cost = |quantity: Quantity, value: Option<f64>| {
-            value.map_or_else(|| "-".to_owned(), |v| quantity.text(v))
+            once(value.map_or_else(|| "-".to_owned(), |value| quantity.text(value)), is_new)
         };
-        let [median, range] = row.here();
-        table.push([
+        let is_partial = row.coverage.is_some_and(|coverage| coverage.median < FULL_COVERAGE);
+        let star = if row.quantity == Quantity::AteM && is_partial { "*" } else { "" };
+        let [median, range] = row.median_and_range(&row.values());
+        let cells = [
             once(row.class.to_owned(), is_new_class),
             once(row.contender.to_owned(), is_new),
             row.quantity.title().to_owned(),
-            row.published.map_or_else(|| "-".to_owned(), figure_text),
-            row.peer.map_or_else(|| "-".to_owned(), figure_text),
-            median,
+            figure_text(row.published),
+            figure_text(row.peer),
+            median + star,
             range,
             row.num_runs(),
             once(row.coverage(), is_new),
-            once(cost(Quantity::TimeMs, row.time_ms), is_new),
-            once(cost(Quantity::MemoryMb, row.memory_mb), is_new),
-        ]);
-    }
-    table
-}
-
-/// The errors that stand first, for a screen: what they are stands above.
-pub fn for_screens(rows: &[Row<'_>]) -> Table {
-    let mut table = for_people(rows.iter().filter(|row| row.is_main()));
-    "Position error: mean on a known map, without one ATE RMSE after alignment with scale [m]"
-        .clone_into(&mut table.title);
-    for row in std::iter::once(&mut table.header).chain(&mut table.rows) {
-        row.remove(WHAT);
+            cost(Quantity::TimeMs, row.time_ms),
+            cost(Quantity::MemoryMb, row.memory_mb),
+        ];
+        table.push(columns.iter().map(|&i| cells[i].clone()));
     }
     table
 }
 
 /// A figure of others with its origin.
-fn figure_text(figure: &Figure) -> String {
+fn figure_text(figure: Option<&Figure>) -> String {
+    let Some(figure) = figure else { return "-".to_owned() };
     let coverage =
         figure.coverage.map(|share| format!(", {} of the frames", percent(share))).unwrap_or_default();
     format!("{} ({}{coverage})", figure.quantity.text(figure.value), figure.by)
 }
 
+/// The first errors of classes with several recordings, recording by recording.
+pub fn recording_by_recording(rows: &[Row<'_>]) -> Vec<String> {
+    let several = rows.iter().filter(|row| row.is_main() && row.recordings().len() > 1);
+    several
+        .map(|row| {
+            let each = row.recordings().into_iter().map(|recording| {
+                let [median, range] = row.median_and_range(&row.values_on(recording));
+                format!("{recording} {median} ({range})")
+            });
+            format!("{}; {}: {}", row.class, row.contender, each.collect::<Vec<_>>().join(", "))
+        })
+        .collect()
+}
+
 /// The table for programs.
 pub fn for_programs(rows: &[Row<'_>]) -> Table {
-    let header = [
-        "class",
-        "settings",
-        "quantity",
-        "published",
-        "published_by",
-        "published_in",
-        "peer",
-        "peer_coverage",
-        "peer_program",
-        "peer_source",
-        "median",
-        "least",
-        "largest",
-        "runs",
-        "runs_with_value",
-        "coverage_median",
-        "coverage_least",
-        "ms_an_image",
-        "memory_mb",
-    ];
-    let mut table = Table::new("report", "", &header);
-    let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let mut table = Table::new("report", "", &HEADER_FOR_PROGRAMS.split(' ').collect::<Vec<_>>());
     for row in rows {
-        let key = serde_json::to_value(row.quantity).ok();
+        let key = serde_json::to_value(row.quantity).unwrap_or_default();
         let found = Statistics::of(&row.values());
-        let (published, peer) = (row.published, row.peer);
-        let text = |figure: Option<&Figure>, text: fn(&Figure) -> &str| {
-            figure.map(|f| text(f).to_owned()).unwrap_or_default()
+        let number = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+        let of_others = |figure: Option<&Figure>| {
+            let text = |part: fn(&Figure) -> &str| figure.map(part).unwrap_or_default().to_owned();
+            [number(figure.map(|f| f.value)), text(|f| &f.by), text(|f| &f.source)]
         };
-        table.push([
-            row.class.to_owned(),
-            row.contender.to_owned(),
-            key.and_then(|key| key.as_str().map(str::to_owned)).unwrap_or_default(),
-            number(published.map(|figure| figure.value)),
-            text(published, |figure| &figure.by),
-            text(published, |figure| &figure.source),
-            number(peer.map(|figure| figure.value)),
-            number(peer.and_then(|figure| figure.coverage)),
-            text(peer, |figure| &figure.by),
-            text(peer, |figure| &figure.source),
-            number(found.map(|found| found.median)),
-            number(found.map(|found| found.min)),
-            number(found.map(|found| found.max)),
-            row.runs.len().to_string(),
-            row.values().len().to_string(),
-            number(row.coverage.map(|coverage| coverage.median)),
-            number(row.coverage.map(|coverage| coverage.min)),
-            number(row.time_ms),
-            number(row.memory_mb),
-        ]);
+        let mut cells = vec![row.class.to_owned(), row.contender.to_owned()];
+        cells.push(key.as_str().unwrap_or_default().to_owned());
+        cells.extend(of_others(row.published).into_iter().chain(of_others(row.peer)));
+        cells.push(number(row.peer.and_then(|figure| figure.coverage)));
+        cells.extend([found.map(|f| f.median), found.map(|f| f.min), found.map(|f| f.max)].map(number));
+        cells.extend([row.recordings().len(), row.runs.len(), row.values().len()].map(|n| n.to_string()));
+        table.push(cells);
     }
     table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::benchmark::store::CellKey;
+
+    fn cell(recording: &str, seed: u64, error_m: f64) -> Cell {
+        let key = CellKey {
+            class: "S4 floor, abrupt turns".to_owned(),
+            recording: recording.to_owned(),
+            contender: "sdvl".to_owned(),
+            seed,
+            ..CellKey::default()
+        };
+        let figures = [(Quantity::AteM, error_m), (Quantity::Coverage, 1.0)];
+        Cell { key, figures: figures.into(), truth: Vec::new(), estimate: Vec::new() }
+    }
+
+    #[test]
+    fn scenes_of_a_kind_share_a_row_and_are_listed_one_by_one() {
+        let claims = Claims::built_in().unwrap();
+        let cells = [cell("S4", 101, 0.01), cell("S4", 102, 0.03), cell("S4s404", 101, 0.5)];
+        let rows = Row::all(&claims, &cells);
+        let table = for_screens(&rows);
+        assert_eq!(table.rows.len(), 1);
+        assert_eq!(table.rows[0][4..7], ["0.0300", "0.0100 to 0.500", "3 on 2 recordings"]);
+        let lines = recording_by_recording(&rows);
+        assert_eq!(
+            lines,
+            ["S4 floor, abrupt turns; sdvl: S4 0.0200 (0.0100 to 0.0300), S4s404 0.500 (0.500)"]
+        );
+    }
 }

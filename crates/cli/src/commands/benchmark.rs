@@ -16,12 +16,8 @@ use crate::{
     stopwatch::Stopwatch,
 };
 
-/// Files that are named where no recording is left.
-const MAX_NAMED: usize = 3;
-
-/// Files without use that are listed on the screen, and letters of each line.
-const MAX_LISTED: usize = 12;
-const MAX_LETTERS: usize = 200;
+/// Letters of a line below the table.
+const MAX_LETTERS: usize = 300;
 
 /// Runs the command.
 ///
@@ -39,12 +35,10 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     };
     recordings.retain(is_wanted);
     if recordings.is_empty() {
-        let found: Vec<String> = unused.iter().take(MAX_NAMED).map(ToString::to_string).collect();
-        let below: Vec<String> =
-            folders.iter().map(|folder| format!(", none below {}", folder.display())).collect();
-        let found = match found.is_empty() {
-            true => format!("none among the scenarios of the simulator{}", below.concat()),
-            false => format!("only {}", found.join("; ")),
+        let below = folders.iter().map(|folder| format!(", none below {}", folder.display()));
+        let found = match unused.is_empty() {
+            true => format!("none among the scenarios of the simulator{}", below.collect::<String>()),
+            false => format!("only {}", unused.join(". ")),
         };
         bail!(
             "--only {}: expected a recording or class whose name contains it, found {found}",
@@ -70,7 +64,8 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     let cells: Vec<_> = wanted().filter_map(|run| store.find(&run.key)).collect();
     let rows = Row::all(&claims, &cells);
     let facts = facts(args, &plan, cells.len(), (accuracy_secs, watch.secs()));
-    let changes = baseline.map(|baseline| (place(args.baseline.as_deref()), compare(&rows, &baseline)));
+    let changes = args.baseline.as_deref().zip(baseline);
+    let changes = changes.map(|(folder, cells)| (folder.display().to_string(), compare(&rows, &cells)));
     let account = Account { facts, unused, failures, changes };
     print(&rows, &account);
     let mut saving = Saving::default();
@@ -80,10 +75,6 @@ pub fn execute(args: &BenchmarkArgs) -> Result<()> {
         saving.save(Err(anyhow::anyhow!("no run has worked; the reasons stand above")));
     }
     saving.end()
-}
-
-fn place(folder: Option<&Path>) -> String {
-    folder.map(|folder| folder.display().to_string()).unwrap_or_default()
 }
 
 /// What was done, for the head of the report.
@@ -100,7 +91,12 @@ fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64
         secs.0,
         secs.1 - secs.0,
     )];
-    facts.push(format!("Runs on each recording: {}.", runs_of_each(plan).join("; ")));
+    let mut seeds: Vec<(&str, u64)> =
+        plan.runs().map(|run| (run.key.contender.as_str(), run.key.seed)).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    let each = seeds.chunk_by(|a, b| a.0 == b.0).map(|same| format!("{} of {}", same.len(), same[0].0));
+    facts.push(format!("Runs on each recording: {}.", each.collect::<Vec<_>>().join("; ")));
     if args.quick || args.frames.is_some() {
         facts.push(
             "Excerpts: not to be set beside figures of whole recordings, and not to be quoted.".to_owned(),
@@ -113,33 +109,12 @@ fn facts(args: &BenchmarkArgs, plan: &Plan<'_>, num_done: usize, secs: (f64, f64
     facts
 }
 
-/// How many seeds each of the settings has.
-fn runs_of_each(plan: &Plan<'_>) -> Vec<String> {
-    let mut seeds: Vec<(&str, u64)> =
-        plan.runs().map(|run| (run.key.contender.as_str(), run.key.seed)).collect();
-    seeds.sort_unstable();
-    seeds.dedup();
-    seeds.chunk_by(|a, b| a.0 == b.0).map(|same| format!("{} of {}", same.len(), same[0].0)).collect()
-}
-
 fn print(rows: &[Row<'_>], account: &Account) {
     account.facts.iter().for_each(|fact| say::line!("{fact}\n"));
     say::text(format_args!("{}", for_screens(rows).text()));
-    for (command, reason) in &account.failures {
-        say::line!("\ndid not work: visloc {command}: {reason}");
-    }
-    if !account.unused.is_empty() {
-        say::line!("\nfound, but not used:");
-    }
-    for unused in account.unused.iter().take(MAX_LISTED) {
-        say::line!("  {}", shortened(&unused.to_string()));
-    }
-    if account.unused.len() > MAX_LISTED {
-        say::line!("  and {} more; all stand in the report in full", account.unused.len() - MAX_LISTED);
-    }
-    if let Some((place, _)) = &account.changes {
-        say::line!("\nsince {place}:");
-        account.change_lines().iter().for_each(|line| say::line!("  {line}"));
+    for (title, lines) in account.lists(rows) {
+        say::line!("\n{title}:");
+        lines.iter().for_each(|line| say::line!("  {}", shortened(line)));
     }
 }
 

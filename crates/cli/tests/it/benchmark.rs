@@ -76,7 +76,7 @@ fn the_same_accuracy_twice_and_changes_are_named() {
     let changes: Vec<&str> =
         said.lines().filter(|line| line.contains(" -> ")).filter(|line| !is_cost(line)).collect();
     assert!(
-        said.contains("since two") && changes.is_empty(),
+        said.contains("Since two") && changes.is_empty(),
         "times depend on the machine, nothing else: {said}"
     );
     change(&workspace, "one", |cell| cell["figures"]["claimed_position_m"] = 0.25.into());
@@ -108,6 +108,23 @@ fn the_simulator_alone_needs_no_files() {
         .into_values()
         .filter(|cell| cell["key"]["words"].to_string().contains("half:"));
     assert_eq!(told.count(), 2, "accuracy and times of the field whose places have mirror images");
+}
+
+#[test]
+fn files_without_use_are_named_in_few_lines() {
+    let workspace = Workspace::new();
+    // Folders whose cameras are still missing.
+    for name in ["S7", "S8"] {
+        fs::create_dir_all(workspace.path(&format!("data/{name}/rgb"))).unwrap();
+        workspace.write(&format!("data/{name}/rgb/0001.png"), "");
+    }
+    for name in ["a", "b", "c", "d"] {
+        workspace.write(&format!("data/{name}.mcap"), "no bag");
+    }
+    let error = workspace.refused(&["benchmark", "--data", "data", "--only", "nothing"]);
+    assert_eq!([error.matches("S7").count(), error.matches("S8").count()], [1, 1], "{error}");
+    assert!(error.contains("2 files or folders: ") && error.contains("4 files or folders: "), "{error}");
+    assert!(error.contains("data/c.mcap, ...") && !error.contains("data/d.mcap"), "{error}");
 }
 
 #[test]
