@@ -7,7 +7,7 @@ use std::{
 };
 
 use signal_hook::{consts, flag};
-use visloc_base::{Host, Timestamp};
+use visloc_core::{Host, Timestamp};
 
 /// Exit code of a program that was interrupted.
 pub const INTERRUPTED: u8 = 130;
@@ -57,7 +57,7 @@ fn signals() -> Vec<i32> {
 /// From the system's own account of the process; false where there is none.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
-    let status = visloc_base::files::read_text(std::path::Path::new("/proc/self/status")).unwrap_or_default();
+    let status = visloc_core::files::read_text(std::path::Path::new("/proc/self/status")).unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
     mask >> (signal - 1) & 1 == 1

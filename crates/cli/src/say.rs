@@ -21,7 +21,7 @@ pub fn one_line(error: &anyhow::Error) -> String {
             line = line + separator + &cause;
         }
     }
-    short(&with_short_numbers(&visloc_settings::plain_words(&line.replace('\n', " ")))).into_owned()
+    short(&with_short_numbers(&visloc_core::settings::plain_words(&line.replace('\n', " ")))).into_owned()
 }
 
 /// The text with numbers of hundreds of digits in their short form: 1e300.

@@ -6,7 +6,7 @@ use std::{
 };
 
 use rustix::time::{ClockId, clock_gettime};
-use visloc_base::files;
+use visloc_core::files;
 
 /// Measures from its making on.
 #[derive(Debug, Clone, Copy)]

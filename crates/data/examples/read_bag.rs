@@ -2,7 +2,7 @@
 
 use std::{env, process::ExitCode};
 
-use visloc_base::FrameSource;
+use visloc_core::FrameSource;
 use visloc_data::bag::{BagReader, BagTopics};
 
 fn main() -> ExitCode {

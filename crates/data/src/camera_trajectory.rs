@@ -12,11 +12,11 @@ use std::{
 };
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_base::{
+use visloc_core::geom::{CameraFrame, Rigid3, World};
+use visloc_core::{
     CameraPose, CameraTrajectory, SkippedInput, Timestamp,
     files::{self, NewFile},
 };
-use visloc_geom::{CameraFrame, Rigid3, World};
 
 use crate::{
     sequence::SequenceError,

@@ -7,7 +7,7 @@ use std::{
 
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
-use visloc_base::{GrayImage, RgbImage, files};
+use visloc_core::{GrayImage, RgbImage, files};
 
 /// Largest width or height that is decoded, pixels.
 const MAX_SIDE_PX: u32 = 16_384;

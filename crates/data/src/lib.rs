@@ -5,7 +5,7 @@
 //! up to the damage.
 //!
 //! ```no_run
-//! use visloc_base::FrameSource;
+//! use visloc_core::FrameSource;
 //! use visloc_data::bag::{BagReader, BagTopics};
 //!
 //! let mut bag = BagReader::open("recording.mcap", BagTopics::default())?;

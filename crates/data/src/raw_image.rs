@@ -3,7 +3,7 @@
 //! Encodings are those of `sensor_msgs/image_encodings.hpp` of ROS. YUV is that of BT.601 with limited range, as OpenCV and
 //! `cv_bridge` take it.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 /// Largest width or height that is decoded, pixels.
 const MAX_SIDE_PX: usize = 16_384;

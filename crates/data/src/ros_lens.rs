@@ -1,6 +1,6 @@
 //! Lens models by the names that ROS gives them in `sensor_msgs/msg/CameraInfo`.
 
-use visloc_geom::Distortion;
+use visloc_core::geom::Distortion;
 
 /// The lens of a `distortion_model` with its coefficients `d`. An empty model with coefficients is `plumb_bob`.
 ///

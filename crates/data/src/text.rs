@@ -1,6 +1,6 @@
 //! Numbers and times in text files.
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 /// A finite number, or what was expected and found.
 pub(crate) fn parse_number(text: &str) -> Result<f64, String> {

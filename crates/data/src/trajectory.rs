@@ -7,11 +7,11 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_base::{
+use visloc_core::geom::{PlanarPose, Rigid3, Robot, World};
+use visloc_core::{
     PlanarTrajectory, StampedPose,
     files::{self, NewFile},
 };
-use visloc_geom::{PlanarPose, Rigid3, Robot, World};
 
 use crate::text::{data_lines, parse_number, parse_secs};
 
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::fs;
-    use visloc_base::Timestamp;
+    use visloc_core::Timestamp;
 
     fn read(text: &str) -> Result<PlanarTrajectory, String> {
         let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,7 @@ use std::{
 };
 
 use nalgebra::Vector3;
-use visloc_base::{ImageSource, RgbImage};
+use visloc_core::{ImageSource, RgbImage};
 use visloc_data::{
     image_codec::{save_jpeg, save_png},
     sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence},

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_experiments::{
     positions::{Contender, Movement, Scenario, ScenarioShape, Session},
     symmetry::{SymmetryExperiment, SymmetryPart},

@@ -8,7 +8,7 @@ use std::{
 };
 
 use rand::RngExt;
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_experiments::{
     Cell, Experiment, ExperimentError, RunOptions, RunProgress, RunTarget, Shard, merge, run, run_until,
 };

@@ -3,11 +3,11 @@
 // Clippy knows test functions, but not their helpers.
 #![allow(clippy::unwrap_used)]
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
+use visloc_core::geom::PlanarPose;
 use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, SimulatedView, View, climb, heading_profile, map_csv,
 };
-use visloc_geom::PlanarPose;
 use visloc_locate::PipelineConfig;
 use visloc_sim::Label;
 

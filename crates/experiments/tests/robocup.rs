@@ -3,7 +3,7 @@
 // Clippy knows test functions, but not their helpers.
 #![allow(clippy::unwrap_used)]
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_experiments::{
     Experiment, RunOptions, RunTarget, Shard,
     robocup::{RobocupExperiment, RobocupSet, RobocupSettings, RunLength, TruthPoint},

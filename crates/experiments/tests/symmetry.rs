@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_experiments::{
     Experiment, RunOptions, RunTarget, Shard,
     kidnap::KidnapExperiment,

@@ -4,8 +4,8 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use visloc_base::{Rng, RngTree};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, RngTree};
 use visloc_locate::{
     Localizer, ObservationModel, PlanarMotion, Region, StepInput,
     monte_carlo::{

@@ -1,7 +1,7 @@
 //! Errors of configurations, and the check that all of them share.
 
 use thiserror::Error;
-use visloc_settings::SettingsError;
+use visloc_core::settings::SettingsError;
 
 /// A configuration that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]

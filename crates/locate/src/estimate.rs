@@ -1,7 +1,7 @@
 //! What a localizer says about the pose.
 
 use nalgebra::{Matrix3, Vector3};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use crate::{MotionConfig, PlanarMotion};
 

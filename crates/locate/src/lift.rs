@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::{GroundContact, Timestamp};
+use visloc_core::{GroundContact, Timestamp};
 
 use crate::{ConfigError, require};
 

@@ -1,7 +1,7 @@
 //! The trait of all localizers.
 
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 use crate::{Estimate, StartPrior};

@@ -6,8 +6,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::{Rng, Timestamp, gaussian};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
+use visloc_core::{Rng, Timestamp, gaussian};
 
 use crate::{
     ConfigError,
@@ -198,7 +198,7 @@ impl MotionModel {
 mod tests {
     use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     /// Images each tenth of a second.
     fn at(image: u32) -> Timestamp {

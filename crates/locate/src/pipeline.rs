@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use visloc_base::{Frame, Rng, RngTree};
-use visloc_settings::Parameter;
+use visloc_core::settings::Parameter;
+use visloc_core::{Frame, Rng, RngTree};
 use visloc_vision::{
     AnalysisError, Percept,
     field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
@@ -333,7 +333,7 @@ pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConf
 mod tests {
     use super::*;
     use serde_json::{Value, json};
-    use visloc_settings::{Settings, overlay, parameters};
+    use visloc_core::settings::{Settings, overlay, parameters};
 
     /// Another value than that of a parameter.
     fn other(parameter: &Parameter) -> Value {

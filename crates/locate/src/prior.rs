@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_base::{Rng, gaussian};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
+use visloc_core::{Rng, gaussian};
 use visloc_world::field::Field;
 
 use crate::Region;
@@ -208,7 +208,7 @@ fn choose<'a>(poses: &'a [PosePrior], rng: &mut Rng) -> Option<&'a PosePrior> {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
     use visloc_world::Map;
 
     const MAP: Region = Region { min_x_m: -4.0, max_x_m: 4.0, min_y_m: -3.0, max_y_m: 3.0 };

@@ -1,6 +1,6 @@
 //! The algorithms by name. A new algorithm adds its folder and one entry here.
 
-use visloc_settings::{Parameter, Settings, SettingsError, commented_toml, overlay, parameters};
+use visloc_core::settings::{Parameter, Settings, SettingsError, commented_toml, overlay, parameters};
 
 use crate::{
     ConfigError, Localizer, ObservationModel,

@@ -3,7 +3,7 @@
 
 use std::{env, f64::consts::PI, path::Path};
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_plot::{
     Bar, BarChart, BarGroup, BarSeries, Color, CovarianceEllipse, FieldPath, FieldPicture, Grid, HeatMap,
     Histogram, HistogramSeries, Kidnap, Mark, Panel, PathPoint, PlotError, PoseCloud, PoseMark,

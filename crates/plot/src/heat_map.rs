@@ -1,6 +1,6 @@
 //! A value for each place of the ground.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use crate::{
     Color, Picture,

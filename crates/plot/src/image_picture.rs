@@ -1,7 +1,7 @@
 //! A camera image with what was found in it.
 
 use resvg::tiny_skia;
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use crate::{
     Color, Picture,

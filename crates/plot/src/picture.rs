@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use resvg::{tiny_skia, usvg};
-use visloc_base::files;
+use visloc_core::files;
 
 use crate::{PlotError, font};
 

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use image::RgbImage;
 use resvg::usvg;
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_plot::{
     Bar, BarChart, BarGroup, BarSeries, Color, CovarianceEllipse, FieldPath, FieldPicture, Grid, HeatMap,
     Histogram, HistogramSeries, Kidnap, Mark, Panel, PathPoint, Picture, PlotError, PoseCloud, PoseMark,

@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, path::PathBuf, time::Duration};
 
-use visloc_base::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
+use visloc_core::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
 use visloc_data::{
     bag::{
         BagTopics, EncodedImage, ExpectedInputs, GivenInputs, Reject, RosMessage, SensorMessage, SyncOutcome,

@@ -6,7 +6,7 @@ use std::{
     time::Duration,
 };
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_data::bag::RosMessage;
 
 /// Most images that wait; the oldest are dropped.

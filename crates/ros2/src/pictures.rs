@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use visloc_base::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::geom::Camera;
+use visloc_core::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
 use visloc_data::bag::{BagTopics, EncodedImage, RosMessage, SensorMessage, TopicRole, camera_of};
-use visloc_geom::Camera;
 
 use crate::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil};
 

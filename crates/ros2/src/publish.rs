@@ -1,7 +1,8 @@
 //! Results for other programs, and their orders.
 
 use ros2_client::{Publisher, Subscription};
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
+use visloc_core::geom::PlanarPose;
 use visloc_data::bag::{
     ResultMessage,
     messages::{
@@ -9,7 +10,6 @@ use visloc_data::bag::{
         PoseWithCovarianceStamped, TfMessage,
     },
 };
-use visloc_geom::PlanarPose;
 
 use crate::{Node, NodeSettings, Ros2Error, node::Delivery};
 

@@ -17,12 +17,12 @@ use futures::{
 };
 use ros2_client::{Gid, MessageInfo, ReadError, Subscription};
 use serde::de::DeserializeOwned;
-use visloc_base::Host;
+use visloc_core::Host;
+use visloc_core::geom::{CameraFrame, Rigid3, Robot};
 use visloc_data::{
     bag::{BagTopics, RosMessage, TopicRole},
     sequence::Calibration,
 };
-use visloc_geom::{CameraFrame, Rigid3, Robot};
 
 use crate::{
     Node, NodeSettings, Ros2Error,

@@ -6,12 +6,12 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use visloc_base::{FrameSource, Host, PictureSource, Timestamp};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{FrameSource, Host, PictureSource, Timestamp};
 use visloc_data::bag::{
     BagTopics, camera_info_message,
     messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
 };
-use visloc_geom::{Camera, PlanarPose};
 
 use crate::{
     LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, node::Delivery,

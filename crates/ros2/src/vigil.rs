@@ -1,6 +1,6 @@
 //! Silence, and what the user should hear of it.
 
-use visloc_base::{Host, Timestamp};
+use visloc_core::{Host, Timestamp};
 
 use crate::LiveTopic;
 

@@ -6,7 +6,7 @@
 #![allow(missing_docs, clippy::unwrap_used)] // the macros make public functions; a benchmark may stop
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use visloc_base::{Frame, FrameSource, RngTree};
+use visloc_core::{Frame, FrameSource, RngTree};
 use visloc_locate::{
     ImageAnalyzer, ObservationModel, Pipeline, PipelineConfig,
     observation::office::{OfficeModelConfig, OfficeObservationModel},

@@ -3,7 +3,7 @@
 //! `cargo run --release -p visloc-scenarios --example feature_detectors -- MAP RUN...` where a run is a bag or
 //! `sim:SCENARIO:SEED:FRAMES`.
 
-use visloc_base::{FrameSource, RngTree};
+use visloc_core::{FrameSource, RngTree};
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_locate::{PipelineConfig, analysis_for};
 use visloc_scenarios::DetectionScores;

@@ -9,7 +9,7 @@
 
 use std::time::Instant;
 
-use visloc_base::{RngTree, SourceFrame};
+use visloc_core::{RngTree, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_locate::{Pipeline, PipelineConfig};
 use visloc_scenarios::collect;

@@ -5,9 +5,9 @@
 //! among the eight most likely, on a symmetric field also the mirrored one.
 
 use rand::RngExt;
-use visloc_base::{FrameSource, Rng, RngTree};
+use visloc_core::geom::PlanarPose;
+use visloc_core::{FrameSource, Rng, RngTree};
 use visloc_data::bag::{BagReader, BagTopics};
-use visloc_geom::PlanarPose;
 use visloc_locate::{
     ObservationModel, PipelineConfig, analysis_for,
     observation::{

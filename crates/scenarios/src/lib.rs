@@ -4,8 +4,8 @@ mod detection_score;
 
 pub use detection_score::{DetectionScore, DetectionScores};
 
-use visloc_base::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
-use visloc_eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
+use visloc_core::eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
+use visloc_core::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
 use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
 use visloc_world::Map;
 

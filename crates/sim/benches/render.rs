@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use visloc_base::FrameSource;
+use visloc_core::FrameSource;
 use visloc_sim::{Scenario, Simulation};
 
 fn frames(c: &mut Criterion) {

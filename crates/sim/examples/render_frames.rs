@@ -2,7 +2,7 @@
 
 use std::{env, error::Error, path::Path};
 
-use visloc_base::FrameSource;
+use visloc_core::FrameSource;
 use visloc_sim::{Scenario, Simulation};
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -3,7 +3,7 @@
 //! Each image without a pose gets one [`Cause`]. [`RunCounters`] counts them while the run goes on, and tells at the end which
 //! ones kept the camera from being tracked. Sentences are left to whoever shows them.
 
-use visloc_base::{GrayImage, Timestamp};
+use visloc_core::{GrayImage, Timestamp};
 
 use crate::{
     outcome::{FrameOutcome, TrackingState},

@@ -57,7 +57,7 @@ impl FrameLog {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::Timestamp;
+    use visloc_core::Timestamp;
 
     #[test]
     fn the_newest_frames_keep_their_numbers() {

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use visloc_base::{GrayImage, Rng, RngTree, Timestamp};
-use visloc_geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{GrayImage, Rng, RngTree, Timestamp};
 
 use crate::{
     config::SlamConfig,

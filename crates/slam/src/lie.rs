@@ -4,7 +4,7 @@
 //! transformation parameterizations and on-manifold optimization", 2010, section 9.
 
 use nalgebra::{Matrix2x3, Matrix2x6, Matrix3, Rotation3, Vector3, Vector6};
-use visloc_geom::{CameraFrame, Rigid3, World};
+use visloc_core::geom::{CameraFrame, Rigid3, World};
 
 /// Where a camera is: takes points of the world to the camera.
 pub type CameraFromWorld = Rigid3<CameraFrame, World>;
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
     use nalgebra::Point3;
     use proptest::prelude::*;
-    use visloc_geom::Camera;
+    use visloc_core::geom::Camera;
 
     proptest! {
         #[test]

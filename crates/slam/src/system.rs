@@ -1,7 +1,7 @@
 //! The whole system.
 
-use visloc_base::{GrayImage, Timestamp};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{GrayImage, Timestamp};
 
 use crate::{
     config::{ConfigError, SlamConfig},

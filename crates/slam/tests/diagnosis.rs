@@ -1,7 +1,7 @@
 //! One run for each cause of too few poses.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_slam::{
     FrameOutcome, StageTimes, TrackingState,
     diagnosis::{Cause, Diagnosis, RunCounters},

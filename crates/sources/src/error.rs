@@ -3,7 +3,7 @@
 use std::{io, path::PathBuf};
 
 use thiserror::Error;
-use visloc_base::SourceError;
+use visloc_core::SourceError;
 use visloc_data::{bag::BagError, sequence::SequenceError};
 use visloc_sim::{ScenarioError, TourError};
 

@@ -5,7 +5,7 @@ use std::{
     time::Duration,
 };
 
-use visloc_base::SourceError;
+use visloc_core::SourceError;
 
 /// Longest wait before it is looked again whether to stop.
 const WAIT: Duration = Duration::from_millis(50);

@@ -28,4 +28,4 @@ pub use kinds::{KINDS, SourceKind};
 pub use open::{OpenFrames, OpenImages, OpenPictures, open_frames, open_images, open_pictures};
 pub use options::{Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
 pub use video::{PnmImage, read_pnm};
-pub use visloc_base::Host;
+pub use visloc_core::Host;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use visloc_base::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
+use visloc_core::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
 use visloc_data::{
     bag::BagTopics,
     sequence::{Calibration, read_calibration},

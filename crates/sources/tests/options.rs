@@ -12,13 +12,13 @@ use std::{
 };
 
 use tempfile::TempDir;
-use visloc_base::{Frame, Host, RgbImage, SourceFrame, Timestamp, Truth};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{Frame, Host, RgbImage, SourceFrame, Timestamp, Truth};
 use visloc_data::{
     bag::{BagTopics, BagWriter},
     image_codec::save_png,
     sequence::{Bound, SequenceRange},
 };
-use visloc_geom::{Camera, PlanarPose};
 use visloc_sources::{
     KINDS, Mount, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
     open_pictures,

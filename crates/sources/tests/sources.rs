@@ -6,12 +6,12 @@
 use std::{fs, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use tempfile::TempDir;
-use visloc_base::{Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp};
 use visloc_data::{
     bag::{BagTopics, BagWriter},
     image_codec::save_png,
 };
-use visloc_geom::{Camera, PlanarPose};
 use visloc_sources::{
     Mount, SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures,
 };

@@ -1,6 +1,6 @@
 //! What an image is like as a whole.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use crate::color::{HueRange, hue_saturation_brightness, luma};
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point2, Vector2};
 use thiserror::Error;
-use visloc_base::Timestamp;
-use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
+use visloc_core::Timestamp;
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
 
 use crate::FieldFeatures;
 

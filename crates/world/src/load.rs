@@ -4,7 +4,7 @@ use std::{io::ErrorKind, path::Path};
 
 use serde::Deserialize;
 use thiserror::Error;
-use visloc_base::files;
+use visloc_core::files;
 
 use crate::{
     field::{Field, is_field_list, read_field_list},

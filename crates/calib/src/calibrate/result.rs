@@ -1,7 +1,7 @@
 //! The outcome.
 
 use nalgebra::{Point2, Vector2};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 use super::DroppedView;
 use crate::{Board, CameraFromBoard, LensModel};

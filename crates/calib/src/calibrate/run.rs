@@ -1,6 +1,6 @@
 //! The steps of a calibration.
 
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 use super::{CalibrateError, Calibration, DropReason, DroppedView, Parameter, SeenCorner, View};
 use crate::{

@@ -1,8 +1,8 @@
 //! Long edges and how much they bend.
 
 use nalgebra::{DMatrix, DVector, Point2, Vector2};
-use visloc_base::GrayImage;
-use visloc_geom::Camera;
+use visloc_core::GrayImage;
+use visloc_core::geom::Camera;
 
 use crate::detect::FloatImage;
 

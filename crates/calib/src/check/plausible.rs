@@ -1,8 +1,8 @@
 //! The checks.
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
-use visloc_geom::{Camera, Distortion};
+use visloc_core::GrayImage;
+use visloc_core::geom::{Camera, Distortion};
 
 use super::{CameraCheck, Severity, lines::bows_px};
 

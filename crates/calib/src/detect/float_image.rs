@@ -1,7 +1,7 @@
 //! Images as floating-point numbers.
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 /// A gray image of `f32`, 0 to 255, rows from top to bottom.
 #[derive(Debug, Clone, PartialEq)]

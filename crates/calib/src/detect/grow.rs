@@ -76,7 +76,7 @@ impl Corners<'_> {
             .map(|i| ((self.saddles[i].px - start).norm(), i))
             .filter(|(_, i)| {
                 let d = self.saddles[*i].px - start;
-                visloc_geom::angle::difference(d.y.atan2(d.x), angle).abs() < MAX_BEND_RAD
+                visloc_core::geom::angle::difference(d.y.atan2(d.x), angle).abs() < MAX_BEND_RAD
             })
             .collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -50,7 +50,7 @@ impl Saddle {
     /// Edge direction of this saddle point that is nearest to a direction, and how far off it is, radians.
     #[must_use]
     pub fn nearest_edge(&self, angle_rad: f64) -> (f64, f64) {
-        let off = |edge: f64| visloc_geom::angle::difference(edge, angle_rad).abs();
+        let off = |edge: f64| visloc_core::geom::angle::difference(edge, angle_rad).abs();
         let angles = self.edge_angles();
         let best = angles.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(0.0);
         (best, off(best))
@@ -157,7 +157,7 @@ fn alternation(image: &FloatImage, px: &Point2<f64>) -> Option<([f64; 2], f64)> 
         return None;
     }
     let line = |a: f64, b: f64| {
-        let bend = visloc_geom::angle::difference(b - PI, a);
+        let bend = visloc_core::geom::angle::difference(b - PI, a);
         (bend.abs() < 0.6).then(|| (a + 0.5 * bend).rem_euclid(PI))
     };
     let (a, b) = (line(crossings[0], crossings[2])?, line(crossings[1], crossings[3])?);

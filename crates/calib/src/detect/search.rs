@@ -1,7 +1,7 @@
 //! The search over the levels of the pyramid.
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::{
     BoardCorner, DetectReject, Detection, FloatImage, SaddleIndex, checkerboard, grow::Corners,

@@ -1,8 +1,8 @@
 //! The renderer.
 
 use nalgebra::{Matrix3, Point2};
-use visloc_base::{GrayImage, Rng, gaussian};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{GrayImage, Rng, gaussian};
 
 use crate::{Board, CameraFromBoard, detect::FloatImage};
 

@@ -1,7 +1,7 @@
 //! Plane to plane.
 
 use nalgebra::{Matrix3, Point2, Rotation3, SMatrix, SymmetricEigen, Vector3};
-use visloc_geom::Rigid3;
+use visloc_core::geom::Rigid3;
 
 use super::CameraFromBoard;
 

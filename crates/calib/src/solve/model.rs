@@ -1,7 +1,7 @@
 //! The camera as a vector of parameters.
 
 use nalgebra::{Matrix2, Matrix2x3, Point2, SMatrix, SVector, Vector2, Vector3};
-use visloc_geom::{Camera, CameraError, Distortion};
+use visloc_core::geom::{Camera, CameraError, Distortion};
 
 /// Which lens is estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

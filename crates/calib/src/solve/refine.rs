@@ -1,7 +1,7 @@
 //! The refinement: Levenberg-Marquardt over the camera and all poses.
 
 use nalgebra::{Matrix6, Point2, Point3, Rotation3, SMatrix, SVector, Vector2, Vector3, Vector6};
-use visloc_geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 use super::{Intrinsics, NUM_INTRINSICS};
 use crate::BoardFrame;

@@ -82,7 +82,7 @@ fn dark_edges(
             .filter(|i| *i != from)
             .filter_map(|i| {
                 let d = saddles[i].px - saddle.px;
-                let bend = visloc_geom::angle::difference(d.y.atan2(d.x), angle).abs();
+                let bend = visloc_core::geom::angle::difference(d.y.atan2(d.x), angle).abs();
                 (bend < MAX_BEND_RAD).then_some((d.norm(), i))
             })
             .collect();

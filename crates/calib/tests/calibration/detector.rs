@@ -2,12 +2,12 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::{Rng as _, RngExt};
-use visloc_base::{GrayImage, RngTree};
 use visloc_calib::{
     Board, CameraFromBoard, DetectReject, detect,
     render::{RenderSettings, render},
 };
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{GrayImage, RngTree};
 
 use crate::support::{CHECKERS, TAGS, fisheye, picture, webcam};
 

@@ -1,7 +1,7 @@
 //! Straight lines in pictures tell whether the distortion is right.
 
 use visloc_calib::{Severity, check_camera, render::RenderSettings};
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
 
 use crate::support::{CHECKERS, picture, webcam};
 

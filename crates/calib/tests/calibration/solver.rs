@@ -1,13 +1,13 @@
 //! The whole calibration.
 
 use nalgebra::Vector2;
-use visloc_base::{RngTree, gaussian};
 use visloc_calib::{
     Board, BoardCorner, CalibrateError, Calibration, CalibrationConfig, DropReason, LensModel, ViewInput,
     calibrate, coverage, detect,
     render::{RenderSettings, random_pose},
 };
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{RngTree, gaussian};
 
 use crate::support::{CHECKERS, TAGS, fisheye, picture, webcam};
 

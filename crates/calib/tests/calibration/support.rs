@@ -1,11 +1,11 @@
 //! Boards, cameras and pictures.
 
-use visloc_base::{GrayImage, RngTree};
 use visloc_calib::{
     AprilGrid, Board, CameraFromBoard, Checkerboard,
     render::{RenderSettings, random_pose, render},
 };
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{GrayImage, RngTree};
 
 pub const CHECKERS: Board = Board::Checkerboard(Checkerboard { columns: 9, rows: 6, square_m: 0.03 });
 pub const TAGS: Board = Board::AprilGrid(AprilGrid {

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use visloc_eval::camera::Step;
+use visloc_core::eval::camera::Step;
 
 use super::number::{number_in, seconds};
 use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder};

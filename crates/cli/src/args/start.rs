@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::Half;
 
 /// Spread of a pose that is given without one, meters and radians.

@@ -8,13 +8,13 @@ use std::{
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
-use visloc_base::{CameraTrajectory, PlanarTrajectory, Timestamp};
-use visloc_data::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
-use visloc_eval::{
+use visloc_core::eval::{
     Evaluation, EvaluationOptions,
     camera::{AbsoluteError, associate},
 };
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{CameraTrajectory, PlanarTrajectory, Timestamp};
+use visloc_data::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
 use visloc_slam::Schedule;
 use visloc_sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images};
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use visloc_eval::camera::Statistics;
+use visloc_core::eval::camera::Statistics;
 
 use super::{Row, quantities::Quantity, store::Cell};
 

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use visloc_base::files;
+use visloc_core::files;
 use visloc_data::{
     camera_trajectory::read_camera_trajectory,
     sequence::{SequenceOptions, list_sequence, sequence_layouts},

@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::quantities::Quantity;
 use crate::report::save_json;

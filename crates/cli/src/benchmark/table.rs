@@ -1,6 +1,6 @@
 //! From runs to rows: one for each class, setting and quantity.
 
-use visloc_eval::camera::Statistics;
+use visloc_core::eval::camera::Statistics;
 use visloc_experiments::Table;
 
 use super::{

@@ -11,7 +11,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use serde_json::Value;
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{
     Kind,

@@ -4,12 +4,12 @@ use std::{f64::consts::TAU, path::Path};
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use visloc_base::files;
+use visloc_core::files;
+use visloc_core::geom::Camera;
 use visloc_data::{
     camera_file::{CameraToml, read_camera},
     image_codec::read_gray_image,
 };
-use visloc_geom::Camera;
 use visloc_plot::base64;
 use visloc_world::{Map, field::Field, office::Office};
 

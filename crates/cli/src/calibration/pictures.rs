@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::Result;
-use visloc_base::{GrayImage, RgbImage};
 use visloc_calib::{Calibration, Coverage, SeenCorner};
+use visloc_core::{GrayImage, RgbImage};
 use visloc_plot::{
     Color, Histogram, HistogramSeries, ImageDots, ImageLine, ImagePicture, Picture, histogram, image_picture,
 };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use visloc_base::{GrayImage, Timestamp};
+use visloc_core::{GrayImage, Timestamp};
 use visloc_data::image_codec::read_gray_image;
 use visloc_sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures};
 

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{
     Claims,

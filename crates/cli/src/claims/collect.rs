@@ -6,7 +6,7 @@ use std::{
 };
 
 use clap::{Arg, ArgMatches, Command};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::identity::{Identity, Kind};
 use crate::args::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording};

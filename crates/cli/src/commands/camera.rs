@@ -3,11 +3,11 @@
 use std::{fmt::Write as _, path::Path};
 
 use anyhow::{Context, Result, anyhow, bail};
-use visloc_base::{RgbImage, RngTree, files};
 use visloc_calib::{
     Board,
     render::{RenderSettings, random_pose, render},
 };
+use visloc_core::{RgbImage, RngTree, files};
 use visloc_data::{
     camera_file::{CameraFormat, read_camera, write_camera},
     image_codec::encode_png,

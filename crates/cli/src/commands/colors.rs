@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::image_codec::read_image;
 use visloc_vision::color::{ColorClass, ColorConfig, calibrate_colors};
 

@@ -1,9 +1,9 @@
 //! `visloc algorithms` and `visloc config`.
 
 use anyhow::{Context, Result};
+use visloc_core::settings::commented_toml;
 use visloc_data::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
-use visloc_settings::commented_toml;
 use visloc_slam::{PRESETS, SlamPreset};
 
 use crate::{

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_base::{CameraTrajectory, ImageSource};
+use visloc_core::{CameraTrajectory, ImageSource};
 use visloc_data::sequence::write_camera_trajectory;
 use visloc_sim::CameraTour;
 use visloc_slam::SlamConfig;

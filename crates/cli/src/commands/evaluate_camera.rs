@@ -3,9 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_core::eval::camera::{
+    Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors,
+};
+use visloc_core::{CameraPose, CameraTrajectory};
 use visloc_data::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
-use visloc_eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors};
 
 use crate::{
     args::{AlignArg, EvaluateArgs, TrajectoryKind},

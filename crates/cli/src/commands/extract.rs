@@ -8,7 +8,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, bail};
-use visloc_base::{Picture, PictureSource, Timestamp, files};
+use visloc_core::{Picture, PictureSource, Timestamp, files};
 use visloc_data::{
     camera_file::{CameraFormat, write_camera},
     image_codec::{encode_jpeg, encode_png},

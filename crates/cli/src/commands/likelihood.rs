@@ -2,12 +2,12 @@
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use visloc_base::{FrameSource, RngTree, SourceFrame};
+use visloc_core::geom::PlanarPose;
+use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, SimulatedView, View, heading_profile, map_csv,
     peaks, profile_csv,
 };
-use visloc_geom::PlanarPose;
 use visloc_sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 

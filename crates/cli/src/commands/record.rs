@@ -1,12 +1,12 @@
 //! `visloc record`: any source as a ROS 2 bag.
 
 use anyhow::{Result, anyhow, bail};
-use visloc_base::{FrameSource, PictureSource, SourceError};
+use visloc_core::geom::Camera;
+use visloc_core::{FrameSource, PictureSource, SourceError};
 use visloc_data::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::fit_calibration,
 };
-use visloc_geom::Camera;
 use visloc_sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures};
 
 use super::{convert, settings::topic_options};

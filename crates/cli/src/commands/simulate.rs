@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use visloc_base::{FrameSource, PlanarTrajectory, StampedPose, Truth};
+use visloc_core::{FrameSource, PlanarTrajectory, StampedPose, Truth};
 use visloc_data::{
     bag::{BagTopics, BagWriter},
     trajectory::write_tum,

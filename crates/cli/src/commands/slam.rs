@@ -1,9 +1,9 @@
 //! `visloc slam`: follow a camera without a map.
 
 use anyhow::{Result, anyhow, bail};
-use visloc_base::{CameraPose, CameraTrajectory};
+use visloc_core::geom::Camera;
+use visloc_core::{CameraPose, CameraTrajectory};
 use visloc_data::sequence::write_camera_trajectory;
-use visloc_geom::Camera;
 use visloc_slam::{Schedule, SlamConfig};
 use visloc_sources::{OpenImages, SourceAddress};
 

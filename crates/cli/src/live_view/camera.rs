@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 /// The image in a number of columns, each pixel the mean of the pixels below it.
 #[allow(clippy::cast_possible_truncation)]

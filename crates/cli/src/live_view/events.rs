@@ -1,7 +1,7 @@
 //! What is worth a line: kidnaps, and who has found itself again.
 
-use visloc_base::GroundContact;
-use visloc_eval::EvaluationOptions;
+use visloc_core::GroundContact;
+use visloc_core::eval::EvaluationOptions;
 
 use crate::run::{FrameView, Runner};
 

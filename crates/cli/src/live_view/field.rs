@@ -1,6 +1,6 @@
 //! The field from above in dots.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::Individual;
 use visloc_world::field::{Field, GoalColor};
 

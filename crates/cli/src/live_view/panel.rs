@@ -1,6 +1,6 @@
 //! The numbers beside the field.
 
-use visloc_base::Truth;
+use visloc_core::Truth;
 
 use super::{Event, dots::Rgb};
 use crate::run::{FrameView, Runner};

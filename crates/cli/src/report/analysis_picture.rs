@@ -1,7 +1,7 @@
 //! A picture of what the image analysis keeps and drops.
 
-use visloc_base::{Frame, RgbImage};
-use visloc_geom::Horizon;
+use visloc_core::geom::Horizon;
+use visloc_core::{Frame, RgbImage};
 use visloc_locate::{ImageAnalyzer, Pipeline};
 use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
 use visloc_vision::{

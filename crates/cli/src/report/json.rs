@@ -4,7 +4,9 @@ use std::{collections::BTreeMap, path::Path};
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use visloc_eval::{ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate};
+use visloc_core::eval::{
+    ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate,
+};
 
 use visloc_vision::DropReason;
 

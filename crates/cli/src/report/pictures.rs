@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use visloc_base::{PlanarTrajectory, Timestamp};
-use visloc_eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans};
+use visloc_core::eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans};
+use visloc_core::{PlanarTrajectory, Timestamp};
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Ground, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,
@@ -194,7 +194,7 @@ fn estimate_path(index: usize, curve: &Curve<'_>) -> FieldPath {
 fn errors(
     curve: &Curve<'_>,
     start: Timestamp,
-    value: impl Fn(&visloc_eval::FrameError) -> f64,
+    value: impl Fn(&visloc_core::eval::FrameError) -> f64,
 ) -> Vec<(f64, f64)> {
     let frames = curve.comparison.map_or(&[][..], |comparison| &comparison.frame_errors);
     // The error of a robot in somebody's hands says nothing.
@@ -202,7 +202,7 @@ fn errors(
     frames.iter().map(|frame| (frame.at.secs_since(start), value(frame))).collect()
 }
 
-fn is_carried(frame: &visloc_eval::FrameError) -> bool {
+fn is_carried(frame: &visloc_core::eval::FrameError) -> bool {
     frame.is_carried
 }
 

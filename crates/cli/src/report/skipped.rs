@@ -1,7 +1,7 @@
 //! What was left out of a run.
 
 use serde::Serialize;
-use visloc_base::{SkippedInput, Timestamp};
+use visloc_core::{SkippedInput, Timestamp};
 
 use crate::say;
 

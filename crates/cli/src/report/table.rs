@@ -1,6 +1,6 @@
 //! Tables for people.
 
-use visloc_eval::{ErrorSummary, KidnapRecovery};
+use visloc_core::eval::{ErrorSummary, KidnapRecovery};
 
 use super::EvaluationReport;
 

@@ -1,7 +1,7 @@
 //! Frames with another mounting of the camera or other odometry than the recording says.
 
 use anyhow::{Context, Result};
-use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
 use crate::{args::CorrectionArgs, commands::from_toml};

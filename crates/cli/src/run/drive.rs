@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use visloc_base::{
+use visloc_core::{
     Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Timestamp, Truth,
 };
 

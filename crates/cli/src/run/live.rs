@@ -1,10 +1,10 @@
 //! Results as live ROS 2 topics, and orders from there.
 
 use anyhow::Result;
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
+use visloc_core::eval::TimingSummary;
+use visloc_core::geom::PlanarPose;
 use visloc_data::bag::{ResultFrames, ResultMessages};
-use visloc_eval::TimingSummary;
-use visloc_geom::PlanarPose;
 use visloc_locate::{PosePrior, StartPrior};
 use visloc_ros2::{NodeSettings, Order, ResultPublisher};
 

@@ -6,7 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result};
-use visloc_base::{
+use visloc_core::{
     StampedPose, Timestamp,
     files::{self, NewFile},
 };

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use visloc_base::{Frame, SkippedInput, Timestamp};
-use visloc_eval::EstimateSample;
-use visloc_geom::PlanarPose;
+use visloc_core::eval::EstimateSample;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Frame, SkippedInput, Timestamp};
 use visloc_locate::{
     LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters, diagnosis::RunCounters,
 };

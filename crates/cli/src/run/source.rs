@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_base::FrameSource;
+use visloc_core::FrameSource;
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_sources::{
     Mount, SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,

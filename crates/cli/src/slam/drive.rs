@@ -1,8 +1,8 @@
 //! The loop over the images.
 
 use anyhow::Result;
-use visloc_base::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
 use visloc_slam::{
     Clock, FrameOutcome, Schedule, Slam, SlamConfig,
     diagnosis::{RunCounters, mean_brightness},

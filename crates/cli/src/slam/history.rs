@@ -1,6 +1,6 @@
 //! What is known of all frames of a run.
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_slam::{FrameOutcome, Mapped, StageTimes, TrackingState};
 
 use super::SlamRecord;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_data::bag::{
     diagnostics_message,
     messages::{Header, Pose, PoseStamped},

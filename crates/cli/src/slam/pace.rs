@@ -2,7 +2,7 @@
 
 use std::{thread, time::Duration};
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use crate::stopwatch::Stopwatch;
 

@@ -3,7 +3,7 @@
 use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
-use visloc_base::{Timestamp, files::NewFile};
+use visloc_core::{Timestamp, files::NewFile};
 use visloc_slam::{FrameOutcome, TrackingState};
 
 /// One frame.

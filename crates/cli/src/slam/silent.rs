@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Result, bail};
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_slam::{FrameOutcome, Slam};
 
 use super::SlamWatcher;

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use visloc_base::{RgbImage, Timestamp};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{RgbImage, Timestamp};
 
 use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
 
@@ -81,7 +81,7 @@ fn a_corrupt_image_is_left_out_and_counted() {
 #[test]
 fn images_of_another_size_than_the_calibration() {
     let workspace = Workspace::new();
-    let shrink = |frame: &mut visloc_base::SourceFrame| frame.frame.image = RgbImage::new(160, 120);
+    let shrink = |frame: &mut visloc_core::SourceFrame| frame.frame.image = RgbImage::new(160, 120);
     workspace.bag("one.mcap", 12, |index, frame| {
         if index == 5 {
             shrink(frame);

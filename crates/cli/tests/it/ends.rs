@@ -1,6 +1,6 @@
 //! A run with an empty or useless result says so, and does not end as if all were well.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use crate::support::{MAP, Workspace, excerpt_text};
 

@@ -9,7 +9,7 @@ use std::{
 };
 
 use rustix::time::{ClockId, clock_gettime};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use crate::parsers::{PARSERS, Parser};
 

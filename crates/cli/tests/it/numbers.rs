@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::image_codec::save_png;
 
 use crate::support::Workspace;

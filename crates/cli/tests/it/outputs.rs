@@ -199,5 +199,5 @@ fn files_are_read_and_written_in_one_place() {
             }
         }
     }
-    assert!(found.is_empty(), "use visloc_base::files:\n{}", found.join("\n"));
+    assert!(found.is_empty(), "use visloc_core::files:\n{}", found.join("\n"));
 }

@@ -1,6 +1,6 @@
 //! Maps, algorithms and parameters with mistakes.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::image_codec::save_png;
 
 use crate::support::{MAP, Workspace, excerpt_text};

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use visloc_base::FrameSource;
+use visloc_core::FrameSource;
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_studio::recording::RecordingIndex;
 

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::image_codec::save_png;
 
 use crate::support::{Workspace, data_lines};

@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 use tempfile::TempDir;
-use visloc_base::{FrameSource, SourceFrame};
+use visloc_core::{FrameSource, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
 
 /// Map of all test recordings.

@@ -10,7 +10,7 @@ use std::{
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use crate::bag::{BagError, BagMessage, Channel, TopicInfo, messages::to_cdr, schemas};
 

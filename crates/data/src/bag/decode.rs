@@ -1,8 +1,8 @@
 //! From the bytes of a message to what the robot sensed.
 
 use nalgebra::{Isometry3, Translation3};
-use visloc_base::{RgbImage, Timestamp, Truth};
-use visloc_geom::{Camera, PlanarPose, Rigid3, Robot, World};
+use visloc_core::geom::{Camera, PlanarPose, Rigid3, Robot, World};
+use visloc_core::{RgbImage, Timestamp, Truth};
 
 use crate::{
     bag::{

@@ -96,7 +96,7 @@ pub enum BagError {
         /// The recording.
         path: PathBuf,
         /// Stamp of the frame.
-        at: visloc_base::Timestamp,
+        at: visloc_core::Timestamp,
         /// What went wrong.
         reason: String,
     },

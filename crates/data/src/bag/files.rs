@@ -6,7 +6,7 @@ use std::{
 };
 
 use serde::Deserialize;
-use visloc_base::files;
+use visloc_core::files;
 
 use crate::bag::BagError;
 

@@ -1,6 +1,6 @@
 //! What the user knows over the messages of a recording, or instead of them.
 
-use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
 
 use crate::bag::BagTopics;
 

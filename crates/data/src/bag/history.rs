@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 /// Longest time over which values are interpolated or held, seconds.
 pub(super) const MAX_AGE_SECS: f64 = 0.5;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{Picture, PictureSource, SkippedInput, SourceError, Timestamp};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{Picture, PictureSource, SkippedInput, SourceError, Timestamp};
 
 use crate::bag::{
     BagError, BagTopics, ImagePayload, SensorMessage, TopicInfo, TopicRole,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 
 use crate::bag::{
     BagError, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo,

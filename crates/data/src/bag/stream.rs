@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, io::Read, path::Path, path::PathBuf};
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use crate::bag::{
     BagError, BagTopics, TopicRole,

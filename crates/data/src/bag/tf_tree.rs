@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Translation3};
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use crate::bag::{
     StampedTransform,

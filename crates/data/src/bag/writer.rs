@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_base::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files};
-use visloc_geom::{Camera, PlanarPose};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files};
 
 use crate::{
     bag::{

@@ -6,7 +6,7 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_geom::CameraError;
+use visloc_core::geom::CameraError;
 
 use crate::sequence::SequenceError;
 

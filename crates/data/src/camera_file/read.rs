@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use visloc_base::files;
-use visloc_geom::Camera;
+use visloc_core::files;
+use visloc_core::geom::Camera;
 
 use super::{CameraFileError, CameraToml, yaml_forms};
 use crate::sequence::read_calibration;
@@ -49,7 +49,7 @@ mod tests {
     use std::fs;
 
     use crate::camera_file::{CameraFormat, write_camera};
-    use visloc_geom::Distortion;
+    use visloc_core::geom::Distortion;
 
     fn cameras() -> [Camera; 3] {
         let lens = [

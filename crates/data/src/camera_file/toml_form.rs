@@ -1,7 +1,7 @@
 //! Our own form.
 
 use serde::{Deserialize, Serialize};
-use visloc_geom::{Camera, CameraError, Distortion};
+use visloc_core::geom::{Camera, CameraError, Distortion};
 
 /// A camera as a TOML table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
 
 use super::CameraToml;
 use crate::ros_lens::ros_distortion;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
 
 use crate::ros_lens::distortion_of_ros;
 

@@ -13,8 +13,8 @@
 use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_base::files;
-use visloc_geom::{Camera, CameraFrame, Distortion, Rigid3};
+use visloc_core::files;
+use visloc_core::geom::{Camera, CameraFrame, Distortion, Rigid3};
 
 use super::SequenceError;
 use crate::camera_file::in_known_form;

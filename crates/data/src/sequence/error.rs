@@ -6,7 +6,7 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_geom::CameraError;
+use visloc_core::geom::CameraError;
 
 /// Why a sequence cannot be opened, or a file of it not be read or written.
 #[derive(Debug, Error)]

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use visloc_base::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp};
 
 use super::SequenceRange;
 use crate::image_codec::{read_gray_image, resize_gray};

@@ -1,7 +1,7 @@
 //! Image sequences of datasets.
 //!
 //! [`open_sequence`] recognizes the layout of a folder (TUM RGB-D, ICL-NUIM, EuRoC, Zurich urban MAV, KITTI odometry, a plain folder),
-//! reads the dataset's own calibration and truth, and hands out the images as a [`visloc_base::ImageSource`]. A new layout
+//! reads the dataset's own calibration and truth, and hands out the images as a [`visloc_core::ImageSource`]. A new layout
 //! is one file in `layouts/` and its line in the list there.
 
 mod calibration;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point2;
-use visloc_base::{CameraTrajectory, SkippedInput};
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{CameraTrajectory, SkippedInput};
 
 use super::{
     Calibration, FileSequence, ImageFile, SequenceError, SequenceRange,
@@ -154,7 +154,7 @@ pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, Seq
 /// Images that follow each other so many times a second.
 fn at_a_rate(images: Vec<ImageFile>, rate_hz: f64) -> Vec<ImageFile> {
     let stamped = |(i, image): (u32, ImageFile)| ImageFile {
-        at: visloc_base::Timestamp::from_secs(f64::from(i) / rate_hz),
+        at: visloc_core::Timestamp::from_secs(f64::from(i) / rate_hz),
         ..image
     };
     (0..).zip(images).map(stamped).collect()

@@ -1,6 +1,6 @@
 //! The images of a sequence in color, with or without a calibration.
 
-use visloc_base::{Picture, PictureSource, SkippedInput, SourceError};
+use visloc_core::{Picture, PictureSource, SkippedInput, SourceError};
 
 use super::ImageFile;
 use crate::image_codec::{decode, read_image_file};

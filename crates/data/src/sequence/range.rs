@@ -63,7 +63,7 @@ impl SequenceRange {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::Timestamp;
+    use visloc_core::Timestamp;
 
     #[test]
     fn frames_seconds_and_strides() {

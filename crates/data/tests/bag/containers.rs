@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use visloc_base::{FrameSource, PictureSource, SourceFrame};
+use visloc_core::{FrameSource, PictureSource, SourceFrame};
 use visloc_data::bag::{BagError, BagMessage, BagMessages, BagPictures, BagReader, BagTopics, BagWriter};
 
 use crate::support::{read, read_with, testdata};

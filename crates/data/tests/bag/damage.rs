@@ -3,9 +3,9 @@
 use std::fs;
 
 use mcap::{Compression, WriteOptions};
-use visloc_base::{FrameSource, SourceError};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{FrameSource, SourceError};
 use visloc_data::bag::{BagError, BagReader, BagTopics, BagWriterOptions, ChunkCompression, ImageEncoding};
-use visloc_geom::{Camera, PlanarPose};
 
 use crate::support::{copy, frame, keep, read, testdata, write};
 

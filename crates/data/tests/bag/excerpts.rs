@@ -1,6 +1,6 @@
 //! Recordings that another program wrote.
 
-use visloc_base::{FrameSource, GroundContact};
+use visloc_core::{FrameSource, GroundContact};
 use visloc_data::bag::{BagError, BagReader, BagTopics};
 
 use crate::support::{read, testdata};

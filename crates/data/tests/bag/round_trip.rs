@@ -1,6 +1,6 @@
 //! What is written comes back.
 
-use visloc_base::GroundContact;
+use visloc_core::GroundContact;
 use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression, ImageEncoding};
 
 use crate::support::{at, frame, read, read_with, write};

@@ -8,9 +8,9 @@ use std::{
 
 use mcap::{Message, MessageStream, WriteOptions};
 use nalgebra::{Rotation3, Vector3};
-use visloc_base::{Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth};
+use visloc_core::geom::{Camera, Distortion, PlanarPose, Rigid3};
+use visloc_core::{Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth};
 use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
-use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
 
 /// Path of a recording in `testdata`.
 pub fn testdata(name: &str) -> PathBuf {

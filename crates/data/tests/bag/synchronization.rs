@@ -1,7 +1,8 @@
 //! Messages of several topics, joined by their stamps.
 
 use nalgebra::{Isometry3, Vector3};
-use visloc_base::{GroundContact, Timestamp};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{GroundContact, Timestamp};
 use visloc_data::{
     bag::{
         BagTopics, EncodedImage, ExpectedInputs, GivenInputs, ImagePayload, SensorMessage, StampedTransform,
@@ -9,7 +10,6 @@ use visloc_data::{
     },
     image_codec,
 };
-use visloc_geom::{Camera, PlanarPose};
 
 use crate::support::frame;
 

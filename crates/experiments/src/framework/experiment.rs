@@ -1,7 +1,7 @@
 //! What an experiment is.
 
 use serde::{Serialize, de::DeserializeOwned};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use crate::ExperimentError;
 

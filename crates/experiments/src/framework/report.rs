@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use visloc_base::files;
+use visloc_core::files;
 use visloc_plot::Picture;
 
 use super::{ExperimentError, Table};

@@ -6,7 +6,7 @@ use std::{
 };
 
 use rayon::prelude::*;
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use super::{
     Experiment, ExperimentError, Results, Shard,

@@ -7,7 +7,7 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{Experiment, ExperimentError, Results, Shard};
 

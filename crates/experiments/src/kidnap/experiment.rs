@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use super::contenders;
 use crate::{

@@ -1,6 +1,6 @@
 //! Picture: the share of the individuals at the true place over time.
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_plot::{Color, Mark, Panel, Picture, Series, TimeSeriesPicture, ValueAxis, time_series};
 
 use super::{

@@ -1,6 +1,6 @@
 //! From frames to percepts and a model to weigh poses with.
 
-use visloc_base::{Frame, RngTree};
+use visloc_core::{Frame, RngTree};
 use visloc_locate::{ObservationModel, Pipeline, PipelineConfig, observation::field::FieldObservationModel};
 use visloc_vision::Percept;
 use visloc_world::{Map, field::Field};

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use rayon::prelude::*;
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 use visloc_locate::{ObservationModel, Region};
 use visloc_plot::Grid;
 

@@ -1,6 +1,6 @@
 //! The peaks of a likelihood.
 
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 use visloc_locate::ObservationModel;
 
 use super::LikelihoodMap;

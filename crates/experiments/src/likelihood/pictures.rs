@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use visloc_base::Frame;
-use visloc_geom::PlanarPose;
+use visloc_core::Frame;
+use visloc_core::geom::PlanarPose;
 use visloc_plot::{
     Color, HeatMap, ImageDots, ImagePicture, Mark, Panel, Picture, PoseMark, Series, SurfacePicture,
     TimeSeriesPicture, ValueAxis, heat_map, image_picture, surface_picture, time_series,

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_locate::markov::{CaseTables, Outcomes, Remedy, ViewDensities, ViewLikelihoods};
 
 use super::{

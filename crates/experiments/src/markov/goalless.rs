@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_locate::markov::{Action, Belief, CaseTables, MarkovFilter, Outcomes, Remedy, ViewLikelihoods};
 
 use super::stage::Stage;

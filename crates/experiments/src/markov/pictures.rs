@@ -1,6 +1,6 @@
 //! Pictures of beliefs and errors.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_plot::{
     Color, Grid as CellGrid, HeatMap, Histogram, HistogramSeries, Picture, PoseMark, heat_map, histogram,
 };

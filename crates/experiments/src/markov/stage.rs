@@ -1,8 +1,8 @@
 //! The simulated field, and what the robot's camera sees from a pose.
 
 use nalgebra::Rotation3;
-use visloc_base::{Frame, Rng, RngTree, Timestamp, gaussian};
-use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao};
+use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao};
+use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
 use visloc_locate::{
     Region,
     markov::{BlobView, Direction, Grid},

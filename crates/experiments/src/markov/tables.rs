@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use visloc_base::{Frame, FrameSource, RngTree};
+use visloc_core::geom::angle;
+use visloc_core::{Frame, FrameSource, RngTree};
 use visloc_data::bag::{BagReader, BagTopics};
-use visloc_geom::angle;
 use visloc_locate::markov::{
     BlobView, CaseLimits, CaseTables, TableError, ViewDensities, learn_densities, learn_tables,
 };

@@ -1,6 +1,6 @@
 //! A few runs of each part; the full numbers are in the experiment's report.
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use super::{
     experiment::{Reading, Task},

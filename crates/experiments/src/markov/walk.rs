@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_base::{Rng, RngTree};
+use visloc_core::{Rng, RngTree};
 use visloc_locate::markov::{
     Action, Belief, CaseTables, MarkovFilter, NUM_CASES, Outcomes, Remedy, ViewLikelihoods,
 };

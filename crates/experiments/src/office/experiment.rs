@@ -1,7 +1,7 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use super::{
     place,

@@ -1,7 +1,7 @@
 //! The observation model as maps of the corridor. Source: 2017 section 5.3.2, figures 5.25 to 5.28.
 
-use visloc_base::{Frame, FrameSource, RngTree, Truth};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Frame, FrameSource, RngTree, Truth};
 use visloc_locate::{
     ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},

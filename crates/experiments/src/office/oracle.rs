@@ -6,8 +6,8 @@
 //! odometry that is off by a tenth would allow: the robot has no better one. No algorithm can know its place sooner,
 //! except by luck or by what it does not see.
 
-use visloc_base::{Rng, Timestamp};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, Timestamp};
 use visloc_locate::{
     ConfigError, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},

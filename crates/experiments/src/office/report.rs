@@ -1,6 +1,6 @@
 //! From records to a report.
 
-use visloc_base::{PlanarTrajectory, RngTree};
+use visloc_core::{PlanarTrajectory, RngTree};
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Panel, PathPoint, Picture, Series, TimeSeriesPicture, ValueAxis,
@@ -155,7 +155,7 @@ fn errors(scenario: &str, algorithms: &[String], runs: &[Followed]) -> Picture {
     let series = |(i, (algorithm, run)): (usize, (&String, &Followed))| {
         let frames = &run.evaluation.frame_errors;
         let start = frames.first().map(|frame| frame.at).unwrap_or_default();
-        let value = |frame: &visloc_eval::FrameError| match frame.is_carried {
+        let value = |frame: &visloc_core::eval::FrameError| match frame.is_carried {
             true => f64::NAN,
             false => frame.position_error_m.max(0.01),
         };

@@ -57,7 +57,7 @@ impl Census {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_geom::PlanarPose;
+    use visloc_core::geom::PlanarPose;
 
     #[test]
     fn criteria_by_hand() {

@@ -1,6 +1,6 @@
 //! The null control: individuals that know nothing.
 
-use visloc_base::Rng;
+use visloc_core::Rng;
 use visloc_locate::{Estimate, Individual, Localizer, Region, StepInput};
 
 /// Draws all individuals anew everywhere in each step, whatever was seen. A criterion that it meets says nothing.

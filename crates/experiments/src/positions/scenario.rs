@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 /// Half the side of the square, meters. Source: 2017 section 5.1, 20 m x 20 m.
 pub(super) const HALF_SIDE_M: f64 = 10.0;
@@ -164,7 +164,7 @@ fn step(step_m: f64, rng: &mut Rng) -> Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     fn all_apart(frame: &[Point]) -> bool {
         frame.iter().enumerate().all(|(i, place)| is_inside(*place) && is_apart(*place, &frame[..i]))

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::{ObservationModel, Region};
 use visloc_vision::Percept;
 

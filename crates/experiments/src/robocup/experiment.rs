@@ -1,7 +1,7 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_base::{FrameSource, RngTree};
+use visloc_core::{FrameSource, RngTree};
 use visloc_locate::{ALGORITHMS, FeatureChoice, default_config_toml};
 
 use super::{

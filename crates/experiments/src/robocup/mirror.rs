@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Vector3};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 
 /// The pose from which the field looks the same.
 #[must_use]

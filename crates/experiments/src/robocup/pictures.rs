@@ -1,6 +1,6 @@
 //! The pictures: the first run of every set, and both proofs.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
     Bar, BarChart, BarGroup, BarSeries, Color, FieldPath, FieldPicture, Kidnap, Mark, Panel, PathPoint,
@@ -102,7 +102,7 @@ fn errors(title: &str, truth: &[TruthPoint], trace: &[TracePoint]) -> Picture {
     };
     let position = value(&|t, p| f64::from((t.1 - p.1).hypot(t.2 - p.2)).max(0.01));
     let heading = value(&|t, p| {
-        let error = visloc_geom::angle::difference(f64::from(p.3), f64::from(t.3));
+        let error = visloc_core::geom::angle::difference(f64::from(p.3), f64::from(t.3));
         error.abs().to_degrees().max(0.1)
     });
     let reliability = trace.iter().map(|p| (f64::from(p.0), f64::from(p.4))).collect();

@@ -1,7 +1,7 @@
 //! What is kept of a run. Small: everything that the report needs, and the frames of the first run only.
 
 use serde::{Deserialize, Serialize};
-use visloc_eval::ErrorSummary;
+use visloc_core::eval::ErrorSummary;
 
 /// What one run found: the same frames for all contenders.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

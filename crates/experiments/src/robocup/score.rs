@@ -1,10 +1,10 @@
 //! From the moments of a run to its record.
 
-use visloc_base::{PlanarTrajectory, StampedPose, Timestamp};
-use visloc_eval::{
+use visloc_core::eval::{
     CarriedSpan, ErrorSummary, EstimateSample, Evaluation, EvaluationOptions, FrameError, KidnapRecovery,
     carried_spans, evaluate,
 };
+use visloc_core::{PlanarTrajectory, StampedPose, Timestamp};
 use visloc_locate::LOCALIZED_RELIABILITY;
 
 use super::{
@@ -40,7 +40,7 @@ pub(super) fn score(track: &Track, truth: &PlanarTrajectory, with_trace: bool) -
 }
 
 /// The truth of a run as the comparison wants it.
-pub(super) fn truth_of(moments: &[(f64, visloc_base::Truth)]) -> PlanarTrajectory {
+pub(super) fn truth_of(moments: &[(f64, visloc_core::Truth)]) -> PlanarTrajectory {
     let mut truth = PlanarTrajectory::new();
     for (secs, at) in moments {
         let pose = StampedPose {
@@ -55,7 +55,7 @@ pub(super) fn truth_of(moments: &[(f64, visloc_base::Truth)]) -> PlanarTrajector
 }
 
 /// The truth at the moments that pictures show.
-pub(super) fn truth_trace(moments: &[(f64, visloc_base::Truth)]) -> Vec<TruthPoint> {
+pub(super) fn truth_trace(moments: &[(f64, visloc_core::Truth)]) -> Vec<TruthPoint> {
     let mut next_secs = 0.0;
     let mut points = Vec::new();
     for (secs, truth) in moments {

@@ -3,7 +3,7 @@
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_sim::{Carry, Motion, Scenario, ScenarioError, Simulation, Stand, Wander};
 
 /// One kind of runs.

@@ -1,8 +1,8 @@
 //! One contender on the frames of a run.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use visloc_base::{Frame, RngTree, Truth};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
+use visloc_core::{Frame, RngTree, Truth};
 use visloc_locate::{Estimate, FeatureChoice, Pipeline, PipelineConfig, PipelineError, Region, StartPrior};
 use visloc_world::Map;
 

@@ -1,7 +1,7 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_base::{RngTree, SkippedInput};
+use visloc_core::{RngTree, SkippedInput};
 use visloc_slam::{Clock, SlamConfig};
 
 use super::{

@@ -1,8 +1,8 @@
 //! One run over one sequence.
 
 use serde::{Deserialize, Serialize};
-use visloc_base::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};
-use visloc_eval::camera::{Alignment, Statistics, absolute_error, associate, relative_error};
+use visloc_core::eval::camera::{Alignment, Statistics, absolute_error, associate, relative_error};
+use visloc_core::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};
 use visloc_slam::{Clock, FrameOutcome, FramePose, Slam, SlamConfig, TrackingState, track::Quality};
 
 use crate::mean;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use visloc_base::{CameraPose, CameraTrajectory, Timestamp};
-use visloc_eval::camera::{Alignment, Statistics, absolute_error, associate};
-use visloc_geom::Rigid3;
+use visloc_core::eval::camera::{Alignment, Statistics, absolute_error, associate};
+use visloc_core::geom::Rigid3;
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp};
 
 use super::{
     SlamExperiment, SlamRunRecord, SlamStudy,

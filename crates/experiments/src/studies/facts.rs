@@ -1,8 +1,8 @@
 //! What the likelihood map of one view says.
 
 use serde_json::{Value, json};
-use visloc_base::RngTree;
-use visloc_geom::PlanarPose;
+use visloc_core::RngTree;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::PipelineConfig;
 use visloc_plot::Picture;
 

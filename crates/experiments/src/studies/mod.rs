@@ -15,7 +15,7 @@ mod truth;
 
 use std::path::Path;
 
-use visloc_base::files;
+use visloc_core::files;
 
 use crate::{ExperimentError, Report};
 

@@ -4,8 +4,8 @@
 use rand::RngExt as _;
 use rayon::prelude::*;
 use serde_json::json;
-use visloc_base::{FrameSource, Rng, RngTree};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{FrameSource, Rng, RngTree};
 use visloc_locate::PipelineConfig;
 use visloc_plot::{Color, Mark, Panel, Picture, Series, TimeSeriesPicture, ValueAxis, time_series};
 use visloc_sim::{Scenario, Simulation};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 use visloc_plot::{
     Color, Panel, Picture, ScatterPicture, ScatterSeries, Series, TimeSeriesPicture, scatter, time_series,
 };

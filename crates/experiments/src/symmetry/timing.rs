@@ -1,7 +1,7 @@
 //! How long an iteration takes. Not part of the records, which are the same on every machine.
 
 use serde::Serialize;
-use visloc_base::RngTree;
+use visloc_core::RngTree;
 
 use super::{
     contenders::{self, EXPLOITERS, EXPLORERS, FILTERS, PARTICLES},

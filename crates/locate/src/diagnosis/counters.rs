@@ -1,7 +1,7 @@
 //! Counting over a run.
 
-use visloc_base::{Frame, Timestamp};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Frame, Timestamp};
 use visloc_vision::{ImageLook, Percept, color::HueRange};
 use visloc_world::Map;
 

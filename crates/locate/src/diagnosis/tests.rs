@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Point2, Rotation3, Vector2, Vector3};
-use visloc_base::{Frame, GroundContact, RgbImage, Timestamp};
-use visloc_geom::{Camera, PlanarPose, Rigid3, nao};
+use visloc_core::geom::{Camera, PlanarPose, Rigid3, nao};
+use visloc_core::{Frame, GroundContact, RgbImage, Timestamp};
 use visloc_vision::{BorderPixel, FeatureKind, Percept};
 use visloc_world::Map;
 

@@ -1,7 +1,7 @@
 //! Explorers: free individuals that look for new places, a few in each iteration.
 
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 
 use super::{ExplorerConfig, ExplorerKind, race::Exploiter};
 use crate::{ObservationModel, PlanarMotion, Region};
@@ -268,7 +268,7 @@ mod tests {
     /// Poses weighed in each iteration of a search from its beginning to its end.
     fn costs(config: ExplorerConfig, is_lost: bool) -> Vec<usize> {
         let model = Counting::default();
-        let mut rng = visloc_base::RngTree::new(1).stream("explorers", 0);
+        let mut rng = visloc_core::RngTree::new(1).stream("explorers", 0);
         let mut explorers = Explorers::new(config, 0.0);
         let mut costs = Vec::new();
         loop {
@@ -308,7 +308,7 @@ mod tests {
     fn searches_have_a_pause_unless_the_robot_is_lost() {
         let config = ExplorerConfig { num_slices: 1, is_refined: false, ..ExplorerConfig::default() };
         let model = Counting::default();
-        let mut rng = visloc_base::RngTree::new(1).stream("explorers", 0);
+        let mut rng = visloc_core::RngTree::new(1).stream("explorers", 0);
         let mut explorers = Explorers::new(config, 0.0);
         let mut is_over = |is_lost: bool, is_informative: bool| {
             explorers.search(&model, is_informative, is_lost, &mut rng).is_some()

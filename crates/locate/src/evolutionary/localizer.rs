@@ -1,7 +1,7 @@
 //! The algorithm, one iteration a frame.
 
-use visloc_base::{Rng, Timestamp};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, Timestamp};
 
 use super::{
     EvolutionaryConfig,
@@ -239,7 +239,7 @@ impl Localizer for Evolutionary {
 mod tests {
     use super::*;
     use crate::{PosePrior, Region};
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
     use visloc_vision::Percept;
 
     /// Two places that look alike, at x = -3 and x = 3.

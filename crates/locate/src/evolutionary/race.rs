@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
-use visloc_base::{Rng, gaussian};
-use visloc_geom::{PlanarPose, angle, weighted_pose_statistics};
+use visloc_core::geom::{PlanarPose, angle, weighted_pose_statistics};
+use visloc_core::{Rng, gaussian};
 
 use super::EvolutionaryConfig;
 use crate::{ObservationModel, PlanarMotion, monte_carlo::share};
@@ -180,7 +180,7 @@ fn midpoint(a: &PlanarPose, b: &PlanarPose) -> PlanarPose {
 mod tests {
     use super::*;
     use std::f64::consts::PI;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     #[test]
     fn midpoint_takes_the_short_way_around() {

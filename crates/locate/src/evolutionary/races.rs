@@ -2,7 +2,7 @@
 //!
 //! Source: 2010 sections 5.2.2 and 5.2.4, 2017 sections 4.2.3 and 4.2.5.
 
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::{
     EvolutionaryConfig,
@@ -214,8 +214,8 @@ fn is_better(race: &Race, winner: &Race, needed_health: f64, config: &Evolutiona
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
-    use visloc_geom::PlanarPose;
+    use visloc_core::RngTree;
+    use visloc_core::geom::PlanarPose;
 
     struct Setup {
         config: EvolutionaryConfig,

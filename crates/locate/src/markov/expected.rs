@@ -5,7 +5,7 @@
 //! state (instead of captures) are projected into the camera, as it is turned at the moment. So "not seen" speaks
 //! against exactly those states from which the landmark would be in this view, and says nothing about others.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 use super::{

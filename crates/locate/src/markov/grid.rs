@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 
 use crate::Region;
 

@@ -1,8 +1,8 @@
 //! Markov localization of a robot that walks freely and turns its head.
 
 use nalgebra::Matrix3;
-use visloc_base::Rng;
-use visloc_geom::{PlanarPose, angle, weighted_pose_statistics};
+use visloc_core::Rng;
+use visloc_core::geom::{PlanarPose, angle, weighted_pose_statistics};
 use visloc_vision::Percept;
 
 use super::{

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{Action, Grid};
 

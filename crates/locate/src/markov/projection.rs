@@ -1,7 +1,7 @@
 //! What a camera sees of a goal from a pose: visible area and middle, for thousands of poses.
 
 use nalgebra::{Matrix3x4, Point2, Vector3};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 use crate::observation::Landmark;

@@ -93,7 +93,7 @@ impl Part {
         };
         let heading = |spread: &Spread| {
             let offset = match spread {
-                Spread::Normal(mean, _) => visloc_geom::angle::difference(middle.yaw_rad, *mean) + mean,
+                Spread::Normal(mean, _) => visloc_core::geom::angle::difference(middle.yaw_rad, *mean) + mean,
                 Spread::Alike(..) => middle.yaw_rad,
             };
             let once = |turns: f64| {
@@ -141,8 +141,8 @@ fn normal_below(value: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::{HeadingPrior, SideLines, markov::Direction};
-    use visloc_base::RngTree;
-    use visloc_geom::PlanarPose;
+    use visloc_core::RngTree;
+    use visloc_core::geom::PlanarPose;
 
     const MAP: Region = Region { min_x_m: -3.0, max_x_m: 3.0, min_y_m: -2.0, max_y_m: 2.0 };
 

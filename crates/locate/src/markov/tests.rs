@@ -1,8 +1,8 @@
 //! Small grids by hand, the examples of the source, and statistics over lists of seeds.
 
 use rand::RngExt;
-use visloc_base::RngTree;
-use visloc_geom::{Camera, PlanarPose};
+use visloc_core::RngTree;
+use visloc_core::geom::{Camera, PlanarPose};
 use visloc_vision::Percept;
 use visloc_world::Map;
 
@@ -295,7 +295,7 @@ fn synthetic_walk_along_the_edge() {
     let expected = |state: usize| {
         let at = grid.pose(state);
         let (ahead, left) = (3.0 + at.x_m, at.y_m); // of the goal at (-3, 0)
-        let bearing = visloc_geom::angle::difference(left.atan2(ahead).abs() * -left.signum(), 0.0);
+        let bearing = visloc_core::geom::angle::difference(left.atan2(ahead).abs() * -left.signum(), 0.0);
         let own = at.heading_difference_rad(&PlanarPose::new(0.0, 0.0, std::f64::consts::PI));
         let distance2 = ahead * ahead + left * left;
         (own < 0.1 && bearing.abs() < 0.6)

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_geom::{PlanarPose, weighted_pose_statistics};
+use visloc_core::geom::{PlanarPose, weighted_pose_statistics};
 
 use crate::{ConfigError, Hypothesis, require};
 

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_geom::weighted_pose_statistics;
+use visloc_core::geom::weighted_pose_statistics;
 
 use super::{ClusterConfig, Clusters, Particles, share, weights::to_f64};
 use crate::{ConfigError, Estimate, require};
@@ -52,7 +52,7 @@ pub(super) struct Estimator {
     pub clusters: Clusters,
     elite_clusters: Clusters,
     chosen: Vec<usize>,
-    poses: Vec<visloc_geom::PlanarPose>,
+    poses: Vec<visloc_core::geom::PlanarPose>,
     weights: Vec<f64>,
 }
 
@@ -114,8 +114,8 @@ impl Estimator {
 mod tests {
     use super::*;
     use crate::{ObservationModel, Region};
-    use visloc_base::Rng;
-    use visloc_geom::PlanarPose;
+    use visloc_core::Rng;
+    use visloc_core::geom::PlanarPose;
     use visloc_vision::Percept;
 
     /// Likelihood by place: 1 at x = 0, 0.9 at x = 5, less elsewhere.

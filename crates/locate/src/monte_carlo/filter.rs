@@ -1,8 +1,8 @@
 //! The particle filter: motion, weights, estimate, survivors.
 
 use rand::RngExt;
-use visloc_base::{Rng, Timestamp, gaussian};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, Timestamp, gaussian};
 
 use super::{
     MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,

@@ -3,7 +3,7 @@
 use rand::{Rng as _, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 /// Draws one block of normal noise. Its generator is seeded from the localizer's, and is several times cheaper; its
 /// stream is the same on every platform.
@@ -27,7 +27,7 @@ impl NoiseBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     #[test]
     fn moments_and_repetition() {

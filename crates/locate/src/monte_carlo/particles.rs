@@ -1,8 +1,8 @@
 //! The particles: motion and weights.
 
 use rayon::prelude::*;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 
 use super::{
     noise::NoiseBlock,

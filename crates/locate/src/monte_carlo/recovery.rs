@@ -2,8 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 
 use crate::{ConfigError, ObservationModel, require};
 

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use crate::{ConfigError, require};
 
@@ -172,7 +172,7 @@ fn residual(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     const SCHEMES: [Resampling; 4] =
         [Resampling::Roulette, Resampling::Systematic, Resampling::Stratified, Resampling::Residual];

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::weights::to_f64;
 use crate::{ConfigError, require};

@@ -1,6 +1,6 @@
 //! Who survives into the next image: elite, drawn copies, newcomers.
 
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::{
     Clusters, MonteCarloConfig, Particles, Resampling, SampleSizeRule,

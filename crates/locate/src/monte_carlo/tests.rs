@@ -3,8 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use rayon::prelude::*;
-use visloc_base::{Rng, RngTree};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, RngTree};
 use visloc_vision::Percept;
 
 use super::*;

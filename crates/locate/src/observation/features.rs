@@ -2,8 +2,8 @@
 //! distance changes with the pose.
 
 use nalgebra::{Matrix3, SVector, Vector3};
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 /// Where the camera was, as far as a refinement may change it.

@@ -6,8 +6,8 @@ pub mod field;
 pub mod office;
 
 use nalgebra::Point2;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 
 use crate::Region;

@@ -1,7 +1,7 @@
 //! The filter of one track.
 
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 
 use super::RefinementConfig;
 use crate::{

@@ -1,6 +1,6 @@
 //! What is known about the pose before anything is seen: it chooses between mirrored poses.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use crate::{StartPrior, observation::features::FeatureModel};
 

@@ -1,7 +1,7 @@
 //! A localizer whose hypotheses are refined.
 
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 use super::{

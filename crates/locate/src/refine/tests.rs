@@ -1,7 +1,7 @@
 //! Filters and tracks on a world of which everything is known.
 
-use visloc_base::{Rng, RngTree, Timestamp, gaussian};
-use visloc_geom::{PlanarPose, angle, nao};
+use visloc_core::geom::{PlanarPose, angle, nao};
+use visloc_core::{Rng, RngTree, Timestamp, gaussian};
 use visloc_vision::Percept;
 
 use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::View, tracks::Tracks};

@@ -1,6 +1,6 @@
 //! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{
     RefinementConfig,

@@ -1,7 +1,7 @@
 //! How fast the camera turns: a turning camera blurs its image.
 
 use nalgebra::Vector3;
-use visloc_geom::angle;
+use visloc_core::geom::angle;
 use visloc_vision::Percept;
 
 use crate::StepInput;
@@ -16,7 +16,7 @@ pub(super) struct Turning {
 impl Turning {
     /// Turn rate of the camera since the last image, head and body together, radians per second; 0 if nobody can tell.
     pub fn rate_rad_per_s(&mut self, input: &StepInput<'_>, secs: f64) -> f64 {
-        let odometry = input.odometry.filter(visloc_geom::PlanarPose::is_finite);
+        let odometry = input.odometry.filter(visloc_core::geom::PlanarPose::is_finite);
         let direction_rad = odometry.map(|odometry| odometry.yaw_rad + camera_yaw_rad(input.percept));
         let last = std::mem::replace(&mut self.last_direction_rad, direction_rad);
         match (last, direction_rad) {
@@ -35,7 +35,7 @@ pub(super) fn camera_yaw_rad(percept: &Percept) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_geom::{PlanarPose, nao};
+    use visloc_core::geom::{PlanarPose, nao};
 
     #[test]
     fn head_and_body_turn_the_camera() {

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_geom::{CameraFrame, PlanarPose, Rigid3, Robot};
+use visloc_core::geom::{CameraFrame, PlanarPose, Rigid3, Robot};
 
 /// What to change of what a robot reports. A file names only what differs from nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]

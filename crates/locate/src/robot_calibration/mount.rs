@@ -1,7 +1,7 @@
 //! The camera's direction and height.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{DriveRecord, MountCorrection, RobotCalibrationError, record::MappedView};
 use crate::observation::features::{CameraState, FeatureModel, Residual};

@@ -1,7 +1,7 @@
 //! The scale of the odometry.
 
 use nalgebra::{Matrix4, SMatrix, Vector3, Vector4};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
 
 use super::{DriveRecord, OdometryCorrection, RobotCalibrationError, record::DrivePoint};
 

@@ -1,8 +1,8 @@
 //! What is kept of a drive.
 
 use thiserror::Error;
-use visloc_base::Timestamp;
-use visloc_geom::PlanarPose;
+use visloc_core::Timestamp;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::Percept;
 
 /// A drive that tells too little.

@@ -2,8 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
-use visloc_base::{RngTree, Timestamp, gaussian};
-use visloc_geom::{PlanarPose, Rigid3};
+use visloc_core::geom::{PlanarPose, Rigid3};
+use visloc_core::{RngTree, Timestamp, gaussian};
 
 use super::{record::DrivePoint, *};
 
@@ -21,7 +21,7 @@ fn odometry_factors_come_back() {
         }
         odometry = odometry.compose(&motion);
         pose = pose.compose(&truth.apply(&motion));
-        let noise = |rng: &mut visloc_base::Rng, sigma| gaussian(rng, sigma);
+        let noise = |rng: &mut visloc_core::Rng, sigma| gaussian(rng, sigma);
         let seen = PlanarPose::new(
             pose.x_m + noise(&mut rng, 0.01),
             pose.y_m + noise(&mut rng, 0.01),

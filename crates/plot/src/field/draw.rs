@@ -1,6 +1,6 @@
 //! Puts the picture of the field together.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{FieldPath, FieldPicture, Ground, GroundView, kidnap, paths};
 use crate::{

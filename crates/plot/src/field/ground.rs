@@ -1,6 +1,6 @@
 //! Carpet, lines and goals, and the view onto them and onto other grounds.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_world::{
     field::{Field, Goal, GoalColor},
     office::Office,

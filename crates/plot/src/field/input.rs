@@ -1,6 +1,6 @@
 //! What a picture of the field shows.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use crate::Color;
 

@@ -1,6 +1,6 @@
 //! Paths, arrows and ellipses on the ground.
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{CovarianceEllipse, FieldPath, GroundView, PathPoint, PoseCloud};
 use crate::{

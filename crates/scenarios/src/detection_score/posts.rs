@@ -1,7 +1,7 @@
 //! Scores of goal posts.
 
 use nalgebra::Point2;
-use visloc_geom::angle;
+use visloc_core::geom::angle;
 use visloc_vision::{GoalPost, PostColor, PostSide};
 use visloc_world::field::{Goal, GoalColor};
 

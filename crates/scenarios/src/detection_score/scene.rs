@@ -1,7 +1,7 @@
 //! The percept with the truth: where things of the map are in the image.
 
 use nalgebra::{Matrix3, Point2, Point3, Rotation3, Vector3};
-use visloc_geom::{CameraFrame, PlanarPose, Plane, Rigid3, Robot};
+use visloc_core::geom::{CameraFrame, PlanarPose, Plane, Rigid3, Robot};
 use visloc_locate::observation::{
     features::{CameraState, FeatureModel},
     field::FieldFeatureModel,

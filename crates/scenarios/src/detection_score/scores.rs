@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{JunctionKind, Percept};
 use visloc_world::field::Field;
 

@@ -3,8 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use visloc_base::{Frame, RgbImage, RngTree, SourceFrame};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Frame, RgbImage, RngTree, SourceFrame};
 use visloc_locate::{
     ALGORITHMS, Estimate, FeatureChoice, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, ReliabilityConfig,
 };

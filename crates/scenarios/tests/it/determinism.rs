@@ -1,6 +1,6 @@
 //! Same seed, same bits, on any number of threads.
 
-use visloc_base::SourceFrame;
+use visloc_core::SourceFrame;
 use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
@@ -21,7 +21,7 @@ fn frames(seed: u64, num_threads: usize) -> Vec<SourceFrame> {
 fn bits(frames: &[SourceFrame], algorithm: &str, features: FeatureChoice, seed: u64) -> Vec<[u64; 4]> {
     let map = Map::load("robocup-spl-2010").unwrap();
     let estimates = run(&mut Replay::new(frames), &map, algorithm, features, seed).unwrap().estimates;
-    let bits = |e: &visloc_eval::EstimateSample| {
+    let bits = |e: &visloc_core::eval::EstimateSample| {
         let pose = e.world_from_robot;
         [pose.x_m, pose.y_m, pose.yaw_rad, e.reliability.unwrap_or(-1.0)].map(f64::to_bits)
     };

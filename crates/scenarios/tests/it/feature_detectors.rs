@@ -1,7 +1,7 @@
 //! Precision and recall of the composite features on simulated tours. The bounds leave a margin to the figures in
 //! `docs/results.md`, which are from many more images.
 
-use visloc_base::{FrameSource, RngTree};
+use visloc_core::{FrameSource, RngTree};
 use visloc_locate::{PipelineConfig, analysis_for};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};

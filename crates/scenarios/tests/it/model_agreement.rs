@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use rand::RngExt;
-use visloc_base::{Frame, Rng, RngTree, Timestamp, gaussian};
-use visloc_geom::{PlanarPose, nao};
+use visloc_core::geom::{PlanarPose, nao};
+use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
 use visloc_locate::{
     ObservationModel,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},

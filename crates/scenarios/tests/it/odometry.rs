@@ -1,8 +1,8 @@
 //! Odometry with gaps, jumps and numbers that are none.
 
-use visloc_base::{FrameSource as _, SourceFrame};
+use visloc_core::geom::PlanarPose;
+use visloc_core::{FrameSource as _, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics, BagWriter};
-use visloc_geom::PlanarPose;
 use visloc_locate::FeatureChoice;
 use visloc_scenarios::{Replay, run};
 use visloc_world::Map;

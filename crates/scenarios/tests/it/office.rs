@@ -1,6 +1,6 @@
 //! Localization inside buildings: recordings, the simulator, and what the image analysis finds against what is there.
 
-use visloc_base::{FrameSource, RngTree, SourceFrame};
+use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_locate::{
     FeatureChoice, ObservationModel,
@@ -154,7 +154,7 @@ impl Score {
     /// The camera's reported direction is off by up to half a degree, 4 px.
     const NEAR_PX: f64 = 6.0;
 
-    fn add(&mut self, percept: &visloc_vision::Percept, lines: &[Line], frame: &visloc_base::Frame) {
+    fn add(&mut self, percept: &visloc_vision::Percept, lines: &[Line], frame: &visloc_core::Frame) {
         for pixel in &percept.pixels {
             let is_near = |(kind, ends): &Line| {
                 *kind == pixel.kind && distance_px(&pixel.ideal_px, ends) < Self::NEAR_PX
@@ -162,7 +162,7 @@ impl Score {
             self.found += 1;
             self.right += usize::from(lines.iter().any(is_near));
         }
-        let horizon = visloc_geom::Horizon::new(&frame.camera, &frame.robot_from_camera);
+        let horizon = visloc_core::geom::Horizon::new(&frame.camera, &frame.robot_from_camera);
         for (kind, [start, end]) in lines {
             for i in 0..=10 {
                 let point = start + (end - start) * (f64::from(i) / 10.0);
@@ -206,6 +206,6 @@ fn before_anything_tells_doors_apart_the_true_one_is_among_the_hypotheses() {
     }
     let truth = frames.last().unwrap().truth.unwrap().world_from_robot;
     let hypotheses = &pipeline.localizer().estimate().hypotheses;
-    let is_true = |pose: &visloc_geom::PlanarPose| pose.distance_m(&truth) < 0.4;
+    let is_true = |pose: &visloc_core::geom::PlanarPose| pose.distance_m(&truth) < 0.4;
     assert!(hypotheses.iter().any(|h| is_true(&h.world_from_robot)), "{hypotheses:?}");
 }

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use visloc_base::SourceFrame;
-use visloc_eval::Evaluation;
-use visloc_geom::PlanarPose;
+use visloc_core::SourceFrame;
+use visloc_core::eval::Evaluation;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::{ALGORITHMS, FeatureChoice, Pipeline, PipelineConfig, Region, StartPrior};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
@@ -92,7 +92,7 @@ fn mirrored_poses_on_a_field_with_white_goals() {
             "evolutionary",
             None,
             &PipelineConfig::default(),
-            visloc_base::RngTree::new(1),
+            visloc_core::RngTree::new(1),
         )
         .unwrap();
         if is_half_given {

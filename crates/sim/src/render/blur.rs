@@ -1,7 +1,7 @@
 //! Motion blur.
 
 use nalgebra::Vector3;
-use visloc_geom::{CameraFrame, Rigid3, World};
+use visloc_core::geom::{CameraFrame, Rigid3, World};
 
 use super::raster::Visible;
 use super::rays::Rays;

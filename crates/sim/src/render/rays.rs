@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::Point2;
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 /// The ray of every pixel as its point on the plane z = 1 of the camera frame.
 #[derive(Debug)]
@@ -77,7 +77,7 @@ impl Rays {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_geom::Distortion;
+    use visloc_core::geom::Distortion;
 
     #[test]
     fn touched_pixels_contain_every_ray_in_the_rectangle() {

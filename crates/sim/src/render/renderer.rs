@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use visloc_base::RgbImage;
-use visloc_geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::RgbImage;
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
 
 use super::blur::{CameraMotion, blur};
 use super::labels::{Floor, LabelImage};
@@ -64,7 +64,7 @@ impl Shot {
 /// Draws scenes for one camera. Holds all buffers, so that a picture needs no memory but its own.
 ///
 /// ```
-/// use visloc_geom::{Camera, PlanarPose, nao};
+/// use visloc_core::geom::{Camera, PlanarPose, nao};
 /// use visloc_sim::{Renderer, Scene, Shot};
 /// let camera = Camera::pinhole((64, 48), (75.0, 75.0), (31.5, 23.5))?;
 /// let robot_from_camera =
@@ -73,7 +73,7 @@ impl Shot {
 /// let scene = Scene::new(vec![], 1.0, (1.0, 1.0));
 /// let image = Renderer::new(&camera).render(&scene, &[], &world_from_camera, &Shot::ideal());
 /// assert_eq!((image.width(), image.height()), (64, 48));
-/// # Ok::<(), visloc_geom::CameraError>(())
+/// # Ok::<(), visloc_core::geom::CameraError>(())
 /// ```
 #[derive(Debug)]
 pub struct Renderer {

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use visloc_base::{RgbImage, RngTree, gaussian};
+use visloc_core::{RgbImage, RngTree, gaussian};
 
 use super::rays::Rays;
 use crate::scene::linear_to_srgb;
@@ -112,7 +112,7 @@ impl Tone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_geom::Camera;
+    use visloc_core::geom::Camera;
 
     fn develop(sensor: &Sensor, value: f32, seed: u64) -> Vec<u8> {
         let camera = Camera::pinhole((64, 48), (60.0, 60.0), (31.5, 23.5)).unwrap();

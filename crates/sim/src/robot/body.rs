@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
-use visloc_base::{Rng, RngTree, gaussian};
-use visloc_geom::nao::{self, HeadAngles, Torso};
-use visloc_geom::{CameraFrame, Rigid3, Robot};
+use visloc_core::geom::nao::{self, HeadAngles, Torso};
+use visloc_core::geom::{CameraFrame, Rigid3, Robot};
+use visloc_core::{Rng, RngTree, gaussian};
 
 use super::path::phase;
 use crate::scenario::RobotSetup;

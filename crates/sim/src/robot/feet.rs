@@ -1,6 +1,6 @@
 //! Pressure sensors under the feet.
 
-use visloc_base::{RngTree, gaussian};
+use visloc_core::{RngTree, gaussian};
 
 use super::plan::Activity;
 use crate::scenario::FootSetup;

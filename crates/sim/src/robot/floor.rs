@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 use rand::RngExt as _;
-use visloc_base::Rng;
+use visloc_core::Rng;
 use visloc_world::office::FreeSpace;
 
 /// A rectangle around the origin, or the floor of a building, with round obstacles.

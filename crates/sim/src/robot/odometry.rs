@@ -1,8 +1,8 @@
 //! Odometry with systematic and random errors.
 
 use rand::RngExt as _;
-use visloc_base::{Rng, RngTree, gaussian};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, RngTree, gaussian};
 
 use super::plan::Activity;
 use crate::scenario::OdometrySetup;
@@ -106,7 +106,7 @@ mod tests {
             for i in 0..=300 {
                 last = odometry.step(PlanarPose::new(0.0, 0.0, f64::from(i) * 0.01), Activity::Walking);
             }
-            assert!((visloc_geom::angle::difference(last.yaw_rad, 3.0 * turn)).abs() < 0.04);
+            assert!((visloc_core::geom::angle::difference(last.yaw_rad, 3.0 * turn)).abs() < 0.04);
         }
     }
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 use rand::RngExt as _;
-use visloc_base::{Rng, RngTree, gaussian};
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::geom::{PlanarPose, angle};
+use visloc_core::{Rng, RngTree, gaussian};
 
 use super::floor::Floor;
 use super::path::{Curve, ease};

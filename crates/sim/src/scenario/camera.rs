@@ -1,7 +1,7 @@
 //! The table `[camera]`.
 
 use serde::Deserialize;
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
 
 use super::check::Check;
 use super::load::ScenarioError;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use thiserror::Error;
-use visloc_base::files;
+use visloc_core::files;
 use visloc_world::{BUILT_IN_MAPS, MapError};
 
 use super::check::Check;

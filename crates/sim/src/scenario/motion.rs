@@ -1,7 +1,7 @@
 //! The list `[[motion]]`: what the robot does, one after the other.
 
 use serde::Deserialize;
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::check::Check;
 use super::load::ScenarioError;

@@ -1,7 +1,7 @@
 //! The table `[robot]`: body, head, gait and sensors besides the camera.
 
 use serde::Deserialize;
-use visloc_geom::nao::NaoCamera;
+use visloc_core::geom::nao::NaoCamera;
 
 use super::check::Check;
 use super::load::ScenarioError;

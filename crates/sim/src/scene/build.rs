@@ -1,7 +1,7 @@
 //! The scene and how things are added to it.
 
 use nalgebra::{Point3, Vector3};
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::light::{Light, LightGrid};
 use super::{

@@ -1,7 +1,7 @@
 //! A RoboCup field: carpet with lines, goals, ball.
 
 use nalgebra::{Point2, Point3, Vector3};
-use visloc_base::Rng;
+use visloc_core::Rng;
 use visloc_world::field::{BallColor, Field, Goal, GoalColor};
 
 use super::noise::NoiseTile;
@@ -55,7 +55,7 @@ impl Scene {
                     pitch_m: 0.06,
                     ..Paint::of(Pattern::Checker, Color::from_hex(0xea_eae8))
                 };
-                let no_noise = &mut visloc_base::RngTree::new(0).stream("ball", 0);
+                let no_noise = &mut visloc_core::RngTree::new(0).stream("ball", 0);
                 let canvas = paint.canvas((0.48, 0.24), 200.0, no_noise);
                 self.add_texture(Texture::new(&canvas, Wrap::Clamp))
             }

@@ -1,7 +1,7 @@
 //! Robots and people: figures of round parts that may move.
 
 use nalgebra::{Point3, Vector3};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::{Color, Cuboid, Label, Lighting, Scene, Shape, Surface, TextureId};
 

@@ -1,7 +1,7 @@
 //! Smooth random patterns.
 
 use rand::RngExt as _;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 const SIZE: usize = 256;
 

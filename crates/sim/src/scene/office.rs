@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt as _;
-use visloc_base::Rng;
+use visloc_core::Rng;
 use visloc_world::office::{Door, Office, SurfaceColor, Wall};
 
 use super::{Color, Label, Lamp, Lighting, Paint, Pattern, Scene, Shape, Surface};

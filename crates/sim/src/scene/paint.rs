@@ -2,7 +2,7 @@
 
 use rand::RngExt as _;
 use serde::Deserialize;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::{Canvas, Color, noise::NoiseTile};
 
@@ -213,7 +213,7 @@ fn random_color(rng: &mut Rng) -> Color {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     #[test]
     fn every_pattern_paints_the_asked_size_without_losing_light() {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::{Canvas, Color, Lamp, Lighting, Paint, Pattern, Scene, Shape, Surface, Texture, Wrap};
 

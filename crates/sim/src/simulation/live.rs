@@ -2,8 +2,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
-use visloc_base::{Frame, GroundContact, RngTree, SourceFrame, Timestamp, Truth};
-use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles};
+use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles};
+use visloc_core::{Frame, GroundContact, RngTree, SourceFrame, Timestamp, Truth};
 use visloc_world::Map;
 
 use super::source::{camera_of, start_pose};
@@ -253,7 +253,7 @@ impl LiveSimulation {
         robot_from_camera: &Rigid3<Robot, CameraFrame>,
         motion: CameraMotion,
         controls: &LiveControls,
-    ) -> visloc_base::RgbImage {
+    ) -> visloc_core::RgbImage {
         self.world.moving(self.secs(), &mut self.moving);
         let exposure_stops = self.scenario.camera.exposure_stops + controls.exposure_stops;
         let gain = if controls.is_covered { 0.0 } else { exposure_stops.exp2() as f32 };
@@ -317,7 +317,7 @@ fn build_world(scenario: &Scenario, random: &RngTree) -> Result<World, ScenarioE
     Ok(world)
 }
 
-fn placed(robot: &Carried) -> Rigid3<visloc_geom::World, Robot> {
+fn placed(robot: &Carried) -> Rigid3<visloc_core::geom::World, Robot> {
     let lean_rad = if robot.activity.is_carried() { LEAN_RAD } else { 0.0 };
     let lean = Rotation3::from_euler_angles(0.0, lean_rad, 0.0);
     let leaning = Rigid3::<Robot, Robot>::new(lean, Vector3::new(0.0, 0.0, robot.height_m));

@@ -4,8 +4,8 @@ use std::{collections::VecDeque, sync::Arc};
 
 use rand::RngExt as _;
 use rayon::prelude::*;
-use visloc_base::{Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp};
-use visloc_geom::{Camera, PlanarPose};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp};
 use visloc_world::Map;
 
 use super::states::{Carrier, State};
@@ -26,7 +26,7 @@ const FRAMES_PER_BATCH: usize = 4;
 /// any number of threads.
 ///
 /// ```
-/// use visloc_base::FrameSource;
+/// use visloc_core::FrameSource;
 /// use visloc_sim::{Scenario, Simulation};
 /// let scenario = Scenario::load("still")?;
 /// let mut simulation = Simulation::new(&scenario, 1)?.with_num_frames(2);

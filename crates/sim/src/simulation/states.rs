@@ -1,7 +1,7 @@
 //! What robot and sensors do at every frame, except the pictures.
 
-use visloc_base::{GroundContact, RngTree, Truth};
-use visloc_geom::{CameraFrame, PlanarPose, Rigid3, Robot, World};
+use visloc_core::geom::{CameraFrame, PlanarPose, Rigid3, Robot, World};
+use visloc_core::{GroundContact, RngTree, Truth};
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt as _;
-use visloc_base::{Rng, RngTree};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, RngTree};
 use visloc_world::{Map, field::Field, office::Office};
 
 use crate::robot::{Floor, Orbit};

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_geom::{CameraFrame, Rigid3, World};
+use visloc_core::geom::{CameraFrame, Rigid3, World};
 
 use super::TourKind;
 

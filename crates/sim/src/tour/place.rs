@@ -1,7 +1,7 @@
 //! The rooms of the tours, and who walks in them.
 
-use visloc_base::{Rng, RngTree};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, RngTree};
 
 use super::TourKind;
 use crate::scene::{Color, Figure, FurnitureKind, Lamp, Room, Scene, Surface};

@@ -5,10 +5,10 @@ use std::collections::VecDeque;
 use rand::RngExt as _;
 use rayon::prelude::*;
 use thiserror::Error;
-use visloc_base::{
+use visloc_core::geom::Camera;
+use visloc_core::{
     CameraPose, CameraTrajectory, GrayFrame, GrayImage, ImageSource, RngTree, SourceError, Timestamp,
 };
-use visloc_geom::Camera;
 
 use super::{
     TOURS, TourKind,
@@ -62,7 +62,7 @@ impl Stamp {
 /// threads.
 ///
 /// ```
-/// use visloc_base::ImageSource;
+/// use visloc_core::ImageSource;
 /// use visloc_sim::CameraTour;
 /// let mut tour = CameraTour::new("room", 1)?.with_size((160, 120))?;
 /// let first = tour.next_image().expect("400 images").expect("no reading, no error");

@@ -1,6 +1,6 @@
 //! What a simulation delivers.
 
-use visloc_base::{FrameSource, GroundContact, SourceFrame};
+use visloc_core::{FrameSource, GroundContact, SourceFrame};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
 

@@ -1,8 +1,8 @@
 //! Pictures agree with the geometry of the map.
 
 use nalgebra::{Point2, Point3};
-use visloc_base::{RgbImage, RngTree};
-use visloc_geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World, nao};
+use visloc_core::geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World, nao};
+use visloc_core::{RgbImage, RngTree};
 use visloc_sim::{FieldLook, Renderer, Scene, Shot};
 use visloc_world::{Map, field::Field};
 

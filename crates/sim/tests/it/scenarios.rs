@@ -1,7 +1,7 @@
 //! Scenario files and their mistakes.
 
-use visloc_base::FrameSource;
-use visloc_geom::Distortion;
+use visloc_core::FrameSource;
+use visloc_core::geom::Distortion;
 use visloc_sim::{BUILT_IN_SCENARIOS, Scenario, ScenarioError, Simulation};
 
 #[test]

@@ -1,7 +1,7 @@
 //! Parameters that cannot be used.
 
 use thiserror::Error;
-use visloc_settings::SettingsError;
+use visloc_core::settings::SettingsError;
 
 /// Parameters that cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_settings::{check_ranges, commented_toml, overlay};
+use visloc_core::settings::{check_ranges, commented_toml, overlay};
 
 use super::ConfigError;
 use crate::orb::{OrbSearch, Recognition};

@@ -1,6 +1,6 @@
 //! FAST corners.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 /// Radius of the circle, pixels; no corner lies closer to the border.
 pub const FAST_RADIUS_PX: usize = 3;

@@ -1,7 +1,7 @@
 //! The best corner of each cell.
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::{detect_fast, fast::FastCorner, shi_tomasi_score};
 use crate::image::{Pyramid, px_from_level};

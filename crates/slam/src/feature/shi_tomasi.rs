@@ -1,6 +1,6 @@
 //! How well a patch can be followed.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 /// Half the side of the window, pixels.
 const HALF: usize = 4;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use crate::orb::{NoOrbMatch, OrbCorners, OrbDescriptor, OrbMatch, OrbSearch};
 

@@ -1,6 +1,6 @@
 //! Brightness between the pixels.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 /// Samples a square of `N x N` positions one pixel apart, row by row, between the pixels (bilinear). `left` and `top` are
 /// the first position, pixels. `None` if a pixel that is needed lies outside of the image.

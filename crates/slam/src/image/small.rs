@@ -1,6 +1,6 @@
 //! A tiny blurred copy of an image, to compare whole views.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::Pyramid;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use super::LandmarkId;
 use crate::{
@@ -49,7 +49,8 @@ pub struct Keyframe {
 }
 
 /// Pose of a culled keyframe relative to the one it hangs on.
-pub(super) type CameraFromAnchor = visloc_geom::Rigid3<visloc_geom::CameraFrame, visloc_geom::CameraFrame>;
+pub(super) type CameraFromAnchor =
+    visloc_core::geom::Rigid3<visloc_core::geom::CameraFrame, visloc_core::geom::CameraFrame>;
 
 impl Keyframe {
     /// Its pose.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation, shared_vec::SharedVec};
 use crate::{
@@ -305,7 +305,7 @@ mod tests {
     use super::*;
     use nalgebra::{Matrix2, Point2, Vector3};
     use rand::RngExt;
-    use visloc_base::{GrayImage, RngTree};
+    use visloc_core::{GrayImage, RngTree};
 
     fn observation(keyframe: u32) -> Observation {
         let keyframe = KeyframeId(keyframe);

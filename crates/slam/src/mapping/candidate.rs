@@ -10,7 +10,7 @@ use crate::{
     solve::cos_parallax,
     track::Found,
 };
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 /// How far above the noise of the image the score of a weak corner must be.
 const NOISE_FACTOR: f32 = 4.0;

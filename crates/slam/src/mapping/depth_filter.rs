@@ -104,7 +104,7 @@ impl DepthFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::{RngTree, gaussian};
+    use visloc_core::{RngTree, gaussian};
 
     #[test]
     fn finds_the_depth_among_outliers() {

@@ -1,7 +1,7 @@
 //! Search for a candidate along its epipolar segment.
 
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use visloc_geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use crate::{
     image::{Pyramid, level_from_px},

@@ -124,7 +124,7 @@ mod tests {
     use std::sync::Arc;
 
     use nalgebra::{Matrix2, Point2, Vector3};
-    use visloc_base::{GrayImage, Timestamp};
+    use visloc_core::{GrayImage, Timestamp};
 
     use super::*;
     use crate::{

@@ -1,6 +1,6 @@
 //! The mapper: the only writer of the map once it is started.
 
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 use super::{
     View,

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::Point2;
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::{ORB_MARGIN_PX, OrbDescriptor};
 use crate::{

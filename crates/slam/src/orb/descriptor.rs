@@ -1,6 +1,6 @@
 //! The descriptor of one place.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::pattern::{NUM_BITS, NUM_TURNS, PATTERN, REACH_PX, SIDE};
 
@@ -109,7 +109,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use rand::RngExt;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     const SIZE: usize = 400;
 

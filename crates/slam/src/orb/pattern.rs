@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use rand::RngExt;
-use visloc_base::{Rng, RngTree};
+use visloc_core::{Rng, RngTree};
 
 /// Bits of a descriptor.
 pub(super) const NUM_BITS: usize = 256;

@@ -1,7 +1,7 @@
 //! Sub-pixel alignment of a patch.
 
 use nalgebra::{Matrix2, Matrix4, Point2, Vector4};
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::{BORDERED_PX, HALF_PX, PATCH_PX, Template};
 use crate::image::sample_square;

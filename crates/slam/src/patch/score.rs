@@ -1,6 +1,6 @@
 //! Comparison of a patch with many places of an image.
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 
 use super::{HALF_PX, PATCH_PX, Template};
 

@@ -1,7 +1,7 @@
 //! Relocalization by alignment against similar keyframes. Thesis, section 6.10; the order by similarity is an addition.
 
 use nalgebra::Rotation3;
-use visloc_geom::{Camera, Rigid3};
+use visloc_core::geom::{Camera, Rigid3};
 
 use crate::{
     config::SlamConfig,

@@ -1,6 +1,6 @@
 //! The mapping side: the only writer of the map.
 
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 use super::{FrameJob, Job, Order, Update};
 use crate::{

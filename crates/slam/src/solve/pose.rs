@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
 use rand::RngExt;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::normal::solve_damped;
 use crate::lie::{CameraFromWorld, moved, skew};
@@ -290,8 +290,8 @@ fn mark(pose: &State, observations: &[PoseObservation], limit: f64) -> Vec<bool>
 mod tests {
     use super::*;
     use crate::lie::{exp, log};
-    use visloc_base::{RngTree, gaussian};
-    use visloc_geom::{Rigid3, World};
+    use visloc_core::geom::{Rigid3, World};
+    use visloc_core::{RngTree, gaussian};
 
     const SETTINGS: RansacSettings = RansacSettings {
         is_enabled: true,

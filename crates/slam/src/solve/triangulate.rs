@@ -1,7 +1,7 @@
 //! The point where two rays meet.
 
 use nalgebra::{Matrix2, Point3, Vector2, Vector3};
-use visloc_geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 /// Depths along z in both cameras of the point nearest to two rays (z = 1). `None` if the rays are nearly parallel or meet
 /// behind a camera.

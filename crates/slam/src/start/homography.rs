@@ -1,7 +1,7 @@
 //! The homography of a plane.
 
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
-use visloc_geom::Rigid3;
+use visloc_core::geom::Rigid3;
 
 use super::{TwoViewMotion, essential::least_eigenvector};
 use crate::lie::skew;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
-use visloc_base::{Rng, Timestamp};
-use visloc_geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{Rng, Timestamp};
 
 use super::{
     Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,

@@ -1,7 +1,7 @@
 //! Motion between two views from matched rays.
 
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Vector3};
-use visloc_geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 use crate::lie::skew;
 

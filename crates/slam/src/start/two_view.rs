@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use rand::RngExt;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 use super::{
     TwoViewMotion, decompose_essential, decompose_homography, fit_essential, fit_homography,

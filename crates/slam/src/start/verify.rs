@@ -1,7 +1,7 @@
 //! Which of several motions also explains the frames on the way.
 
 use nalgebra::{Matrix2, Point3, Vector3};
-use visloc_geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 use super::TwoView;
 use crate::{

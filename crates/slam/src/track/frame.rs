@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2, Vector3};
-use visloc_base::{Rng, Timestamp};
+use visloc_core::{Rng, Timestamp};
 
 use super::Found;
 use crate::{

@@ -1,7 +1,7 @@
 //! Finding a landmark in an image whose pose is about known.
 
 use nalgebra::{Matrix2, Point2, Point3, Vector3};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
 
 use crate::{
     image::{Pyramid, level_from_px, px_from_level},

@@ -100,7 +100,7 @@ mod tests {
 
     use nalgebra::{Matrix2, Point2, Vector3, Vector6};
     use rand::RngExt;
-    use visloc_base::{GrayImage, RngTree, Timestamp, gaussian};
+    use visloc_core::{GrayImage, RngTree, Timestamp, gaussian};
 
     use super::*;
     use crate::{

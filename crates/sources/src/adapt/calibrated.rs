@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use visloc_base::{
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
+use visloc_core::{
     Frame, FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError,
     SourceFrame, Timestamp,
 };
@@ -10,7 +11,6 @@ use visloc_data::{
     image_codec::resize_gray,
     sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
 };
-use visloc_geom::{Camera, CameraFrame, Rigid3, Robot};
 
 use super::{GrayOf, GrayStream, Ranged, skipped::SkippedLog};
 use crate::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};

@@ -1,7 +1,7 @@
 //! Pictures of a source that delivers more.
 
-use visloc_base::{FrameSource, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{FrameSource, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame};
 
 use crate::video::in_color;
 

@@ -1,6 +1,6 @@
 //! Gray images of a camera that is not calibrated yet.
 
-use visloc_base::{GrayFrame, GrayImage, PictureSource, SkippedInput, SourceError};
+use visloc_core::{GrayFrame, GrayImage, PictureSource, SkippedInput, SourceError};
 
 /// As [`PictureSource`], in gray: video decoders make gray images for less than color ones.
 pub(crate) trait GrayStream {

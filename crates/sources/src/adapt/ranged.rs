@@ -1,6 +1,6 @@
 //! A part of a source.
 
-use visloc_base::{GrayFrame, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::{GrayFrame, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
 use visloc_data::sequence::{Bound, SequenceRange};
 
 use super::GrayStream;
@@ -123,7 +123,7 @@ impl GrayStream for Ranged<Box<dyn GrayStream>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RgbImage;
+    use visloc_core::RgbImage;
 
     struct Numbers(u32);
 

@@ -1,6 +1,6 @@
 //! What was left out, by a source and by what stands behind it.
 
-use visloc_base::SkippedInput;
+use visloc_core::SkippedInput;
 
 /// Most entries that are kept; bounds memory of live sources.
 const MAX_SKIPPED: usize = 10_000;

@@ -1,10 +1,10 @@
 //! A source that ends when the program is asked to stop.
 
-use visloc_base::{
+use visloc_core::geom::Camera;
+use visloc_core::{
     FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame,
     Timestamp,
 };
-use visloc_geom::Camera;
 
 use crate::Host;
 
@@ -118,7 +118,7 @@ impl PictureSource for UntilStopped<Box<dyn PictureSource>> {
 
 #[cfg(test)]
 mod tests {
-    use visloc_base::RgbImage;
+    use visloc_core::RgbImage;
 
     use super::*;
 

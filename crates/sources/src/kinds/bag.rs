@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use visloc_base::{PictureSource, files};
+use visloc_core::geom::Camera as CameraModel;
+use visloc_core::{PictureSource, files};
 use visloc_data::{
     bag::{BagPictures, BagReader, BagTopics, GivenInputs},
     sequence::{Calibration, fit_calibration, read_calibration},
 };
-use visloc_geom::Camera as CameraModel;
 
 use super::{SourceKind, Way, always_usable, has_extension};
 use crate::SourceOption::{

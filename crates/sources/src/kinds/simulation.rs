@@ -1,6 +1,6 @@
 //! The simulator: robots on known maps, and cameras that are carried through rooms.
 
-use visloc_base::{ImageSource, PictureSource};
+use visloc_core::{ImageSource, PictureSource};
 use visloc_data::sequence::{Bound, Calibration};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
 

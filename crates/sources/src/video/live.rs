@@ -6,7 +6,7 @@ use std::{
     thread,
 };
 
-use visloc_base::{SourceError, Timestamp};
+use visloc_core::{SourceError, Timestamp};
 
 use super::{FfmpegInput, Pixels, PnmImage, pipe::VideoPipe};
 use crate::{

@@ -1,6 +1,6 @@
 //! Videos and cameras as sources of pictures.
 
-use visloc_base::{
+use visloc_core::{
     GrayFrame, GrayImage, Picture, PictureSource, RgbImage, SkippedInput, SourceError, Timestamp,
 };
 

@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use visloc_base::SourceError;
+use visloc_core::SourceError;
 
 use super::{
     FfmpegInput, Pixels, PnmImage,

@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead, ErrorKind, Read};
 
-use visloc_base::{GrayImage, RgbImage};
+use visloc_core::{GrayImage, RgbImage};
 
 /// Longest header; longer ones are none.
 const MAX_HEADER_BYTES: u64 = 64;

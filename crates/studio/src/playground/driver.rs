@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::Point2;
-use visloc_geom::{PlanarPose, angle, nao::HeadAngles};
+use visloc_core::geom::{PlanarPose, angle, nao::HeadAngles};
 use visloc_sim::{LiveControls, LiveMotion, LiveSimulation};
 
 /// Fastest walk ahead and to the side, meters per second, and turn, radians per second.

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_locate::{
     ObservationModel, PipelineConfig,
     observation::{field::FieldObservationModel, office::OfficeObservationModel},

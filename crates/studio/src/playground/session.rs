@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use visloc_base::SourceFrame;
-use visloc_geom::{PlanarPose, nao::HeadAngles};
+use visloc_core::SourceFrame;
+use visloc_core::geom::{PlanarPose, nao::HeadAngles};
 use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_sim::{LiveSimulation, Scenario};
 

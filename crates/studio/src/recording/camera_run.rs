@@ -1,7 +1,7 @@
 //! SLAM on a recording.
 
-use visloc_base::{CameraPose, CameraTrajectory};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{CameraPose, CameraTrajectory};
 use visloc_slam::{Clock, Slam};
 
 use super::{index::RecordingIndex, input::CameraInput};

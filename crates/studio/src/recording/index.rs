@@ -10,7 +10,7 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_base::{Frame, GrayImage, Truth, files};
+use visloc_core::{Frame, GrayImage, Truth, files};
 use visloc_data::{
     bag::{
         BagTopics,

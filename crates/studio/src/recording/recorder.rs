@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 use visloc_data::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
 
 use super::{

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::image_codec::{decode, encode_jpeg};
 
 use crate::Message;

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use visloc_base::{CameraTrajectory, GrayFrame, ImageSource};
-use visloc_geom::Camera;
+use visloc_core::geom::Camera;
+use visloc_core::{CameraTrajectory, GrayFrame, ImageSource};
 use visloc_sim::CameraTour;
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map as JsonMap, Value, json};
-use visloc_settings::parameters;
+use visloc_core::settings::parameters;
 use visloc_slam::{ConfigError, PRESETS, SlamConfig};
 
 use crate::{
@@ -125,6 +125,6 @@ fn refused(error: &ConfigError) -> StudioError {
     StudioError::input("SLAM", error)
 }
 
-fn unwritable(error: visloc_settings::SettingsError) -> StudioError {
+fn unwritable(error: visloc_core::settings::SettingsError) -> StudioError {
     StudioError::command("parameters", "a table", error.reason)
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_base::GrayFrame;
+use visloc_core::GrayFrame;
 use visloc_slam::{Clock, FrameOutcome, PRESETS, Slam};
 
 use super::{

@@ -1,7 +1,7 @@
 //! The map as arrays of numbers.
 
 use nalgebra::{Point2, Point3, Vector3};
-use visloc_geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
 use visloc_slam::{
     Slam,
     map::{Keyframe, Landmark, LandmarkState, Map},

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use serde_json::{Value, json};
-use visloc_base::{CameraTrajectory, GrayImage, Timestamp};
-use visloc_geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::{CameraTrajectory, GrayImage, Timestamp};
 use visloc_slam::{FrameOutcome, Slam, StageTimes, TrackingState};
 
 use super::{

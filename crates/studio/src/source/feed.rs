@@ -5,7 +5,7 @@ use std::{
     thread,
 };
 
-use visloc_base::SourceError;
+use visloc_core::SourceError;
 
 use crate::StudioError;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_base::{Frame, FrameSource, SourceFrame, Truth};
+use visloc_core::{Frame, FrameSource, SourceFrame, Truth};
 use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_world::Map;
 

@@ -1,6 +1,6 @@
 //! One algorithm with its parameters.
 
-use visloc_base::{Frame, RngTree};
+use visloc_core::{Frame, RngTree};
 use visloc_locate::{Pipeline, PosePrior, StartPrior};
 
 use super::{overrides::Overrides, settings::RunSettings};

@@ -1,7 +1,7 @@
 //! All algorithms of a run, as people choose and change them.
 
 use serde_json::Value;
-use visloc_base::Frame;
+use visloc_core::Frame;
 use visloc_locate::StartPrior;
 
 use super::{contender::Contender, overrides::Overrides, settings::RunSettings};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
-use visloc_settings::Parameter;
+use visloc_core::settings::Parameter;
 
 use crate::StudioError;
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map as JsonMap, Value, json};
+use visloc_core::settings::{Parameter, SettingsError, overlay, parameters};
 use visloc_locate::{ALGORITHMS, PipelineConfig, StartPrior, algorithm_parameters};
-use visloc_settings::{Parameter, SettingsError, overlay, parameters};
 use visloc_world::Map;
 
 use super::overrides::Overrides;
@@ -153,7 +153,7 @@ pub(crate) fn with_defaults(values: Vec<Parameter>, defaults: &[Parameter]) -> V
 
 #[cfg(test)]
 mod tests {
-    use visloc_geom::PlanarPose;
+    use visloc_core::geom::PlanarPose;
     use visloc_locate::PosePrior;
 
     use super::*;

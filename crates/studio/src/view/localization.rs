@@ -1,9 +1,9 @@
 //! One frame of a robot that is looked for, as messages.
 
 use serde_json::{Value, json};
-use visloc_base::{Frame, Truth};
+use visloc_core::geom::{Horizon, PlanarPose};
+use visloc_core::{Frame, Truth};
 use visloc_data::image_codec::encode_jpeg;
-use visloc_geom::{Horizon, PlanarPose};
 use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline};
 use visloc_vision::{DropReason, FeatureKind, Percept};
 use visloc_world::Map;

@@ -1,7 +1,7 @@
 //! Lines in space, seen by a camera.
 
 use nalgebra::Point3;
-use visloc_geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
 
 /// What is nearer to the camera than this is cut off, meters.
 const NEAR_M: f64 = 0.05;
@@ -75,8 +75,8 @@ impl<'a> Projector<'a> {
 
 #[cfg(test)]
 mod tests {
-    use visloc_geom::PlanarPose;
-    use visloc_geom::nao::{HeadAngles, NaoCamera, Torso, robot_from_camera};
+    use visloc_core::geom::PlanarPose;
+    use visloc_core::geom::nao::{HeadAngles, NaoCamera, Torso, robot_from_camera};
 
     use super::*;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_base::{Frame, Timestamp, Truth};
+use visloc_core::{Frame, Timestamp, Truth};
 use visloc_vision::DropReason;
 use visloc_world::Map;
 

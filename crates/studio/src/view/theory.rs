@@ -3,7 +3,7 @@
 //! Source: 2010 section 4.3. For pictures only; the algorithms have models of their own.
 
 use nalgebra::{Point2, Point3, Vector2};
-use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot};
+use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot};
 use visloc_world::{
     Map,
     field::{Field, Goal, Segment},

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
-use visloc_base::FrameSource as _;
+use visloc_core::FrameSource as _;
 use visloc_data::bag::{BagReader, BagTopics};
 use visloc_studio::{
     Clock, Message, Session,

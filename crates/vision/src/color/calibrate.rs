@@ -103,7 +103,7 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::color::ColorTable;
-    use visloc_base::{RngTree, gaussian};
+    use visloc_core::{RngTree, gaussian};
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn samples(rgb: [f64; 3], class: ColorClass, light: f64) -> Vec<([u8; 3], ColorClass)> {

@@ -1,6 +1,6 @@
 //! What the carpet looks like: its brightness and its color, learned from image to image.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use crate::color::{ColorClass, ColorTable, Shares, luma, shares};
 

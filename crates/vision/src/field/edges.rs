@@ -1,7 +1,7 @@
 //! Border pixels: the ends of the runs along a scan line.
 
 use nalgebra::{Point2, Vector2};
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use super::scan::{Direction, Run, ScanLine};
 use crate::{

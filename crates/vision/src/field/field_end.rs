@@ -1,6 +1,6 @@
 //! The end of the field: the upper border of the carpet in the image.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use crate::color::{ColorClass, ColorTable};
 

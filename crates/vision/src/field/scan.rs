@@ -1,7 +1,7 @@
 //! Scan lines: straight walks over the image that collect runs of one color class.
 
-use visloc_base::RgbImage;
-use visloc_geom::Horizon;
+use visloc_core::RgbImage;
+use visloc_core::geom::Horizon;
 
 use super::FieldAnalysisConfig;
 use crate::color::{ColorClass, ColorTable};

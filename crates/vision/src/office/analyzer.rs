@@ -2,8 +2,8 @@
 
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
-use visloc_base::{Frame, Rng};
-use visloc_geom::{Horizon, Plane};
+use visloc_core::geom::{Horizon, Plane};
+use visloc_core::{Frame, Rng};
 
 use super::{
     ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig,

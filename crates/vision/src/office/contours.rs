@@ -4,7 +4,7 @@
 //! the Laplacian changes its sign by more than a threshold, and cut into straight pieces.
 
 use nalgebra::Point2;
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use super::{
     EdgeSegment,
@@ -264,7 +264,7 @@ fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
 mod tests {
     use super::*;
     use crate::office::gray::tests::patches;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     /// What the detector does to a whole row at once, pixel by pixel as it is written in the documents.
     #[test]

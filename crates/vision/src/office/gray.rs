@@ -1,6 +1,6 @@
 //! Brightness of an image, row by row.
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 /// Brightness of every pixel, 0 to 255. Keeps its memory from image to image.
 #[derive(Debug, Clone, Default)]
@@ -72,7 +72,7 @@ pub(super) fn append_marked(is_marked: &[bool], first: usize, out: &mut Vec<u32>
 pub(super) mod tests {
     use super::*;
     use rand::RngExt;
-    use visloc_base::{Rng, RngTree};
+    use visloc_core::{Rng, RngTree};
 
     /// Patches of random colors with noise: edges of every strength, flat areas, and values at both ends of the range.
     pub fn patches(width: usize, height: usize, rng: &mut Rng) -> RgbImage {

@@ -1,7 +1,7 @@
 //! What an edge is part of, from the colors on both of its sides.
 
 use nalgebra::{Point2, Vector2};
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use super::{EdgeSegment, SurfaceClass};
 use crate::{DoorSide, FeatureKind};

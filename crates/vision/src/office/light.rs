@@ -6,7 +6,7 @@
 //! now. No pose is needed for that, so it holds for a robot that does not know where it is.
 
 use nalgebra::{Point2, Vector2};
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use super::{EdgeSegment, OfficeColors};
 

@@ -5,7 +5,7 @@
 //! their positions between the pixels.
 
 use nalgebra::{Point2, Vector2};
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 
 use super::{
     EdgeSegment,
@@ -206,7 +206,7 @@ impl GradientDetector {
 mod tests {
     use super::*;
     use crate::office::gray::tests::patches;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
 
     /// What the detector does to a whole row at once, pixel by pixel.
     #[test]

@@ -1,7 +1,7 @@
 //! Each filter has something to drop, drops it, says so, and lets it pass when it is switched off.
 
 use nalgebra::Point2;
-use visloc_base::{RgbImage, RngTree};
+use visloc_core::{RgbImage, RngTree};
 use visloc_vision::{
     DropReason, FeatureKind, Percept,
     field::{FieldAnalysisConfig, FieldAnalyzer, FilterSwitches},
@@ -123,10 +123,10 @@ fn lines_beyond_the_horizon() {
 fn the_robots_own_body() {
     // The lower camera looks at the feet.
     let mut painter = Painter::new(0.0);
-    let head = visloc_geom::nao::HeadAngles { yaw_rad: 0.0, pitch_rad: 0.51 };
-    let torso = visloc_geom::nao::Torso::upright();
-    let camera = visloc_geom::nao::NaoCamera::BottomV3;
-    painter.robot_from_camera = visloc_geom::nao::robot_from_camera(&torso, &head, camera);
+    let head = visloc_core::geom::nao::HeadAngles { yaw_rad: 0.0, pitch_rad: 0.51 };
+    let torso = visloc_core::geom::nao::Torso::upright();
+    let camera = visloc_core::geom::nao::NaoCamera::BottomV3;
+    painter.robot_from_camera = visloc_core::geom::nao::robot_from_camera(&torso, &head, camera);
     let image = painter.paint(|p| if p.x < 0.12 || (p.x - 0.4).abs() < 0.025 { WHITE } else { GREEN });
     let filters = FilterSwitches { own_body: true, ..NO_FILTERS };
     let is_near = |px: &Point2<f64>| painter.ground(px.x, px.y).unwrap().coords.norm() < 0.15;

@@ -1,6 +1,6 @@
 //! What the whole analysis, all filters on, makes of an image.
 
-use visloc_base::{RgbImage, RngTree};
+use visloc_core::{RgbImage, RngTree};
 use visloc_vision::{
     AnalysisError, FeatureKind, Percept,
     field::{FieldAnalysisConfig, FieldAnalyzer},
@@ -95,7 +95,7 @@ fn black_white_and_tiny_images_do_no_harm() {
         assert!(analyze(&painter, image, 1).pixels.is_empty());
     }
     let mut small = Painter::new(10.0);
-    small.camera = visloc_geom::Camera::pinhole((3, 2), (3.0, 3.0), (1.0, 0.5)).unwrap();
+    small.camera = visloc_core::geom::Camera::pinhole((3, 2), (3.0, 3.0), (1.0, 0.5)).unwrap();
     assert!(analyze(&small, RgbImage::new(3, 2), 1).pixels.is_empty());
 }
 
@@ -110,7 +110,7 @@ fn larger_images_give_the_same_features() {
             image.set(x, y, painted.get(x / 2, y / 2));
         }
     }
-    painter.camera = visloc_geom::Camera::pinhole((640, 480), (746.6, 746.6), (319.5, 239.5)).unwrap();
+    painter.camera = visloc_core::geom::Camera::pinhole((640, 480), (746.6, 746.6), (319.5, 239.5)).unwrap();
     let large = analyze(&painter, image, 1);
     assert_eq!(small.pixels.len(), large.pixels.len());
     for pixel in &large.pixels {

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use serde_json::json;
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::{
     bag::BagWriterOptions,
     camera_file::{CameraFormat, read_camera, write_camera},

@@ -3,7 +3,8 @@
 use std::{fs, path::Path};
 
 use nalgebra::{Rotation3, Vector3};
-use visloc_base::{
+use visloc_core::geom::{Camera, Distortion, PlanarPose, Rigid3};
+use visloc_core::{
     Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
 };
 use visloc_data::bag::{
@@ -12,7 +13,6 @@ use visloc_data::bag::{
     messages::{self, from_cdr},
 };
 use visloc_data::image_codec::encode_png;
-use visloc_geom::{Camera, Distortion, PlanarPose, Rigid3};
 
 use super::{as_file, in_folder};
 

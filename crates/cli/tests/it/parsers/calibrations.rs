@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use visloc_core::geom::{Camera, Distortion};
 use visloc_data::{
     camera_file::{CameraFormat, read_camera, write_camera},
     sequence::read_calibration,
 };
-use visloc_geom::{Camera, Distortion};
 
 use super::as_file;
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use visloc_base::GrayImage;
+use visloc_core::GrayImage;
 use visloc_data::image_codec::encode_gray_png;
 use visloc_world::{BUILT_IN_MAPS, Map};
 

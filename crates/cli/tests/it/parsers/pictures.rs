@@ -1,6 +1,6 @@
 //! Images in files, in messages and in the pipe of a video.
 
-use visloc_base::{RgbImage, Timestamp};
+use visloc_core::{RgbImage, Timestamp};
 use visloc_data::{
     bag::{EncodedImage, ImagePayload},
     image_codec::{decode, decode_gray, encode_jpeg, encode_png},

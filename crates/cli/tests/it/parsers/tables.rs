@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use visloc_base::RgbImage;
+use visloc_core::RgbImage;
 use visloc_data::{
     camera_trajectory::read_camera_trajectory_file,
     image_codec::save_png,

@@ -12,7 +12,7 @@ use std::{
 };
 
 use mcap::records::{Record, op};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted, read_bytes};
 use crate::bag::{BagError, TopicInfo};

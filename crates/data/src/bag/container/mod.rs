@@ -12,7 +12,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_base::files;
+use visloc_core::files;
 
 use self::{mcap::McapFile, ros1::Ros1File, sqlite::SqliteFile};
 use super::{BagError, TopicInfo};

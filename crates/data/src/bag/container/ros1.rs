@@ -11,7 +11,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{
     BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted, read_bytes,

@@ -12,7 +12,7 @@ use std::{
 };
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, limits::Limit};
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted};
 use crate::bag::{BagError, TopicInfo, schemas};

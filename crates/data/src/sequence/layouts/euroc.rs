@@ -8,8 +8,8 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraPose, CameraTrajectory, files};
-use visloc_geom::{CameraFrame, Rigid3};
+use visloc_core::geom::{CameraFrame, Rigid3};
+use visloc_core::{CameraPose, CameraTrajectory, files};
 
 use super::{
     Contents, Layout, first_file,

@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::Timestamp;
+use visloc_core::Timestamp;
 
 use super::{
     Contents, Layout, file_ending, first_file,

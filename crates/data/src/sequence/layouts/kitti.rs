@@ -9,7 +9,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraPose, CameraTrajectory, Timestamp, files};
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files};
 
 use super::{Contents, Layout, first_file, numbered::image_files, tum};
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use visloc_base::{SkippedInput, Timestamp, files};
+use visloc_core::{SkippedInput, Timestamp, files};
 
 use super::Contents;
 use crate::{

@@ -11,7 +11,7 @@ mod zurich;
 
 use std::path::{Path, PathBuf};
 
-use visloc_base::{CameraTrajectory, SkippedInput, files};
+use visloc_core::{CameraTrajectory, SkippedInput, files};
 
 use super::{Calibration, ImageFile, SequenceError};
 

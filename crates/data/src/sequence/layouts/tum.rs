@@ -8,8 +8,8 @@
 
 use std::path::Path;
 
-use visloc_base::files;
-use visloc_geom::Distortion;
+use visloc_core::files;
+use visloc_core::geom::Distortion;
 
 use super::{
     Contents, Layout, file_ending, first_file,

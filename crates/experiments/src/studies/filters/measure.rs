@@ -1,6 +1,6 @@
 //! Runs all settings of the switches on the same images.
 
-use visloc_base::{FrameSource, RngTree, SourceFrame};
+use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_locate::PipelineConfig;
 use visloc_sim::{LabelImage, Scenario, Simulation};
 use visloc_vision::{FeatureKind, Percept, field::FilterSwitches};

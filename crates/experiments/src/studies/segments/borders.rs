@@ -1,7 +1,7 @@
 //! The borders of an image by the simulator's labels.
 
 use nalgebra::Point2;
-use visloc_geom::{CameraFrame, Plane, Rigid3, Robot};
+use visloc_core::geom::{CameraFrame, Plane, Rigid3, Robot};
 use visloc_sim::{Label, LabelImage};
 use visloc_vision::{DoorSide, FeatureKind, office::Labelled};
 
@@ -75,7 +75,7 @@ impl Borders {
     #[allow(clippy::cast_precision_loss)]
     pub fn new(
         labels: &LabelImage,
-        camera: &visloc_geom::Camera,
+        camera: &visloc_core::geom::Camera,
         robot_from_camera: &Rigid3<Robot, CameraFrame>,
     ) -> Self {
         let mut borders = Self { points: Default::default(), is_asked: Default::default() };
@@ -149,7 +149,7 @@ fn is_on(line: &Labelled, point: &Point2<f64>) -> bool {
 
 /// Distance on the floor of what is seen at a pixel; `None` above the horizon.
 fn distance_m(
-    camera: &visloc_geom::Camera,
+    camera: &visloc_core::geom::Camera,
     robot_from_camera: &Rigid3<Robot, CameraFrame>,
     px: &Point2<f64>,
 ) -> Option<f64> {

@@ -4,7 +4,7 @@
 mod borders;
 
 use serde_json::json;
-use visloc_base::{FrameSource, RngTree};
+use visloc_core::{FrameSource, RngTree};
 use visloc_sim::{LightFade, Scenario, Simulation};
 use visloc_vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_world::Map;

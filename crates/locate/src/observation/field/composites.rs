@@ -9,8 +9,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
 use visloc_world::field::{Field, GoalColor};
 
@@ -168,7 +168,7 @@ fn heading(direction: &Vector2<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use visloc_base::RngTree;
+    use visloc_core::RngTree;
     use visloc_vision::{LineSegment, PenaltyMark};
     use visloc_world::Map;
 

@@ -5,7 +5,7 @@
 //! image of the border.
 
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{FeatureKind, FieldFeatures, Percept};
 use visloc_world::field::Field;
 
@@ -20,7 +20,7 @@ use crate::observation::{
     features::{CameraState, FeatureMatch, FeatureModel, Residual},
 };
 use rand::RngExt;
-use visloc_base::Rng;
+use visloc_core::Rng;
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
 const END_TOLERANCE_M: f64 = 0.06;
@@ -260,8 +260,8 @@ mod tests {
     use super::*;
     use crate::observation::features::CameraVector;
     use rand::RngExt;
-    use visloc_base::RngTree;
-    use visloc_geom::{Camera, nao};
+    use visloc_core::RngTree;
+    use visloc_core::geom::{Camera, nao};
     use visloc_vision::BorderPixel;
     use visloc_world::Map;
 

@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_base::Rng;
-use visloc_geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
+use visloc_core::Rng;
+use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 

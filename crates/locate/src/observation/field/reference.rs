@@ -4,7 +4,7 @@
 //! tests compare it with.
 
 use nalgebra::{Matrix3x4, Point2, Vector4};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 

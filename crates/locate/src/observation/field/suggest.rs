@@ -5,8 +5,8 @@
 
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 
 use super::outline::Outline;
 

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
-use visloc_base::Rng;
-use visloc_geom::PlanarPose;
+use visloc_core::Rng;
+use visloc_core::geom::PlanarPose;
 use visloc_vision::{FeatureKind, Percept};
 
 use super::{

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
-use visloc_base::Rng;
-use visloc_geom::{PlanarPose, angle};
+use visloc_core::Rng;
+use visloc_core::geom::{PlanarPose, angle};
 use visloc_vision::{DoorSide, FeatureKind, Percept};
 use visloc_world::office::Office;
 

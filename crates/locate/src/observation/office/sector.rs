@@ -120,8 +120,8 @@ mod tests {
     use super::*;
     use nalgebra::{Matrix3, Point2, Vector2};
     use rand::RngExt;
-    use visloc_base::RngTree;
-    use visloc_geom::PlanarPose;
+    use visloc_core::RngTree;
+    use visloc_core::geom::PlanarPose;
     use visloc_vision::FeatureKind;
 
     use crate::observation::{edge::Eye, features::CameraState};

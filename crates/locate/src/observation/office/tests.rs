@@ -1,7 +1,7 @@
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
-use visloc_base::{Rng, RngTree, Timestamp};
-use visloc_geom::{Camera, PlanarPose, Rigid3};
+use visloc_core::geom::{Camera, PlanarPose, Rigid3};
+use visloc_core::{Rng, RngTree, Timestamp};
 use visloc_vision::{BorderPixel, FeatureKind, FeaturePixel, Percept};
 use visloc_world::Map;
 use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor};

@@ -1,7 +1,7 @@
 //! Theoretical lines in the image of one pose.
 
 use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, RowVector4, Vector2};
-use visloc_geom::PlanarPose;
+use visloc_core::geom::PlanarPose;
 
 use super::lines::TheoreticalLine;
 use crate::observation::edge::Eye;

@@ -3,8 +3,8 @@
 use super::*;
 use crate::lie::{exp, log};
 use rand::RngExt;
-use visloc_base::{RngTree, gaussian};
-use visloc_geom::World;
+use visloc_core::geom::World;
+use visloc_core::{RngTree, gaussian};
 
 const SETTINGS: BundleSettings = BundleSettings { max_iterations: 20, huber: 2.45 };
 

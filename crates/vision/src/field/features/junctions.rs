@@ -1,7 +1,7 @@
 //! Where two lines meet: which of the four arms of the crossing are there tells the kind.
 
 use nalgebra::{Point2, Vector2};
-use visloc_geom::angle;
+use visloc_core::geom::angle;
 
 use super::{
     segments::Segment,

@@ -1,8 +1,8 @@
 //! The image of the ground: from pixels to places and back, and what color a place has.
 
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
-use visloc_base::{Frame, RgbImage};
-use visloc_geom::{Camera, Distortion};
+use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{Frame, RgbImage};
 
 use crate::color::{ColorClass, ColorTable};
 

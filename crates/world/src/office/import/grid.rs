@@ -7,7 +7,7 @@ use std::{io::Cursor, path::Path};
 
 use image::{DynamicImage, GenericImageView, ImageFormat, ImageReader, Limits};
 use serde::Deserialize;
-use visloc_base::files;
+use visloc_core::files;
 
 use super::{
     Import,

@@ -1,0 +1,102 @@
+//! What a robot's sensors deliver at one moment, and where such frames come from.
+
+use crate::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot};
+use thiserror::Error;
+
+use crate::{RgbImage, Timestamp};
+
+/// What the feet say about the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GroundContact {
+    /// Forces of the eight pressure sensors (left foot, then right), newtons.
+    Pressure([f64; 8]),
+    /// A yes or no from the robot itself.
+    Contact(bool),
+}
+
+/// Everything a localizer may know at one moment.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// When the image was taken.
+    pub at: Timestamp,
+    /// The camera image.
+    pub image: RgbImage,
+    /// Calibration of the camera; its size is the image's size.
+    pub camera: Camera,
+    /// Pose of the camera relative to the robot's footprint, from kinematics.
+    pub robot_from_camera: Rigid3<Robot, CameraFrame>,
+    /// Accumulated odometry, `odom_from_robot`; `None` if the robot has none at this moment.
+    pub odometry: Option<PlanarPose>,
+    /// Foot sensors; `None` if the robot has none.
+    pub ground_contact: Option<GroundContact>,
+}
+
+/// Where the robot really was. Goes to evaluation and pictures only, never to a localizer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// Pose of the robot in the map.
+    pub world_from_robot: PlanarPose,
+    /// Height of the footprint above the ground, meters; above 0 while somebody carries the robot.
+    pub height_m: f64,
+}
+
+/// One frame with the truth, where the source knows it.
+#[derive(Debug, Clone)]
+pub struct SourceFrame {
+    /// What the robot senses.
+    pub frame: Frame,
+    /// Where it really is.
+    pub truth: Option<Truth>,
+}
+
+/// Input that could not be used and was left out; the run goes on without it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkippedInput {
+    /// Stamp of the message, if it could be read.
+    pub at: Option<Timestamp>,
+    /// Where it came from, for instance the topic.
+    pub origin: String,
+    /// What was expected and what was found.
+    pub reason: String,
+}
+
+/// Why a source has to stop. The frames before it stay valid.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SourceError {
+    /// The input ends in the middle or is damaged.
+    #[error("{origin}: {reason}")]
+    Broken {
+        /// File or device, with the place in it.
+        origin: String,
+        /// What was expected and what was found.
+        reason: String,
+    },
+}
+
+/// Everything that delivers frames: a simulator, a recording, a robot.
+pub trait FrameSource {
+    /// The next frame in order of time, `None` at the end. After an error there are no more frames.
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>>;
+
+    /// How many frames there will be, if that is known. For progress bars.
+    fn num_frames(&self) -> Option<usize> {
+        None
+    }
+
+    /// What was left out so far.
+    fn skipped(&self) -> &[SkippedInput] {
+        &[]
+    }
+
+    /// How many frames of a live source came while nobody was ready for them.
+    fn num_dropped(&self) -> usize {
+        0
+    }
+
+    /// When the last frame of a live source was complete, by the clock of its host: a message may have come later than its
+    /// stamp says.
+    fn received_at(&self) -> Option<Timestamp> {
+        None
+    }
+}

@@ -1,0 +1,26 @@
+//! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's
+//! sensors, trajectories, and the trait of everything that produces frames.
+
+pub mod eval;
+pub mod files;
+mod frame;
+pub mod geom;
+mod gray;
+mod host;
+mod image;
+mod image_source;
+mod picture_source;
+mod rng;
+pub mod settings;
+mod time;
+mod trajectory;
+
+pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
+pub use gray::GrayImage;
+pub use host::Host;
+pub use image::{ImageSizeError, RgbImage};
+pub use image_source::{GrayFrame, ImageSource};
+pub use picture_source::{Picture, PictureSource};
+pub use rng::{Rng, RngTree, gaussian};
+pub use time::Timestamp;
+pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

@@ -1,0 +1,80 @@
+//! Unknown keys, with what was probably meant, and numbers out of their range.
+
+use toml::{
+    Table, Value,
+    de::{DeTable, DeValue},
+};
+
+use crate::settings::{SettingsError, schema::Node};
+
+/// Refuses the first key that is unknown or whose number is out of range.
+pub(crate) fn check(
+    text: &str,
+    table: &DeTable<'_>,
+    known: Node<'_>,
+    path: &str,
+) -> Result<(), SettingsError> {
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        let Some(inner) = known.get(name) else {
+            let reason = match known.no_key(name) {
+                Some(reason) => format!("`{}` cannot be set: {reason}", joined(path, name)),
+                None => unknown(name, path, &known.keys().collect::<Vec<_>>()),
+            };
+            return Err(SettingsError::at(text, Some(key.span()), reason));
+        };
+        if let Some(reason) =
+            out_of_range(text.get(value.span()).unwrap_or_default(), inner, &joined(path, name))
+        {
+            return Err(SettingsError::at(text, Some(value.span()), reason));
+        }
+        if let DeValue::Table(below) = value.get_ref()
+            && inner.keys().next().is_some()
+        {
+            check(text, below, inner, &joined(path, name))?;
+        }
+    }
+    Ok(())
+}
+
+fn joined(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+}
+
+/// What is wrong with a number as it is written; what is not a number is refused elsewhere.
+fn out_of_range(written: &str, known: Node<'_>, path: &str) -> Option<String> {
+    let value: f64 = written.replace('_', "").parse().ok()?;
+    let range = known.range().filter(|range| !range.contains(value))?;
+    Some(format!("{path}: expected {range}, found {written}"))
+}
+
+/// Refuses the first number that is out of range.
+pub(crate) fn check_values(table: &Table, known: Node<'_>, path: &str) -> Result<(), SettingsError> {
+    for (name, value) in table {
+        let Some(inner) = known.get(name) else { continue };
+        let path = joined(path, name);
+        if let Value::Table(below) = value {
+            check_values(below, inner, &path)?;
+        }
+        if let Some(reason) = out_of_range(&value.to_string(), inner, &path) {
+            return Err(SettingsError { line: None, reason });
+        }
+    }
+    Ok(())
+}
+
+fn unknown(name: &str, path: &str, known: &[&str]) -> String {
+    let place = if path.is_empty() { String::new() } else { format!(" in [{path}]") };
+    let help = match nearest(name, known) {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => format!("known: {}", known.join(", ")),
+    };
+    format!("unknown key `{name}`{place}, {help}")
+}
+
+/// The known key that needs the fewest changes, if these are few for its length.
+fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    let changes = |key: &&&str| strsim::damerau_levenshtein(name, key);
+    let best = known.iter().min_by_key(changes)?;
+    (changes(&best) <= name.len().max(best.len()) / 2).then_some(*best)
+}

@@ -1,0 +1,54 @@
+//! A text laid over defaults.
+
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue, Deserializer},
+};
+
+use crate::settings::{Settings, SettingsError, keys, schema::Schema};
+
+/// The defaults with what a TOML text says differently; it names only what it changes, at any depth.
+///
+/// # Errors
+/// If the text is not TOML, a key is unknown, or a value has the wrong type or is out of the range that its type names
+/// (`#[schemars(range(min = .., max = ..))]`); the error says in which line.
+pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
+    let refused = |error: &toml::de::Error| SettingsError::at(text, error.span(), error.message());
+    let given = DeTable::parse(text).map_err(|error| refused(&error))?;
+    keys::check(text, given.get_ref(), Schema::of::<T>().root(), "")?;
+    let default_text =
+        toml::to_string(defaults).map_err(|error| SettingsError::at("", None, error.to_string()))?;
+    let mut merged = DeTable::parse(&default_text).map_err(|error| refused(&error))?;
+    let span = given.span();
+    lay_over(merged.get_mut(), given.into_inner());
+    let merged = Spanned::new(span, merged.into_inner());
+    T::deserialize(Deserializer::from(merged)).map_err(|error| refused(&error))
+}
+
+/// Checks the ranges that the types name, for values that were not read from a text.
+///
+/// # Errors
+/// If a number is out of its range; the error names the key.
+pub fn check_ranges<T: Settings>(values: &T) -> Result<(), SettingsError> {
+    let refused = |error: String| SettingsError { line: None, reason: error };
+    let table = toml::Table::try_from(values).map_err(|error| refused(error.to_string()))?;
+    keys::check_values(&table, Schema::of::<T>().root(), "")
+}
+
+fn lay_over<'t>(base: &mut DeTable<'t>, over: DeTable<'t>) {
+    for (key, value) in over {
+        let inner = base.get_mut(&key).map(Spanned::get_mut);
+        match (inner, value.get_ref()) {
+            (Some(DeValue::Table(inner)), DeValue::Table(_)) => {
+                if let DeValue::Table(given) = value.into_inner() {
+                    lay_over(inner, given);
+                }
+            }
+            _ => {
+                // The key is put in anew, so that its place is that in the user's text.
+                base.remove(&key);
+                base.insert(key, value);
+            }
+        }
+    }
+}
