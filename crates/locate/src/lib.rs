@@ -24,6 +24,7 @@ mod region;
 mod registry;
 mod reliability;
 pub mod robot_calibration;
+pub mod vision;
 
 pub use config::{ConfigError, require};
 pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};

@@ -1,8 +1,8 @@
 //! The trait of all localizers.
 
+use crate::vision::Percept;
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::Percept;
 
 use crate::{Estimate, StartPrior};
 

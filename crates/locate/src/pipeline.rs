@@ -1,15 +1,15 @@
 //! Image analysis, lift detector and localizer for the frames of one robot.
 
+use crate::vision::{
+    AnalysisError, Percept,
+    field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
+    office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_core::settings::Parameter;
 use visloc_core::{Frame, Rng, RngTree};
-use visloc_vision::{
-    AnalysisError, Percept,
-    field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
-    office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
-};
 use visloc_world::{
     Map,
     field::{Field, GoalColor},

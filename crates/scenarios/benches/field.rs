@@ -7,12 +7,12 @@
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Frame, FrameSource, RngTree};
+use visloc_locate::vision::field::{FieldAnalysisConfig, FieldAnalyzer};
 use visloc_locate::{
     ALGORITHMS, FeatureChoice, ObservationModel, Pipeline, PipelineConfig,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
 };
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::field::{FieldAnalysisConfig, FieldAnalyzer};
 use visloc_world::Map;
 
 /// Six seconds of the tour: goals come into view and leave it.

@@ -7,12 +7,12 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use visloc_core::{Frame, FrameSource, RngTree};
+use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
     ImageAnalyzer, ObservationModel, Pipeline, PipelineConfig,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_world::Map;
 
 fn frames(scenario: &str) -> (Map, Vec<Frame>) {

@@ -5,10 +5,10 @@
 
 use visloc_core::{FrameSource, RngTree};
 use visloc_data::bag::{BagReader, BagTopics};
+use visloc_locate::vision::field::FieldAnalyzer;
 use visloc_locate::{PipelineConfig, analysis_for};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::field::FieldAnalyzer;
 use visloc_world::{Map, field::Field};
 
 /// Every so many frames one is counted: neighbors show the same.

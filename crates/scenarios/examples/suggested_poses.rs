@@ -8,6 +8,7 @@ use rand::RngExt;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{FrameSource, Rng, RngTree};
 use visloc_data::bag::{BagReader, BagTopics};
+use visloc_locate::vision::{Percept, field::FieldAnalyzer};
 use visloc_locate::{
     ObservationModel, PipelineConfig, analysis_for,
     observation::{
@@ -15,7 +16,6 @@ use visloc_locate::{
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
     },
 };
-use visloc_vision::{Percept, field::FieldAnalyzer};
 use visloc_world::{Map, field::Field};
 
 const NUM_POSES: usize = 400;

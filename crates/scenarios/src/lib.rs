@@ -20,7 +20,7 @@ pub enum RunError {
     Source(#[from] SourceError),
     /// A frame could not be analyzed.
     #[error(transparent)]
-    Analysis(#[from] visloc_vision::AnalysisError),
+    Analysis(#[from] visloc_locate::vision::AnalysisError),
 }
 
 /// What a run left behind.

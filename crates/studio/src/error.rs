@@ -2,9 +2,9 @@
 
 use thiserror::Error;
 use visloc_data::image_codec::ImageCodecError;
+use visloc_locate::vision::AnalysisError;
 use visloc_locate::{ConfigError, PipelineError};
 use visloc_sim::ScenarioError;
-use visloc_vision::AnalysisError;
 
 use crate::{MessageError, recording::RecordingError};
 

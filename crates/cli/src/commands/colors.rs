@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_core::RgbImage;
 use visloc_data::image_codec::read_image;
-use visloc_vision::color::{ColorClass, ColorConfig, calibrate_colors};
+use visloc_locate::vision::color::{ColorClass, ColorConfig, calibrate_colors};
 
 use crate::{args::ColorsArgs, run::write_text, say};
 

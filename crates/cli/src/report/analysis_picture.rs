@@ -2,13 +2,13 @@
 
 use visloc_core::geom::Horizon;
 use visloc_core::{Frame, RgbImage};
-use visloc_locate::{ImageAnalyzer, Pipeline};
-use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
-use visloc_vision::{
+use visloc_locate::vision::{
     DropReason, FeatureKind, Percept,
     field::{FieldAnalyzer, GoalBlob},
     office::OfficeAnalyzer,
 };
+use visloc_locate::{ImageAnalyzer, Pipeline};
+use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
 
 use crate::run::{FrameView, Spectator};
 
@@ -205,7 +205,7 @@ fn line(label: &str, color: Color, points_px: Vec<(f64, f64)>) -> ImageLine {
 fn office_lines(analyzer: &OfficeAnalyzer) -> Vec<ImageLine> {
     let mut named = Vec::new();
     let lines = analyzer.lines().iter().filter_map(|found| Some((found.kind?, found.segment)));
-    let mut draw = |(kind, segment): (FeatureKind, visloc_vision::office::EdgeSegment)| {
+    let mut draw = |(kind, segment): (FeatureKind, visloc_locate::vision::office::EdgeSegment)| {
         let (label, color) = match kind {
             FeatureKind::DoorEdge { .. } => ("edge of a door", Color::PURPLE),
             FeatureKind::DoorFoot => ("foot of a door", Color::VERMILION),

@@ -8,7 +8,7 @@ use visloc_core::eval::{
     ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate,
 };
 
-use visloc_vision::DropReason;
+use visloc_locate::vision::DropReason;
 
 use super::{FindingReport, SkippedReport, explain_localization};
 use crate::run::{FrameRecord, PixelCounts, RunOutcome, Runner, write_text};

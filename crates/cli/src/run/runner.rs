@@ -6,6 +6,7 @@ use anyhow::Result;
 use visloc_core::eval::EstimateSample;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Frame, SkippedInput, Timestamp};
+use visloc_locate::vision::{DropReason, Percept};
 use visloc_locate::{
     LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters, diagnosis::RunCounters,
 };
@@ -13,7 +14,6 @@ use visloc_studio::{
     Clock, Command, StudioError,
     tuning::{Lineup, Overrides, RunSettings},
 };
-use visloc_vision::{DropReason, Percept};
 use visloc_world::Map;
 
 use super::{OutputFiles, Records};

@@ -1,8 +1,8 @@
 //! From frames to percepts and a model to weigh poses with.
 
 use visloc_core::{Frame, RngTree};
+use visloc_locate::vision::Percept;
 use visloc_locate::{ObservationModel, Pipeline, PipelineConfig, observation::field::FieldObservationModel};
-use visloc_vision::Percept;
 use visloc_world::{Map, field::Field};
 
 use crate::ExperimentError;

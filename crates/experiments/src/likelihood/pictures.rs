@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 
 use visloc_core::Frame;
 use visloc_core::geom::PlanarPose;
+use visloc_locate::vision::{FeatureKind, Percept};
 use visloc_plot::{
     Color, HeatMap, ImageDots, ImagePicture, Mark, Panel, Picture, PoseMark, Series, SurfacePicture,
     TimeSeriesPicture, ValueAxis, heat_map, image_picture, surface_picture, time_series,
 };
-use visloc_vision::{FeatureKind, Percept};
 use visloc_world::field::Field;
 
 use super::LikelihoodMap;

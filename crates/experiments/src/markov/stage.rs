@@ -3,15 +3,15 @@
 use nalgebra::Rotation3;
 use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao};
 use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
+use visloc_locate::vision::{
+    FeatureKind, Percept,
+    field::{FieldAnalysisConfig, FieldAnalyzer},
+};
 use visloc_locate::{
     Region,
     markov::{BlobView, Direction, Grid},
 };
 use visloc_sim::{FieldLook, Lamp, Renderer, Room, Scene, Sensor, Shot};
-use visloc_vision::{
-    FeatureKind, Percept,
-    field::{FieldAnalysisConfig, FieldAnalyzer},
-};
 use visloc_world::{Map, field::Field};
 
 use crate::ExperimentError;

@@ -2,13 +2,13 @@
 
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Frame, FrameSource, RngTree, Truth};
+use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors};
 use visloc_locate::{
     ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
 use visloc_plot::{Color, Grid, HeatMap, Picture, PoseMark, heat_map};
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors};
 use visloc_world::{Map, office::Office};
 
 use crate::ExperimentError;

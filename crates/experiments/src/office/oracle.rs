@@ -8,11 +8,11 @@
 
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Rng, Timestamp};
+use visloc_locate::vision::Percept;
 use visloc_locate::{
     ConfigError, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
-use visloc_vision::Percept;
 use visloc_world::office::Office;
 
 /// One image in so many is looked at: neighbors show the same.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Rng, Timestamp};
+use visloc_locate::vision::Percept;
 use visloc_locate::{ConfigError, Individual, Localizer, ObservationModel as _, StepInput, build_localizer};
-use visloc_vision::Percept;
 
 use super::{Census, NEAR_M, PositionsWorld, Scenario, UniformControl};
 

@@ -7,9 +7,9 @@ use serde_json::json;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{FrameSource, Rng, RngTree};
 use visloc_locate::PipelineConfig;
+use visloc_locate::vision::Percept;
 use visloc_plot::{Color, Mark, Panel, Picture, Series, TimeSeriesPicture, ValueAxis, time_series};
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::Percept;
 use visloc_world::Map;
 
 use super::StudyOutcome;

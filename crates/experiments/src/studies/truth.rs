@@ -1,8 +1,8 @@
 //! Which feature pixels are right, by the labels of the simulator.
 
 use nalgebra::Point2;
+use visloc_locate::vision::FeatureKind;
 use visloc_sim::{Label, LabelImage};
-use visloc_vision::FeatureKind;
 
 /// How far from a pixel its border may be, pixels: sub-pixel positions, blur, and the mixing of colors at borders.
 const REACH_PX: i64 = 2;

@@ -1,8 +1,8 @@
 //! Counting over a run.
 
+use crate::vision::{ImageLook, Percept, color::HueRange};
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Frame, Timestamp};
-use visloc_vision::{ImageLook, Percept, color::HueRange};
 use visloc_world::Map;
 
 use super::{Cause, view};

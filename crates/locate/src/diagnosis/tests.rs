@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
+use crate::vision::{BorderPixel, FeatureKind, Percept};
 use nalgebra::{Matrix3, Point2, Rotation3, Vector2, Vector3};
 use visloc_core::geom::{Camera, PlanarPose, Rigid3, nao};
 use visloc_core::{Frame, GroundContact, RgbImage, Timestamp};
-use visloc_vision::{BorderPixel, FeatureKind, Percept};
 use visloc_world::Map;
 
 use super::{Cause, Diagnosis, RunCounters};

@@ -243,7 +243,7 @@ mod tests {
     }
 
     impl ObservationModel for Counting {
-        fn condition_on(&mut self, _: &visloc_vision::Percept) {}
+        fn condition_on(&mut self, _: &crate::vision::Percept) {}
         fn has_evidence(&self) -> bool {
             true
         }

@@ -238,9 +238,9 @@ impl Localizer for Evolutionary {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::Percept;
     use crate::{PosePrior, Region};
     use visloc_core::RngTree;
-    use visloc_vision::Percept;
 
     /// Two places that look alike, at x = -3 and x = 3.
     struct TwoPlaces;

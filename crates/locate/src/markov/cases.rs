@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
+use crate::vision::{FeatureKind, Percept};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use visloc_vision::{FeatureKind, Percept};
 
 use super::{ViewLikelihoods, table_text};
 

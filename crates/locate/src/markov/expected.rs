@@ -5,8 +5,8 @@
 //! state (instead of captures) are projected into the camera, as it is turned at the moment. So "not seen" speaks
 //! against exactly those states from which the landmark would be in this view, and says nothing about others.
 
+use crate::vision::Percept;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::Percept;
 
 use super::{
     ExpectedViewConfig, Grid,

@@ -1,9 +1,9 @@
 //! Markov localization of a robot that walks freely and turns its head.
 
+use crate::vision::Percept;
 use nalgebra::Matrix3;
 use visloc_core::Rng;
 use visloc_core::geom::{PlanarPose, angle, weighted_pose_statistics};
-use visloc_vision::Percept;
 
 use super::{
     Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, expected::ExpectedViews,

@@ -1,8 +1,8 @@
 //! What a camera sees of a goal from a pose: visible area and middle, for thousands of poses.
 
+use crate::vision::Percept;
 use nalgebra::{Matrix3x4, Point2, Vector3};
 use visloc_core::geom::PlanarPose;
-use visloc_vision::Percept;
 
 use crate::observation::Landmark;
 

@@ -1,9 +1,9 @@
 //! Small grids by hand, the examples of the source, and statistics over lists of seeds.
 
+use crate::vision::Percept;
 use rand::RngExt;
 use visloc_core::RngTree;
 use visloc_core::geom::{Camera, PlanarPose};
-use visloc_vision::Percept;
 use visloc_world::Map;
 
 use super::*;

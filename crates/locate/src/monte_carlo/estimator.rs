@@ -113,10 +113,10 @@ impl Estimator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::Percept;
     use crate::{ObservationModel, Region};
     use visloc_core::Rng;
     use visloc_core::geom::PlanarPose;
-    use visloc_vision::Percept;
 
     /// Likelihood by place: 1 at x = 0, 0.9 at x = 5, less elsewhere.
     struct TwoPlaces;

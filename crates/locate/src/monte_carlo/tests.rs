@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::vision::Percept;
 use rayon::prelude::*;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Rng, RngTree};
-use visloc_vision::Percept;
 
 use super::*;
 use crate::{Localizer, MotionConfig, ObservationModel, PosePrior, Region, StartPrior, StepInput};

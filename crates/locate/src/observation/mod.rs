@@ -5,10 +5,10 @@ pub mod features;
 pub mod field;
 pub mod office;
 
+use crate::vision::{FeatureKind, Percept};
 use nalgebra::Point2;
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{FeatureKind, Percept};
 
 use crate::Region;
 

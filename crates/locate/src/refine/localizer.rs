@@ -1,8 +1,8 @@
 //! A localizer whose hypotheses are refined.
 
+use crate::vision::Percept;
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::Percept;
 
 use super::{
     RefinementConfig,

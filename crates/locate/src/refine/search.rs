@@ -1,9 +1,9 @@
 //! A search for places of its own: poses that features of the image suggest, weighed by the observation model.
 
+use crate::vision::Percept;
 use rand::RngExt;
 use visloc_core::geom::{PlanarPose, weighted_pose_statistics};
 use visloc_core::{Rng, RngTree};
-use visloc_vision::Percept;
 
 use crate::{ObservationModel, Region, observation::features::FeatureModel};
 

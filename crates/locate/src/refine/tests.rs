@@ -1,8 +1,8 @@
 //! Filters and tracks on a world of which everything is known.
 
+use crate::vision::Percept;
 use visloc_core::geom::{PlanarPose, angle, nao};
 use visloc_core::{Rng, RngTree, Timestamp, gaussian};
-use visloc_vision::Percept;
 
 use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::View, tracks::Tracks};
 use crate::{

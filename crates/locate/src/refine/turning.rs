@@ -1,8 +1,8 @@
 //! How fast the camera turns: a turning camera blurs its image.
 
+use crate::vision::Percept;
 use nalgebra::Vector3;
 use visloc_core::geom::angle;
-use visloc_vision::Percept;
 
 use crate::StepInput;
 

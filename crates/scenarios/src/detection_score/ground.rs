@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Point2;
 use visloc_core::geom::angle;
-use visloc_vision::JunctionKind;
+use visloc_locate::vision::JunctionKind;
 use visloc_world::field::{FieldJunction, Segment};
 
 use super::{

@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 use visloc_core::geom::angle;
-use visloc_vision::{GoalPost, PostColor, PostSide};
+use visloc_locate::vision::{GoalPost, PostColor, PostSide};
 use visloc_world::field::{Goal, GoalColor};
 
 use super::{TOLERANCE_PX, counts::DetectionScore, scene::Scene};

@@ -6,7 +6,7 @@ use visloc_locate::observation::{
     features::{CameraState, FeatureModel},
     field::FieldFeatureModel,
 };
-use visloc_vision::Percept;
+use visloc_locate::vision::Percept;
 use visloc_world::field::Field;
 
 /// Gates of the fit of the camera's direction, pixels, and its standard deviation before, radians.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{JunctionKind, Percept};
+use visloc_locate::vision::{JunctionKind, Percept};
 use visloc_world::field::Field;
 
 use super::{counts::DetectionScore, scene::Scene};

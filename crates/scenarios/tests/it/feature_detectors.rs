@@ -2,10 +2,10 @@
 //! `docs/results.md`, which are from many more images.
 
 use visloc_core::{FrameSource, RngTree};
+use visloc_locate::vision::field::FieldAnalyzer;
 use visloc_locate::{PipelineConfig, analysis_for};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::field::FieldAnalyzer;
 use visloc_world::Map;
 
 /// Every fifth frame of the first 20 seconds of three seeds.

@@ -5,18 +5,21 @@ use std::f64::consts::PI;
 use rand::RngExt;
 use visloc_core::geom::{PlanarPose, nao};
 use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
+use visloc_locate::vision::field::{FieldAnalysisConfig, FieldAnalyzer};
 use visloc_locate::{
     ObservationModel,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
 };
 use visloc_sim::{Renderer, Scenario, Shot, Simulation};
-use visloc_vision::field::{FieldAnalysisConfig, FieldAnalyzer};
 use visloc_world::{Map, field::Field};
 
 const NUM_IMAGES: u64 = 1000;
 
 /// Images from all over the field, with poses from exact to anywhere.
-fn for_each_image(mut visit: impl FnMut(&visloc_vision::Percept, &PlanarPose, &PlanarPose), field: &Field) {
+fn for_each_image(
+    mut visit: impl FnMut(&visloc_locate::vision::Percept, &PlanarPose, &PlanarPose),
+    field: &Field,
+) {
     let simulation = Simulation::new(&Scenario::load("still").unwrap(), 1).unwrap();
     let camera = *simulation.camera();
     let mut renderer = Renderer::new(&camera);

@@ -2,13 +2,13 @@
 
 use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_data::bag::{BagReader, BagTopics};
+use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
     FeatureChoice, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
-use visloc_vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_world::{Map, office::Office};
 
 fn testdata(name: &str) -> String {
@@ -139,7 +139,7 @@ fn changing_light_does_not_matter() {
     assert!(following > 1.5 * white, "{following} {white}");
 }
 
-type Line = (visloc_vision::FeatureKind, [nalgebra::Point2<f64>; 2]);
+type Line = (visloc_locate::vision::FeatureKind, [nalgebra::Point2<f64>; 2]);
 
 /// Pixels near a line of their kind, and lines near a pixel of theirs, point by point.
 #[derive(Default)]
@@ -154,7 +154,7 @@ impl Score {
     /// The camera's reported direction is off by up to half a degree, 4 px.
     const NEAR_PX: f64 = 6.0;
 
-    fn add(&mut self, percept: &visloc_vision::Percept, lines: &[Line], frame: &visloc_core::Frame) {
+    fn add(&mut self, percept: &visloc_locate::vision::Percept, lines: &[Line], frame: &visloc_core::Frame) {
         for pixel in &percept.pixels {
             let is_near = |(kind, ends): &Line| {
                 *kind == pixel.kind && distance_px(&pixel.ideal_px, ends) < Self::NEAR_PX

@@ -5,11 +5,11 @@
 use std::f64::consts::TAU;
 
 use visloc_core::geom::PlanarPose;
+use visloc_locate::vision::Percept;
 use visloc_locate::{
     ObservationModel, PipelineConfig,
     observation::{field::FieldObservationModel, office::OfficeObservationModel},
 };
-use visloc_vision::Percept;
 use visloc_world::Map;
 
 use crate::StudioError;

@@ -1,7 +1,7 @@
 //! The scene message: what stays from frame to frame.
 
 use serde_json::{Value, json};
-use visloc_vision::DropReason;
+use visloc_locate::vision::DropReason;
 
 use crate::{
     MessageBuilder, MessageKind, StudioError, message::lay_over, tuning::RunSettings, view::world_geometry,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use visloc_core::{Frame, Timestamp, Truth};
-use visloc_vision::DropReason;
+use visloc_locate::vision::DropReason;
 use visloc_world::Map;
 
 use super::{ContenderView, LocalizationView, world_geometry};

@@ -1,6 +1,6 @@
 //! What is counted.
 
-use visloc_vision::{DropReason, FeatureKind, field::FilterSwitches};
+use visloc_locate::vision::{DropReason, FeatureKind, field::FilterSwitches};
 
 /// A filter: its name, its switch, the reason that it gives, and the kinds of pixels that it judges.
 pub(super) struct Filter {

@@ -2,8 +2,8 @@
 
 use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_locate::PipelineConfig;
+use visloc_locate::vision::{FeatureKind, Percept, field::FilterSwitches};
 use visloc_sim::{LabelImage, Scenario, Simulation};
-use visloc_vision::{FeatureKind, Percept, field::FilterSwitches};
 
 use super::{
     super::truth::{is_object, is_true},

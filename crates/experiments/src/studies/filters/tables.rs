@@ -1,7 +1,7 @@
 //! The counts as tables.
 
 use serde_json::json;
-use visloc_vision::FeatureKind;
+use visloc_locate::vision::FeatureKind;
 
 use super::counts::{FILTERS, Found, KINDS, Kept, SceneResult};
 use crate::Table;

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 use visloc_core::geom::{CameraFrame, Plane, Rigid3, Robot};
+use visloc_locate::vision::{DoorSide, FeatureKind, office::Labelled};
 use visloc_sim::{Label, LabelImage};
-use visloc_vision::{DoorSide, FeatureKind, office::Labelled};
 
 /// Kinds of borders in the table.
 pub(super) const KINDS: [(FeatureKind, &str); 4] = [

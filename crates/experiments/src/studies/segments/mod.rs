@@ -5,8 +5,8 @@ mod borders;
 
 use serde_json::json;
 use visloc_core::{FrameSource, RngTree};
+use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_sim::{LightFade, Scenario, Simulation};
-use visloc_vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_world::Map;
 
 use self::borders::{Borders, Counts, KINDS};

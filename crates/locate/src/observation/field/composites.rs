@@ -7,11 +7,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use crate::vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
 use visloc_world::field::{Field, GoalColor};
 
 /// How often the seen side of a post is believed.
@@ -168,8 +168,8 @@ fn heading(direction: &Vector2<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::{LineSegment, PenaltyMark};
     use visloc_core::RngTree;
-    use visloc_vision::{LineSegment, PenaltyMark};
     use visloc_world::Map;
 
     fn field() -> Field {

@@ -4,9 +4,9 @@
 //! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
 //! image of the border.
 
+use crate::vision::{FeatureKind, FieldFeatures, Percept};
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{FeatureKind, FieldFeatures, Percept};
 use visloc_world::field::Field;
 
 use super::{
@@ -259,10 +259,10 @@ impl Outline {
 mod tests {
     use super::*;
     use crate::observation::features::CameraVector;
+    use crate::vision::BorderPixel;
     use rand::RngExt;
     use visloc_core::RngTree;
     use visloc_core::geom::{Camera, nao};
-    use visloc_vision::BorderPixel;
     use visloc_world::Map;
 
     const STATES: u64 = 40;

@@ -5,10 +5,10 @@
 
 use std::sync::Arc;
 
+use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{FeatureKind, Percept};
 
 use super::{
     OfficeObservationModel,

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3x4, Point2, Point3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::Rng;
 use visloc_core::geom::PlanarPose;
-use visloc_vision::{FeatureKind, Percept};
 use visloc_world::office::Office;
 
 use super::{

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
+use crate::vision::{DoorSide, FeatureKind, Percept};
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
 use visloc_core::Rng;
 use visloc_core::geom::{PlanarPose, angle};
-use visloc_vision::{DoorSide, FeatureKind, Percept};
 use visloc_world::office::Office;
 
 use super::lines::TheoreticalLine;

@@ -118,11 +118,11 @@ impl Sector {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::FeatureKind;
     use nalgebra::{Matrix3, Point2, Vector2};
     use rand::RngExt;
     use visloc_core::RngTree;
     use visloc_core::geom::PlanarPose;
-    use visloc_vision::FeatureKind;
 
     use crate::observation::{edge::Eye, features::CameraState};
 

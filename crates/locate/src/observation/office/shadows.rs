@@ -76,8 +76,8 @@ fn between([a, b]: [[f64; 2]; 2], [min, max]: [f64; 2]) -> Option<[[f64; 2]; 2]>
 
 #[cfg(test)]
 mod tests {
+    use crate::vision::FeatureKind;
     use nalgebra::Vector2;
-    use visloc_vision::FeatureKind;
 
     use super::*;
 

@@ -1,8 +1,8 @@
+use crate::vision::{BorderPixel, FeatureKind, FeaturePixel, Percept};
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
 use visloc_core::geom::{Camera, PlanarPose, Rigid3};
 use visloc_core::{Rng, RngTree, Timestamp};
-use visloc_vision::{BorderPixel, FeatureKind, FeaturePixel, Percept};
 use visloc_world::Map;
 use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor};
 

@@ -1,0 +1,396 @@
+//! The analysis of one image, step by step.
+
+use nalgebra::{Point2, Point3};
+use rand::RngExt;
+use visloc_core::geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot};
+use visloc_core::{Frame, Rng};
+
+use super::{
+    FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
+    blobs::{BlobFinder, Ground},
+    carpet::Carpet,
+    edges::{Edge, edges_of_runs},
+    features::{self, FeatureDetector},
+    obstacles::ObstacleFinder,
+    scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
+};
+use crate::vision::{
+    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
+    color::{ColorClass, ColorTable},
+};
+
+/// Finds border pixels of lines and goals. Keeps its buffers and what the carpet looks like from image to image.
+#[derive(Debug)]
+pub struct FieldAnalyzer {
+    config: FieldAnalysisConfig,
+    table: ColorTable,
+    carpet: Carpet,
+    lines: Vec<ScanLine>,
+    runs: Vec<Run>,
+    edges: Vec<Edge>,
+    line_pixels: Vec<FeaturePixel>,
+    goal_pixels: Vec<FeaturePixel>,
+    line_borders: Vec<BorderPixel>,
+    goal_borders: Vec<BorderPixel>,
+    field_end: FieldEnd,
+    blobs: BlobFinder,
+    obstacles: ObstacleFinder,
+    features: FeatureDetector,
+    percept: Percept,
+}
+
+impl FieldAnalyzer {
+    /// An analyzer with checked parameters.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range.
+    pub fn new(config: FieldAnalysisConfig) -> Result<Self, FieldAnalysisConfigError> {
+        config.check()?;
+        Ok(Self {
+            config,
+            table: ColorTable::new(&config.colors),
+            carpet: Carpet::default(),
+            lines: Vec::new(),
+            runs: Vec::new(),
+            edges: Vec::new(),
+            line_pixels: Vec::new(),
+            goal_pixels: Vec::new(),
+            line_borders: Vec::new(),
+            goal_borders: Vec::new(),
+            field_end: FieldEnd::default(),
+            blobs: BlobFinder::default(),
+            obstacles: ObstacleFinder::default(),
+            features: FeatureDetector::default(),
+            percept: Percept::default(),
+        })
+    }
+
+    /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
+    ///
+    /// # Errors
+    /// If the image has another size than its camera calibration.
+    pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
+        let found_px = (frame.image.width(), frame.image.height());
+        if found_px != frame.camera.size_px() {
+            return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
+        }
+        let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
+        let ground = GroundView::new(frame);
+        let ground_m = |x, y| ground.distance_m(&Point2::new(f64::from(x), f64::from(y)));
+        self.carpet.look(&frame.image, &mut self.table, ground_m);
+        self.scan(frame, &horizon);
+        self.filter(frame, &horizon);
+        self.find_features(frame);
+        self.keep_some(frame, rng);
+        Ok(&self.percept)
+    }
+
+    /// The last percept.
+    #[must_use]
+    pub fn percept(&self) -> &Percept {
+        &self.percept
+    }
+
+    /// The end of the field in the last image.
+    #[must_use]
+    pub fn field_end(&self) -> &FieldEnd {
+        &self.field_end
+    }
+
+    /// Goal blobs of the last image, valid or not.
+    #[must_use]
+    pub fn goal_blobs(&self) -> &[GoalBlob] {
+        self.blobs.blobs()
+    }
+
+    /// Obstacles of the last image.
+    #[must_use]
+    pub fn obstacles(&self) -> &[Obstacle] {
+        self.obstacles.obstacles()
+    }
+
+    fn scan(&mut self, frame: &Frame, horizon: &Horizon) {
+        let (image, camera) = (&frame.image, &frame.camera);
+        layout(&self.config, camera.size_px(), horizon, &mut self.lines);
+        self.edges.clear();
+        self.blobs.clear();
+        self.obstacles.clear();
+        self.features.clear();
+        let composite = &self.config.composite;
+        let white = self.table.white_threshold(self.carpet.luma());
+        let ground = GroundView::new(frame);
+        for line in &self.lines {
+            scan_line(image, &self.table, line, self.carpet.luma(), &mut self.runs);
+            let first_edge = self.edges.len();
+            edges_of_runs(image, line, &self.runs, &mut self.edges);
+            match line.direction {
+                Direction::Horizontal => {
+                    self.blobs.add_row(line, &self.runs);
+                    self.blobs.mark_upright(&mut self.edges[first_edge..], self.config.max_post_slope);
+                    if composite.is_on {
+                        self.features.add_row(line, &self.runs, white, composite);
+                    }
+                }
+                Direction::Vertical => {
+                    let distance = |px: &Point2<f64>| ground.distance_m(px);
+                    self.obstacles.add_column(&self.config, line, &self.runs, camera.focal_px().0, distance);
+                }
+            }
+        }
+        let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
+        self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
+        let feet = Feet { frame, table: &self.table, ground: &ground, diameter_m: composite.post_diameter_m };
+        self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
+        self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
+    }
+
+    fn filter(&mut self, frame: &Frame, horizon: &Horizon) {
+        self.percept.dropped.clear();
+        self.line_pixels.clear();
+        self.goal_pixels.clear();
+        self.line_borders.clear();
+        self.goal_borders.clear();
+        let ground = GroundView::new(frame);
+        let view = features::GroundView::new(frame, &self.table);
+        for edge in &self.edges {
+            let ideal_px = frame.camera.ideal_px(&edge.px);
+            let reason = if edge.kind == FeatureKind::FieldLine {
+                self.line_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
+            } else {
+                self.goal_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
+            };
+            if let Some(reason) = reason {
+                self.percept.dropped.push(DroppedPixel { px: edge.px, kind: edge.kind, reason });
+                continue;
+            }
+            let pixel = FeaturePixel { px: edge.px, ideal_px, kind: edge.kind };
+            let border = BorderPixel { ideal_px, inward: edge.inward(), kind: edge.kind };
+            if edge.kind == FeatureKind::FieldLine {
+                self.line_pixels.push(pixel);
+                self.line_borders.push(border);
+                if self.config.composite.is_on {
+                    let white = self.table.white_threshold(edge.green_luma);
+                    self.features.add_border(&view, edge, ideal_px, white);
+                }
+            } else {
+                self.goal_pixels.push(pixel);
+                self.goal_borders.push(border);
+            }
+        }
+    }
+
+    /// Composite features, from what the filters let pass.
+    fn find_features(&mut self, frame: &Frame) {
+        let Self { features: detector, table, config, field_end, blobs, percept, .. } = self;
+        if !config.composite.is_on {
+            percept.features.clear();
+            return;
+        }
+        let is_goal = |color, px| {
+            let kind =
+                if color == PostColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
+            blobs.is_in_valid_blob(kind, px, 2)
+        };
+        let view = features::GroundView::new(frame, table);
+        detector.finish(&view, config, field_end, is_goal, &mut percept.features);
+    }
+
+    fn line_drop_reason(
+        &self,
+        frame: &Frame,
+        ground: &GroundView,
+        edge: &Edge,
+        is_above: bool,
+    ) -> Option<DropReason> {
+        let switches = &self.config.filters;
+        if switches.beside_carpet && !edge.is_beside_carpet {
+            return Some(DropReason::NotBesideCarpet);
+        }
+        if switches.isolated && self.is_isolated(frame, edge) {
+            return Some(DropReason::Isolated);
+        }
+        // Without a ground point a line pixel is of no use, so this part of the filter has no switch.
+        let distance_m = if is_above { None } else { ground.distance_m(&edge.px) };
+        let Some(distance_m) = distance_m else { return Some(DropReason::BeyondHorizon) };
+        if switches.too_thin
+            && f64::from(edge.run_px) < self.min_thickness_px(frame, edge.direction, distance_m)
+        {
+            return Some(DropReason::TooThin);
+        }
+        if switches.horizon && distance_m > self.config.max_line_distance_m {
+            return Some(DropReason::BeyondHorizon);
+        }
+        if switches.own_body && distance_m < self.config.own_body_distance_m {
+            return Some(DropReason::OwnBody);
+        }
+        if switches.field_end && edge.px.y < self.field_end.row_px(edge.px.x) {
+            return Some(DropReason::BeyondFieldEnd);
+        }
+        let margin = (frame.image.width() / 320).max(1) * 2;
+        let in_obstacle = || self.obstacles.obstacles().iter().any(|o| o.contains(edge.inside_px, margin));
+        (switches.obstacles && in_obstacle()).then_some(DropReason::InObstacle)
+    }
+
+    fn goal_drop_reason(
+        &self,
+        frame: &Frame,
+        ground: &GroundView,
+        edge: &Edge,
+        is_above: bool,
+    ) -> Option<DropReason> {
+        let switches = &self.config.filters;
+        let is_post_or_bar = match edge.direction {
+            Direction::Horizontal => edge.is_upright,
+            Direction::Vertical => is_above,
+        };
+        if switches.post_or_bar && !is_post_or_bar {
+            return Some(DropReason::NotPostOrBar);
+        }
+        if switches.isolated && self.is_isolated(frame, edge) {
+            return Some(DropReason::Isolated);
+        }
+        let is_near = |d: f64| d < self.config.own_body_distance_m;
+        if switches.own_body && ground.distance_m(&edge.px).is_some_and(is_near) {
+            return Some(DropReason::OwnBody);
+        }
+        let margin = (frame.image.width() / 320).max(1) * 2;
+        let is_in_blob = || self.blobs.is_in_valid_blob(edge.kind, edge.inside_px, margin);
+        (switches.goal_blobs && !is_in_blob()).then_some(DropReason::NotInGoalBlob)
+    }
+
+    /// Shortest run that can be a line at this distance: a line across the view on a vertical scan line, a line along
+    /// the view on a horizontal one. Lines at an angle are longer.
+    fn min_thickness_px(&self, frame: &Frame, direction: Direction, distance_m: f64) -> f64 {
+        let height_m = frame.robot_from_camera.translation().z;
+        let slant_m = distance_m.hypot(height_m);
+        let (fx, fy) = frame.camera.focal_px();
+        let thickness_px = match direction {
+            Direction::Horizontal => fx * self.config.line_width_m / slant_m,
+            Direction::Vertical => fy * self.config.line_width_m * height_m / (slant_m * slant_m),
+        };
+        // Runs are whole pixels, so one pixel less is always possible.
+        self.config.min_thickness_share * thickness_px - 1.0
+    }
+
+    /// Fewer than the wanted number of the eight neighbors have the pixel's color.
+    fn is_isolated(&self, frame: &Frame, edge: &Edge) -> bool {
+        let image = &frame.image;
+        let step = (image.width() / 320).max(1);
+        let (x, y) = edge.inside_px;
+        if x < step || y < step || x + step >= image.width() || y + step >= image.height() {
+            return false; // the ring is cut by the border: not enough to judge
+        }
+        let white = self.table.white_threshold(edge.green_luma);
+        let class = |x, y| self.table.class_beside_carpet(image.get(x, y), white);
+        let own = class(x, y);
+        let (left, right, above, below) = (x - step, x + step, y - step, y + step);
+        let ring = [
+            (left, above),
+            (x, above),
+            (right, above),
+            (left, y),
+            (right, y),
+            (left, below),
+            (x, below),
+            (right, below),
+        ];
+        let same = ring.iter().filter(|(x, y)| class(*x, *y) == own).count();
+        (same as u32) < self.config.min_neighbors
+    }
+
+    /// Random discard and quality.
+    fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
+        let Self { percept, config, line_pixels, goal_pixels, line_borders, goal_borders, blobs, .. } = self;
+        blobs.perceived(&mut percept.blobs);
+        percept.at = frame.at;
+        percept.camera = frame.camera;
+        percept.robot_from_camera = frame.robot_from_camera;
+        percept.pixels.clear();
+        percept.borders.clear();
+        thin_out(line_borders, config.max_line_borders, &mut percept.borders);
+        thin_out(goal_borders, config.max_goal_borders, &mut percept.borders);
+        for (pixels, max) in
+            [(&mut *line_pixels, config.max_line_pixels), (&mut *goal_pixels, config.max_goal_pixels)]
+        {
+            if config.filters.random_discard && pixels.len() > max {
+                for i in 0..max {
+                    let other = rng.random_range(i..pixels.len());
+                    pixels.swap(i, other);
+                }
+                percept.dropped.extend(pixels[max..].iter().map(|pixel| DroppedPixel {
+                    px: pixel.px,
+                    kind: pixel.kind,
+                    reason: DropReason::RandomDiscard,
+                }));
+                pixels.truncate(max);
+            }
+            percept.pixels.extend_from_slice(pixels);
+        }
+        let min_lines = config.min_informative_lines.unwrap_or(0);
+        let lines_suffice = min_lines > 0 && line_pixels.len() >= min_lines;
+        percept.is_informative = !goal_pixels.is_empty() || lines_suffice;
+        percept.quality = quality(config, line_pixels.len(), goal_pixels.len());
+    }
+}
+
+/// Appends at most `max` of the pixels, evenly spread over their order, which is that of the scan lines.
+fn thin_out(pixels: &[BorderPixel], max: usize, out: &mut Vec<BorderPixel>) {
+    let count = pixels.len().min(max);
+    out.extend((0..count).map(|i| pixels[i * pixels.len() / count]));
+}
+
+/// Quality of an image, 0 to 1. Source: 2010 section 4.3.3.
+#[allow(clippy::cast_precision_loss)]
+fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> f64 {
+    let part = |base: f64, gain: f64, n: usize, max: usize| {
+        if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }
+    };
+    part(0.2, 0.2, num_lines, config.max_line_pixels) + part(0.2, 0.4, num_goals, config.max_goal_pixels)
+}
+
+/// Where feet of goals are judged.
+struct Feet<'a> {
+    frame: &'a Frame,
+    table: &'a ColorTable,
+    ground: &'a GroundView,
+    /// Of a post.
+    diameter_m: f64,
+}
+
+impl Ground for Feet<'_> {
+    fn is_carpet_below(&self, (x, y): (u32, u32), reach: u32) -> bool {
+        let image = &self.frame.image;
+        // A foot at the lower border of the image cannot be judged.
+        y + reach >= image.height()
+            || (y..=y + reach).any(|y| {
+                let [r, g, b] = image.get(x, y);
+                self.table.class(r, g, b) == ColorClass::Green
+            })
+    }
+
+    fn post_width_px(&self, (x, y): (u32, u32)) -> Option<f64> {
+        let distance_m = self.ground.distance_m(&Point2::new(f64::from(x), f64::from(y)))?;
+        let slant_m = distance_m.hypot(self.frame.robot_from_camera.translation().z);
+        Some(self.frame.camera.focal_px().0 * self.diameter_m / slant_m)
+    }
+}
+
+/// Distance of the ground seen at a pixel.
+struct GroundView {
+    camera: Camera,
+    robot_from_camera: Rigid3<Robot, CameraFrame>,
+}
+
+impl GroundView {
+    fn new(frame: &Frame) -> Self {
+        Self { camera: frame.camera, robot_from_camera: frame.robot_from_camera }
+    }
+
+    /// Distance along the ground from the robot, meters; `None` above the horizon.
+    fn distance_m(&self, px: &Point2<f64>) -> Option<f64> {
+        let direction = self.robot_from_camera.rotate(&self.camera.bearing(px));
+        let eye = Point3::from(*self.robot_from_camera.translation());
+        let point = Plane::ground().intersect_ray(&eye, &direction)?;
+        Some(point.x.hypot(point.y))
+    }
+}

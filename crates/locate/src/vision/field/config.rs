@@ -1,0 +1,209 @@
+//! Parameters of the analysis.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::features::FeatureDetectionConfig;
+use crate::vision::color::{ColorConfig, ColorConfigError};
+
+/// Which filters run. The documents switch each one on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[allow(clippy::struct_excessive_bools)] // independent switches
+pub struct FilterSwitches {
+    /// A line has carpet on both sides.
+    pub beside_carpet: bool,
+    /// A line is as thick as its distance demands.
+    pub too_thin: bool,
+    /// A goal's border runs upright or lies above the horizon.
+    pub post_or_bar: bool,
+    /// Enough neighbors of the same color.
+    pub isolated: bool,
+    /// Lines not too far away.
+    pub horizon: bool,
+    /// Not the robot's own body.
+    pub own_body: bool,
+    /// Lines below the end of the carpet.
+    pub field_end: bool,
+    /// Goals inside of valid blobs.
+    pub goal_blobs: bool,
+    /// Not inside of obstacles.
+    pub obstacles: bool,
+    /// A bounded number of pixels, taken at random.
+    pub random_discard: bool,
+}
+
+impl Default for FilterSwitches {
+    fn default() -> Self {
+        Self {
+            beside_carpet: true,
+            too_thin: true,
+            post_or_bar: true,
+            isolated: true,
+            horizon: true,
+            own_body: true,
+            field_end: true,
+            goal_blobs: true,
+            obstacles: true,
+            random_discard: true,
+        }
+    }
+}
+
+/// Parameters of the analysis of a field image. Pixel values are for images 320 px wide and scale with the width.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+#[schemars(extend("x-no-keys" = {
+    "line_width_m": "the map says how wide lines are",
+    "goal_height_m": "the map says how high goals are",
+}))]
+pub struct FieldAnalysisConfig {
+    /// Color classes.
+    pub colors: ColorConfig,
+    /// Which filters run.
+    pub filters: FilterSwitches,
+    /// Distance of the vertical scan lines, pixels; in the far part of the image there are twice as many.
+    pub column_step_px: u32,
+    /// Distance of the horizontal scan lines at the horizon, pixels; grows towards the bottom.
+    pub min_row_step_px: u32,
+    /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
+    pub max_row_step_px: u32,
+    /// Width of the field's lines, meters. No key: the map says it.
+    #[serde(skip)]
+    pub line_width_m: f64,
+    /// A run is too thin for a line below this share of the thickness that its distance demands.
+    pub min_thickness_share: f64,
+    /// A goal's border is upright if it moves sideways by at most this many pixels a row.
+    pub max_post_slope: f64,
+    /// Of the eight pixels around one, this many must have its color. Source: 2010 section 4.2, 3.
+    pub min_neighbors: u32,
+    /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
+    /// 4.2, 6 m.
+    pub max_line_distance_m: f64,
+    /// Pixels nearer than this are dropped, meters. Source: 2010 section 4.2, 15 cm.
+    pub own_body_distance_m: f64,
+    /// Columns in which the end of the field is looked for, pixels. Source: 2010 section 4.2, 10.
+    pub field_end_step_px: u32,
+    /// Least height of a goal blob, pixels.
+    pub min_blob_height_px: u32,
+    /// Height of the goals, to the middle of the crossbar, meters. No key: the map says it.
+    #[serde(skip)]
+    pub goal_height_m: f64,
+    /// A filled blob that is more than this many times as wide as high is a board, not a goal.
+    pub max_filled_blob_aspect: f64,
+    /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
+    pub min_obstacle_height_m: f64,
+    /// Least width of an obstacle, meters.
+    pub min_obstacle_width_m: f64,
+    /// So many line pixels make an image informative without any goal; 0 for never. If it is not set, never on a field with colored
+    /// goals (source: 2010 section 5.2.1), and 10 on one without, which has nothing else.
+    pub min_informative_lines: Option<usize>,
+    /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
+    pub max_line_pixels: usize,
+    /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
+    pub max_goal_pixels: usize,
+    /// How many line pixels the refinement of the pose gets; 0 for none.
+    pub max_line_borders: usize,
+    /// How many goal pixels the refinement of the pose gets; 0 for none.
+    pub max_goal_borders: usize,
+    /// Composite features.
+    pub composite: FeatureDetectionConfig,
+}
+
+impl Default for FieldAnalysisConfig {
+    fn default() -> Self {
+        Self {
+            colors: ColorConfig::default(),
+            filters: FilterSwitches::default(),
+            column_step_px: 8,
+            min_row_step_px: 3,
+            max_row_step_px: 10,
+            line_width_m: 0.05,
+            min_thickness_share: 0.8,
+            max_post_slope: 0.35,
+            min_neighbors: 3,
+            max_line_distance_m: 6.0,
+            own_body_distance_m: 0.15,
+            field_end_step_px: 10,
+            min_blob_height_px: 12,
+            goal_height_m: 0.85,
+            max_filled_blob_aspect: 1.2,
+            min_obstacle_height_m: 0.15,
+            min_obstacle_width_m: 0.12,
+            min_informative_lines: None,
+            max_line_pixels: 12,
+            max_goal_pixels: 8,
+            max_line_borders: 120,
+            max_goal_borders: 60,
+            composite: FeatureDetectionConfig::default(),
+        }
+    }
+}
+
+/// Parameters that cannot work.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum FieldAnalysisConfigError {
+    /// In the color classes.
+    #[error(transparent)]
+    Colors(#[from] ColorConfigError),
+    /// In the rest.
+    #[error("analysis: {key}: expected {expected}, found {found}")]
+    Value {
+        /// The parameter.
+        key: &'static str,
+        /// What is allowed.
+        expected: &'static str,
+        /// What was given.
+        found: f64,
+    },
+}
+
+impl FieldAnalysisConfig {
+    /// Checks the ranges of all values.
+    ///
+    /// # Errors
+    /// The first value out of its range.
+    pub fn check(&self) -> Result<(), FieldAnalysisConfigError> {
+        self.colors.check()?;
+        let steps = [
+            ("column_step_px", self.column_step_px),
+            ("min_row_step_px", self.min_row_step_px),
+            ("max_row_step_px", self.max_row_step_px),
+            ("field_end_step_px", self.field_end_step_px),
+        ];
+        for (key, found) in steps {
+            if !(1..=100).contains(&found) {
+                return Err(value(key, "1 to 100", f64::from(found)));
+            }
+        }
+        if self.min_neighbors > 8 {
+            return Err(value("min_neighbors", "0 to 8", f64::from(self.min_neighbors)));
+        }
+        let lengths = [
+            ("line_width_m", self.line_width_m),
+            ("min_thickness_share", self.min_thickness_share),
+            ("max_post_slope", self.max_post_slope),
+            ("max_line_distance_m", self.max_line_distance_m),
+            ("own_body_distance_m", self.own_body_distance_m),
+            ("goal_height_m", self.goal_height_m),
+            ("max_filled_blob_aspect", self.max_filled_blob_aspect),
+            ("min_obstacle_height_m", self.min_obstacle_height_m),
+            ("min_obstacle_width_m", self.min_obstacle_width_m),
+        ];
+        for (key, found) in lengths.into_iter().chain(self.composite.lengths()) {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(value(key, "a number above 0", found));
+            }
+        }
+        if self.max_line_pixels == 0 || self.max_goal_pixels == 0 {
+            return Err(value("max_line_pixels, max_goal_pixels", "at least 1", 0.0));
+        }
+        Ok(())
+    }
+}
+
+fn value(key: &'static str, expected: &'static str, found: f64) -> FieldAnalysisConfigError {
+    FieldAnalysisConfigError::Value { key, expected, found }
+}

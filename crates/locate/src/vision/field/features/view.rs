@@ -1,0 +1,129 @@
+//! The image of the ground: from pixels to places and back, and what color a place has.
+
+use nalgebra::{Matrix3, Point2, Vector2, Vector3};
+use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{Frame, RgbImage};
+
+use crate::vision::color::{ColorClass, ColorTable};
+
+/// What is seen at a place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::vision::field) enum Seen {
+    White,
+    Carpet,
+    /// Neither: most likely something stands there.
+    Other,
+    /// Not in the image.
+    Nothing,
+}
+
+/// An image with the camera that took it.
+pub(in crate::vision::field) struct GroundView<'a> {
+    image: &'a RgbImage,
+    table: &'a ColorTable,
+    camera: Camera,
+    is_rectified: bool,
+    focal_px: Vector2<f64>,
+    center_px: Vector2<f64>,
+    robot_from_camera: Matrix3<f64>,
+    eye: Vector3<f64>,
+    /// Pixels of an image 320 px wide in a pixel of this image.
+    pub scale: f64,
+}
+
+impl<'a> GroundView<'a> {
+    pub fn new(frame: &'a Frame, table: &'a ColorTable) -> Self {
+        let ((fx, fy), (cx, cy)) = (frame.camera.focal_px(), frame.camera.center_px());
+        Self {
+            image: &frame.image,
+            table,
+            camera: frame.camera,
+            is_rectified: frame.camera.distortion() == Distortion::None,
+            focal_px: Vector2::new(fx, fy),
+            center_px: Vector2::new(cx, cy),
+            robot_from_camera: *frame.robot_from_camera.rotation(),
+            eye: *frame.robot_from_camera.translation(),
+            scale: f64::from((frame.image.width() / 320).max(1)),
+        }
+    }
+
+    /// Direction of a pixel, free of distortion, in the robot frame.
+    pub fn ray(&self, ideal_px: &Point2<f64>) -> Vector3<f64> {
+        let p = (ideal_px.coords - self.center_px).component_div(&self.focal_px);
+        self.robot_from_camera * Vector3::new(p.x, p.y, 1.0)
+    }
+
+    /// Place on the ground seen at a pixel, free of distortion.
+    pub fn ground(&self, ideal_px: &Point2<f64>) -> Option<Point2<f64>> {
+        let ray = self.ray(ideal_px);
+        (ray.z < -1e-6).then(|| Point2::from((self.eye + ray * (-self.eye.z / ray.z)).xy()))
+    }
+
+    /// Pixel of a place on the ground, free of distortion; `None` behind the camera.
+    pub fn px(&self, ground: &Point2<f64>) -> Option<Point2<f64>> {
+        let p = self.robot_from_camera.tr_mul(&(ground.coords.push(0.0) - self.eye));
+        (p.z > 1e-3).then(|| Point2::from((p.xy() / p.z).component_mul(&self.focal_px) + self.center_px))
+    }
+
+    /// Length on the ground of one pixel around a place in a direction (a unit vector), meters.
+    pub fn meters_per_px(&self, ground: &Point2<f64>, direction: &Vector2<f64>) -> f64 {
+        let offset = ground.coords - self.eye.xy();
+        let distance = offset.norm().max(1e-3);
+        let slant = distance.hypot(self.eye.z);
+        let ahead = offset.dot(direction) / distance;
+        let per_px = slant / self.focal_px.x;
+        // Across the view a pixel is what its angle says, along the view the ground is seen at a slant.
+        per_px / (1.0 - ahead * ahead + (ahead * self.eye.z / slant).powi(2)).sqrt().max(1e-3)
+    }
+
+    /// Focal length across, pixels.
+    pub fn focal_px(&self) -> f64 {
+        self.focal_px.x
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    pub fn eye(&self) -> &Vector3<f64> {
+        &self.eye
+    }
+
+    /// What is seen at a pixel, free of distortion, beside carpet that makes this luma white.
+    pub fn at_px(&self, ideal_px: &Point2<f64>, white: u32) -> Seen {
+        let px = if self.is_rectified {
+            *ideal_px
+        } else {
+            let normalized = (ideal_px.coords - self.center_px).component_div(&self.focal_px);
+            match self.camera.pixel_of_normalized(&normalized.into()) {
+                Ok(px) => px,
+                Err(_) => return Seen::Nothing,
+            }
+        };
+        match self.class_at_raw(&px, white) {
+            Some(ColorClass::White) => Seen::White,
+            Some(ColorClass::Green) => Seen::Carpet,
+            Some(_) => Seen::Other,
+            None => Seen::Nothing,
+        }
+    }
+
+    /// Class of a pixel of the image as it is; `None` outside of it.
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn class_at_raw(&self, px: &Point2<f64>, white: u32) -> Option<ColorClass> {
+        let (x, y) = (u32::try_from(px.x.round() as i64).ok()?, u32::try_from(px.y.round() as i64).ok()?);
+        (x < self.image.width() && y < self.image.height())
+            .then(|| self.table.class_beside_carpet(self.image.get(x, y), white))
+    }
+
+    /// What is seen at a place of the ground: white also if it is white a pixel beside it in this direction.
+    pub fn at_ground(&self, ground: &Point2<f64>, across_px: &Vector2<f64>, white: u32) -> Seen {
+        let Some(px) = self.px(ground) else { return Seen::Nothing };
+        let seen = self.at_px(&px, white);
+        let is_white = |side: f64| self.at_px(&(px + across_px * side), white) == Seen::White;
+        if seen != Seen::White && seen != Seen::Nothing && (is_white(1.0) || is_white(-1.0)) {
+            return Seen::White;
+        }
+        seen
+    }
+}
