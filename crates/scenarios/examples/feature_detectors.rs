@@ -4,7 +4,7 @@
 //! `sim:SCENARIO:SEED:FRAMES`.
 
 use visloc_core::{FrameSource, RngTree};
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::vision::field::FieldAnalyzer;
 use visloc_locate::{PipelineConfig, analysis_for};
 use visloc_scenarios::DetectionScores;

@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use visloc_core::{RngTree, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{Pipeline, PipelineConfig};
 use visloc_scenarios::collect;
 use visloc_sim::{Scenario, Simulation};

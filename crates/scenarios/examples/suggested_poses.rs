@@ -7,7 +7,7 @@
 use rand::RngExt;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{FrameSource, Rng, RngTree};
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::vision::{Percept, field::FieldAnalyzer};
 use visloc_locate::{
     ObservationModel, PipelineConfig, analysis_for,

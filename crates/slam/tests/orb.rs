@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point2, Rotation2};
 use visloc_core::{GrayImage, ImageSource};
-use visloc_data::sequence::{SequenceRange, open_tum};
+use visloc_io::sequence::{SequenceRange, open_tum};
 use visloc_slam::{
     image::Pyramid,
     orb::{OrbCorners, OrbSearch},

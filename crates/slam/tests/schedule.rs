@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use visloc_core::eval::camera::{Alignment, absolute_error, associate};
 use visloc_core::{CameraPose, CameraTrajectory, ImageSource};
-use visloc_data::sequence::{SequenceRange, open_tum, read_camera_trajectory};
+use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{Schedule, Slam, SlamConfig};
 
 fn folder() -> PathBuf {

@@ -1,7 +1,7 @@
 //! What can go wrong in the studio.
 
 use thiserror::Error;
-use visloc_data::image_codec::ImageCodecError;
+use visloc_io::image_codec::ImageCodecError;
 use visloc_locate::vision::AnalysisError;
 use visloc_locate::{ConfigError, PipelineError};
 use visloc_sim::ScenarioError;

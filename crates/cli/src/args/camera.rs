@@ -1,7 +1,7 @@
 //! `visloc camera` and `visloc check-camera`.
 
 use clap::{Args, Subcommand, ValueEnum};
-use visloc_data::camera_file::CameraFormat;
+use visloc_io::camera_file::CameraFormat;
 
 use super::{
     InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg, number::number_in,

@@ -1,7 +1,7 @@
 //! `visloc slam`.
 
 use clap::{Args, ValueEnum};
-use visloc_data::sequence::Bound;
+use visloc_io::sequence::Bound;
 
 use super::{
     BroadcastArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OverwriteArg, SeedArg,

@@ -14,9 +14,9 @@ use visloc_core::eval::{
 };
 use visloc_core::geom::PlanarPose;
 use visloc_core::{CameraTrajectory, PlanarTrajectory, Timestamp};
-use visloc_data::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
+use visloc_io::sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images};
+use visloc_io::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
 use visloc_slam::Schedule;
-use visloc_sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images};
 
 use super::{
     plan::{Plan, Run},

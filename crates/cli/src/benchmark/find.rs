@@ -8,11 +8,11 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use visloc_core::files;
-use visloc_data::{
+use visloc_io::sources::{SourceAddress, SourceOptions, open_images};
+use visloc_io::{
     camera_trajectory::read_camera_trajectory,
     sequence::{SequenceOptions, list_sequence, sequence_layouts},
 };
-use visloc_sources::{SourceAddress, SourceOptions, open_images};
 use visloc_world::Map;
 
 use super::{Claims, Kind};

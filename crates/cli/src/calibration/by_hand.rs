@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_core::files;
 use visloc_core::geom::Camera;
-use visloc_data::{
+use visloc_io::{
     camera_file::{CameraToml, read_camera},
     image_codec::read_gray_image,
 };

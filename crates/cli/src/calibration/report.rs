@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result};
 use serde::Serialize;
 use visloc_calib::{Calibration, Coverage};
-use visloc_data::camera_file::CameraToml;
+use visloc_io::camera_file::CameraToml;
 
 use super::Detected;
 

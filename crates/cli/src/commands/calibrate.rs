@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_calib::{Calibration, CalibrationConfig, calibrate, coverage};
-use visloc_data::camera_file::{CameraFormat, write_camera};
+use visloc_io::camera_file::{CameraFormat, write_camera};
 
 use crate::{
     args::CalibrateArgs,

@@ -2,13 +2,13 @@
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
+use visloc_io::sources::{SourceOption, SourceOptions};
 use visloc_locate::{
     StartPrior, feature_model,
     robot_calibration::{
         DriveRecord, MountEstimate, OdometryEstimate, RobotCorrection, solve_mount, solve_odometry,
     },
 };
-use visloc_sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 
 use super::settings::{pipeline_config, topic_options};

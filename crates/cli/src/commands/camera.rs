@@ -8,7 +8,7 @@ use visloc_calib::{
     render::{RenderSettings, random_pose, render},
 };
 use visloc_core::{RgbImage, RngTree, files};
-use visloc_data::{
+use visloc_io::{
     camera_file::{CameraFormat, read_camera, write_camera},
     image_codec::encode_png,
 };

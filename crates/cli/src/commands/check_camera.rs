@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_calib::{CameraCheck, Severity, check_camera};
-use visloc_data::camera_file::read_camera;
+use visloc_io::camera_file::read_camera;
 
 use crate::{args::CheckCameraArgs, calibration::open_images, report::save_json, say};
 

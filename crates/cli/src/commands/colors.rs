@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_core::RgbImage;
-use visloc_data::image_codec::read_image;
+use visloc_io::image_codec::read_image;
 use visloc_locate::vision::color::{ColorClass, ColorConfig, calibrate_colors};
 
 use crate::{args::ColorsArgs, run::write_text, say};

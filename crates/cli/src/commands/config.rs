@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use visloc_core::settings::commented_toml;
-use visloc_data::bag::BagTopics;
+use visloc_io::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
 use visloc_slam::{PRESETS, SlamPreset};
 

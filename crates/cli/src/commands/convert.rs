@@ -3,8 +3,8 @@
 use std::{collections::BTreeSet, path::Path};
 
 use anyhow::{Result, anyhow, bail};
-use visloc_data::bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel};
-use visloc_sources::SourceAddress;
+use visloc_io::bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel};
+use visloc_io::sources::SourceAddress;
 
 use crate::{
     host::host,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use visloc_data::trajectory::write_tum;
+use visloc_io::trajectory::write_tum;
 use visloc_locate::{FeatureChoice, PipelineConfig, StartPrior};
 use visloc_plot::Picture;
 use visloc_world::Map;

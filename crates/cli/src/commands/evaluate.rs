@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use visloc_core::eval::{EstimateSample, EvaluationOptions, evaluate};
-use visloc_data::trajectory::read_trajectory;
+use visloc_io::trajectory::read_trajectory;
 use visloc_world::Map;
 
 use super::{evaluate_camera, settings::read_text};

@@ -7,7 +7,7 @@ use visloc_core::eval::camera::{
     Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors,
 };
 use visloc_core::{CameraPose, CameraTrajectory};
-use visloc_data::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
+use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
 
 use crate::{
     args::{AlignArg, EvaluateArgs, TrajectoryKind},

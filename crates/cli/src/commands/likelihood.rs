@@ -8,7 +8,7 @@ use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, SimulatedView, View, heading_profile, map_csv,
     peaks, profile_csv,
 };
-use visloc_sources::{SourceOption, SourceOptions};
+use visloc_io::sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 
 use super::settings::{pipeline_config, topic_options};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use visloc_sources::{SourceAddress, SourceOption, SourceOptions};
+use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_world::Map;
 
 use super::settings::{pipeline_config, read_text, start_prior, topic_options};

@@ -3,11 +3,13 @@
 use anyhow::{Result, anyhow, bail};
 use visloc_core::geom::Camera;
 use visloc_core::{FrameSource, PictureSource, SourceError};
-use visloc_data::{
+use visloc_io::sources::{
+    OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures,
+};
+use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::fit_calibration,
 };
-use visloc_sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures};
 
 use super::{convert, settings::topic_options};
 use crate::{

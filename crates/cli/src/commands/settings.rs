@@ -5,10 +5,10 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use visloc_core::files;
 use visloc_core::settings::{Settings, SettingsError, overlay};
-use visloc_data::bag::BagTopics;
+use visloc_io::bag::BagTopics;
+use visloc_io::sources::TopicOptions;
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_slam::SlamConfig;
-use visloc_sources::TopicOptions;
 use visloc_world::Map;
 
 use crate::args::{SlamParametersArgs, StartArg, TopicArgs};

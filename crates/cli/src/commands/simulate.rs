@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use visloc_core::{FrameSource, PlanarTrajectory, StampedPose, Truth};
-use visloc_data::{
+use visloc_io::{
     bag::{BagTopics, BagWriter},
     trajectory::write_tum,
 };

@@ -3,9 +3,9 @@
 use anyhow::{Result, anyhow, bail};
 use visloc_core::geom::Camera;
 use visloc_core::{CameraPose, CameraTrajectory};
-use visloc_data::sequence::write_camera_trajectory;
+use visloc_io::sequence::write_camera_trajectory;
+use visloc_io::sources::{OpenImages, SourceAddress};
 use visloc_slam::{Schedule, SlamConfig};
-use visloc_sources::{OpenImages, SourceAddress};
 
 use super::settings::{slam_config, topic_options};
 use crate::{

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use visloc_sources::{KINDS, SourceKind, SourceOptions};
+use visloc_io::sources::{KINDS, SourceKind, SourceOptions};
 
 use crate::{args::SourcesArgs, say};
 

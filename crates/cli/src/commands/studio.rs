@@ -12,8 +12,10 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
+use visloc_io::sources::{
+    Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
+};
 use visloc_slam::Clock as SlamClock;
-use visloc_sources::{Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images};
 use visloc_studio::{
     Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
     Update,

@@ -4,9 +4,9 @@ use anyhow::Result;
 use visloc_core::Timestamp;
 use visloc_core::eval::TimingSummary;
 use visloc_core::geom::PlanarPose;
-use visloc_data::bag::{ResultFrames, ResultMessages};
+use visloc_io::bag::{ResultFrames, ResultMessages};
+use visloc_io::ros2::{NodeSettings, Order, ResultPublisher};
 use visloc_locate::{PosePrior, StartPrior};
-use visloc_ros2::{NodeSettings, Order, ResultPublisher};
 
 use super::{FrameView, Records, Runner, Spectator, results::result_sample};
 use crate::{host::host, report::LiveReport};

@@ -10,7 +10,7 @@ use visloc_core::{
     StampedPose, Timestamp,
     files::{self, NewFile},
 };
-use visloc_data::trajectory::{write_tum_header, write_tum_pose};
+use visloc_io::trajectory::{write_tum_header, write_tum_pose};
 
 use super::{FrameRecord, Saving};
 

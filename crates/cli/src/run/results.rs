@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use visloc_data::bag::{BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample};
+use visloc_io::bag::{BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample};
 use visloc_locate::LOCALIZED_RELIABILITY;
 
 use super::{FrameView, Spectator};

@@ -4,7 +4,7 @@ use std::{thread, time::Duration};
 
 use anyhow::{Context, Result};
 use visloc_core::StampedPose;
-use visloc_data::trajectory::{write_tum_header, write_tum_pose};
+use visloc_io::trajectory::{write_tum_header, write_tum_pose};
 use visloc_studio::{Command, StudioError, recording::Input, view::RunViewer};
 
 use super::{FrameView, Runner, Spectator, write_text};

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::FrameSource;
-use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
-use visloc_sources::{
+use visloc_io::sources::{
     Mount, SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
 };
+use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 
 use crate::{

@@ -14,7 +14,7 @@ fn nothing_to_show_is_an_error_that_says_why() {
     });
     std::fs::create_dir(workspace.path("photos")).unwrap();
     for name in ["photos/a.png", "photos/b.png", "labels.png", "image.png"] {
-        let bytes = visloc_data::image_codec::encode_png(&black).unwrap();
+        let bytes = visloc_io::image_codec::encode_png(&black).unwrap();
         std::fs::write(workspace.path(name), bytes).unwrap();
     }
     workspace.write("one.tum", "1.0 0 0 0 0 0 0 1\n2.0 1 0 0 0 0 0 1\n");

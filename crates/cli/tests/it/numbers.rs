@@ -8,7 +8,7 @@ use std::{
 };
 
 use visloc_core::RgbImage;
-use visloc_data::image_codec::save_png;
+use visloc_io::image_codec::save_png;
 
 use crate::support::Workspace;
 

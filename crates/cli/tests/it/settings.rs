@@ -1,7 +1,7 @@
 //! Maps, algorithms and parameters with mistakes.
 
 use visloc_core::RgbImage;
-use visloc_data::image_codec::save_png;
+use visloc_io::image_codec::save_png;
 
 use crate::support::{MAP, Workspace, excerpt_text};
 

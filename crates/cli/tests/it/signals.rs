@@ -9,7 +9,7 @@ use std::{
 };
 
 use visloc_core::FrameSource;
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::recording::RecordingIndex;
 
 use crate::support::{Workspace, data_lines};

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use visloc_core::RgbImage;
-use visloc_data::image_codec::save_png;
+use visloc_io::image_codec::save_png;
 
 use crate::support::{Workspace, data_lines};
 

@@ -1,7 +1,7 @@
 //! Sources from outside: the list, typing mistakes, recordings of recordings, results in bags.
 
 use visloc_core::{FrameSource, PictureSource};
-use visloc_data::bag::{BagPictures, BagReader, BagTopics};
+use visloc_io::bag::{BagPictures, BagReader, BagTopics};
 
 use crate::support::{MAP, Workspace, excerpt_text};
 

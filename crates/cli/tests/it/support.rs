@@ -9,7 +9,7 @@ use std::{
 use serde_json::Value;
 use tempfile::TempDir;
 use visloc_core::{FrameSource, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
+use visloc_io::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
 
 /// Map of all test recordings.
 pub const MAP: &str = "robocup-spl-2010";

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use visloc_core::FrameSource;
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::{Map, office::Office};
 

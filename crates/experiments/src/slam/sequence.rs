@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use visloc_core::{CameraTrajectory, ImageSource, files};
-use visloc_data::sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence};
+use visloc_io::sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence};
 use visloc_sim::CameraTour;
 
 use crate::published;

@@ -2,7 +2,7 @@
 
 use visloc_core::geom::PlanarPose;
 use visloc_core::{FrameSource as _, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics, BagWriter};
+use visloc_io::bag::{BagReader, BagTopics, BagWriter};
 use visloc_locate::FeatureChoice;
 use visloc_scenarios::{Replay, run};
 use visloc_world::Map;

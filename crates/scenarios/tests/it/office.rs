@@ -1,7 +1,7 @@
 //! Localization inside buildings: recordings, the simulator, and what the image analysis finds against what is there.
 
 use visloc_core::{FrameSource, RngTree, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
     FeatureChoice, ObservationModel,

@@ -6,7 +6,7 @@
 
 use visloc_core::eval::Evaluation;
 use visloc_core::{FrameSource, SourceFrame};
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};

@@ -11,7 +11,7 @@ use std::{
 
 use thiserror::Error;
 use visloc_core::{Frame, GrayImage, Truth, files};
-use visloc_data::{
+use visloc_io::{
     bag::{
         BagTopics,
         messages::{CompressedImage, from_cdr},

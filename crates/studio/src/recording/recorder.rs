@@ -6,7 +6,7 @@ use std::{
 };
 
 use visloc_core::Timestamp;
-use visloc_data::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
+use visloc_io::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
 
 use super::{
     index::{IMAGE_TOPIC, INPUT_TOPIC, RecordingError, SCENE_TOPIC, STATE_TOPIC},

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use visloc_core::RgbImage;
-use visloc_data::image_codec::{decode, encode_jpeg};
+use visloc_io::image_codec::{decode, encode_jpeg};
 
 use crate::Message;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 use visloc_core::{GrayImage, RgbImage};
-use visloc_data::image_codec::encode_jpeg;
+use visloc_io::image_codec::encode_jpeg;
 
 use crate::{MessageBuilder, MessageError, MessageKind, StudioError, Update};
 

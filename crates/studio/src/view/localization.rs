@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use visloc_core::geom::{Horizon, PlanarPose};
 use visloc_core::{Frame, Truth};
-use visloc_data::image_codec::encode_jpeg;
+use visloc_io::image_codec::encode_jpeg;
 use visloc_locate::vision::{DropReason, FeatureKind, Percept};
 use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline};
 use visloc_world::Map;

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde_json::{Value, json};
 use visloc_core::FrameSource as _;
-use visloc_data::bag::{BagReader, BagTopics};
+use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::{
     Clock, Message, Session,
     recording::{Recorder, RecordingIndex, Replay, Tape},

@@ -4,14 +4,14 @@ use std::{fs, path::Path};
 
 use serde_json::json;
 use visloc_core::RgbImage;
-use visloc_data::{
-    bag::BagWriterOptions,
-    camera_file::{CameraFormat, read_camera, write_camera},
-    image_codec::{encode_jpeg, encode_png},
-};
 use visloc_experiments::{
     Experiment,
     symmetry::{SymmetryExperiment, SymmetryPart},
+};
+use visloc_io::{
+    bag::BagWriterOptions,
+    camera_file::{CameraFormat, read_camera, write_camera},
+    image_codec::{encode_jpeg, encode_png},
 };
 
 use crate::{parsers, support::Workspace};

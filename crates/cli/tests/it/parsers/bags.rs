@@ -7,12 +7,12 @@ use visloc_core::geom::{Camera, Distortion, PlanarPose, Rigid3};
 use visloc_core::{
     Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
 };
-use visloc_data::bag::{
+use visloc_io::bag::{
     BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
     ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer, Transcoder,
     messages::{self, from_cdr},
 };
-use visloc_data::image_codec::encode_png;
+use visloc_io::image_codec::encode_png;
 
 use super::{as_file, in_folder};
 

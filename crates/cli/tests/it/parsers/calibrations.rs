@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use visloc_core::geom::{Camera, Distortion};
-use visloc_data::{
+use visloc_io::{
     camera_file::{CameraFormat, read_camera, write_camera},
     sequence::read_calibration,
 };

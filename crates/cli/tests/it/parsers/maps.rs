@@ -3,7 +3,7 @@
 use std::fs;
 
 use visloc_core::GrayImage;
-use visloc_data::image_codec::encode_gray_png;
+use visloc_io::image_codec::encode_gray_png;
 use visloc_world::{BUILT_IN_MAPS, Map};
 
 use super::{as_file, in_folder};

@@ -1,11 +1,11 @@
 //! Images in files, in messages and in the pipe of a video.
 
 use visloc_core::{RgbImage, Timestamp};
-use visloc_data::{
+use visloc_io::sources::read_pnm;
+use visloc_io::{
     bag::{EncodedImage, ImagePayload},
     image_codec::{decode, decode_gray, encode_jpeg, encode_png},
 };
-use visloc_sources::read_pnm;
 
 fn picture() -> RgbImage {
     let mut image = RgbImage::new(24, 16);

@@ -1,14 +1,14 @@
 //! Scenarios, parameters, and what stands on the command line.
 
 use visloc_core::settings::overlay;
-use visloc_data::{bag::BagTopics, sequence::Bound};
+use visloc_io::sources::{KINDS, SourceAddress};
+use visloc_io::{bag::BagTopics, sequence::Bound};
 use visloc_locate::{
     FeatureChoice, PipelineConfig, algorithm_parameters, default_config_toml,
     robot_calibration::RobotCorrection,
 };
 use visloc_sim::{BUILT_IN_SCENARIOS, Scenario};
 use visloc_slam::SlamConfig;
-use visloc_sources::{KINDS, SourceAddress};
 use visloc_world::Map;
 
 use super::{choice, chosen};

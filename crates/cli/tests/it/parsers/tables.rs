@@ -3,7 +3,7 @@
 use std::fs;
 
 use visloc_core::RgbImage;
-use visloc_data::{
+use visloc_io::{
     camera_trajectory::read_camera_trajectory_file,
     image_codec::save_png,
     sequence::{SequenceOptions, list_sequence},

@@ -1,0 +1,31 @@
+//! Everything visloc reads from and writes to files: recordings of a robot (bags of ROS 2 and ROS 1), images and
+//! trajectories.
+//!
+//! A recording is read as a stream: memory does not grow with its length, and a damaged or cut file gives every frame
+//! up to the damage.
+//!
+//! ```no_run
+//! use visloc_core::FrameSource;
+//! use visloc_io::bag::{BagReader, BagTopics};
+//!
+//! let mut bag = BagReader::open("recording.mcap", BagTopics::default())?;
+//! while let Some(frame) = bag.next_frame() {
+//!     let frame = frame?.frame;
+//!     println!("{}: {} x {} px", frame.at, frame.image.width(), frame.image.height());
+//! }
+//! println!("{} messages were left out", bag.skipped().len());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod bag;
+pub mod camera_file;
+pub mod camera_trajectory;
+pub mod image_codec;
+pub mod raw_image;
+#[cfg(feature = "ros2")]
+pub mod ros2;
+mod ros_lens;
+pub mod sequence;
+pub mod sources;
+mod text;
+pub mod trajectory;

@@ -1,0 +1,160 @@
+//! A node in the network of ROS 2.
+
+use ros2_client::{
+    Context, ContextOptions, MessageTypeName, Name, NodeName, NodeOptions, Publisher, QosProfile,
+    Subscription,
+    qos::{Durability, History, WhenFull},
+};
+use serde::Serialize;
+
+use crate::ros2::Ros2Error;
+
+/// How a node appears.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NodeSettings {
+    /// Nodes of different domains do not see each other; 0 unless set.
+    pub domain_id: u16,
+    /// Name of the node.
+    pub name: String,
+}
+
+/// A topic that somebody publishes or subscribes to.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LiveTopic {
+    /// Name.
+    pub topic: String,
+    /// Type, for instance `sensor_msgs/msg/Image`.
+    pub type_name: String,
+}
+
+/// A node in the network of ROS 2. It leaves when it is dropped.
+pub struct Node {
+    context: Context,
+    node: ros2_client::Node,
+}
+
+/// How messages are sent and kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Delivery {
+    /// Sensors: the newest counts. Fits publishers of both kinds.
+    Newest,
+    /// None is lost while both sides are there.
+    Reliable,
+    /// As reliable, but only the last one counts.
+    Last,
+    /// As reliable, and who comes later gets the last ones. Not for topics that go on and on: while nobody listens, the writer of
+    /// `rustdds` keeps thousands of such messages.
+    Latched,
+}
+
+impl Delivery {
+    fn profile(self) -> QosProfile {
+        let depth = match self {
+            Self::Newest => 32,
+            Self::Reliable => 32,
+            Self::Last => 1,
+            Self::Latched => 100,
+        };
+        let profile = QosProfile::subscription_default().history(History::KeepLast { depth });
+        match self {
+            Self::Newest => profile,
+            // A slow subscriber must not hold up the localization.
+            Self::Reliable | Self::Last => profile.reliability_reliable(WhenFull::Fail),
+            Self::Latched => {
+                profile.reliability_reliable(WhenFull::Fail).durability(Durability::TransientLocal)
+            }
+        }
+    }
+}
+
+impl Node {
+    /// Joins the network.
+    ///
+    /// # Errors
+    /// If there is no network, or the name is none.
+    pub fn join(settings: &NodeSettings) -> Result<Self, Ros2Error> {
+        let join_error = |reason: String| Ros2Error::Join { domain_id: settings.domain_id, reason };
+        let name = NodeName::new("/", &settings.name)
+            .map_err(|error| Ros2Error::Name { name: settings.name.clone(), reason: format!("{error:?}") })?;
+        let options = ContextOptions::new().domain_id(settings.domain_id);
+        let context = Context::with_options(options).map_err(|error| join_error(error.to_string()))?;
+        let options = NodeOptions::new().enable_rosout(false);
+        let node = context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
+        Ok(Self { context, node })
+    }
+
+    /// All topics that were seen so far, sorted.
+    #[must_use]
+    pub fn topics(&self) -> Vec<LiveTopic> {
+        let topics = self.context.discovered_topics().into_iter();
+        let mut topics: Vec<LiveTopic> = topics
+            .filter_map(|topic| {
+                let name = topic.name.strip_prefix("rt")?.to_owned();
+                Some(LiveTopic { topic: name, type_name: ros_type_name(&topic.type_name) })
+            })
+            .collect();
+        topics.sort();
+        topics.dedup();
+        topics
+    }
+
+    pub(crate) fn subscribe<M: 'static>(
+        &mut self,
+        topic: &str,
+        type_name: &str,
+        delivery: Delivery,
+    ) -> Result<Subscription<M>, Ros2Error> {
+        let profile = delivery.profile();
+        let dds_topic = self.topic(topic, type_name, &profile)?;
+        let subscription = self.node.create_subscription(&dds_topic, Some(profile));
+        subscription.map_err(|error| topic_error(topic, type_name, error.to_string()))
+    }
+
+    pub(crate) fn advertise<M: Serialize>(
+        &mut self,
+        topic: &str,
+        type_name: &str,
+        delivery: Delivery,
+    ) -> Result<Publisher<M>, Ros2Error> {
+        let profile = delivery.profile();
+        let dds_topic = self.topic(topic, type_name, &profile)?;
+        let publisher = self.node.create_publisher(&dds_topic, Some(profile));
+        publisher.map_err(|error| topic_error(topic, type_name, error.to_string()))
+    }
+
+    fn topic(
+        &self,
+        topic: &str,
+        type_name: &str,
+        profile: &QosProfile,
+    ) -> Result<ros2_client::dds::rustdds::Topic, Ros2Error> {
+        let name = Name::parse(topic)
+            .map_err(|error| Ros2Error::Name { name: topic.to_owned(), reason: format!("{error:?}") })?;
+        let (package, message) = type_name.split_once("/msg/").unwrap_or(("", type_name));
+        let message_type = MessageTypeName::new(package, message);
+        self.node
+            .create_topic(&name, message_type, profile)
+            .map_err(|error| topic_error(topic, type_name, error.to_string()))
+    }
+}
+
+fn topic_error(topic: &str, type_name: &str, reason: String) -> Ros2Error {
+    Ros2Error::Topic { topic: topic.to_owned(), type_name: type_name.to_owned(), reason }
+}
+
+/// `sensor_msgs::msg::dds_::Image_` as `sensor_msgs/msg/Image`.
+fn ros_type_name(dds_name: &str) -> String {
+    let plain = dds_name.replace("::dds_::", "/").replace("::", "/");
+    plain.strip_suffix('_').unwrap_or(&plain).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_types() {
+        assert_eq!(ros_type_name("sensor_msgs::msg::dds_::Image_"), "sensor_msgs/msg/Image");
+        assert_eq!(ros_type_name("HelloWorld"), "HelloWorld");
+    }
+}

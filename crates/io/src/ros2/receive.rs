@@ -1,0 +1,219 @@
+//! The thread that receives.
+
+use std::{
+    collections::HashMap,
+    path::PathBuf,
+    sync::Arc,
+    thread::{self, JoinHandle},
+    time::Duration,
+};
+
+use crate::{
+    bag::{BagTopics, RosMessage, TopicRole},
+    sequence::Calibration,
+};
+use futures::{
+    StreamExt,
+    channel::oneshot,
+    executor::block_on,
+    future::{self, Either},
+    stream::{self, LocalBoxStream},
+};
+use ros2_client::{Gid, MessageInfo, ReadError, Subscription};
+use serde::de::DeserializeOwned;
+use visloc_core::Host;
+use visloc_core::geom::{CameraFrame, Rigid3, Robot};
+
+use crate::ros2::{
+    Node, NodeSettings, Ros2Error,
+    inbox::{Inbox, Received},
+    node::Delivery,
+};
+
+/// How long it is looked for who publishes the images, to learn their type.
+const TYPE_SEARCH: Duration = Duration::from_millis(1500);
+const TYPE_SEARCH_STEP: Duration = Duration::from_millis(50);
+
+/// Which topics are received, and how long silence is borne.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LiveSettings {
+    /// The node.
+    pub node: NodeSettings,
+    /// Names of topics and frames; empty names are not subscribed to.
+    pub topics: BagTopics,
+    /// If no image comes for so long, that is the end, seconds. `None` waits on.
+    pub patience_secs: Option<f64>,
+    /// Calibration that wins over the topic's, and its file.
+    pub calibration: Option<(Calibration, PathBuf)>,
+    /// The camera's pose on the robot, over what tf says.
+    pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
+}
+
+impl LiveSettings {
+    /// All usual names, no end, and nothing that is known over the messages.
+    #[must_use]
+    pub fn new(node: NodeSettings) -> Self {
+        Self {
+            node,
+            topics: BagTopics::default(),
+            patience_secs: None,
+            calibration: None,
+            robot_from_camera: None,
+        }
+    }
+}
+
+/// Subscriptions that fill an inbox. Dropping it ends the thread.
+pub(crate) struct Receiver {
+    pub inbox: Arc<Inbox>,
+    pub node: Node,
+    pub image_type: &'static str,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Receiver {
+    /// Subscribes to the topics of some roles.
+    pub(crate) fn start(
+        settings: &LiveSettings,
+        roles: &[TopicRole],
+        host: &Host,
+    ) -> Result<Self, Ros2Error> {
+        let mut node = Node::join(&settings.node)?;
+        let image_type = image_type(&node, &settings.topics.image);
+        let mut subscriptions = Vec::new();
+        for role in roles.iter().filter(|role| !settings.topics.name(**role).is_empty()) {
+            subscriptions.push(Feed::subscribe(&mut node, settings.topics.name(*role), *role, image_type)?);
+        }
+        let inbox = Arc::new(Inbox::default());
+        let (stop, stopped) = oneshot::channel();
+        let (to, host) = (Arc::clone(&inbox), host.clone());
+        let thread = thread::spawn(move || {
+            let streams = subscriptions.iter().map(|feed| feed.stream(&host));
+            let all = stream::select_all(streams).for_each(|received| {
+                received.into_iter().for_each(|received| to.put(received));
+                future::ready(())
+            });
+            if let Either::Left(_) = block_on(future::select(all, stopped)) {
+                to.fail("the subscriptions have ended".into());
+            }
+        });
+        Ok(Self { inbox, node, image_type, stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+impl Drop for Receiver {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The type of the images: what is published, or what the name says.
+fn image_type(node: &Node, topic: &str) -> &'static str {
+    let types = TopicRole::Image.type_names();
+    let mut waited = Duration::ZERO;
+    while waited < TYPE_SEARCH {
+        let published = node.topics().into_iter().filter(|live| live.topic == topic);
+        let known = published.filter_map(|live| types.iter().copied().find(|name| *name == live.type_name));
+        if let Some(type_name) = known.max() {
+            return type_name;
+        }
+        thread::sleep(TYPE_SEARCH_STEP);
+        waited += TYPE_SEARCH_STEP;
+    }
+    if topic.ends_with("compressed") { types[0] } else { types[1] }
+}
+
+/// One subscription.
+enum Feed {
+    Image(Subscription<crate::bag::messages::Image>),
+    CompressedImage(Subscription<crate::bag::messages::CompressedImage>),
+    CameraInfo(Subscription<crate::bag::messages::CameraInfo>),
+    Odometry(Subscription<crate::bag::messages::Odometry>),
+    Tf(Subscription<crate::bag::messages::TfMessage>),
+    TfStatic(Subscription<crate::bag::messages::TfMessage>),
+    FootContact(Subscription<crate::bag::messages::Bool>),
+    FootPressure(Subscription<crate::bag::messages::Float64MultiArray>),
+    GroundTruth(Subscription<crate::bag::messages::PoseStamped>),
+}
+
+impl Feed {
+    fn subscribe(
+        node: &mut Node,
+        topic: &str,
+        role: TopicRole,
+        image_type: &'static str,
+    ) -> Result<Self, Ros2Error> {
+        let name = role.type_names()[0];
+        let newest = Delivery::Newest;
+        Ok(match role {
+            TopicRole::Image if image_type == name => {
+                Self::CompressedImage(node.subscribe(topic, name, newest)?)
+            }
+            TopicRole::Image => Self::Image(node.subscribe(topic, image_type, newest)?),
+            TopicRole::CameraInfo => Self::CameraInfo(node.subscribe(topic, name, newest)?),
+            TopicRole::Odometry => Self::Odometry(node.subscribe(topic, name, newest)?),
+            // As tf2 does. Besides, this program also publishes on the topic: as long as a reader confirms nothing, the writer of
+            // `rustdds` keeps thousands of messages for it.
+            TopicRole::Tf => Self::Tf(node.subscribe(topic, name, Delivery::Reliable)?),
+            TopicRole::TfStatic => Self::TfStatic(node.subscribe(topic, name, Delivery::Latched)?),
+            TopicRole::FootContact => Self::FootContact(node.subscribe(topic, name, newest)?),
+            TopicRole::FootPressure => Self::FootPressure(node.subscribe(topic, name, newest)?),
+            TopicRole::GroundTruth => Self::GroundTruth(node.subscribe(topic, name, newest)?),
+        })
+    }
+
+    fn stream<'a>(&'a self, host: &'a Host) -> LocalBoxStream<'a, Vec<Received>> {
+        match self {
+            Self::Image(feed) => messages(feed, RosMessage::Image, host),
+            Self::CompressedImage(feed) => messages(feed, RosMessage::CompressedImage, host),
+            Self::CameraInfo(feed) => messages(feed, RosMessage::CameraInfo, host),
+            Self::Odometry(feed) => messages(feed, RosMessage::Odometry, host),
+            Self::Tf(feed) => messages(feed, RosMessage::Tf, host),
+            Self::TfStatic(feed) => messages(feed, RosMessage::TfStatic, host),
+            Self::FootContact(feed) => messages(feed, RosMessage::FootContact, host),
+            Self::FootPressure(feed) => messages(feed, RosMessage::FootPressure, host),
+            Self::GroundTruth(feed) => messages(feed, RosMessage::GroundTruth, host),
+        }
+    }
+}
+
+/// The messages of a subscription as they come, with those that were lost between.
+fn messages<'a, M: DeserializeOwned + Send + 'static>(
+    feed: &'a Subscription<M>,
+    wrap: fn(M) -> RosMessage,
+    host: &'a Host,
+) -> LocalBoxStream<'a, Vec<Received>> {
+    let mut numbers = Numbers::default();
+    let receive = move |result: Result<(M, MessageInfo), ReadError>| match result {
+        Ok((message, info)) => {
+            let message = wrap(message);
+            let num_lost = match &message {
+                RosMessage::Image(_) | RosMessage::CompressedImage(_) => numbers.gap_before(&info),
+                _ => 0,
+            };
+            let lost = (num_lost > 0).then_some(Received::Lost(num_lost));
+            lost.into_iter().chain([Received::Message(host.now(), message)]).collect()
+        }
+        Err(error) => vec![Received::Unreadable(error.to_string())],
+    };
+    feed.async_stream().map(receive).boxed_local()
+}
+
+/// The numbers that publishers give to their messages.
+#[derive(Default)]
+struct Numbers {
+    last: HashMap<Gid, i64>,
+}
+
+impl Numbers {
+    /// How many messages of the same publisher are missing before this one.
+    fn gap_before(&mut self, info: &MessageInfo) -> u64 {
+        let number = info.sequence_number();
+        let last = self.last.insert(info.publisher_gid(), number);
+        last.map_or(0, |last| u64::try_from(number - last - 1).unwrap_or(0))
+    }
+}

@@ -1,0 +1,142 @@
+//! A robot and its localizer on one machine: publishers and subscribers of our own, over the loopback network.
+
+use std::{
+    sync::atomic::{AtomicU16, Ordering},
+    thread,
+    time::{Duration, SystemTime, UNIX_EPOCH},
+};
+
+use crate::bag::{
+    BagTopics, camera_info_message,
+    messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
+};
+use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{FrameSource, Host, PictureSource, Timestamp};
+
+use crate::ros2::{
+    LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, node::Delivery,
+};
+
+/// How long two nodes may take to find each other; far above what they need.
+const NUM_TRIES: i64 = 600;
+const TRY_EVERY: Duration = Duration::from_millis(25);
+
+#[allow(clippy::disallowed_methods)]
+fn now() -> Timestamp {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+    Timestamp::from_nanos(i64::try_from(since.as_nanos()).unwrap())
+}
+
+/// A domain that no other test uses, and hardly any other program.
+fn settings(name: &str) -> NodeSettings {
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let process = u16::try_from(std::process::id() % 40).unwrap();
+    let domain_id = 100 + process * 3 + NEXT.fetch_add(1, Ordering::Relaxed);
+    NodeSettings { domain_id, name: name.into() }
+}
+
+/// A node, or nothing where there is no network.
+fn join(settings: &NodeSettings) -> Option<Node> {
+    Node::join(settings).map_err(|error| println!("skipped: {error}")).ok()
+}
+
+/// Publishes one moment of a robot after the other until somebody has seen enough.
+fn robot(node: &mut Node, mut until: impl FnMut() -> bool) {
+    let topics = BagTopics::default();
+    let sensors = Delivery::Reliable;
+    let images = node.advertise("/eye", "sensor_msgs/msg/Image", sensors).unwrap();
+    let infos = node.advertise(&topics.camera_info, "sensor_msgs/msg/CameraInfo", sensors).unwrap();
+    let odometry = node.advertise(&topics.odometry, "nav_msgs/msg/Odometry", sensors).unwrap();
+    let tf = node.advertise(&topics.tf_static, "tf2_msgs/msg/TFMessage", Delivery::Latched).unwrap();
+    let camera = Camera::pinhole((4, 2), (5.0, 5.0), (1.5, 0.5)).unwrap();
+    let mut transform = TransformStamped {
+        header: Header::new(Timestamp::default(), "base_footprint"),
+        child_frame_id: "eye".into(),
+        transform: Pose::planar(&PlanarPose::new(0.1, 0.0, 0.0), 0.5),
+    };
+    transform.transform.orientation.w = 1.0;
+    tf.publish(TfMessage { transforms: vec![transform] }).unwrap();
+    for i in 0..NUM_TRIES {
+        let at = Timestamp::from_nanos(1_700_000_000_000_000_000 + i * 50_000_000);
+        infos.publish(camera_info_message(at, &camera, "eye")).unwrap();
+        let x_m = 0.01 * i as f64;
+        let mut moved = Odometry { header: Header::new(at, "odom"), ..Odometry::default() };
+        moved.pose.pose = Pose::planar(&PlanarPose::new(x_m, 0.0, 0.0), 0.0);
+        odometry.publish(moved).unwrap();
+        let (height, width, step, data) = (2, 4, 4, vec![u8::try_from(i % 256).unwrap(); 8]);
+        let (header, encoding) = (Header::new(at, "eye"), "mono8".into());
+        images.publish(Image { header, height, width, encoding, is_bigendian: 0, step, data }).unwrap();
+        thread::sleep(TRY_EVERY);
+        if until() {
+            return;
+        }
+    }
+    panic!("nobody saw anything");
+}
+
+fn live(node: &NodeSettings) -> LiveSettings {
+    let topics = BagTopics { image: "/eye".into(), ..BagTopics::default() };
+    let node = NodeSettings { name: "listener".into(), ..node.clone() };
+    LiveSettings { topics, patience_secs: Some(60.0), ..LiveSettings::new(node) }
+}
+
+#[test]
+fn frames_are_joined_from_live_topics() {
+    let settings = settings("robot");
+    let Some(mut node) = join(&settings) else { return };
+    let host = Host::new(now, |_| {});
+    let listener = thread::spawn(move || {
+        let mut frames = LiveFrames::open(&live(&settings), &host).unwrap();
+        let with_odometry = |frames: &mut LiveFrames| loop {
+            let frame = frames.next_frame().unwrap().unwrap().frame;
+            if frame.odometry.is_some() {
+                return frame;
+            }
+        };
+        let frame = with_odometry(&mut frames);
+        let number = (frame.at.nanos() - 1_700_000_000_000_000_000) / 50_000_000;
+        assert_eq!(frame.image.get(3, 1), [u8::try_from(number % 256).unwrap(); 3]);
+        assert!((frame.odometry.unwrap().x_m - 0.01 * number as f64).abs() < 1e-9);
+        assert_eq!(frame.camera.size_px(), (4, 2));
+        assert!((frame.robot_from_camera.translation().z - 0.5).abs() < 1e-12);
+        assert!(frames.received_at().is_some());
+        host.stop();
+        assert!(frames.next_frame().is_none());
+    });
+    robot(&mut node, || listener.is_finished());
+    listener.join().unwrap();
+}
+
+#[test]
+fn pictures_need_no_robot_and_bring_their_calibration() {
+    let settings = settings("camera");
+    let Some(mut node) = join(&settings) else { return };
+    let listener = thread::spawn(move || {
+        let host = Host::new(now, |_| {});
+        let mut pictures = LivePictures::open(&live(&settings), &host).unwrap();
+        let camera = pictures.wait_for_camera().unwrap().unwrap();
+        assert_eq!(camera.focal_px(), (5.0, 5.0));
+        let (first, second) =
+            (pictures.next_picture().unwrap().unwrap(), pictures.next_picture().unwrap().unwrap());
+        assert!(first.at < second.at && first.image.width() == 4);
+    });
+    robot(&mut node, || listener.is_finished());
+    listener.join().unwrap();
+}
+
+#[test]
+fn orders_arrive_and_other_types_are_seen() {
+    let settings = settings("operator");
+    let Some(mut node) = join(&settings) else { return };
+    let results = ResultPublisher::open(&NodeSettings { name: "visloc".into(), ..settings }).unwrap();
+    let reset = node.advertise("/visloc/reset", "std_msgs/msg/Empty", Delivery::Reliable).unwrap();
+    let is_obeyed = (0..NUM_TRIES).any(|_| {
+        reset.publish(Empty::default()).unwrap();
+        thread::sleep(TRY_EVERY);
+        results.orders().contains(&Order::Reset)
+    });
+    assert!(is_obeyed);
+    let topics = node.topics();
+    let pose = topics.iter().find(|live| live.topic == "/visloc/pose").unwrap();
+    assert_eq!(pose.type_name, "geometry_msgs/msg/PoseWithCovarianceStamped");
+}

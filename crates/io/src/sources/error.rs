@@ -1,0 +1,138 @@
+//! Why a source cannot be opened.
+
+use std::{io, path::PathBuf};
+
+use crate::{bag::BagError, sequence::SequenceError};
+use thiserror::Error;
+use visloc_core::SourceError;
+use visloc_sim::{ScenarioError, TourError};
+
+/// Why a source cannot be opened.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SourcesError {
+    /// The word before the colon is no kind of source.
+    #[error("unknown kind of source '{scheme}:'{}; known are {known}", did_you_mean(nearest))]
+    UnknownKind {
+        /// The word.
+        scheme: String,
+        /// The known one most like it.
+        nearest: Option<String>,
+        /// All kinds.
+        known: String,
+    },
+    /// There is no such file, and it is no name either.
+    #[error(
+        "{argument}: no such file or folder{}; expected one, or a source such as {known}",
+        did_you_mean(nearest)
+    )]
+    NotFound {
+        /// What the user wrote.
+        argument: String,
+        /// Something that exists and looks like it.
+        nearest: Option<String>,
+        /// All kinds.
+        known: String,
+    },
+    /// The system refuses to look at it.
+    #[error("{argument}: {source}")]
+    Unreadable {
+        /// What the user wrote.
+        argument: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file that no kind of source claims.
+    #[error("{}: cannot tell what it is from its name; expected {known}, or say the kind, such as video:FILE", path.display())]
+    UnknownFile {
+        /// The file.
+        path: PathBuf,
+        /// What would be known.
+        known: String,
+    },
+    /// The kind of source has no such thing to give.
+    #[error("{argument}: {reason}")]
+    CannotDeliver {
+        /// What the user wrote.
+        argument: String,
+        /// What it is and what it would have to be.
+        reason: String,
+    },
+    /// An option that the source has no use for, or whose value makes no sense.
+    #[error("{flag}: {reason}")]
+    Refused {
+        /// The option as it is typed.
+        flag: &'static str,
+        /// Why, and what to do.
+        reason: String,
+    },
+    /// Part of the program was left out when it was built.
+    #[error("{argument}: this visloc was built without {feature}; build with --features {feature}")]
+    NotBuilt {
+        /// What the user wrote.
+        argument: String,
+        /// The feature.
+        feature: &'static str,
+    },
+    /// There is no ffmpeg.
+    #[error(
+        "{argument}: videos and cameras are read by ffmpeg, and '{}' cannot be started: {source}. Install it (Debian, \
+         Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg), name it with --ffmpeg PATH, or make a folder of \
+         images from the video elsewhere",
+        program.display()
+    )]
+    NoFfmpeg {
+        /// What the user wrote.
+        argument: String,
+        /// The program that was tried.
+        program: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The calibration is missing.
+    #[error(
+        "{argument}: expected a calibration of the camera; give one with --camera FILE (docs/own-camera.md)"
+    )]
+    NoCamera {
+        /// What the user wrote.
+        argument: String,
+    },
+    /// Nothing says where the camera is on the robot.
+    #[error(
+        "{argument}: a source without kinematics needs the camera's place on the robot: --camera-height METERS and \
+         --camera-tilt DEGREES (down is positive)"
+    )]
+    NoMount {
+        /// What the user wrote.
+        argument: String,
+    },
+    /// The source ended before its first image.
+    #[error("{argument}: no image came")]
+    Empty {
+        /// What the user wrote.
+        argument: String,
+    },
+    /// The first image cannot be had.
+    #[error(transparent)]
+    First(#[from] SourceError),
+    /// A bag.
+    #[error(transparent)]
+    Bag(#[from] BagError),
+    /// A dataset, a folder of images or a calibration.
+    #[error(transparent)]
+    Sequence(#[from] SequenceError),
+    /// A simulated robot.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A simulated tour of a camera.
+    #[error(transparent)]
+    Tour(#[from] TourError),
+    /// Live topics.
+    #[cfg(feature = "ros2")]
+    #[error(transparent)]
+    Ros2(#[from] crate::ros2::Ros2Error),
+}
+
+fn did_you_mean(nearest: &Option<String>) -> String {
+    nearest.as_ref().map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
+}

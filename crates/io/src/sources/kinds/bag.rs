@@ -1,0 +1,119 @@
+//! Recordings of ROS 2 and ROS 1.
+
+use std::path::Path;
+
+use crate::{
+    bag::{BagPictures, BagReader, BagTopics, GivenInputs},
+    sequence::{Calibration, fit_calibration, read_calibration},
+};
+use visloc_core::geom::Camera as CameraModel;
+use visloc_core::{PictureSource, files};
+
+use super::{SourceKind, Way, always_usable, has_extension};
+use crate::sources::SourceOption::{
+    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale, Start,
+    Stride, Topics, TruthTopic,
+};
+use crate::sources::{
+    OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::images_of_pictures, open::Request,
+};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "ROS bag",
+    schemes: &["bag"],
+    form: "FILE.mcap|db3|bag",
+    example: "testdata/R1-excerpt.mcap",
+    summary: "a recording of ROS 2 in MCAP or SQLite (.db3), a file or a folder of rosbag2, or one of ROS 1 (.bag); also bag:PATH",
+    is_live: false,
+    is_robot: |_| true,
+    problem: always_usable,
+    claims,
+    frames: Way {
+        honors: |_| {
+            &[
+                Camera,
+                Mount,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                OdometryTopic,
+                TruthTopic,
+                BaseFrame,
+                CameraFrame,
+            ]
+        },
+        open: frames,
+    },
+    images: Way {
+        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale],
+        open: images,
+    },
+    pictures: Way { honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
+};
+
+fn claims(path: &Path) -> bool {
+    if path.is_file() {
+        return has_extension(path, &["mcap", "db3", "bag"]);
+    }
+    let has_bag = |entry: std::fs::DirEntry| has_extension(&entry.path(), &["mcap", "db3"]);
+    let is_bag = |mut entries: std::fs::ReadDir| entries.any(|entry| entry.is_ok_and(has_bag));
+    path.is_dir() && (is_rosbag_metadata(path) || std::fs::read_dir(path).is_ok_and(is_bag))
+}
+
+fn is_rosbag_metadata(folder: &Path) -> bool {
+    let text = files::read_text(&folder.join("metadata.yaml"));
+    text.is_ok_and(|text| text.contains("rosbag2_bagfile_information"))
+}
+
+fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+    let (options, mut warnings) = (request.options, Vec::new());
+    let given = GivenInputs {
+        camera: given_camera(request, &mut warnings)?,
+        robot_from_camera: options.mount.map(|mount| mount.robot_from_camera()),
+    };
+    let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
+    warnings.extend(chosen(request, bag.topics()));
+    Ok(OpenFrames { frames: Box::new(bag), map: None, warnings })
+}
+
+/// The user's calibration for the size of the first image.
+fn given_camera(
+    request: &Request<'_>,
+    warnings: &mut Vec<String>,
+) -> Result<Option<CameraModel>, SourcesError> {
+    let Some(path) = &request.options.camera else { return Ok(None) };
+    let calibration = read_calibration(path)?;
+    let topics = BagTopics { camera_info: String::new(), ..request.topics() };
+    let mut pictures = BagPictures::open(request.address.rest(), &topics)?;
+    let first =
+        pictures.next_picture().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let size_px = (first.image.width(), first.image.height());
+    Ok(Some(fit_calibration(&calibration, size_px, path, warnings)?))
+}
+
+fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    images_of_pictures(request, pictures(request)?)
+}
+
+fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+    let path = request.address.rest();
+    let pictures = BagPictures::open(path, &request.topics())?;
+    let calibration = pictures.camera().map(|camera| (Calibration::of(camera), path.into()));
+    let found = BagTopics { image: pictures.topic().into(), ..request.topics() };
+    let warnings = chosen(request, &found);
+    Ok(OpenPictures { pictures: Box::new(pictures), calibration, warnings })
+}
+
+/// What was taken for topics that nobody named and that the recording does not have.
+fn chosen(request: &Request<'_>, found: &BagTopics) -> Vec<String> {
+    let asked = &request.topics();
+    let roles = [
+        ("images", &asked.image, &found.image),
+        ("calibration", &asked.camera_info, &found.camera_info),
+        ("odometry", &asked.odometry, &found.odometry),
+    ];
+    let changed = roles.into_iter().filter(|(_, asked, found)| asked != found && !found.is_empty());
+    changed
+        .map(|(what, asked, found)| format!("{what}: from '{found}', since there is no '{asked}'"))
+        .collect()
+}

@@ -1,0 +1,68 @@
+//! Datasets and plain folders of images.
+
+use std::path::Path;
+
+use crate::sequence::{
+    FilePictures, Listing, Sequence, SequenceOptions, SequenceRange, list_sequence, open_sequence,
+    sequence_layouts,
+};
+
+use super::{SourceKind, Way, always_usable};
+use crate::sources::SourceOption::{Camera, End, Fps, Mount, Scale, Start, Stride};
+use crate::sources::{
+    OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::frames_of_pictures, open::Request,
+};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "images",
+    schemes: &["images", "tum", "euroc", "kitti", "icl", "zurich"],
+    form: "DIR",
+    example: "tum:rgbd_dataset_freiburg2_desk",
+    summary: "a folder of JPEG or PNG images with a calibration, or a dataset; the layout is recognized, or said: \
+              images:DIR, tum:DIR, euroc:DIR, kitti:DIR, icl:DIR, zurich:DIR",
+    is_live: false,
+    is_robot: |_| false,
+    problem: always_usable,
+    claims: Path::is_dir,
+    frames: Way { honors: |_| &[Camera, Mount, Start, End, Stride, Fps], open: frames },
+    images: Way { honors: |_| &[Camera, Start, End, Stride, Scale, Fps], open: images },
+    pictures: Way { honors: |_| &[Camera, Start, End, Stride, Fps], open: pictures },
+};
+
+fn sequence_options(request: &Request<'_>) -> SequenceOptions {
+    let options = request.options;
+    let scheme = request.address.scheme();
+    SequenceOptions {
+        range: options.range,
+        scale: options.scale(),
+        calibration: options.camera.clone(),
+        rate_hz: options.rate_hz,
+        layout: sequence_layouts().map(|(key, _)| key).find(|key| *key == scheme),
+    }
+}
+
+fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    let folder = Path::new(request.address.rest());
+    let Sequence { images, truth, warnings, .. } = open_sequence(folder, &sequence_options(request))?;
+    Ok(OpenImages { images: Box::new(images), truth, warnings })
+}
+
+fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+    let folder = Path::new(request.address.rest());
+    list(folder, &sequence_options(request))
+}
+
+fn list(folder: &Path, options: &SequenceOptions) -> Result<OpenPictures, SourcesError> {
+    let Listing { images, calibration, skipped, mut warnings, .. } = list_sequence(folder, options)?;
+    if let Err(error) = &calibration {
+        warnings.push(format!("no calibration: {error}"));
+    }
+    let pictures = Box::new(FilePictures::new(images, skipped));
+    Ok(OpenPictures { pictures, calibration: calibration.ok(), warnings })
+}
+
+fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+    // The range is that of the frames, which follow.
+    let options = SequenceOptions { range: SequenceRange::default(), ..sequence_options(request) };
+    frames_of_pictures(request, list(Path::new(request.address.rest()), &options)?)
+}

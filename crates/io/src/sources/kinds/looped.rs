@@ -1,0 +1,79 @@
+//! A folder of images as if it were a camera: over and over, in real time, through the same program and the same code.
+
+use std::path::{Path, PathBuf};
+
+use crate::sequence::{ImageFile, Listing, SequenceOptions, list_sequence};
+
+use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
+use crate::sources::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride};
+use crate::sources::{
+    SourcesError,
+    open::Request,
+    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
+};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "loop",
+    schemes: &["loop"],
+    form: "loop:DIR",
+    example: "loop:photos --fps 15",
+    summary: "a folder of images in place of a camera: over and over, live, at --fps images a second",
+    is_live: true,
+    is_robot: |_| false,
+    problem: |options| ffmpeg_problem(options.ffmpeg()),
+    claims: claims_nothing,
+    frames: Way {
+        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
+        open: |request| video::frames(request, input(request)?),
+    },
+    images: Way {
+        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
+        open: |request| video::images(request, input(request)?),
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Fps, Patience, Ffmpeg],
+        open: |request| video::pictures(request, input(request)?),
+    },
+};
+
+/// The images, and the calibration beside them.
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
+    let folder = Path::new(request.address.rest());
+    let Listing { images, calibration, .. } = list_sequence(folder, &SequenceOptions::default())?;
+    let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);
+    let Some((folder, pattern)) = place_of(&images) else {
+        return request.cannot("expected images in one folder and of one format, found others");
+    };
+    let args: Vec<std::ffi::OsString> = vec![
+        "-re".into(),
+        "-stream_loop".into(),
+        "-1".into(),
+        "-f".into(),
+        "image2".into(),
+        "-framerate".into(),
+        rate_hz.to_string().into(),
+        "-pattern_type".into(),
+        "glob".into(),
+        "-i".into(),
+        pattern.into(),
+    ];
+    let input = FfmpegInput {
+        argument: request.argument(),
+        args,
+        folder: Some(folder),
+        is_live: true,
+        rate_hz,
+        has_own_times: true,
+    };
+    Ok((input, calibration.ok()))
+}
+
+/// Folder and ending that all images share; ffmpeg sorts them by name.
+fn place_of(images: &[ImageFile]) -> Option<(PathBuf, String)> {
+    let place = |image: &ImageFile| {
+        let extension = image.path.extension()?.to_str()?.to_owned();
+        Some((image.path.parent()?.to_path_buf(), format!("*.{extension}")))
+    };
+    let first = place(images.first()?)?;
+    images.iter().all(|image| place(image).as_ref() == Some(&first)).then_some(first)
+}

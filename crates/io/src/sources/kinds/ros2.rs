@@ -1,0 +1,150 @@
+//! Live topics of ROS 2: a robot, or a simulator of one.
+
+use super::{SourceKind, Way, claims_nothing};
+use crate::sources::SourceOption::{
+    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Patience,
+    RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+};
+use crate::sources::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "ROS 2 topics",
+    schemes: &["ros2"],
+    form: "ros2:TOPIC",
+    example: "ros2:/camera/image_raw",
+    summary: "live topics of a robot or simulator: images there, the rest as in --topics; no ROS installation needed",
+    is_live: true,
+    is_robot: |_| true,
+    problem,
+    claims: claims_nothing,
+    frames: Way {
+        honors: |_| {
+            &[
+                Camera,
+                Mount,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                OdometryTopic,
+                TruthTopic,
+                BaseFrame,
+                CameraFrame,
+                Patience,
+                RosDomain,
+            ]
+        },
+        open: frames,
+    },
+    images: Way {
+        honors: |_| {
+            &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale, Patience, RosDomain]
+        },
+        open: images,
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Patience, RosDomain],
+        open: pictures,
+    },
+};
+
+#[cfg(not(feature = "ros2"))]
+mod live {
+    use super::*;
+
+    pub(super) fn problem(_: &SourceOptions) -> Option<String> {
+        Some("this visloc was built without the feature ros2".into())
+    }
+
+    fn not_built<T>(request: &Request<'_>) -> Result<T, SourcesError> {
+        Err(SourcesError::NotBuilt { argument: request.argument(), feature: "ros2" })
+    }
+
+    pub(super) fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+        not_built(request)
+    }
+
+    pub(super) fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+        not_built(request)
+    }
+
+    pub(super) fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+        not_built(request)
+    }
+}
+
+#[cfg(feature = "ros2")]
+mod live {
+    use crate::ros2::{LiveFrames, LivePictures, LiveSettings, NodeSettings};
+    use crate::sequence::{Calibration, read_calibration};
+
+    use super::*;
+    use crate::sources::adapt::images_of_pictures;
+
+    pub(super) fn problem(_: &SourceOptions) -> Option<String> {
+        None
+    }
+
+    /// The topic behind the colon wins over the one in the settings.
+    fn settings(request: &Request<'_>) -> Result<LiveSettings, SourcesError> {
+        let SourceOptions { topics, camera, mount, patience_secs, .. } = request.options;
+        let is_named_twice = topics.image.is_some();
+        let mut topics = request.topics();
+        let image = request.address.rest();
+        if !image.is_empty() {
+            if !image.starts_with('/') {
+                return request
+                    .cannot(format!("expected a topic such as /camera/image_raw, found '{image}'"));
+            }
+            if is_named_twice {
+                return request.cannot(
+                    "--image-topic: the images' topic stands behind the colon already; leave one out",
+                );
+            }
+            image.clone_into(&mut topics.image);
+        }
+        let node = NodeSettings {
+            domain_id: request.options.domain_id(),
+            name: format!("visloc_input_{}", std::process::id()),
+        };
+        Ok(LiveSettings {
+            topics,
+            patience_secs: *patience_secs,
+            calibration: camera
+                .as_ref()
+                .map(|path| Ok::<_, SourcesError>((read_calibration(path)?, path.clone())))
+                .transpose()?,
+            robot_from_camera: mount.map(|mount| mount.robot_from_camera()),
+            ..LiveSettings::new(node)
+        })
+    }
+
+    pub(super) fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+        let (topics, SourceOptions { camera, mount, .. }) = (request.topics(), request.options);
+        if topics.camera_info.is_empty() && camera.is_none() {
+            return Err(SourcesError::NoCamera { argument: request.argument() });
+        }
+        if topics.tf.is_empty() && topics.tf_static.is_empty() && mount.is_none() {
+            return Err(SourcesError::NoMount { argument: request.argument() });
+        }
+        let frames = LiveFrames::open(&settings(request)?, request.host)?;
+        Ok(OpenFrames { frames: Box::new(frames), map: None, warnings: Vec::new() })
+    }
+
+    pub(super) fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+        let open = pictures(request)?;
+        images_of_pictures(request, open)
+    }
+
+    pub(super) fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+        let mut pictures = LivePictures::open(&settings(request)?, request.host)?;
+        let calibration = match &request.options.camera {
+            None if !request.topics().camera_info.is_empty() => pictures.wait_for_camera()?,
+            _ => None,
+        };
+        let topic = request.topics().camera_info;
+        let calibration = calibration.map(|camera| (Calibration::of(&camera), topic.into()));
+        Ok(OpenPictures { pictures: Box::new(pictures), calibration, warnings: Vec::new() })
+    }
+}
+
+use live::{frames, images, pictures, problem};

@@ -1,0 +1,134 @@
+//! The simulator: robots on known maps, and cameras that are carried through rooms.
+
+use crate::sequence::{Bound, Calibration};
+use visloc_core::{ImageSource, PictureSource};
+use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
+
+use super::{SourceKind, Way, always_usable, claims_nothing};
+use crate::sources::SourceOption::{End, Scale, Seed, Start, Stride, Threads};
+use crate::sources::{
+    OpenFrames, OpenImages, OpenPictures, SourcesError,
+    adapt::{FramePictures, PicturesOfImages, images_of_pictures},
+    address::nearest,
+    open::Request,
+};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "simulator",
+    schemes: &["sim"],
+    form: "sim:NAME",
+    example: "sim:robocup",
+    summary: "a simulated robot (sim:robocup, sim:office, any scenario or its TOML file) or camera tour (sim:room, ...)",
+    is_live: false,
+    is_robot: |name| !is_tour(name),
+    problem: always_usable,
+    claims: claims_nothing,
+    frames: Way { honors: |_| &[Seed, Threads], open: frames },
+    images: Way { honors: |_| &[Start, End, Stride, Scale, Seed, Threads], open: images },
+    pictures: Way {
+        honors: |name| {
+            if is_tour(name) { &[Start, End, Stride, Scale, Seed, Threads] } else { &[Seed, Threads] }
+        },
+        open: pictures,
+    },
+};
+
+/// Other names of scenarios.
+const ALIASES: [(&str, &str); 1] = [("robocup", "tour")];
+
+/// Everything that may stand behind the colon, without files.
+pub(crate) fn simulated_names() -> Vec<String> {
+    let aliases = ALIASES.iter().map(|alias| alias.0);
+    let scenarios = BUILT_IN_SCENARIOS.iter().map(|scenario| scenario.0);
+    aliases.chain(scenarios).chain(TOURS.iter().map(|tour| tour.0)).map(str::to_owned).collect()
+}
+
+/// Refuses a name that is neither known nor a file.
+fn check_name(request: &Request<'_>) -> Result<(), SourcesError> {
+    let (name, known) = (request.address.rest(), simulated_names());
+    if known.iter().any(|known| known == name) || std::path::Path::new(name).is_file() {
+        return Ok(());
+    }
+    let nearest = nearest(name, known.iter().map(String::as_str));
+    let hint = nearest.map(|nearest| format!("; did you mean '{nearest}'?")).unwrap_or_default();
+    request.cannot(format!("expected the file of a scenario or one of: {}{hint}", known.join(", ")))
+}
+
+fn is_tour(name: &str) -> bool {
+    TOURS.iter().any(|tour| tour.0 == name)
+}
+
+fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+    check_name(request)?;
+    if is_tour(request.address.rest()) {
+        return request.cannot(
+            "this is a camera in a room without a map; expected a robot on a map, such as sim:robocup or sim:office \
+             (for the room: visloc slam)",
+        );
+    }
+    let simulation = simulation(request)?;
+    let map = Some(simulation.map().clone());
+    Ok(OpenFrames { frames: Box::new(simulation), map, warnings: Vec::new() })
+}
+
+fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
+    let name = request.address.rest();
+    let name = ALIASES.iter().find(|alias| alias.0 == name).map_or(name, |alias| alias.1);
+    let scenario = Scenario::load(name)?;
+    let options = request.options;
+    if options.usual.max_frames.is_some_and(|number| number > MAX_FRAMES) {
+        return request.cannot(format!("--frames: expected at most {MAX_FRAMES} for a simulation"));
+    }
+    let simulation = Simulation::new(&scenario, options.seed())?.with_threads(options.num_threads());
+    Ok(match options.usual.max_frames {
+        Some(max_frames) => simulation.with_num_frames(max_frames),
+        None => simulation,
+    })
+}
+
+fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    check_name(request)?;
+    if is_tour(request.address.rest()) {
+        return tour(request);
+    }
+    images_of_pictures(request, pictures(request)?)
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    let options = request.options;
+    if !(0.15..=4.0).contains(&options.scale()) {
+        return request
+            .cannot(format!("--scale: expected a factor from 0.15 to 4, found {}", options.scale()));
+    }
+    let tour = CameraTour::new(request.address.rest(), options.seed())?;
+    let (width, height) = tour.camera().size_px();
+    let side = |px: u32| (f64::from(px) * options.scale()).round() as u32;
+    let rate = tour.frames_per_sec();
+    let frame = |bound: Bound| match bound {
+        Bound::Frame(frame) => frame,
+        Bound::Secs(secs) => (secs * rate).ceil() as usize,
+    };
+    let range = options.range;
+    let tour = tour
+        .with_size((side(width), side(height)))?
+        .with_frames(frame(range.start), range.end.map_or(usize::MAX, frame), range.stride)
+        .with_threads(options.num_threads());
+    Ok(OpenImages { truth: Some(tour.truth()), images: Box::new(tour), warnings: Vec::new() })
+}
+
+fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
+    check_name(request)?;
+    let (pictures, camera): (Box<dyn PictureSource>, _) = if is_tour(request.address.rest()) {
+        let images = tour(request)?.images;
+        let camera = *images.camera();
+        (Box::new(PicturesOfImages(images)), camera)
+    } else {
+        let frames = FramePictures::new(Box::new(simulation(request)?));
+        let frames = frames.ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+        let camera = *frames.camera();
+        (Box::new(frames), camera)
+    };
+    let calibration = Some((Calibration::of(&camera), request.argument().into()));
+    Ok(OpenPictures { pictures, calibration, warnings: Vec::new() })
+}

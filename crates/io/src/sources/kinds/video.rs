@@ -1,0 +1,60 @@
+//! Video files.
+
+use std::path::Path;
+
+use super::{SourceKind, Way, has_extension};
+use crate::sources::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Scale, Start, Stride};
+use crate::sources::{
+    SourcesError,
+    open::Request,
+    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
+};
+
+pub(super) const KIND: SourceKind = SourceKind {
+    name: "video",
+    schemes: &["video"],
+    form: "FILE.mp4",
+    example: "clip.mp4 --camera camera.toml",
+    summary: "a video file of any format that ffmpeg knows (mp4, mkv, webm, avi, mov, ...); also video:FILE",
+    is_live: false,
+    is_robot: |_| false,
+    problem: |options| ffmpeg_problem(options.ffmpeg()),
+    claims: |path| path.is_file() && has_extension(path, &EXTENSIONS),
+    frames: Way {
+        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
+        open: |request| video::frames(request, input(request)?),
+    },
+    images: Way {
+        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Ffmpeg],
+        open: |request| video::images(request, input(request)?),
+    },
+    pictures: Way {
+        honors: |_| &[Camera, Fps, Ffmpeg],
+        open: |request| video::pictures(request, input(request)?),
+    },
+};
+
+const EXTENSIONS: [&str; 14] =
+    ["mp4", "m4v", "mov", "mkv", "webm", "avi", "mpg", "mpeg", "ts", "mts", "wmv", "ogv", "mjpeg", "3gp"];
+
+/// Images a second, where the file has no times.
+pub(super) const RATE_HZ: f64 = 30.0;
+
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
+    let path = Path::new(request.address.rest());
+    if !path.is_file() {
+        return request.cannot(format!("expected a video file, found no file '{}'", path.display()));
+    }
+    // A name may begin with a dash or look like a protocol.
+    let mut name = std::ffi::OsString::from("file:");
+    name.push(path);
+    let input = FfmpegInput {
+        argument: request.argument(),
+        args: vec!["-i".into(), name],
+        folder: None,
+        is_live: false,
+        rate_hz: request.options.rate_hz.unwrap_or(RATE_HZ),
+        has_own_times: request.options.rate_hz.is_none(),
+    };
+    Ok((input, None))
+}

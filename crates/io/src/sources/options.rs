@@ -1,0 +1,422 @@
+//! How a source is opened, and which kind of source honors what.
+
+use std::path::{Path, PathBuf};
+
+use crate::{
+    bag::BagTopics,
+    sequence::{SCALES, SequenceRange},
+};
+
+use crate::sources::{Mount, SourcesError};
+
+/// How a source is opened. What is `None`, or a range of everything, was not asked for. What was asked for is honored, or
+/// the source refuses to be opened: see [`SourceOption`].
+#[derive(Debug, Clone, Default)]
+pub struct SourceOptions {
+    /// Topics and frames of bags and of live topics.
+    pub topics: TopicOptions,
+    /// Calibration of the camera, over what the source itself says.
+    pub camera: Option<PathBuf>,
+    /// Where the camera is on the robot, over what the source itself says.
+    pub mount: Option<Mount>,
+    /// Which images are used.
+    pub range: SequenceRange,
+    /// Size of gray images as a factor; the camera is adapted.
+    pub scale: Option<f64>,
+    /// Images a second: of folders without times, of videos in place of theirs, and what cameras are asked for.
+    pub rate_hz: Option<f64>,
+    /// Seed of a simulation; 1 if absent.
+    pub seed: Option<u64>,
+    /// Threads of a simulation; [`Usual::num_threads`] if absent.
+    pub num_threads: Option<usize>,
+    /// A live source from which nothing comes for so long ends, seconds; without it is waited on.
+    pub patience_secs: Option<f64>,
+    /// The program that decodes video; `ffmpeg` if absent.
+    pub ffmpeg: Option<PathBuf>,
+    /// Domain of live topics; [`Usual::domain_id`] if absent.
+    pub domain_id: Option<u16>,
+    /// What is taken where nothing was asked for.
+    pub usual: Usual,
+    /// What whoever opens the source honors itself, so that a source without use for it need not refuse it: a seed that
+    /// an algorithm takes too, names of topics that are written.
+    pub honored_elsewhere: Vec<SourceOption>,
+}
+
+/// What is taken where nothing was asked for. A source that has no use for it passes over it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Usual {
+    /// Threads of a simulation.
+    pub num_threads: usize,
+    /// Most frames that will be taken from a simulation; it prepares no more.
+    pub max_frames: Option<usize>,
+    /// Domain of live topics, for instance `ROS_DOMAIN_ID` of the environment.
+    pub domain_id: u16,
+}
+
+impl Default for Usual {
+    fn default() -> Self {
+        Self { num_threads: 1, max_frames: None, domain_id: 0 }
+    }
+}
+
+/// Names of topics and frames that were asked for. An empty name of a topic means: do not read it.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct TopicOptions {
+    /// All names at once.
+    pub all: Option<BagTopics>,
+    /// Images; as the following, over `all`.
+    pub image: Option<String>,
+    /// Calibration.
+    pub camera_info: Option<String>,
+    /// Odometry.
+    pub odometry: Option<String>,
+    /// Where the robot really is.
+    pub ground_truth: Option<String>,
+    /// Frame of the robot on the ground.
+    pub base_frame: Option<String>,
+    /// Optical frame of the camera.
+    pub camera_frame: Option<String>,
+}
+
+impl TopicOptions {
+    /// All names: the usual ones where nothing was asked for.
+    #[must_use]
+    pub fn names(&self) -> BagTopics {
+        let mut names = self.all.clone().unwrap_or_default();
+        let Self { all: _, image, camera_info, odometry, ground_truth, base_frame, camera_frame } = self;
+        for (given, name) in [
+            (image, &mut names.image),
+            (camera_info, &mut names.camera_info),
+            (odometry, &mut names.odometry),
+            (ground_truth, &mut names.ground_truth),
+            (base_frame, &mut names.base_frame),
+        ] {
+            if let Some(given) = given {
+                name.clone_from(given);
+            }
+        }
+        if camera_frame.is_some() {
+            names.camera_frame.clone_from(camera_frame);
+        }
+        names
+    }
+}
+
+/// What a source is opened for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// All that a robot senses.
+    Frames,
+    /// Gray images of a calibrated camera.
+    Images,
+    /// Pictures of any camera.
+    Pictures,
+}
+
+impl Purpose {
+    /// Every purpose.
+    pub const ALL: [Self; 3] = [Self::Frames, Self::Images, Self::Pictures];
+}
+
+/// An option of a source as a user knows it. Each kind of source lists the ones that it honors; the others are refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SourceOption {
+    /// Calibration.
+    Camera,
+    /// The camera's place on the robot.
+    Mount,
+    /// File with names of topics.
+    Topics,
+    /// Topic of the images.
+    ImageTopic,
+    /// Topic of the calibration.
+    CameraInfoTopic,
+    /// Topic of the odometry.
+    OdometryTopic,
+    /// Topic of the truth.
+    TruthTopic,
+    /// Frame of the robot.
+    BaseFrame,
+    /// Frame of the camera.
+    CameraFrame,
+    /// First image.
+    Start,
+    /// One past the last image.
+    End,
+    /// Every how manyeth image.
+    Stride,
+    /// Size of the images.
+    Scale,
+    /// Images a second.
+    Fps,
+    /// Seed of everything random.
+    Seed,
+    /// Threads that draw.
+    Threads,
+    /// End of a silent source.
+    Patience,
+    /// Decoder of videos.
+    Ffmpeg,
+    /// Domain of ROS 2.
+    RosDomain,
+}
+
+impl SourceOption {
+    /// Every option.
+    pub const ALL: [Self; 19] = [
+        Self::Camera,
+        Self::Mount,
+        Self::Topics,
+        Self::ImageTopic,
+        Self::CameraInfoTopic,
+        Self::OdometryTopic,
+        Self::TruthTopic,
+        Self::BaseFrame,
+        Self::CameraFrame,
+        Self::Start,
+        Self::End,
+        Self::Stride,
+        Self::Scale,
+        Self::Fps,
+        Self::Seed,
+        Self::Threads,
+        Self::Patience,
+        Self::Ffmpeg,
+        Self::RosDomain,
+    ];
+
+    /// Names of topics and frames.
+    pub const TOPICS: [Self; 7] = [
+        Self::Topics,
+        Self::ImageTopic,
+        Self::CameraInfoTopic,
+        Self::OdometryTopic,
+        Self::TruthTopic,
+        Self::BaseFrame,
+        Self::CameraFrame,
+    ];
+
+    /// How it is typed.
+    #[must_use]
+    pub fn flag(self) -> &'static str {
+        match self {
+            Self::Camera => "--camera",
+            Self::Mount => "--camera-height",
+            Self::Topics => "--topics",
+            Self::ImageTopic => "--image-topic",
+            Self::CameraInfoTopic => "--camera-info-topic",
+            Self::OdometryTopic => "--odometry-topic",
+            Self::TruthTopic => "--truth-topic",
+            Self::BaseFrame => "--base-frame",
+            Self::CameraFrame => "--camera-frame",
+            Self::Start => "--start",
+            Self::End => "--end",
+            Self::Stride => "--stride",
+            Self::Scale => "--scale",
+            Self::Fps => "--fps",
+            Self::Seed => "--seed",
+            Self::Threads => "--threads",
+            Self::Patience => "--patience",
+            Self::Ffmpeg => "--ffmpeg",
+            Self::RosDomain => "--ros-domain",
+        }
+    }
+
+    /// Why a source may have no use for it, as the end of a sentence about that source.
+    fn reason(self, purpose: Purpose) -> &'static str {
+        match self {
+            Self::Camera => "its camera is known; leave it out, or set [camera] in a scenario of your own",
+            Self::Mount if purpose == Purpose::Frames => {
+                "where its camera is on the robot is known; leave it out"
+            }
+            Self::Mount => "only images are taken, and they do not depend on it; leave it out",
+            Self::Topics
+            | Self::ImageTopic
+            | Self::CameraInfoTopic
+            | Self::OdometryTopic
+            | Self::TruthTopic
+            | Self::BaseFrame
+            | Self::CameraFrame => "nothing of that name is read from it here; leave it out",
+            Self::Start | Self::End | Self::Stride => "all of it is used; leave it out",
+            Self::Scale => "its images are used in their own size; leave it out",
+            Self::Fps => "its images have times of their own; leave it out",
+            Self::Seed => "nothing in it is random; leave it out",
+            Self::Threads => "only simulated images are drawn by threads; leave it out",
+            Self::Patience => "it is no live source and ends by itself; leave it out",
+            Self::Ffmpeg => "it is read without ffmpeg; leave it out",
+            Self::RosDomain => "it is not in the network of ROS 2; leave it out",
+        }
+    }
+}
+
+impl SourceOptions {
+    /// What was asked for.
+    pub fn given(&self) -> impl Iterator<Item = SourceOption> {
+        // A new option has to be named here.
+        let Self {
+            topics: TopicOptions { all, image, camera_info, odometry, ground_truth, base_frame, camera_frame },
+            camera,
+            mount,
+            range: SequenceRange { start, end, stride },
+            scale,
+            rate_hz,
+            seed,
+            num_threads,
+            patience_secs,
+            ffmpeg,
+            domain_id,
+            usual: _,
+            honored_elsewhere: _,
+        } = self;
+        let whole = SequenceRange::default();
+        let is_given = [
+            (SourceOption::Camera, camera.is_some()),
+            (SourceOption::Mount, mount.is_some()),
+            (SourceOption::Topics, all.is_some()),
+            (SourceOption::ImageTopic, image.is_some()),
+            (SourceOption::CameraInfoTopic, camera_info.is_some()),
+            (SourceOption::OdometryTopic, odometry.is_some()),
+            (SourceOption::TruthTopic, ground_truth.is_some()),
+            (SourceOption::BaseFrame, base_frame.is_some()),
+            (SourceOption::CameraFrame, camera_frame.is_some()),
+            (SourceOption::Start, *start != whole.start),
+            (SourceOption::End, end.is_some()),
+            (SourceOption::Stride, *stride != whole.stride),
+            (SourceOption::Scale, scale.is_some()),
+            (SourceOption::Fps, rate_hz.is_some()),
+            (SourceOption::Seed, seed.is_some()),
+            (SourceOption::Threads, num_threads.is_some()),
+            (SourceOption::Patience, patience_secs.is_some()),
+            (SourceOption::Ffmpeg, ffmpeg.is_some()),
+            (SourceOption::RosDomain, domain_id.is_some()),
+        ];
+        is_given.into_iter().filter(|(_, is_given)| *is_given).map(|(option, _)| option)
+    }
+
+    /// Refuses options that the source has no use for, that contradict each other or that have senseless values.
+    pub(crate) fn check(
+        &self,
+        source: &str,
+        kind: &str,
+        purpose: Purpose,
+        honored: &[SourceOption],
+    ) -> Result<(), SourcesError> {
+        let refuse = |option: SourceOption, reason: &str| {
+            let (flag, reason) = (option.flag(), format!("{source} ({kind}): {reason}"));
+            Err(SourcesError::Refused { flag, reason })
+        };
+        let is_elsewhere = |option: &SourceOption| self.honored_elsewhere.contains(option);
+        for option in self.given().filter(|option| !is_elsewhere(option)) {
+            if !honored.contains(&option) {
+                return refuse(option, option.reason(purpose));
+            }
+            if let Some(winner) = self.loses_to(option) {
+                return refuse(option, &format!("{winner} is used in place of it; leave one of the two out"));
+            }
+        }
+        self.check_numbers()
+    }
+
+    /// The option that makes another one of no use.
+    fn loses_to(&self, option: SourceOption) -> Option<&'static str> {
+        let names_calibration = self.topics.camera_info.as_ref().is_some_and(|name| !name.is_empty());
+        match option {
+            SourceOption::CameraInfoTopic if names_calibration && self.camera.is_some() => {
+                Some(SourceOption::Camera.flag())
+            }
+            SourceOption::BaseFrame | SourceOption::CameraFrame if self.mount.is_some() => {
+                Some(SourceOption::Mount.flag())
+            }
+            _ => None,
+        }
+    }
+
+    fn check_numbers(&self) -> Result<(), SourcesError> {
+        let in_range = |option: SourceOption, value: Option<f64>, (least, most): (f64, f64)| match value {
+            Some(value) if !(least..=most).contains(&value) => Err(SourcesError::Refused {
+                flag: option.flag(),
+                reason: format!("expected a number from {least} to {most}, found {value:?}"),
+            }),
+            _ => Ok(()),
+        };
+        in_range(SourceOption::Scale, self.scale, SCALES)?;
+        in_range(SourceOption::Fps, self.rate_hz, (0.01, 10_000.0))?;
+        in_range(SourceOption::Patience, self.patience_secs, (0.01, 1e6))?;
+        if let Some(Mount { height_m, forward_m, tilt_rad, pan_rad, roll_rad }) = self.mount {
+            in_range(SourceOption::Mount, Some(height_m), (0.01, 100.0))?;
+            in_range(SourceOption::Mount, Some(forward_m), (-100.0, 100.0))?;
+            for angle_rad in [tilt_rad, pan_rad, roll_rad] {
+                in_range(SourceOption::Mount, Some(angle_rad), (-7.0, 7.0))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Size of gray images as a factor.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale.unwrap_or(1.0)
+    }
+
+    /// Seed of a simulation.
+    pub(crate) fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    /// Threads of a simulation.
+    pub(crate) fn num_threads(&self) -> usize {
+        self.num_threads.unwrap_or(self.usual.num_threads)
+    }
+
+    /// The program that decodes video.
+    pub(crate) fn ffmpeg(&self) -> &Path {
+        self.ffmpeg.as_deref().unwrap_or(Path::new("ffmpeg"))
+    }
+
+    /// Domain of live topics.
+    #[must_use]
+    pub fn domain_id(&self) -> u16 {
+        self.domain_id.unwrap_or(self.usual.domain_id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sources::KINDS;
+
+    #[test]
+    fn every_option_is_listed_once_and_honored_somewhere() {
+        let mut flags: Vec<&str> = SourceOption::ALL.iter().map(|option| option.flag()).collect();
+        flags.sort_unstable();
+        flags.dedup();
+        assert_eq!(flags.len(), SourceOption::ALL.len());
+        for option in SourceOption::ALL {
+            let honors = |purpose| KINDS.iter().any(|kind| kind.honors(purpose, "").contains(&option));
+            assert!(Purpose::ALL.into_iter().any(honors), "{option:?}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_honored_is_refused_with_its_name() {
+        let check = |options: &SourceOptions| {
+            let honored = [SourceOption::Scale, SourceOption::CameraInfoTopic, SourceOption::Camera];
+            options.check("x", "kind", Purpose::Images, &honored).map_err(|error| error.to_string())
+        };
+        let seeded = SourceOptions { seed: Some(2), ..SourceOptions::default() };
+        assert_eq!(check(&seeded).unwrap_err(), "--seed: x (kind): nothing in it is random; leave it out");
+        let elsewhere = vec![SourceOption::Seed];
+        assert!(check(&SourceOptions { honored_elsewhere: elsewhere, ..seeded }).is_ok());
+        let twice = |name: &str| SourceOptions {
+            camera: Some("c.toml".into()),
+            topics: TopicOptions { camera_info: Some(name.into()), ..TopicOptions::default() },
+            ..SourceOptions::default()
+        };
+        assert!(check(&twice("/info")).unwrap_err().contains("--camera is used in place of it"));
+        assert!(check(&twice("")).is_ok(), "not to read it is no contradiction");
+        for scale in [0.0, -1.0, 1e9, 1e300, f64::NAN, f64::INFINITY] {
+            let error = check(&SourceOptions { scale: Some(scale), ..SourceOptions::default() }).unwrap_err();
+            assert!(error.starts_with("--scale: expected a number from 0.05 to 4"), "{error}");
+            assert!(error.len() < 80, "{error}");
+        }
+    }
+}
