@@ -8,9 +8,10 @@ use std::{
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
+use visloc_core::Clock;
 use visloc_rerun::RerunFile;
 use visloc_studio::{
-    Clock, Command, Hub, StudioError, Update, new_file,
+    Command, Hub, StudioError, Update, new_file,
     recording::{Input, Recorder},
     server::{Publisher, Server},
 };

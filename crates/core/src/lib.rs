@@ -1,6 +1,7 @@
 //! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's
 //! sensors, trajectories, and the trait of everything that produces frames.
 
+mod clock;
 pub mod eval;
 pub mod files;
 mod frame;
@@ -15,6 +16,7 @@ pub mod settings;
 mod time;
 mod trajectory;
 
+pub use clock::Clock;
 pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
 pub use gray::GrayImage;
 pub use host::Host;

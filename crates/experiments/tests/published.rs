@@ -5,6 +5,7 @@
 
 use std::{collections::BTreeMap, sync::atomic::AtomicBool};
 
+use visloc_core::Clock;
 use visloc_experiments::{
     Experiment, Results, RunOptions, RunTarget, Shard, Table,
     markov::{MarkovExperiment, MarkovSettings},
@@ -15,7 +16,6 @@ use visloc_experiments::{
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart},
 };
-use visloc_slam::Clock;
 
 /// No run is done.
 fn nothing<E: Experiment>(experiment: &E) -> Results<E::Record> {
@@ -24,7 +24,7 @@ fn nothing<E: Experiment>(experiment: &E) -> Results<E::Record> {
 }
 
 fn slam(study: SlamStudy) -> SlamExperiment {
-    SlamExperiment::new(SlamSettings::new(study, &[]), 1, Clock::none()).unwrap()
+    SlamExperiment::new(SlamSettings::new(study, &[]), 1, Clock::still()).unwrap()
 }
 
 const SLAM_STUDIES: [SlamStudy; 5] =

@@ -39,7 +39,8 @@ pub enum ConfigError {
 
 impl ConfigError {
     /// A mistake in the text of a file or an algorithm's parameters.
-    pub(crate) fn from_settings(name: &str, error: SettingsError) -> Self {
+    #[must_use]
+    pub fn from_settings(name: &str, error: SettingsError) -> Self {
         Self::Syntax { name: name.to_owned(), line: error.line, reason: error.reason }
     }
 }

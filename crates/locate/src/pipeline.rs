@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_core::settings::Parameter;
-use visloc_core::{Frame, Rng, RngTree};
+use visloc_core::{Clock, Frame, Rng, RngTree};
 use visloc_world::{
     Map,
     field::{Field, GoalColor},
@@ -17,17 +17,16 @@ use visloc_world::{
 };
 
 use crate::{
-    ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StartPrior, StepInput,
+    Algorithm, ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, PipelineBuilder,
+    StartPrior, StepInput,
     observation::{
         features::FeatureModel,
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
         office::{
-            OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, algorithm_defaults,
-            refined_algorithm_defaults, refinement_defaults,
+            OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, in_building, refinement_defaults,
         },
     },
     refine::{Refined, RefinementConfig},
-    registry::{build_layered, describe_layered},
 };
 
 /// Parameters of everything but the algorithm.
@@ -107,7 +106,29 @@ pub enum ImageAnalyzer {
 }
 
 impl ImageAnalyzer {
-    fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
+    /// The image analysis of a map.
+    ///
+    /// # Errors
+    /// If a parameter is out of its range, or the map is of a kind that has none.
+    pub fn new(map: &Map, config: &PipelineConfig) -> Result<Self, PipelineError> {
+        match map {
+            Map::Field(field) => {
+                let analyzer = FieldAnalyzer::new(analysis_for(field, config))?;
+                Ok(Self::Field(Box::new(analyzer)))
+            }
+            Map::Office(office) => {
+                let analyzer = OfficeAnalyzer::new(config.office.analysis, &colors_of(office))?;
+                Ok(Self::Office(Box::new(analyzer)))
+            }
+            other => Err(unknown_kind(other)),
+        }
+    }
+
+    /// Looks at an image.
+    ///
+    /// # Errors
+    /// If the image does not belong to its calibration.
+    pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
         match self {
             Self::Field(analyzer) => analyzer.analyze(frame, rng),
             Self::Office(analyzer) => analyzer.analyze(frame, rng),
@@ -124,56 +145,90 @@ impl ImageAnalyzer {
     }
 }
 
-/// From frames to estimates. The two halves are separate calls, so that a caller can time them and show the percept.
+/// From frames to estimates: image analysis, lift detector and localizer of one robot.
 pub struct Pipeline {
     analyzer: ImageAnalyzer,
     lift: LiftDetector,
     localizer: Box<dyn Localizer>,
     analysis_rng: Rng,
     localizer_rng: Rng,
+    clock: Clock,
+    times: StepTimes,
+}
+
+/// How long the last step took, by the clock of the pipeline.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct StepTimes {
+    /// Image analysis, milliseconds.
+    pub analysis_ms: f64,
+    /// Lift detector and localizer, milliseconds.
+    pub localizer_ms: f64,
 }
 
 impl Pipeline {
-    /// A pipeline for a map. `algorithm_toml` overrides parameters of the algorithm.
-    ///
-    /// # Errors
-    /// If there is no such algorithm or a parameter is unknown or out of its range.
-    pub fn new(
+    /// Settings of a pipeline for a map. By default: the evolutionary algorithm, which knows nothing of the pose, with seed 1.
+    #[must_use]
+    pub fn builder(map: &Map) -> PipelineBuilder<'_> {
+        PipelineBuilder::new(map)
+    }
+
+    pub(crate) fn new(
         map: &Map,
-        algorithm: &str,
-        algorithm_toml: Option<&str>,
+        algorithm: Algorithm,
         config: &PipelineConfig,
         rng: RngTree,
+        clock: Clock,
     ) -> Result<Self, PipelineError> {
         config.lift.check()?;
         let parts = WorldParts::new(map, config)?;
-        let layers = layers(map, algorithm, config.features, algorithm_toml);
-        let mut localizer = build_layered(algorithm, &layers, parts.model)?;
+        let mut localizer = algorithm.build(parts.model)?;
         if let Some(rich) = parts.rich {
             localizer = Box::new(Refined::new(rich.config, localizer, rich.features, rich.pixels)?);
         }
         Ok(Self {
-            analyzer: parts.analyzer,
+            analyzer: ImageAnalyzer::new(map, config)?,
             lift: LiftDetector::new(config.lift),
             localizer,
             analysis_rng: rng.stream("analysis", 0),
             localizer_rng: rng.stream("localizer", 0),
+            clock,
+            times: StepTimes::default(),
         })
     }
 
-    /// First half: the image.
+    /// Takes in the next frame: looks at its image, and at the robot's pose.
     ///
     /// # Errors
-    /// If the image does not belong to its calibration. The frame can be left out and the run go on.
-    pub fn analyze(&mut self, frame: &Frame) -> Result<&Percept, AnalysisError> {
-        self.analyzer.analyze(frame, &mut self.analysis_rng)
-    }
-
-    /// Second half: the pose, from the percept of the last [`Pipeline::analyze`].
-    pub fn localize(&mut self, frame: &Frame) -> &Estimate {
+    /// If the image does not belong to its calibration. The frame is left out then, and the run can go on.
+    pub fn step(&mut self, frame: &Frame) -> Result<&Estimate, AnalysisError> {
+        let start = self.clock.secs();
+        self.analyzer.analyze(frame, &mut self.analysis_rng)?;
+        let analyzed = self.clock.secs();
         let is_lifted = self.lift.update(frame.at, frame.ground_contact.as_ref());
         let input = StepInput { percept: self.analyzer.percept(), odometry: frame.odometry, is_lifted };
-        self.localizer.step(&input, &mut self.localizer_rng)
+        self.localizer.step(&input, &mut self.localizer_rng);
+        let end = self.clock.secs();
+        self.times =
+            StepTimes { analysis_ms: (analyzed - start) * 1e3, localizer_ms: (end - analyzed) * 1e3 };
+        Ok(self.localizer.estimate())
+    }
+
+    /// What the last step found in the image.
+    #[must_use]
+    pub fn percept(&self) -> &Percept {
+        self.analyzer.percept()
+    }
+
+    /// The answer after the last step.
+    #[must_use]
+    pub fn estimate(&self) -> &Estimate {
+        self.localizer.estimate()
+    }
+
+    /// How long the last step took.
+    #[must_use]
+    pub fn times(&self) -> StepTimes {
+        self.times
     }
 
     /// Begins again with what is known about the pose, for instance the half in which the robot is put down.
@@ -204,26 +259,35 @@ pub fn algorithm_parameters(
     features: FeatureChoice,
     algorithm_toml: Option<&str>,
 ) -> Result<Vec<Parameter>, ConfigError> {
-    describe_layered(algorithm, &layers(map, algorithm, features, algorithm_toml))
+    let parameters = algorithm_on(map, algorithm, features, algorithm_toml)?.parameters();
+    parameters.map_err(|error| ConfigError::from_settings(algorithm, error))
 }
 
-/// What lies over an algorithm's defaults: what is different in this world, then what the user says.
-fn layers<'a>(
+/// An algorithm with the parameters that suit a map, and those that a text overrides.
+pub(crate) fn algorithm_on(
     map: &Map,
-    algorithm: &str,
+    name: &str,
     features: FeatureChoice,
-    algorithm_toml: Option<&'a str>,
-) -> Vec<&'a str> {
-    let is_office = matches!(map, Map::Office(_));
-    let is_refined = features == FeatureChoice::Rich;
-    let of_world = is_office.then(|| algorithm_defaults(algorithm)).flatten();
-    let of_tracks = (is_office && is_refined).then(|| refined_algorithm_defaults(algorithm)).flatten();
-    of_world.into_iter().chain(of_tracks).chain(algorithm_toml).collect()
+    toml: Option<&str>,
+) -> Result<Algorithm, ConfigError> {
+    let algorithm = Algorithm::named(name)?.on_map(map, features);
+    let changed = toml.map_or(Ok(algorithm), |text| algorithm.with_toml(text));
+    changed.map_err(|error| ConfigError::from_settings(name, error))
+}
+
+impl Algorithm {
+    /// The same with what suits a map: in a building many places look alike, which needs more hypotheses.
+    #[must_use]
+    pub fn on_map(self, map: &Map, features: FeatureChoice) -> Self {
+        match map {
+            Map::Office(_) => in_building(self, features == FeatureChoice::Rich),
+            _ => self,
+        }
+    }
 }
 
 /// What is different from world to world.
 struct WorldParts {
-    analyzer: ImageAnalyzer,
     model: Box<dyn ObservationModel>,
     /// What refines hypotheses, if that is wished for and the world has it.
     rich: Option<Rich>,
@@ -241,17 +305,11 @@ impl WorldParts {
         match map {
             Map::Field(field) => Self::of_field(field, config),
             Map::Office(office) => Self::of_office(office, config),
-            other => Err(ConfigError::Value {
-                key: "map".to_owned(),
-                expected: "a field or a building",
-                found: other.name().to_owned(),
-            }
-            .into()),
+            other => Err(unknown_kind(other)),
         }
     }
 
     fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, PipelineError> {
-        let analyzer = FieldAnalyzer::new(analysis_for(field, config))?;
         let model = FieldObservationModel::new(field, &config.observation)?;
         let rich = || Rich {
             config: config.refinement,
@@ -259,11 +317,10 @@ impl WorldParts {
             pixels: Box::new(model.clone()),
         };
         let rich = (config.features == FeatureChoice::Rich).then(rich);
-        Ok(Self { analyzer: ImageAnalyzer::Field(Box::new(analyzer)), model: Box::new(model), rich })
+        Ok(Self { model: Box::new(model), rich })
     }
 
     fn of_office(office: &Office, config: &PipelineConfig) -> Result<Self, PipelineError> {
-        let analyzer = OfficeAnalyzer::new(config.office.analysis, &colors_of(office))?;
         let model = OfficeObservationModel::new(office, &config.office.observation)?;
         let rich = || Rich {
             config: config.office.refinement,
@@ -271,7 +328,7 @@ impl WorldParts {
             pixels: Box::new(model.clone()),
         };
         let rich = (config.features == FeatureChoice::Rich).then(rich);
-        Ok(Self { analyzer: ImageAnalyzer::Office(Box::new(analyzer)), model: Box::new(model), rich })
+        Ok(Self { model: Box::new(model), rich })
     }
 }
 
@@ -282,14 +339,12 @@ impl WorldParts {
 pub fn feature_model(map: &Map, config: &PipelineConfig) -> Result<Box<dyn FeatureModel>, PipelineError> {
     let config = PipelineConfig { features: FeatureChoice::Rich, ..*config };
     let rich = WorldParts::new(map, &config)?.rich;
-    rich.map(|rich| rich.features).ok_or_else(|| {
-        ConfigError::Value {
-            key: "map".to_owned(),
-            expected: "a field or a building",
-            found: map.name().to_owned(),
-        }
-        .into()
-    })
+    rich.map(|rich| rich.features).ok_or_else(|| unknown_kind(map))
+}
+
+fn unknown_kind(map: &Map) -> PipelineError {
+    let (expected, found) = ("a field or a building", map.name().to_owned());
+    ConfigError::Value { key: "map".to_owned(), expected, found }.into()
 }
 
 /// The colors that the image analysis looks for.

@@ -68,14 +68,13 @@ fn iterations(c: &mut Criterion) {
     for (algorithm, features) in pixels.into_iter().chain(rich) {
         let pipeline = || {
             let config = PipelineConfig { features, ..PipelineConfig::default() };
-            Pipeline::new(&map, algorithm, None, &config, RngTree::new(1)).unwrap()
+            Pipeline::builder(&map).named(algorithm, None).config(config).build().unwrap()
         };
         let name = format!("180 iterations of {algorithm} on {features:?}, with analysis");
         c.bench_function(&name, |b| {
             let run = |mut pipeline: Pipeline| {
                 for frame in &frames {
-                    pipeline.analyze(frame).unwrap();
-                    pipeline.localize(frame);
+                    pipeline.step(frame).unwrap();
                 }
             };
             b.iter_batched(pipeline, run, BatchSize::LargeInput);

@@ -9,7 +9,7 @@ use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use visloc_core::{Frame, FrameSource, RngTree};
 use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
-    ImageAnalyzer, ObservationModel, Pipeline, PipelineConfig,
+    ObservationModel, Pipeline,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
 };
 use visloc_sim::{Scenario, Simulation};
@@ -62,32 +62,19 @@ fn candidate_pose(c: &mut Criterion) {
 
 const TEN_RACES: &str = "max_races = 10\nnum_exploiters = 30\nmax_exploiters = 300\n";
 
-/// Iterations without the image analysis: the same percepts for both halves of the comparison.
+/// Whole runs; what the analysis alone takes is measured above.
 fn iterations(c: &mut Criterion) {
+    let mut group = c.benchmark_group("300 frames, 10 races of 30");
     for scenario in ["office", "office-large"] {
         let (map, frames) = frames(scenario);
-        let mut group = c.benchmark_group("300 iterations, 10 races of 30");
-        for with_localizer in [false, true] {
-            let what = if with_localizer { "with localizer" } else { "analysis alone" };
-            group.bench_function(format!("{scenario}, {what}"), |b| {
-                let pipeline = || {
-                    let config = PipelineConfig::default();
-                    Pipeline::new(&map, "evolutionary", Some(TEN_RACES), &config, RngTree::new(1)).unwrap()
-                };
-                let run = |mut pipeline: Pipeline| {
-                    for frame in &frames {
-                        pipeline.analyze(frame).unwrap();
-                        if with_localizer {
-                            pipeline.localize(frame);
-                        }
-                    }
-                    matches!(pipeline.analyzer(), ImageAnalyzer::Office(_))
-                };
-                b.iter_batched(pipeline, run, BatchSize::LargeInput);
-            });
-        }
-        group.finish();
+        group.bench_function(scenario, |b| {
+            let pipeline = || Pipeline::builder(&map).named("evolutionary", Some(TEN_RACES)).build().unwrap();
+            let run =
+                |mut pipeline: Pipeline| frames.iter().filter(|frame| pipeline.step(frame).is_ok()).count();
+            b.iter_batched(pipeline, run, BatchSize::LargeInput);
+        });
     }
+    group.finish();
 }
 
 criterion_group! {

@@ -9,9 +9,9 @@
 
 use std::time::Instant;
 
-use visloc_core::{RngTree, SourceFrame};
+use visloc_core::{Clock, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics};
-use visloc_locate::{Pipeline, PipelineConfig};
+use visloc_locate::Pipeline;
 use visloc_scenarios::collect;
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
@@ -75,14 +75,13 @@ fn follow(
     frames: &[SourceFrame],
     shortest: &mut [[f64; 2]],
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let mut pipeline = Pipeline::new(map, "evolutionary", None, &PipelineConfig::default(), RngTree::new(1))?;
+    let start = Instant::now();
+    let clock = Clock::new(move || start.elapsed().as_secs_f64());
+    let mut pipeline = Pipeline::builder(map).clock(clock).build()?;
     for (source, shortest) in frames.iter().zip(shortest) {
-        let start = Instant::now();
-        pipeline.analyze(&source.frame)?;
-        let analyzed = Instant::now();
-        pipeline.localize(&source.frame);
-        let parts = [analyzed - start, analyzed.elapsed()].map(|time| 1e3 * time.as_secs_f64());
-        for (shortest, part) in shortest.iter_mut().zip(parts) {
+        pipeline.step(&source.frame)?;
+        let times = pipeline.times();
+        for (shortest, part) in shortest.iter_mut().zip([times.analysis_ms, times.localizer_ms]) {
             *shortest = shortest.min(part);
         }
     }

@@ -5,7 +5,7 @@ mod detection_score;
 pub use detection_score::{DetectionScore, DetectionScores};
 
 use visloc_core::eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
-use visloc_core::{FrameSource, PlanarTrajectory, RngTree, SourceError, SourceFrame, StampedPose};
+use visloc_core::{FrameSource, PlanarTrajectory, SourceError, SourceFrame, StampedPose};
 use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
 use visloc_world::Map;
 
@@ -44,14 +44,13 @@ pub fn run(
     seed: u64,
 ) -> Result<Run, RunError> {
     let config = PipelineConfig { features, ..PipelineConfig::default() };
-    let mut pipeline = Pipeline::new(map, algorithm, None, &config, RngTree::new(seed))?;
+    let mut pipeline = Pipeline::builder(map).named(algorithm, None).config(config).seed(seed).build()?;
     let mut truth = PlanarTrajectory::new();
     let mut estimates = Vec::new();
     while let Some(source_frame) = source.next_frame() {
         let source_frame = source_frame?;
         let frame = &source_frame.frame;
-        pipeline.analyze(frame)?;
-        let estimate = pipeline.localize(frame);
+        let estimate = pipeline.step(frame)?;
         estimates.push(EstimateSample {
             at: frame.at,
             world_from_robot: estimate.world_from_robot,

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use visloc_core::Clock;
 use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 use visloc_core::{GrayImage, Rng, RngTree, Timestamp};
 
@@ -16,7 +17,7 @@ use crate::{
     relocate::Relocator,
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
-    timing::{Clock, StageTimer},
+    timing::StageTimer,
     track::{FrameWork, Incoming, Quality, TrackReport, Tracker},
 };
 
@@ -66,7 +67,7 @@ impl FrontEnd {
             camera: *camera,
             config: config.clone(),
             rng: RngTree::new(seed).stream("slam", 0),
-            clock: Clock::none(),
+            clock: Clock::still(),
             map: Map::new(),
             epoch: 0,
             initializer: Initializer::new(camera, config),
@@ -123,7 +124,7 @@ impl FrontEnd {
         image: GrayImage,
     ) -> Result<(FrameOutcome, Option<Order>), FrameError> {
         self.check_frame(at, &image)?;
-        let mut timer = StageTimer::start(self.clock);
+        let mut timer = StageTimer::start(self.clock.clone());
         let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
         timer.end("pyramid");
         self.frames.push(FramePose { at, place: None });
@@ -135,7 +136,7 @@ impl FrontEnd {
             Phase::Lost => self.relocalize(&incoming, &mut outcome, &mut timer),
         };
         outcome.tracking = timer.finish();
-        Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock, job })))
+        Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock.clone(), job })))
     }
 
     fn check_frame(&self, at: Timestamp, image: &GrayImage) -> Result<(), FrameError> {
@@ -269,7 +270,7 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
-        let mut aside = StageTimer::start(Clock::none());
+        let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let found = self.relocator.attempt(&self.map, &self.tracker, incoming, &mut work);
         timer.end("relocalize");

@@ -31,4 +31,4 @@ pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
 pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose};
 pub use schedule::Schedule;
 pub use system::Slam;
-pub use timing::{Clock, StageTimer, StageTimes};
+pub use timing::{StageTimer, StageTimes};

@@ -1,7 +1,7 @@
 //! The whole system.
 
 use visloc_core::geom::Camera;
-use visloc_core::{GrayImage, Timestamp};
+use visloc_core::{Clock, GrayImage, Timestamp};
 
 use crate::{
     config::{ConfigError, SlamConfig},
@@ -9,7 +9,6 @@ use crate::{
     map::Map,
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
     schedule::{BackEnd, Order, Schedule, Worker},
-    timing::Clock,
 };
 
 /// Monocular SLAM: takes one frame after the other.

@@ -1,28 +1,6 @@
 //! Measured times; never used for a result.
 
-/// A source of time for measurements; never used for a result.
-#[derive(Debug, Clone, Copy)]
-pub struct Clock(fn() -> f64);
-
-impl Clock {
-    /// A clock that reads seconds.
-    #[must_use]
-    pub fn new(secs: fn() -> f64) -> Self {
-        Self(secs)
-    }
-
-    /// A clock that stands still.
-    #[must_use]
-    pub fn none() -> Self {
-        Self(|| 0.0)
-    }
-
-    /// Seconds since some start.
-    #[must_use]
-    pub fn secs(self) -> f64 {
-        (self.0)()
-    }
-}
+use visloc_core::Clock;
 
 /// Time spent on the stages of one frame.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -64,7 +42,7 @@ impl StageTimer {
     /// Starts the first stage.
     #[must_use]
     pub fn start(clock: Clock) -> Self {
-        Self { clock, last: clock.secs(), times: StageTimes::default() }
+        Self { last: clock.secs(), clock, times: StageTimes::default() }
     }
 
     /// Ends a stage and starts the next. A stage can be ended several times; its times add up.

@@ -8,7 +8,8 @@ use std::{
 
 use serde_json::{Value, json};
 
-use crate::{Clock, Command, Hub, Message, Session, StudioError, recording::Tape};
+use crate::{Command, Hub, Message, Session, StudioError, recording::Tape};
+use visloc_core::Clock;
 
 /// Steps that are late by more than this are not made up for, seconds.
 const MAX_LATE_SECS: f64 = 0.1;

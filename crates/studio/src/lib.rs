@@ -8,7 +8,6 @@
 //!
 //! No clock is read here: who starts the studio passes one in ([`Clock`]).
 
-mod clock;
 mod command;
 mod engine;
 mod error;
@@ -26,7 +25,6 @@ pub mod tuning;
 mod update;
 pub mod view;
 
-pub use clock::Clock;
 pub use command::Command;
 pub use engine::{Engine, run_engine};
 pub use error::StudioError;

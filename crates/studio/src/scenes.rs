@@ -6,13 +6,14 @@ use serde_json::{Value, json};
 use visloc_sim::TOURS;
 
 use crate::{
-    Clock, Engine, Session, StudioError,
+    Engine, Session, StudioError,
     playground::{PLACES, Playground},
     recording::Replay,
     server::{Remote, RemoteSession},
     slam::{ImagesOpener, SequenceSource, SlamSession},
     source::{FramesOpener, SourceSession},
 };
+use visloc_core::Clock;
 
 /// Before the number of a recording.
 const RECORDING: &str = "recording-";
@@ -47,7 +48,7 @@ pub enum SourceOpener {
 #[derive(Clone)]
 pub struct Scenes {
     clock: Clock,
-    slam_clock: visloc_slam::Clock,
+    slam_clock: Clock,
     seed: u64,
     recordings: Vec<PathBuf>,
     folder: PathBuf,
@@ -59,7 +60,7 @@ pub struct Scenes {
 impl Scenes {
     /// Everything that needs no files. `seed` is that of everything random; `slam_clock` measures the stages of SLAM.
     #[must_use]
-    pub fn new(clock: Clock, slam_clock: visloc_slam::Clock, seed: u64) -> Self {
+    pub fn new(clock: Clock, slam_clock: Clock, seed: u64) -> Self {
         Self {
             clock,
             slam_clock,
@@ -126,7 +127,7 @@ impl Scenes {
 
     fn slam(&self, scene: &str, from: SequenceSource) -> Result<Box<dyn Session>, StudioError> {
         let more = json!({ "scene": scene, "scenes": self.list() });
-        Ok(Box::new(SlamSession::open(from, more, self.slam_clock, self.seed)?))
+        Ok(Box::new(SlamSession::open(from, more, self.slam_clock.clone(), self.seed)?))
     }
 
     fn source(&self, scene: &str, source: &NamedSource) -> Result<Box<dyn Session>, StudioError> {
@@ -164,7 +165,11 @@ impl Engine for Scenes {
         }
         if let Some(path) = named(scene, RECORDING, &self.recordings) {
             let replay = Replay::open(path, scene, self.list())?;
-            return Ok(Box::new(replay.with_scratch(&self.folder, self.clock.clone(), self.slam_clock)));
+            return Ok(Box::new(replay.with_scratch(
+                &self.folder,
+                self.clock.clone(),
+                self.slam_clock.clone(),
+            )));
         }
         if let Some(name) = scene.strip_prefix(TOUR) {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()));

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use visloc_core::settings::commented_toml;
 use visloc_io::bag::BagTopics;
-use visloc_locate::{ALGORITHMS, PipelineConfig, default_config_toml};
+use visloc_locate::{ALGORITHMS, Algorithm, PipelineConfig};
 use visloc_slam::{PRESETS, SlamPreset};
 
 use crate::{
@@ -22,9 +22,13 @@ pub fn execute(args: &ConfigArgs) -> Result<()> {
         "topics" => commented_toml(&BagTopics::default())?,
         name => match SlamPreset::find(name) {
             Ok(preset) => preset.config().commented_toml()?,
-            Err(_) => default_config_toml(name).with_context(|| {
-                format!("presets of SLAM: {}; others: pipeline, topics", PRESETS.map(|p| p.name).join(", "))
-            })?,
+            Err(_) => {
+                let others = || {
+                    let presets = PRESETS.map(|preset| preset.name).join(", ");
+                    format!("presets of SLAM: {presets}; others: pipeline, topics")
+                };
+                Algorithm::named(name).with_context(others)?.to_toml()?
+            }
         },
     };
     say::text(format_args!("{text}"));

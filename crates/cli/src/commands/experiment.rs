@@ -6,6 +6,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, bail};
+use visloc_core::Clock;
 use visloc_experiments::{
     Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget,
     kidnap::KidnapExperiment,
@@ -17,8 +18,7 @@ use visloc_experiments::{
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
 };
-use visloc_locate::{FeatureChoice, default_config_toml};
-use visloc_slam::Clock;
+use visloc_locate::{Algorithm, FeatureChoice};
 
 use crate::{
     args::{
@@ -69,7 +69,7 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
                 settings.algorithms.clone_from(&args.algorithms);
             }
             // A wrong name shows before the first walk.
-            settings.algorithms.iter().try_for_each(|name| default_config_toml(name).map(drop))?;
+            settings.algorithms.iter().try_for_each(|name| Algorithm::named(name).map(drop))?;
             let experiment = OfficeExperiment::new(settings, args.runs);
             conduct(&experiment, &args.common, OfficeExperiment::report)
         }
@@ -227,7 +227,7 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
         }
         name if name.starts_with("slam-") => {
             let settings: SlamSettings = settings_of(&manifest, first)?;
-            let experiment = SlamExperiment::new(settings, args.runs.unwrap_or(3), Clock::none())?;
+            let experiment = SlamExperiment::new(settings, args.runs.unwrap_or(3), Clock::still())?;
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         other => bail!("{}: holds runs of an unknown experiment {other:?}", first.display()),

@@ -12,13 +12,12 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
+use visloc_core::Clock;
 use visloc_io::sources::{
     Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
 };
-use visloc_slam::Clock as SlamClock;
 use visloc_studio::{
-    Clock, Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError,
-    Update,
+    Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
     recording::{RecordingIndex, Tape},
     run_engine,
     server::{Remote, Server},
@@ -91,7 +90,7 @@ fn start_engine(
 ) -> Result<JoinHandle<()>> {
     let hub = Arc::clone(hub);
     let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
-    let mut scenes = Scenes::new(clock.clone(), SlamClock::new(thread_cpu_secs), args.seed.value())
+    let mut scenes = Scenes::new(clock.clone(), Clock::new(thread_cpu_secs), args.seed.value())
         .with_recordings(args.replay.iter().map(|path| path.to_path_buf()).collect())
         .with_folder(args.recordings().to_path_buf())
         .with_sources(named_sources(args, host)?);

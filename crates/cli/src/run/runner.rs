@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::Result;
+use visloc_core::Clock;
 use visloc_core::eval::EstimateSample;
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Frame, SkippedInput, Timestamp};
@@ -11,7 +12,7 @@ use visloc_locate::{
     LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters, diagnosis::RunCounters,
 };
 use visloc_studio::{
-    Clock, Command, StudioError,
+    Command, StudioError,
     tuning::{Lineup, Overrides, RunSettings},
 };
 use visloc_world::Map;
@@ -102,7 +103,6 @@ pub struct Runner {
     name: String,
     /// Of one algorithm.
     lineup: Lineup,
-    clock: Clock,
     files: OutputFiles,
     records: Records<FrameRecord>,
     rejected: Vec<SkippedInput>,
@@ -120,18 +120,18 @@ impl Runner {
         // A mistake is told with its line in the user's own text.
         algorithm_parameters(map, algorithm, pipeline.features, *algorithm_toml)?;
         let overrides = Overrides::from_toml(algorithm_toml.unwrap_or_default())?;
-        let lineup = Lineup::new(RunSettings {
+        let settings = RunSettings {
             map: Arc::new(map.clone()),
             seed: *seed,
             start: start.clone(),
             pipeline: *pipeline,
             algorithms: vec![((*algorithm).to_owned(), overrides)],
-        })?;
+        };
         let watch = Stopwatch::start();
+        let lineup = Lineup::new(settings, Clock::new(move || watch.secs()))?;
         Ok(Self {
             name: (*algorithm).to_owned(),
             lineup,
-            clock: Clock::new(move || watch.secs()),
             files,
             records: Records::new(None),
             rejected: Vec::new(),
@@ -145,7 +145,7 @@ impl Runner {
     /// A frame that cannot be analyzed is left out and counted.
     pub fn step(&mut self, frame: &Frame) {
         let Some(contender) = self.lineup.contenders_mut().first_mut() else { return };
-        if let Err(error) = contender.step(frame, &self.clock) {
+        if let Err(error) = contender.step(frame) {
             let (at, origin) = (Some(frame.at), "image analysis".to_owned());
             if self.rejected.len() < MAX_REJECTED {
                 self.rejected.push(SkippedInput { at, origin, reason: error.to_string() });
@@ -154,10 +154,10 @@ impl Runner {
             return;
         }
         let pipeline = contender.pipeline();
-        let [analysis_ms, localizer_ms] = contender.times_ms();
-        let percept = pipeline.analyzer().percept();
+        let times = pipeline.times();
+        let percept = pipeline.percept();
         self.pixels.count(percept);
-        let estimate = pipeline.localizer().estimate();
+        let estimate = pipeline.estimate();
         self.counters.count(frame, percept, estimate);
         let record = FrameRecord {
             at: frame.at,
@@ -169,8 +169,8 @@ impl Runner {
             quality: percept.quality,
             num_pixels: percept.pixels.len(),
             num_individuals: pipeline.localizer().num_weighed(),
-            analysis_ms,
-            localizer_ms,
+            analysis_ms: times.analysis_ms,
+            localizer_ms: times.localizer_ms,
         };
         self.records.push(record);
         self.files.append(&record);

@@ -1,10 +1,11 @@
 //! The loop over the images.
 
 use anyhow::Result;
+use visloc_core::Clock;
 use visloc_core::geom::Camera;
 use visloc_core::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
 use visloc_slam::{
-    Clock, FrameOutcome, Schedule, Slam, SlamConfig,
+    FrameOutcome, Schedule, Slam, SlamConfig,
     diagnosis::{RunCounters, mean_brightness},
 };
 use visloc_studio::slam::SlamFrame;

@@ -1,15 +1,18 @@
 //! From frames to percepts and a model to weigh poses with.
 
-use visloc_core::{Frame, RngTree};
+use visloc_core::{Frame, Rng, RngTree};
 use visloc_locate::vision::Percept;
-use visloc_locate::{ObservationModel, Pipeline, PipelineConfig, observation::field::FieldObservationModel};
+use visloc_locate::{
+    ImageAnalyzer, ObservationModel, PipelineConfig, observation::field::FieldObservationModel,
+};
 use visloc_world::{Map, field::Field};
 
 use crate::ExperimentError;
 
 /// Image analysis and observation model of a field.
 pub struct Eye {
-    pipeline: Pipeline,
+    analyzer: ImageAnalyzer,
+    analysis_rng: Rng,
     model: FieldObservationModel,
     field: Field,
 }
@@ -21,14 +24,12 @@ impl Eye {
     /// If the map is not a field or a parameter is out of its range.
     pub fn new(map: &Map, config: &PipelineConfig, rng: RngTree) -> Result<Self, ExperimentError> {
         let failed = |reason: String| ExperimentError::Setup { reason };
-        // The pipeline adapts the analysis to the map. Its localizer is not used.
-        let pipeline =
-            Pipeline::new(map, "mc", None, config, rng).map_err(|error| failed(error.to_string()))?;
+        let analyzer = ImageAnalyzer::new(map, config).map_err(|error| failed(error.to_string()))?;
         let Map::Field(field) = map else {
             return Err(failed(format!("expected a RoboCup field, found {}", map.name())));
         };
         let model = FieldObservationModel::new(field, &config.observation)?;
-        Ok(Self { pipeline, model, field: field.clone() })
+        Ok(Self { analyzer, analysis_rng: rng.stream("analysis", 0), model, field: field.clone() })
     }
 
     /// Analyzes a frame. The model then weighs poses by what it shows.
@@ -36,7 +37,7 @@ impl Eye {
     /// # Errors
     /// If the image does not belong to its calibration.
     pub fn look(&mut self, frame: &Frame) -> Result<&Percept, ExperimentError> {
-        let percept = self.pipeline.analyze(frame);
+        let percept = self.analyzer.analyze(frame, &mut self.analysis_rng);
         let percept = percept.map_err(|error| ExperimentError::Setup { reason: error.to_string() })?;
         self.model.condition_on(percept);
         Ok(percept)
@@ -45,7 +46,7 @@ impl Eye {
     /// What the last frame shows.
     #[must_use]
     pub fn percept(&self) -> &Percept {
-        self.pipeline.analyzer().percept()
+        self.analyzer.percept()
     }
 
     /// Conditions the model on a percept other than the last frame's.

@@ -6,7 +6,7 @@ use visloc_core::eval::{
 };
 use visloc_core::geom::PlanarPose;
 use visloc_core::{PlanarTrajectory, RngTree, StampedPose, Timestamp};
-use visloc_locate::{Estimate, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig};
+use visloc_locate::{Estimate, LOCALIZED_RELIABILITY, Pipeline};
 use visloc_world::Map;
 
 use super::{OfficeRecord, oracle::Oracle, place};
@@ -52,7 +52,10 @@ pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Follo
     let mut oracle = Oracle::new(&office, seeds.stream("oracle", run)).map_err(|error| refused(&error))?;
     let rng = seeds.subtree(walk.algorithm, run);
     let map = Map::Office(office);
-    let mut pipeline = Pipeline::new(&map, walk.algorithm, None, &PipelineConfig::default(), rng)
+    let mut pipeline = Pipeline::builder(&map)
+        .named(walk.algorithm, None)
+        .rng(rng)
+        .build()
         .map_err(|error| refused(&error))?;
     let options = EvaluationOptions::default();
     let mut followed = Followed {
@@ -65,11 +68,15 @@ pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Follo
     };
     while let Some(next) = frames.next_frame() {
         let next = next.map_err(|error| refused(&error))?;
-        let percept = pipeline.analyze(&next.frame).map_err(|error| refused(&error))?;
+        pipeline.step(&next.frame).map_err(|error| refused(&error))?;
         if let Some(truth) = next.truth {
-            oracle.note(percept, &truth.world_from_robot, truth.height_m > options.max_ground_height_m);
+            oracle.note(
+                pipeline.percept(),
+                &truth.world_from_robot,
+                truth.height_m > options.max_ground_height_m,
+            );
         }
-        let estimate = pipeline.localize(&next.frame);
+        let estimate = pipeline.estimate();
         let Some(truth) = next.truth else { continue };
         let (at, world_from_robot) = (next.frame.at, truth.world_from_robot);
         followed.note(estimate, &world_from_robot);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use visloc_core::geom::PlanarPose;
 use visloc_core::{Rng, Timestamp};
 use visloc_locate::vision::Percept;
-use visloc_locate::{ConfigError, Individual, Localizer, ObservationModel as _, StepInput, build_localizer};
+use visloc_locate::{Algorithm, ConfigError, Individual, Localizer, ObservationModel as _, StepInput};
 
 use super::{Census, NEAR_M, PositionsWorld, Scenario, UniformControl};
 
@@ -42,7 +42,9 @@ impl Session {
         let localizer: Box<dyn Localizer> = if contender.algorithm == "uniform" {
             Box::new(UniformControl::new(world.region(), contender.num_individuals))
         } else {
-            build_localizer(&contender.algorithm, Some(&contender.config), Box::new(world))?
+            let algorithm = Algorithm::named(&contender.algorithm)?.with_toml(&contender.config);
+            let mistake = |error| ConfigError::from_settings(&contender.algorithm, error);
+            algorithm.map_err(mistake)?.build(Box::new(world))?
         };
         // The picture is empty but says something: the world's likelihood needs no pixels.
         let percept = Percept { quality: 1.0, is_informative: true, ..Percept::default() };

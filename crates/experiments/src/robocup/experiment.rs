@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use visloc_core::{FrameSource, RngTree};
-use visloc_locate::{ALGORITHMS, FeatureChoice, default_config_toml};
+use visloc_locate::{ALGORITHMS, Algorithm, FeatureChoice};
 
 use super::{
     record::RobocupRecord,
@@ -51,7 +51,7 @@ impl RobocupExperiment {
     /// If there is no such algorithm.
     pub fn new(settings: RobocupSettings, num_runs: u64) -> Result<Self, ExperimentError> {
         for algorithm in &settings.algorithms {
-            default_config_toml(algorithm)?;
+            Algorithm::named(algorithm)?;
         }
         let cell = |set: &RobocupSet| Cell { label: set.name().to_owned(), num_runs };
         Ok(Self { cells: settings.sets.iter().map(cell).collect(), settings })

@@ -98,7 +98,11 @@ fn pass(
     let mut pipelines = Vec::new();
     for contender in contenders {
         let config = PipelineConfig { features: contender.features, ..PipelineConfig::default() };
-        let pipeline = Pipeline::new(simulation.map(), &contender.algorithm, None, &config, rng);
+        let pipeline = Pipeline::builder(simulation.map())
+            .named(&contender.algorithm, None)
+            .config(config)
+            .rng(rng)
+            .build();
         pipelines.push(pipeline.map_err(|error| failed(error.to_string()))?);
     }
     for index in 0..NUM_FRAMES {
@@ -106,8 +110,7 @@ fn pass(
         let frame = next.map_err(|error| failed(error.to_string()))?.frame;
         for (pipeline, fastest_ms) in pipelines.iter_mut().zip(&mut *fastest_ms) {
             let start = clock_ms();
-            if pipeline.analyze(&frame).is_ok() {
-                pipeline.localize(&frame);
+            if pipeline.step(&frame).is_ok() {
                 fastest_ms[index] = fastest_ms[index].min(clock_ms() - start);
             }
         }

@@ -79,7 +79,11 @@ impl Track {
         Ok(Self {
             contender: contender.clone(),
             moments: Vec::new(),
-            pipeline: Pipeline::new(map, &contender.algorithm, None, &config, rng)?,
+            pipeline: Pipeline::builder(map)
+                .named(&contender.algorithm, None)
+                .config(config)
+                .rng(rng)
+                .build()?,
             half_m,
             // At the start, too, the robot is put down.
             was_carried: true,
@@ -94,10 +98,7 @@ impl Track {
         }
         self.was_carried = is_carried;
         // An image that cannot be analyzed is left out, as on a robot.
-        if self.pipeline.analyze(frame).is_err() {
-            return;
-        }
-        let estimate = self.pipeline.localize(frame);
+        let Ok(estimate) = self.pipeline.step(frame) else { return };
         let moment = judge(estimate, secs, truth, self.contender.may_be_mirrored);
         self.moments.push(moment);
     }

@@ -1,8 +1,9 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
+use visloc_core::Clock;
 use visloc_core::{RngTree, SkippedInput};
-use visloc_slam::{Clock, SlamConfig};
+use visloc_slam::SlamConfig;
 
 use super::{
     follow::{SlamRunRecord, follow},
@@ -187,6 +188,6 @@ impl Experiment for SlamExperiment {
         let SlamSequence { mut images, truth, .. } =
             open(sequence, self.settings.max_frames).map_err(refused)?;
         let seed = seeds.stream_seed("slam", run);
-        follow(images.as_mut(), truth.as_ref(), &config, seed, self.clock).map_err(refused)
+        follow(images.as_mut(), truth.as_ref(), &config, seed, self.clock.clone()).map_err(refused)
     }
 }

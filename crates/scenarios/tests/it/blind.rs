@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, RgbImage, RngTree, SourceFrame};
+use visloc_core::{Frame, RgbImage, SourceFrame};
 use visloc_locate::{
     ALGORITHMS, Estimate, FeatureChoice, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, ReliabilityConfig,
 };
@@ -71,8 +71,7 @@ struct Watcher {
 
 impl Watcher {
     fn step(&mut self, frame: &Frame) -> Estimate {
-        self.pipeline.analyze(frame).unwrap();
-        self.pipeline.localize(frame).clone()
+        self.pipeline.step(frame).unwrap().clone()
     }
 
     /// A minute of a wall. `None` if the robot was not localized before, else the estimate at the end.
@@ -123,7 +122,8 @@ fn a_minute_without_evidence_makes_every_algorithm_doubt() {
     let watch = |features| {
         ALGORITHMS.map(|algorithm| {
             let config = PipelineConfig { features, ..PipelineConfig::default() };
-            let pipeline = Pipeline::new(&map, algorithm.name, None, &config, RngTree::new(1)).unwrap();
+            let pipeline =
+                Pipeline::builder(&map).named(algorithm.name, None).config(config).build().unwrap();
             Watcher { pipeline, name: format!("{} {features:?}", algorithm.name) }.watch(&frames)
         })
     };

@@ -196,13 +196,11 @@ fn distance_px(point: &nalgebra::Point2<f64>, [start, end]: &[nalgebra::Point2<f
 /// In front of one door among many, the true place is among the hypotheses, and the answer is not relied upon.
 #[test]
 fn before_anything_tells_doors_apart_the_true_one_is_among_the_hypotheses() {
-    use visloc_locate::{Pipeline, PipelineConfig};
+    use visloc_locate::Pipeline;
     let (map, frames) = simulated("office", 2, 45);
-    let mut pipeline =
-        Pipeline::new(&map, "evolutionary", None, &PipelineConfig::default(), RngTree::new(1)).unwrap();
+    let mut pipeline = Pipeline::builder(&map).build().unwrap();
     for source in &frames {
-        pipeline.analyze(&source.frame).unwrap();
-        pipeline.localize(&source.frame);
+        pipeline.step(&source.frame).unwrap();
     }
     let truth = frames.last().unwrap().truth.unwrap().world_from_robot;
     let hypotheses = &pipeline.localizer().estimate().hypotheses;

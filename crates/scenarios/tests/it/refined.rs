@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use visloc_core::SourceFrame;
 use visloc_core::eval::Evaluation;
 use visloc_core::geom::PlanarPose;
-use visloc_locate::{ALGORITHMS, FeatureChoice, Pipeline, PipelineConfig, Region, StartPrior};
+use visloc_locate::{ALGORITHMS, FeatureChoice, Pipeline, Region, StartPrior};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
@@ -87,14 +87,7 @@ fn mirrored_poses_on_a_field_with_white_goals() {
     let simulation = Simulation::new(&Scenario::load("tour-2024").unwrap(), 2).unwrap();
     let frames = collect(&mut simulation.with_threads(2).with_num_frames(450)).unwrap();
     for is_half_given in [false, true] {
-        let mut pipeline = Pipeline::new(
-            &map,
-            "evolutionary",
-            None,
-            &PipelineConfig::default(),
-            visloc_core::RngTree::new(1),
-        )
-        .unwrap();
+        let mut pipeline = Pipeline::builder(&map).build().unwrap();
         if is_half_given {
             let start_x_m = frames[0].truth.unwrap().world_from_robot.x_m;
             let everywhere = Region { min_x_m: -5.2, max_x_m: 5.2, min_y_m: -3.7, max_y_m: 3.7 };
@@ -106,8 +99,7 @@ fn mirrored_poses_on_a_field_with_white_goals() {
             pipeline.reset_to(&StartPrior::Region { region, heading: None });
         }
         for frame in &frames {
-            pipeline.analyze(&frame.frame).unwrap();
-            pipeline.localize(&frame.frame);
+            pipeline.step(&frame.frame).unwrap();
         }
         let estimate = pipeline.localizer().estimate();
         let truth = frames.last().unwrap().truth.unwrap().world_from_robot;

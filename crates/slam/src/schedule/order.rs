@@ -1,11 +1,12 @@
 //! What tracking and mapping send each other.
 
+use visloc_core::Clock;
+
 use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, Map},
     outcome::Mapped,
     start::StartedMap,
-    timing::Clock,
     track::TrackReport,
 };
 

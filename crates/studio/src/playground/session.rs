@@ -16,13 +16,14 @@ use super::{
     world::{WorldSettings, check_exposure, in_range},
 };
 use crate::{
-    Clock, Command, Session, StudioError, Update,
+    Command, Session, StudioError, Update,
     message::lay_over,
     playback::Playback,
     recording::Input,
     tuning::{Lineup, Overrides, RunSettings},
     view::LocalizationView,
 };
+use visloc_core::Clock;
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
@@ -84,13 +85,14 @@ impl Playground {
         let mut driver = Driver::default();
         let frame = simulation.step(&driver.controls(&simulation));
         let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
-        let lineup = Lineup::new(RunSettings {
+        let settings = RunSettings {
             map: Arc::new(simulation.map().clone()),
             seed,
             start: StartPrior::Uniform,
             pipeline: PipelineConfig::default(),
             algorithms: algorithms.to_vec(),
-        })?;
+        };
+        let lineup = Lineup::new(settings, clock.clone())?;
         let mut playground = Self {
             place: *place,
             scenes,
@@ -133,7 +135,7 @@ impl Playground {
     /// All algorithms take in the frame.
     fn weigh(&mut self) -> Result<(), StudioError> {
         self.image = None;
-        self.lineup.step(&self.frame.frame, &self.clock)
+        self.lineup.step(&self.frame.frame)
     }
 
     fn set_world(&mut self, settings: WorldSettings) -> Result<(), StudioError> {

@@ -1,8 +1,9 @@
 //! SLAM on a recording.
 
+use visloc_core::Clock;
 use visloc_core::geom::Camera;
 use visloc_core::{CameraPose, CameraTrajectory};
-use visloc_slam::{Clock, Slam};
+use visloc_slam::Slam;
 
 use super::{index::RecordingIndex, input::CameraInput};
 use crate::{

@@ -4,11 +4,12 @@ use serde_json::{Map, Value, json};
 
 use super::{camera_run::CameraRun, index::RecordingIndex};
 use crate::{
-    Clock, Command, StudioError,
+    Command, StudioError,
     message::lay_over,
     slam::SlamSettings,
     tuning::{Lineup, RunSettings},
 };
+use visloc_core::Clock;
 
 /// Algorithms and parameters as people choose them.
 pub(super) enum Draft {
@@ -22,20 +23,20 @@ pub(super) enum Draft {
 #[derive(Debug, Clone)]
 pub(super) struct Clocks {
     pub robot: Clock,
-    pub camera: visloc_slam::Clock,
+    pub camera: Clock,
 }
 
 /// A computation, ready for the first frame.
 pub(super) enum Method {
-    Robot(Box<Lineup>, Clock),
+    Robot(Box<Lineup>),
     Camera(Box<CameraRun>),
 }
 
 impl Draft {
     /// With what a recording was made, as its scene tells; `None` if it does not, or if it was another version.
     pub fn of_scene(header: &Map<String, Value>) -> Option<Self> {
-        let robot =
-            RunSettings::of_scene(header).ok().flatten().and_then(|settings| Lineup::new(settings).ok());
+        let robot = RunSettings::of_scene(header).ok().flatten();
+        let robot = robot.and_then(|settings| Lineup::new(settings, Clock::still()).ok());
         let camera = || SlamSettings::of_scene(header).ok().flatten();
         robot
             .map(|lineup| Self::Robot(Box::new(lineup)))
@@ -100,10 +101,10 @@ impl Draft {
         }
         Ok(match self {
             Self::Robot(lineup) => {
-                Method::Robot(Box::new(Lineup::new(lineup.settings().clone())?), clocks.robot.clone())
+                Method::Robot(Box::new(Lineup::new(lineup.settings().clone(), clocks.robot.clone())?))
             }
             Self::Camera(settings, seed) => {
-                Method::Camera(Box::new(CameraRun::start(index, settings, *seed, clocks.camera)?))
+                Method::Camera(Box::new(CameraRun::start(index, settings, *seed, clocks.camera.clone())?))
             }
         })
     }

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use super::{draft::Method, index::RecordingIndex, recorder::Recorder, timeline::row_of};
 use crate::{
-    Clock, Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over,
+    Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over,
     tuning::Lineup, view::LocalizationView,
 };
 
@@ -77,7 +77,7 @@ impl Recompute {
     fn compute(&mut self) -> Result<(), StudioError> {
         let secs = row_of(&self.index.state(self.frame)?.header).secs;
         let update = match &mut self.method {
-            Method::Robot(lineup, clock) => localized(lineup, clock, &mut self.index, self.frame, secs)?,
+            Method::Robot(lineup) => localized(lineup, &mut self.index, self.frame, secs)?,
             Method::Camera(run) => run.step(&mut self.index, self.frame)?,
         };
         self.recorder.add(&Update { scene: Arc::clone(&self.scene), ..update }, secs, None)?;
@@ -99,7 +99,6 @@ impl Recompute {
 /// What is to be seen of a frame that algorithms have taken in, but the picture.
 fn localized(
     lineup: &mut Lineup,
-    clock: &Clock,
     index: &mut RecordingIndex,
     number: usize,
     secs: f64,
@@ -108,7 +107,7 @@ fn localized(
     let (frame, truth) = index.input(number)?.ok_or_else(damaged)?;
     for contender in lineup.contenders_mut() {
         // A frame that cannot be analyzed is left out, as in a run.
-        let _ = contender.step(&frame, clock);
+        let _ = contender.step(&frame);
     }
     let contenders = lineup.views();
     let (map, number) = (&lineup.settings().map, number as u64);

@@ -15,9 +15,10 @@ use super::{
     timeline::{Lane, Row, row_of},
 };
 use crate::{
-    Clock, Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
+    Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
     playback::Playback, tuning::MAX_ALGORITHMS,
 };
+use visloc_core::Clock;
 
 /// Frames are at least so far apart when a recording is played, seconds.
 const MIN_STEP_SECS: f64 = 1e-3;
@@ -64,7 +65,7 @@ impl Replay {
         Ok(Self {
             path: path.to_path_buf(),
             folder: std::env::temp_dir(),
-            clocks: Clocks { robot: Clock::still(), camera: visloc_slam::Clock::none() },
+            clocks: Clocks { robot: Clock::still(), camera: Clock::still() },
             id: id.to_owned(),
             label: label.unwrap_or_default(),
             scenes,
@@ -84,7 +85,7 @@ impl Replay {
     /// Where results of computing again are kept meanwhile, instead of the system's folder for such files; and the clocks that
     /// measure algorithms and the stages of SLAM.
     #[must_use]
-    pub fn with_scratch(self, folder: &Path, robot: Clock, camera: visloc_slam::Clock) -> Self {
+    pub fn with_scratch(self, folder: &Path, robot: Clock, camera: Clock) -> Self {
         Self { folder: folder.to_path_buf(), clocks: Clocks { robot, camera }, ..self }
     }
 

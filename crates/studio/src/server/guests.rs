@@ -154,7 +154,8 @@ mod tests {
     };
 
     use super::*;
-    use crate::{Clock, Hub, server::listen::Server};
+    use crate::{Hub, server::listen::Server};
+    use visloc_core::Clock;
 
     fn server(limits: Limits) -> Server {
         let (hub, _) = Hub::new(Clock::still(), |_| {});

@@ -11,7 +11,8 @@ use std::{
 
 use tokio::sync::watch;
 
-use crate::{Clock, Command, Update};
+use crate::{Command, Update};
+use visloc_core::Clock;
 
 /// Commands that wait for the engine; more are left out and counted.
 const MAX_WAITING: usize = 256;

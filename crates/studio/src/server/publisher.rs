@@ -95,7 +95,7 @@ mod tests {
     use std::sync::mpsc::sync_channel;
 
     use super::*;
-    use crate::Clock;
+    use visloc_core::Clock;
 
     fn update(number: u8) -> Update {
         Update { scene: Arc::from([0; 4]), state: Arc::from([number; 4]), image: None }

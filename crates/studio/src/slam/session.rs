@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
+use visloc_core::Clock;
 use visloc_core::GrayFrame;
-use visloc_slam::{Clock, FrameOutcome, PRESETS, Slam};
+use visloc_slam::{FrameOutcome, PRESETS, Slam};
 
 use super::{
     images::{Images, SequenceSource},
@@ -54,7 +55,7 @@ impl SlamSession {
     /// If there is no such sequence.
     pub fn open(from: SequenceSource, more: Value, clock: Clock, seed: u64) -> Result<Self, StudioError> {
         let settings = SlamSettings::preset(PRESETS[0].name)?;
-        let running = Running::start(&from, &more, clock, seed, &settings)?;
+        let running = Running::start(&from, &more, clock.clone(), seed, &settings)?;
         let mut session = Self {
             from,
             more,
@@ -73,7 +74,7 @@ impl SlamSession {
 
     /// From the beginning.
     fn restart(&mut self, seed: u64, settings: SlamSettings) -> Result<(), StudioError> {
-        self.running = Running::start(&self.from, &self.more, self.clock, seed, &settings)?;
+        self.running = Running::start(&self.from, &self.more, self.clock.clone(), seed, &settings)?;
         (self.seed, self.settings) = (seed, settings);
         self.is_over = false;
         self.playback.play();

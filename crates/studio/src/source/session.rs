@@ -9,13 +9,14 @@ use visloc_world::Map;
 
 use super::{Fed, Feed};
 use crate::{
-    Clock, Command, Session, StudioError, Update,
+    Command, Session, StudioError, Update,
     message::lay_over,
     playback::Playback,
     recording::Input,
     tuning::{Lineup, Overrides, RunSettings},
     view::RunViewer,
 };
+use visloc_core::Clock;
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 1] = ["evolutionary"];
@@ -46,7 +47,6 @@ pub struct SourceSession {
     feed: Feed<SourceFrame>,
     lineup: Lineup,
     viewer: RunViewer,
-    clock: Clock,
     frame: Option<(Arc<Frame>, Option<Truth>)>,
     next: Option<SourceFrame>,
     /// The message of the frame's image; made anew when anything in it has changed.
@@ -71,13 +71,14 @@ impl SourceSession {
     ) -> Result<Self, StudioError> {
         let (feed, map) = start(&open, is_live, seed)?;
         let algorithms = FIRST_ALGORITHMS.map(|name| (name.to_owned(), Overrides::default()));
-        let lineup = Lineup::new(RunSettings {
+        let settings = RunSettings {
             map: Arc::new(map),
             seed,
             start: StartPrior::Uniform,
             pipeline: PipelineConfig::default(),
             algorithms: algorithms.to_vec(),
-        })?;
+        };
+        let lineup = Lineup::new(settings, clock)?;
         let mut own = json!({ "mode": "source", "is_live": is_live });
         lay_over(&mut own, more);
         Ok(Self {
@@ -88,7 +89,6 @@ impl SourceSession {
             more: own,
             feed,
             lineup,
-            clock,
             frame: None,
             next: None,
             image: None,
@@ -186,7 +186,7 @@ impl Session for SourceSession {
             self.viewer.next_frame();
         }
         (self.has_news, self.image) = (true, None);
-        let stepped = self.lineup.step(&next.frame, &self.clock);
+        let stepped = self.lineup.step(&next.frame);
         self.frame = Some((Arc::new(next.frame), next.truth));
         self.look_ahead()?;
         stepped

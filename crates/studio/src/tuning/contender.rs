@@ -4,7 +4,8 @@ use visloc_core::{Frame, RngTree};
 use visloc_locate::{Pipeline, PosePrior, StartPrior};
 
 use super::{overrides::Overrides, settings::RunSettings};
-use crate::{Clock, StudioError, view::ContenderView};
+use crate::{StudioError, view::ContenderView};
+use visloc_core::Clock;
 
 /// From this reliability on, what an algorithm knows outlives a change of its parameters.
 const WORTH_KEEPING: f64 = 0.3;
@@ -18,8 +19,6 @@ pub struct Contender {
     name: String,
     overrides: Overrides,
     pipeline: Pipeline,
-    analysis_ms: f64,
-    localizer_ms: f64,
 }
 
 impl Contender {
@@ -27,28 +26,40 @@ impl Contender {
     ///
     /// # Errors
     /// If there is no such algorithm, or a parameter is wrong.
-    pub fn new(name: &str, overrides: Overrides, settings: &RunSettings) -> Result<Self, StudioError> {
-        let rng = RngTree::new(settings.seed).subtree("pipeline", 0);
-        let mut pipeline =
-            Pipeline::new(&settings.map, name, Some(&overrides.toml()?), &settings.pipeline, rng)?;
-        if !settings.start.is_uniform() {
-            pipeline.reset_to(&settings.start);
-        }
-        Ok(Self { name: name.to_owned(), overrides, pipeline, analysis_ms: 0.0, localizer_ms: 0.0 })
+    pub fn new(
+        name: &str,
+        overrides: Overrides,
+        settings: &RunSettings,
+        clock: &Clock,
+    ) -> Result<Self, StudioError> {
+        let toml = overrides.toml()?;
+        let pipeline = Pipeline::builder(&settings.map)
+            .named(name, Some(&toml))
+            .config(settings.pipeline)
+            .rng(RngTree::new(settings.seed).subtree("pipeline", 0))
+            .start(settings.start.clone())
+            .clock(clock.clone())
+            .build()?;
+        Ok(Self { name: name.to_owned(), overrides, pipeline })
     }
 
     /// The same algorithm with other parameters. It begins where this one believes to be, if that is worth something.
     ///
     /// # Errors
     /// As [`Contender::new`].
-    pub fn changed(&self, overrides: Overrides, settings: &RunSettings) -> Result<Self, StudioError> {
-        let mut changed = Self::new(&self.name, overrides, settings)?;
+    pub fn changed(
+        &self,
+        overrides: Overrides,
+        settings: &RunSettings,
+        clock: &Clock,
+    ) -> Result<Self, StudioError> {
+        let mut changed = Self::new(&self.name, overrides, settings, clock)?;
         changed.pipeline.reset_to(&self.knowledge());
         Ok(changed)
     }
 
     fn knowledge(&self) -> StartPrior {
-        let estimate = self.pipeline.localizer().estimate();
+        let estimate = self.pipeline.estimate();
         if estimate.reliability_up_to_symmetry < WORTH_KEEPING {
             return StartPrior::Uniform;
         }
@@ -87,14 +98,8 @@ impl Contender {
     ///
     /// # Errors
     /// If the image does not belong to its camera; the frame can be left out and the run go on.
-    pub fn step(&mut self, frame: &Frame, clock: &Clock) -> Result<(), StudioError> {
-        let pipeline = &mut self.pipeline;
-        let (analyzed, analysis_ms) = clock.measure(|| pipeline.analyze(frame).map(|_| ()));
-        analyzed?;
-        let ((), localizer_ms) = clock.measure(|| {
-            pipeline.localize(frame);
-        });
-        (self.analysis_ms, self.localizer_ms) = (analysis_ms, localizer_ms);
+    pub fn step(&mut self, frame: &Frame) -> Result<(), StudioError> {
+        self.pipeline.step(frame)?;
         Ok(())
     }
 
@@ -106,12 +111,6 @@ impl Contender {
     /// For the page.
     #[must_use]
     pub fn view(&self) -> ContenderView {
-        ContenderView::new(&self.name, &self.pipeline, self.times_ms())
-    }
-
-    /// Time for the last image and for its pose, milliseconds.
-    #[must_use]
-    pub fn times_ms(&self) -> [f64; 2] {
-        [self.analysis_ms, self.localizer_ms]
+        ContenderView::new(&self.name, &self.pipeline)
     }
 }

@@ -5,7 +5,8 @@ use visloc_core::Frame;
 use visloc_locate::StartPrior;
 
 use super::{contender::Contender, overrides::Overrides, settings::RunSettings};
-use crate::{Clock, Command, StudioError, view::ContenderView};
+use crate::{Command, StudioError, view::ContenderView};
+use visloc_core::Clock;
 
 /// Most algorithms at once.
 pub const MAX_ALGORITHMS: usize = 4;
@@ -13,18 +14,19 @@ pub const MAX_ALGORITHMS: usize = 4;
 /// Algorithms that run side by side on the same frames.
 pub struct Lineup {
     settings: RunSettings,
+    clock: Clock,
     contenders: Vec<Contender>,
     num_changes: u64,
 }
 
 impl Lineup {
-    /// The algorithms of the settings, which know nothing yet.
+    /// The algorithms of the settings, which know nothing yet. The clock measures their steps.
     ///
     /// # Errors
     /// If there is no algorithm of a name, or a parameter is wrong.
-    pub fn new(settings: RunSettings) -> Result<Self, StudioError> {
-        let contenders = started(&settings)?;
-        Ok(Self { settings, contenders, num_changes: 0 })
+    pub fn new(settings: RunSettings, clock: Clock) -> Result<Self, StudioError> {
+        let contenders = started(&settings, &clock)?;
+        Ok(Self { settings, clock, contenders, num_changes: 0 })
     }
 
     /// What they run with.
@@ -60,8 +62,8 @@ impl Lineup {
     ///
     /// # Errors
     /// If the image does not belong to its camera.
-    pub fn step(&mut self, frame: &Frame, clock: &Clock) -> Result<(), StudioError> {
-        self.contenders.iter_mut().try_for_each(|contender| contender.step(frame, clock))
+    pub fn step(&mut self, frame: &Frame) -> Result<(), StudioError> {
+        self.contenders.iter_mut().try_for_each(|contender| contender.step(frame))
     }
 
     /// Everything from the beginning, with the parameters as they are.
@@ -70,7 +72,7 @@ impl Lineup {
     /// As [`Lineup::new`]; then nothing has changed.
     pub fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
         let settings = RunSettings { seed, ..self.settings.clone() };
-        self.contenders = started(&settings)?;
+        self.contenders = started(&settings, &self.clock)?;
         self.change_to(settings);
         Ok(())
     }
@@ -125,7 +127,7 @@ impl Lineup {
         let num = self.contenders.len();
         let old = self.contenders.get(algorithm);
         let old = old.ok_or_else(|| StudioError::command("algorithm", format!("below {num}"), algorithm))?;
-        let changed = old.changed(overrides.clone(), &self.settings)?;
+        let changed = old.changed(overrides.clone(), &self.settings, &self.clock)?;
         self.contenders[algorithm] = changed;
         let mut settings = self.settings.clone();
         settings.algorithms[algorithm].1 = overrides;
@@ -136,7 +138,7 @@ impl Lineup {
     /// Changes parameters that all algorithms share.
     fn change_pipeline(&mut self, overrides: &Overrides) -> Result<(), StudioError> {
         let settings = self.settings.with_pipeline(overrides)?;
-        let changed = |old: &Contender| old.changed(old.overrides().clone(), &settings);
+        let changed = |old: &Contender| old.changed(old.overrides().clone(), &settings, &self.clock);
         self.contenders = self.contenders.iter().map(changed).collect::<Result<_, _>>()?;
         self.change_to(settings);
         Ok(())
@@ -157,7 +159,12 @@ impl Lineup {
                     stays[place] = true;
                     Choice::Stays(place)
                 }
-                None => Choice::New(Box::new(Contender::new(name, Overrides::default(), &self.settings)?)),
+                None => Choice::New(Box::new(Contender::new(
+                    name,
+                    Overrides::default(),
+                    &self.settings,
+                    &self.clock,
+                )?)),
             });
         }
         let mut old: Vec<Option<Contender>> = self.contenders.drain(..).map(Some).collect();
@@ -180,8 +187,8 @@ enum Choice {
     New(Box<Contender>),
 }
 
-fn started(settings: &RunSettings) -> Result<Vec<Contender>, StudioError> {
+fn started(settings: &RunSettings, clock: &Clock) -> Result<Vec<Contender>, StudioError> {
     let contender =
-        |(name, overrides): &(String, Overrides)| Contender::new(name, overrides.clone(), settings);
+        |(name, overrides): &(String, Overrides)| Contender::new(name, overrides.clone(), settings, clock);
     settings.algorithms.iter().map(contender).collect()
 }

@@ -5,7 +5,7 @@ use visloc_core::geom::{Horizon, PlanarPose};
 use visloc_core::{Frame, Truth};
 use visloc_io::image_codec::encode_jpeg;
 use visloc_locate::vision::{DropReason, FeatureKind, Percept};
-use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline};
+use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline, StepTimes};
 use visloc_world::Map;
 
 use super::theory::theoretical_image;
@@ -42,7 +42,8 @@ pub struct ContenderView {
 impl ContenderView {
     /// Copies what is shown of an algorithm.
     #[must_use]
-    pub fn new(name: &str, pipeline: &Pipeline, [analysis_ms, localizer_ms]: [f64; 2]) -> Self {
+    pub fn new(name: &str, pipeline: &Pipeline) -> Self {
+        let StepTimes { analysis_ms, localizer_ms } = pipeline.times();
         let localizer = pipeline.localizer();
         let mut individuals = Vec::new();
         localizer.individuals(&mut individuals);

@@ -3,10 +3,11 @@
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
+use visloc_core::Clock;
 use visloc_core::FrameSource as _;
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::{
-    Clock, Message, Session,
+    Message, Session,
     recording::{Recorder, RecordingIndex, Replay, Tape},
 };
 
@@ -131,7 +132,7 @@ fn recomputed(path: &Path, seed: u64, changes: &[Value]) -> Replay {
     let mut replay = Replay::open(path, "recording-0", json!([])).unwrap().with_scratch(
         path.parent().unwrap(),
         Clock::still(),
-        visloc_slam::Clock::none(),
+        Clock::still(),
     );
     changes.iter().for_each(|change| tell(&mut replay, change.clone()));
     tell(&mut replay, json!({ "type": "recompute", "seed": seed }));

@@ -3,8 +3,9 @@
 use std::{sync::Arc, thread};
 
 use serde_json::json;
+use visloc_core::Clock;
 use visloc_studio::{
-    Clock, Command, MessageBuilder, MessageKind, Session as _, Update,
+    Command, MessageBuilder, MessageKind, Session as _, Update,
     server::{Remote, RemoteSession},
 };
 

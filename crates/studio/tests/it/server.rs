@@ -12,9 +12,9 @@ use std::{
 use tokio_tungstenite::tungstenite::{
     self, Message as Frame, WebSocket, client::IntoClientRequest as _, http::HeaderValue,
 };
+use visloc_core::Clock;
 use visloc_studio::{
-    Clock, Command, Engine, Hub, Message, Session, StudioError, Update, recording::Tape, run_engine,
-    server::Server,
+    Command, Engine, Hub, Message, Session, StudioError, Update, recording::Tape, run_engine, server::Server,
 };
 
 use crate::support::playground;

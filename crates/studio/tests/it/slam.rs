@@ -3,8 +3,8 @@
 use std::{path::Path, sync::Arc};
 
 use serde_json::json;
+use visloc_core::Clock;
 use visloc_sim::CameraTour;
-use visloc_slam::Clock;
 use visloc_studio::{
     Message, Session, StudioError,
     recording::{Recorder, Replay},
@@ -16,7 +16,7 @@ use crate::support::{command_of, scene, state, steps, tell};
 #[test]
 fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
     let from = SequenceSource::Tour("room".to_owned());
-    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::none(), 1).unwrap();
+    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap();
     steps(&mut session, 50);
     let update = session.update(None).unwrap();
     assert_eq!(scene(&update)["world"]["kind"], "space");
@@ -35,7 +35,7 @@ const SHOWN: [&str; 6] = ["landmarks", "candidates", "keyframes", "links", "traj
 
 fn record(path: &Path, num_frames: usize, seed: u64) {
     let from = SequenceSource::Tour("room".to_owned());
-    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::none(), seed).unwrap();
+    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), seed).unwrap();
     tell(&mut session, json!({ "type": "parameter", "path": "tracking.max_matches", "value": 130 }));
     let mut recorder = Recorder::create(path).unwrap();
     for frame in 0..num_frames {
@@ -111,7 +111,7 @@ fn a_recording_is_computed_with_another_preset_and_as_recorded_again() {
 
 #[test]
 fn an_unknown_sequence_is_refused() {
-    let open = |from| SlamSession::open(from, json!({}), Clock::none(), 1).err().unwrap().to_string();
+    let open = |from| SlamSession::open(from, json!({}), Clock::still(), 1).err().unwrap().to_string();
     assert!(open(SequenceSource::Tour("moon".to_owned())).contains("room"));
     let nowhere =
         |_| Err(StudioError::Input { origin: "/nowhere".to_owned(), reason: "not there".to_owned() });
@@ -121,7 +121,7 @@ fn an_unknown_sequence_is_refused() {
 
 fn room() -> SlamSession {
     let from = SequenceSource::Tour("room".to_owned());
-    SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::none(), 1).unwrap()
+    SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap()
 }
 
 /// Frames within which a kidnapped camera finds itself, ten seconds.
@@ -184,7 +184,7 @@ fn images_of_any_source_are_followed_to_their_end() {
         Ok(OpenCamera { truth: Some(tour.truth()), images: Box::new(tour) })
     };
     let from = SequenceSource::Other("any".to_owned(), Arc::new(open), false);
-    let mut session = SlamSession::open(from, json!({}), Clock::none(), 1).unwrap();
+    let mut session = SlamSession::open(from, json!({}), Clock::still(), 1).unwrap();
     while session.step_secs().is_some() {
         session.step().unwrap();
         std::thread::yield_now();

@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use serde_json::json;
+use visloc_core::Clock;
 use visloc_sim::{Scenario, Simulation};
 use visloc_studio::{
-    Clock, Session, StudioError,
+    Session, StudioError,
     source::{FramesOpener, OpenRun, SourceSession},
 };
 

@@ -1,7 +1,8 @@
 //! What several tests need.
 
 use serde_json::{Map, Value, json};
-use visloc_studio::{Clock, Command, Message, Session, Update, playground::Playground};
+use visloc_core::Clock;
+use visloc_studio::{Command, Message, Session, Update, playground::Playground};
 
 pub fn playground(place: &str, seed: u64) -> Playground {
     Playground::new(place, seed, Clock::still(), json!([])).unwrap()

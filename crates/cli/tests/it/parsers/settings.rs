@@ -4,8 +4,7 @@ use visloc_core::settings::overlay;
 use visloc_io::sources::{KINDS, SourceAddress};
 use visloc_io::{bag::BagTopics, sequence::Bound};
 use visloc_locate::{
-    FeatureChoice, PipelineConfig, algorithm_parameters, default_config_toml,
-    robot_calibration::RobotCorrection,
+    Algorithm, FeatureChoice, PipelineConfig, algorithm_parameters, robot_calibration::RobotCorrection,
 };
 use visloc_sim::{BUILT_IN_SCENARIOS, Scenario};
 use visloc_slam::SlamConfig;
@@ -50,14 +49,15 @@ const TABLES: [Read; 7] = [
 ];
 
 pub fn parameter_seeds() -> Vec<Vec<u8>> {
+    let defaults_of = |name| Algorithm::named(name).unwrap().to_toml();
     vec![
         chosen(0, toml::to_string(&PipelineConfig::default()).unwrap()),
         chosen(1, toml::to_string(&SlamConfig::default()).unwrap()),
         chosen(2, toml::to_string(&BagTopics::default()).unwrap()),
         chosen(3, toml::to_string(&RobotCorrection::default()).unwrap()),
-        chosen(4, default_config_toml("evolutionary").unwrap()),
-        chosen(5, default_config_toml("mc").unwrap()),
-        chosen(6, default_config_toml("markov").unwrap()),
+        chosen(4, defaults_of("evolutionary").unwrap()),
+        chosen(5, defaults_of("mc").unwrap()),
+        chosen(6, defaults_of("markov").unwrap()),
         chosen(5, "num_particles = 500\n[motion]\nnoise_m_per_m = 0.5\n"),
     ]
 }

@@ -3,8 +3,9 @@
 use std::{cell::RefCell, fs};
 
 use serde_json::json;
+use visloc_core::Clock;
 use visloc_studio::{
-    Clock, Command, Message, MessageBuilder, MessageKind, Session, Update,
+    Command, Message, MessageBuilder, MessageKind, Session, Update,
     playground::Playground,
     recording::{Input, Recorder, Replay},
 };

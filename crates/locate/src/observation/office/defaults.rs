@@ -1,6 +1,11 @@
 //! Parameters that a building wants different from a field.
 
-use crate::refine::RefinementConfig;
+use crate::{
+    Algorithm,
+    evolutionary::{EvidenceConfig, EvolutionaryConfig, ExplorerConfig},
+    monte_carlo::{MonteCarloConfig, NoiseConfig},
+    refine::RefinementConfig,
+};
 
 /// Parameters of the tracks inside a building. Every door may be the one that is seen, so there are as many tracks as the
 /// building has places that look alike, and they must be told apart by what adds up: a few pixels on something that is not
@@ -25,52 +30,42 @@ pub fn refinement_defaults() -> RefinementConfig {
     }
 }
 
-/// Parameters of an algorithm inside a building, as TOML over its defaults. There are many places that look alike, so
-/// many hypotheses are held and explorers bring many candidates; an iteration costs the same for any number of them. The
-/// pixel distance that counts as no agreement is smaller than on a field, so likelihoods fall faster and weights need a
-/// smaller exponent.
+/// The same algorithm for the inside of a building, with tracks that refine its hypotheses or without. There are many places that look
+/// alike, so many hypotheses are held and explorers bring many candidates; an iteration costs the same for any number of them. The
+/// pixel distance that counts as no agreement is smaller than on a field, so likelihoods fall faster and weights need a smaller exponent.
 #[must_use]
-pub fn algorithm_defaults(algorithm: &str) -> Option<&'static str> {
+pub fn in_building(algorithm: Algorithm, is_refined: bool) -> Algorithm {
     match algorithm {
-        "evolutionary" | "evolutionary-grid" => Some(EVOLUTIONARY),
-        "mce" | "mc" | "mca" | "mcae" | "kld" | "mc-systematic" => Some(MONTE_CARLO),
-        _ => None,
+        Algorithm::Evolutionary(config) => Algorithm::Evolutionary(EvolutionaryConfig {
+            max_races: 60,
+            // With tracks every new place gets one at once, so fewer individuals need to stay with it.
+            max_exploiters: if is_refined { 180 } else { 300 },
+            max_victories: 8,
+            weight_exponent: 8.0,
+            mutation_noise_m: 0.012,
+            mutation_noise_rad: 0.004,
+            fit_health: 0.86,
+            evidence: EvidenceConfig {
+                per_image: 4.0,
+                max_difference: 0.2,
+                late_handicap: 6.0,
+                hopeless: 7.0,
+                ..config.evidence
+            },
+            explorers: ExplorerConfig {
+                num_candidates: 40,
+                is_refined: false,
+                num_slices: 8,
+                ..config.explorers
+            },
+            ..config
+        }),
+        Algorithm::MonteCarlo(config) => Algorithm::MonteCarlo(MonteCarloConfig {
+            num_particles: 600,
+            weight_exponent: 8.0,
+            noise: NoiseConfig { heading_rad: 0.01, fit_likelihood: 0.85, ..config.noise },
+            ..config
+        }),
+        other @ Algorithm::Markov(_) => other,
     }
 }
-
-/// What of that is different where tracks refine the hypotheses: every new place gets its track at once, so fewer individuals
-/// need to stay with it.
-#[must_use]
-pub fn refined_algorithm_defaults(algorithm: &str) -> Option<&'static str> {
-    matches!(algorithm, "evolutionary" | "evolutionary-grid").then_some("max_exploiters = 180")
-}
-
-const EVOLUTIONARY: &str = "
-max_races = 60
-max_exploiters = 300
-max_victories = 8
-weight_exponent = 8.0
-mutation_noise_m = 0.012
-mutation_noise_rad = 0.004
-fit_health = 0.86
-
-[evidence]
-per_image = 4.0
-max_difference = 0.2
-late_handicap = 6.0
-hopeless = 7.0
-
-[explorers]
-num_candidates = 40
-is_refined = false
-num_slices = 8
-";
-
-const MONTE_CARLO: &str = "
-num_particles = 600
-weight_exponent = 8.0
-
-[noise]
-heading_rad = 0.01
-fit_likelihood = 0.85
-";

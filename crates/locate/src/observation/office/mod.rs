@@ -14,7 +14,7 @@ mod shadows;
 mod sights;
 mod view;
 
-pub use defaults::{algorithm_defaults, refined_algorithm_defaults, refinement_defaults};
+pub use defaults::{in_building, refinement_defaults};
 pub use features::OfficeFeatureModel;
 pub use model::{OfficeModelConfig, OfficeObservationModel};
 

@@ -7,14 +7,13 @@ use visloc_world::Map;
 use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor};
 
 use super::{
-    OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, algorithm_defaults,
-    lines::theoretical_lines, refinement_defaults,
+    OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, in_building, lines::theoretical_lines,
+    refinement_defaults,
 };
 use crate::{
-    Estimate, Localizer, ObservationModel, StepInput,
+    Algorithm, Estimate, Localizer, ObservationModel, StepInput,
     observation::features::{CameraState, CameraVector, FeatureModel, Residual},
     refine::Refined,
-    registry::build_layered,
 };
 
 fn office() -> Office {
@@ -252,8 +251,8 @@ fn look_alike_doors_stay_hypotheses_until_something_tells_them_apart() {
         .collect();
     let office = Office::new("alike", plan).unwrap();
     let (pixels, features) = models(&office);
-    let layers = [algorithm_defaults("evolutionary").unwrap()];
-    let search = build_layered("evolutionary", &layers, Box::new(pixels.clone())).unwrap();
+    let algorithm = in_building(Algorithm::named("evolutionary").unwrap(), false);
+    let search = algorithm.build(Box::new(pixels.clone())).unwrap();
     let mut localizer =
         Refined::new(refinement_defaults(), search, Box::new(features), Box::new(pixels)).unwrap();
     let mut rng = RngTree::new(7).stream("alike", 0);
