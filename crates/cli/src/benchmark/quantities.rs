@@ -54,7 +54,7 @@ const PROPERTIES: [(Quantity, &str, Shown, f64); 13] = [
     (Quantity::FirstClaimS, "first claim after [s]", Decimals(1), 0.1),
     (Quantity::KidnapsFound, "share of the kidnaps found again", Share, 0.002),
     (Quantity::RecoveryS, "found again after a kidnap, median [s]", Decimals(1), 0.1),
-    (Quantity::TimeMs, "localization or tracking of an image, mean [ms]", Decimals(2), 0.05),
+    (Quantity::TimeMs, "localization or tracking of an image, median [ms]", Decimals(2), 0.05),
     (Quantity::ProgramMs, "processor time of the program an image [ms]", Decimals(2), 0.05),
     (Quantity::MemoryMb, "most memory [MB]", Decimals(0), 1.0),
 ];

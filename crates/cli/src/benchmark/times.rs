@@ -75,8 +75,8 @@ fn measure(run: &Run<'_>, store: &Store) -> Result<Cell> {
     let text = files::read_text(&numbers)?;
     let report: Value = serde_json::from_str(&text).context("the numbers of a run")?;
     let image_ms = match run.recording.kind {
-        Kind::Map => report["iteration_ms"]["mean"].as_f64(),
-        Kind::Slam => report["tracking_ms"]["mean"].as_f64().filter(|ms| *ms > 0.0),
+        Kind::Map => report["iteration_ms"]["median"].as_f64(),
+        Kind::Slam => report["tracking_ms"]["median"].as_f64().filter(|ms| *ms > 0.0),
     };
     let frames = report["frames"].as_f64().filter(|frames| *frames > 0.0);
     let program_ms = report["process_cpu_s"].as_f64().zip(frames).map(|(secs, frames)| 1e3 * secs / frames);
