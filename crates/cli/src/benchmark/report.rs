@@ -98,7 +98,7 @@ fn markdown(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account)
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:#1b1b1b}\
     table{border-collapse:collapse;font-size:12.5px}th,td{text-align:left;padding:3px 8px;border-bottom:1px solid #e3e3e3;\
     vertical-align:top}th{position:sticky;top:0;background:#f6f6f6}td:first-child{font-weight:600}\
-    td:nth-child(n+6){font-variant-numeric:tabular-nums}.pictures{display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start}\
+    td:nth-child(n+6){font-variant-numeric:tabular-nums;white-space:nowrap}.pictures{display:flex;flex-wrap:wrap;gap:1em;align-items:flex-start}\
     .pictures img{width:calc(60% - 0.5em);height:auto}\
     .pictures img+img{width:calc(40% - 0.5em)}li{overflow-wrap:anywhere}";
 
