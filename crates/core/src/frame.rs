@@ -31,6 +31,19 @@ pub struct Frame {
     pub ground_contact: Option<GroundContact>,
 }
 
+impl Frame {
+    /// An image of a robot that has no other sensors, or whose other sensors are added afterwards.
+    #[must_use]
+    pub fn new(
+        at: Timestamp,
+        image: RgbImage,
+        camera: Camera,
+        robot_from_camera: Rigid3<Robot, CameraFrame>,
+    ) -> Self {
+        Self { at, image, camera, robot_from_camera, odometry: None, ground_contact: None }
+    }
+}
+
 /// Where the robot really was. Goes to evaluation and pictures only, never to a localizer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {

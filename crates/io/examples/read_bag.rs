@@ -1,4 +1,4 @@
-//! Prints what is in a recording: `cargo run --release -p visloc-data --example read_bag -- recording.mcap`.
+//! Prints what is in a recording: `cargo run --release -p visloc-io --example read_bag -- recording.mcap`.
 
 use std::{env, process::ExitCode};
 

@@ -12,11 +12,11 @@ use std::{
 };
 
 use tempfile::TempDir;
+use visloc_core::geom::Mount;
 use visloc_core::geom::{Camera, PlanarPose};
 use visloc_core::{Frame, Host, RgbImage, SourceFrame, Timestamp, Truth};
 use visloc_io::sources::{
-    KINDS, Mount, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
-    open_pictures,
+    KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
 };
 use visloc_io::{
     bag::{BagTopics, BagWriter},

@@ -6,10 +6,11 @@
 use std::{fs, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use tempfile::TempDir;
+use visloc_core::geom::Mount;
 use visloc_core::geom::{Camera, PlanarPose};
 use visloc_core::{Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp};
 use visloc_io::sources::{
-    Mount, SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures,
+    SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures,
 };
 use visloc_io::{
     bag::{BagTopics, BagWriter},

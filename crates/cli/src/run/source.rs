@@ -4,8 +4,9 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::FrameSource;
+use visloc_core::geom::Mount;
 use visloc_io::sources::{
-    Mount, SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
+    SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
 };
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;

@@ -21,7 +21,7 @@ mod open;
 mod options;
 mod video;
 
-pub use adapt::{CalibratedFrames, CalibratedImages, Mount, UntilStopped};
+pub use adapt::{CalibratedFrames, CalibratedImages, UntilStopped};
 pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind};

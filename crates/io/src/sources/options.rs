@@ -7,7 +7,8 @@ use crate::{
     sequence::{SCALES, SequenceRange},
 };
 
-use crate::sources::{Mount, SourcesError};
+use crate::sources::SourcesError;
+use visloc_core::geom::Mount;
 
 /// How a source is opened. What is `None`, or a range of everything, was not asked for. What was asked for is honored, or
 /// the source refuses to be opened: see [`SourceOption`].

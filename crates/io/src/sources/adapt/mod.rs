@@ -3,7 +3,6 @@
 mod calibrated;
 mod from_frames;
 mod gray;
-mod mount;
 mod ranged;
 mod skipped;
 mod until_stopped;
@@ -12,6 +11,5 @@ pub use calibrated::{CalibratedFrames, CalibratedImages};
 pub(crate) use calibrated::{frames_of_pictures, images_of_gray, images_of_pictures};
 pub(crate) use from_frames::{FramePictures, PicturesOfImages};
 pub(crate) use gray::{GrayOf, GrayStream};
-pub use mount::Mount;
 pub(crate) use ranged::Ranged;
 pub use until_stopped::UntilStopped;

@@ -1,7 +1,7 @@
 //! A camera that is fixed on the robot.
 
+use super::{CameraFrame, Rigid3, Robot, nao};
 use nalgebra::{Rotation3, Vector3};
-use visloc_core::geom::{CameraFrame, Rigid3, Robot, nao};
 
 /// Where a camera is on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,0 +1,74 @@
+//! Where is the camera? Localization with one ordinary camera: on a known map (a RoboCup field, a building), and without a map (SLAM).
+//!
+//! # On a known map
+//!
+//! A [`Map`] and a [`Pipeline`]; each [`Frame`] of the robot gives an [`Estimate`]: pose, covariance, reliability, all hypotheses.
+//!
+//! ```
+//! use visloc::{Camera, Frame, Map, Mount, Pipeline, RgbImage, Timestamp};
+//!
+//! let map = Map::load("robocup-spl-2010")?; // or a file: dimensions of a field, plan of a building, SVG, DXF, occupancy grid
+//! let camera = Camera::pinhole((320, 240), (373.0, 373.0), (159.5, 119.5))?;
+//! let mount = Mount { height_m: 0.5, tilt_rad: 0.3, ..Mount::default() };
+//! let mut pipeline = Pipeline::builder(&map).seed(1).build()?;
+//!
+//! let image = RgbImage::new(320, 240); // of your camera; here a black one
+//! let frame = Frame::new(Timestamp::from_secs(0.0), image, camera, mount.robot_from_camera());
+//! let estimate = pipeline.step(&frame)?;
+//! if estimate.is_localized() {
+//!     println!("{:?}", estimate.world_from_robot);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Odometry and foot sensors, if the robot has them, are fields of the frame. Another algorithm is chosen by name
+//! (`.named("mce", None)`) or with parameters of your own ([`Algorithm`]).
+//!
+//! # Without a map
+//!
+//! ```
+//! use visloc::{Camera, GrayImage, Slam, SlamConfig, Timestamp};
+//!
+//! let camera = Camera::pinhole((640, 480), (500.0, 500.0), (319.5, 239.5))?;
+//! let mut slam = Slam::new(&camera, &SlamConfig::default(), 1)?;
+//! let outcome = slam.add_frame(Timestamp::from_secs(0.0), GrayImage::new(640, 480))?;
+//! assert!(outcome.camera_from_world.is_none(), "one image has no depth");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Features
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `io` (default) | [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
+//! | `calib` (default) | [`calib`]: calibration of a camera from pictures of a board |
+//! | `ros2` | live topics, without a ROS installation |
+//! | `sim` | [`sim`]: simulated robots with cameras |
+//!
+//! # Conventions
+//!
+//! A transform is named and typed by its frames, `world_from_robot: Rigid3<World, Robot>` takes points of the robot to the world. The robot
+//! looks along x, y is to its left, z up; a camera looks along z, x is to its right, y down. Lengths are in meters (SLAM: in units of the
+//! map), angles in radians, pixels have their centers at integers. The same seed and the same frames give the same bits.
+
+#[cfg(feature = "calib")]
+pub use visloc_calib as calib;
+#[cfg(feature = "io")]
+pub use visloc_io as io;
+#[cfg(feature = "sim")]
+pub use visloc_sim as sim;
+
+pub use nalgebra;
+pub use visloc_core::{
+    CameraTrajectory, Clock, Frame, FrameSource, GrayFrame, GrayImage, GroundContact, ImageSource,
+    PlanarTrajectory, RgbImage, Rng, RngTree, SourceError, SourceFrame, StampedPose, Timestamp, Truth, eval,
+    geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
+};
+pub use visloc_locate::{
+    self as locate, ALGORITHMS, Algorithm, Estimate, FeatureChoice, Half, Hypothesis, LOCALIZED_RELIABILITY,
+    Pipeline, PipelineBuilder, PipelineConfig, PipelineError, PosePrior, Region, StartPrior,
+};
+pub use visloc_slam::{
+    self as slam, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState, TrajectoryPose,
+};
+pub use visloc_world::{self as world, Map, MapError};
