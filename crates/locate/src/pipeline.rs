@@ -47,6 +47,18 @@ pub struct PipelineConfig {
     pub office: OfficePipelineConfig,
 }
 
+impl PipelineConfig {
+    /// Checks the parameters of all parts that every map has; the others are checked when the parts of the map are built.
+    ///
+    /// # Errors
+    /// If one is out of its range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        self.lift.check()?;
+        self.refinement.check()?;
+        self.office.refinement.check()
+    }
+}
+
 /// Parameters of the parts that are different inside a building.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -179,7 +191,7 @@ impl Pipeline {
         rng: RngTree,
         clock: Clock,
     ) -> Result<Self, PipelineError> {
-        config.lift.check()?;
+        config.check()?;
         let parts = WorldParts::new(map, config)?;
         let mut localizer = algorithm.build(parts.model)?;
         if let Some(rich) = parts.rich {

@@ -150,9 +150,9 @@ fn nothing_else_is_left_of_a_run() {
 fn files_are_read_and_written_in_one_place() {
     /// What reads and writes files in other ways, and why it may.
     const OTHERS: [&str; 8] = [
-        "base/src/files.rs",
+        "core/src/files.rs",
         // Recordings that grow, and are read record by record.
-        "data/src/bag/channels.rs",
+        "io/src/bag/channels.rs",
         "studio/src/recording/index.rs",
         // Records of experiments that are appended.
         "experiments/src/framework/store.rs",

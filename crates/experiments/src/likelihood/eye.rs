@@ -24,6 +24,7 @@ impl Eye {
     /// If the map is not a field or a parameter is out of its range.
     pub fn new(map: &Map, config: &PipelineConfig, rng: RngTree) -> Result<Self, ExperimentError> {
         let failed = |reason: String| ExperimentError::Setup { reason };
+        config.check()?;
         let analyzer = ImageAnalyzer::new(map, config).map_err(|error| failed(error.to_string()))?;
         let Map::Field(field) = map else {
             return Err(failed(format!("expected a RoboCup field, found {}", map.name())));
