@@ -20,7 +20,7 @@ pub struct PipelineBuilder<'a> {
 #[derive(Debug)]
 enum Choice<'a> {
     Named { name: &'a str, toml: Option<&'a str> },
-    Made(Algorithm),
+    Made(Box<Algorithm>),
 }
 
 impl<'a> PipelineBuilder<'a> {
@@ -38,7 +38,7 @@ impl<'a> PipelineBuilder<'a> {
     /// The algorithm, with exactly these parameters. [`Algorithm::on_map`] gives those that suit a map.
     #[must_use]
     pub fn algorithm(self, algorithm: Algorithm) -> Self {
-        Self { algorithm: Choice::Made(algorithm), ..self }
+        Self { algorithm: Choice::Made(Box::new(algorithm)), ..self }
     }
 
     /// The algorithm of a name ([`ALGORITHMS`](crate::ALGORITHMS)) with the parameters that suit the map, and those that a text of TOML
@@ -84,7 +84,7 @@ impl<'a> PipelineBuilder<'a> {
     /// If there is no such algorithm or a parameter is unknown or out of its range.
     pub fn build(self) -> Result<Pipeline, PipelineError> {
         let algorithm = match self.algorithm {
-            Choice::Made(algorithm) => algorithm,
+            Choice::Made(algorithm) => *algorithm,
             Choice::Named { name, toml } => algorithm_on(self.map, name, self.config.features, toml)?,
         };
         let mut pipeline = Pipeline::new(self.map, algorithm, &self.config, self.rng, self.clock)?;

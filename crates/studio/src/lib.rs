@@ -6,7 +6,7 @@
 //! the [`Hub`]; `server` gives each page the latest one when that page is ready for it. Sessions know nothing of the web, and
 //! the server nothing of robots.
 //!
-//! No clock is read here: who starts the studio passes one in ([`Clock`]).
+//! No clock is read here: who starts the studio passes one in ([`Clock`](visloc_core::Clock)).
 
 mod command;
 mod engine;

@@ -43,7 +43,7 @@
 //! | `io` (default) | [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
 //! | `calib` (default) | [`calib`]: calibration of a camera from pictures of a board |
 //! | `ros2` | live topics, without a ROS installation |
-//! | `sim` | [`sim`]: simulated robots with cameras |
+//! | `sim` | `sim`: simulated robots with cameras |
 //!
 //! # Conventions
 //!
