@@ -2,6 +2,8 @@
 
 pub mod field;
 mod hindrance;
+#[cfg(feature = "import")]
+pub mod import;
 mod load;
 pub mod office;
 

@@ -9,10 +9,7 @@ use std::{
 };
 
 use rand::{RngExt, SeedableRng};
-use visloc_world::{
-    Map, MapError,
-    office::{Office, import::ImportNote},
-};
+use visloc_world::{Map, MapError, import::ImportNote, office::Office};
 
 type Loaded = Result<(Map, Vec<ImportNote>), MapError>;
 

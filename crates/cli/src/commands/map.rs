@@ -5,11 +5,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
-use visloc_world::{
-    BUILT_IN_MAPS, Hindrance, Map,
-    field::Field,
-    office::{Office, import::ImportNote},
-};
+use visloc_world::{BUILT_IN_MAPS, Hindrance, Map, field::Field, import::ImportNote, office::Office};
 
 use crate::{
     args::{MapArgs, MapCommand},

@@ -80,7 +80,7 @@ mod tests {
     use crate::Map;
 
     fn count(name: &str) -> [usize; 3] {
-        let Map::Field(field) = Map::load(name).unwrap() else { panic!("a field") };
+        let Map::Field(field) = Map::built_in(name).unwrap() else { panic!("a field") };
         let junctions = field.junctions();
         [2, 3, 4].map(|n| junctions.iter().filter(|j| j.arms.len() == n && !j.is_on_circle).count())
     }
@@ -94,7 +94,7 @@ mod tests {
 
     #[test]
     fn directions_point_into_the_field() {
-        let Map::Field(field) = Map::load("robocup-spl-2010").unwrap() else { panic!("a field") };
+        let Map::Field(field) = Map::built_in("robocup-spl-2010").unwrap() else { panic!("a field") };
         let junctions = field.junctions();
         let at =
             |x: f64, y: f64| junctions.iter().find(|j| (j.at - Point2::new(x, y)).norm() < 1e-9).unwrap();

@@ -178,7 +178,7 @@ mod tests {
     use crate::Map;
 
     fn field(name: &str) -> Field {
-        let Map::Field(field) = Map::load(name).unwrap() else { panic!("a field") };
+        let Map::Field(field) = Map::built_in(name).unwrap() else { panic!("a field") };
         field
     }
 

@@ -7,18 +7,18 @@ use super::{
 use crate::MapError;
 
 /// Shorter walls and doors are mistakes, meters.
-pub(super) const MIN_LENGTH_M: f64 = 0.05;
+pub(crate) const MIN_LENGTH_M: f64 = 0.05;
 /// Walls that lie on each other for less than this only touch, meters.
-pub(super) const TOUCH_M: f64 = 0.02;
+pub(crate) const TOUCH_M: f64 = 0.02;
 /// Sides of outlines that reach farther than this to both sides of each other cross, meters. Less may be what is left of
 /// a grid's cells.
 const CROSSING_M: f64 = 0.15;
 /// No building is farther from the origin, meters.
-pub(super) const MAX_COORDINATE_M: f64 = 10_000.0;
+pub(crate) const MAX_COORDINATE_M: f64 = 10_000.0;
 /// No building is larger, the square around it: the floor is kept in cells, square meters.
 const MAX_AREA_M2: f64 = 250_000.0;
 /// More walls or doors are not compared with each other.
-pub(super) const MAX_WALLS: usize = 20_000;
+pub(crate) const MAX_WALLS: usize = 20_000;
 const MAX_DOORS: usize = 5_000;
 
 /// Checks what a plan says before anything is made of it: numbers, counts and sizes.

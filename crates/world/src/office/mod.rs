@@ -1,14 +1,13 @@
 //! A building from inside: corridors between walls with doors, read from a file and checked.
 //!
 //! A plan (`plan`) is what a file says; [`Office`] is the geometry that comes of it: one-sided walls, doors and the
-//! space where a robot can be. `import` turns other formats into a plan.
+//! space where a robot can be.
 
-mod check;
+pub(crate) mod check;
 mod color;
 mod free_space;
 mod generate;
 mod geometry;
-pub mod import;
 mod plan;
 
 pub use color::SurfaceColor;
@@ -18,4 +17,5 @@ pub use geometry::{Door, Office, Wall};
 pub use plan::{CorridorPlan, DoorPlan, OfficePlan, WallPlan, WallSides};
 
 #[cfg(test)]
+#[cfg(feature = "import")]
 mod tests;

@@ -1,6 +1,7 @@
 use crate::{Map, MapError};
 
-use super::{Office, import::read_list};
+use super::Office;
+use crate::import::read_list;
 
 const GOOD: &str = r#"
 kind = "office"

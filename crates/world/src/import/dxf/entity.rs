@@ -5,10 +5,8 @@ use std::f64::consts::{PI, TAU};
 use kurbo::{Affine, Point, Vec2};
 
 use super::pairs::Pair;
-use crate::office::{
-    check::MAX_COORDINATE_M,
-    import::drawing::{FLAT_M, push_curve},
-};
+use crate::import::drawing::{FLAT_M, push_curve};
+use crate::office::check::MAX_COORDINATE_M;
 
 /// An entity with the numbers that matter.
 #[derive(Debug, Clone, Default, PartialEq)]

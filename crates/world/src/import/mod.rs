@@ -1,13 +1,15 @@
-//! Plans in other formats: lists of walls and doors, occupancy grids, and drawings as SVG and DXF.
+//! Maps from files: our own format, measures of a field, lists of walls and doors, occupancy grids, and drawings as SVG and DXF.
 //!
-//! All of them have one frame: x to the right, y up, meters. A reader takes the text or the bytes of a file and gives a plan
+//! Plans have one frame: x to the right, y up, meters. A reader takes the text or the bytes of a file and gives a plan
 //! with notes on what it passed over.
 
 mod doors;
 mod drawing;
 mod dxf;
+mod field_list;
 mod grid;
 mod list;
+mod load;
 mod notes;
 mod outline;
 mod svg;

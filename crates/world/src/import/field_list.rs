@@ -2,8 +2,11 @@
 
 use serde::Deserialize;
 
-use super::{BallColor, BoxDimensions, Field, FieldDimensions, GoalColor, GoalDimensions};
-use crate::{MapError, office::import::yaml_error};
+use super::yaml_error;
+use crate::{
+    MapError,
+    field::{BallColor, BoxDimensions, Field, FieldDimensions, GoalColor, GoalDimensions},
+};
 
 /// The file; lengths in meters between line centers. What it says beyond this (each line, the ball's place) follows from it or is
 /// no part of a map.
