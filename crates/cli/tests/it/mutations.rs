@@ -38,12 +38,18 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 2] = [
+const FOUND: [(&str, &str); 3] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
         "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\nA-WALL\n90\n4\n70\n1\n10\n0\n20\n0\n10\n6000\n20\n0\n10\n6000\n20\n2000\n\
          10\n0\n20\n2000\n0\nENDSEC\n0\nEOF\n",
+    ),
+    // A wall of 6 km, and as many cells of floor beside it: seconds.
+    (
+        "map_dxf",
+        "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\nA-WALL\n90\n4\n70\n1\n10\n0\n20\n0\n10\n6000\n20\n0\n\
+         0\nCIRCLE\n8\nA-WALL\n10\n0\n20\n0\n40\n9\n0\nENDSEC\n0\nEOF\n",
     ),
     // The first picture stopped builds with overflow checks.
     ("studio_commands", "{\"type\":\"defaults\"}"),
