@@ -67,7 +67,8 @@ macro_rules! note {
     ($($arg:tt)*) => { $crate::say::line!("note: {}", $crate::say::short(&format!($($arg)*))) };
 }
 
-pub(crate) use {line, note};
+pub(crate) use line;
+pub(crate) use note;
 
 #[cfg(test)]
 mod tests {

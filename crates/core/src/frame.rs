@@ -1,9 +1,11 @@
 //! What a robot's sensors deliver at one moment, and where such frames come from.
 
-use crate::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot};
 use thiserror::Error;
 
-use crate::{RgbImage, Timestamp};
+use crate::{
+    RgbImage, Timestamp,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot},
+};
 
 /// What the feet say about the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]

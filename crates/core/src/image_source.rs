@@ -1,8 +1,6 @@
 //! Where the images of one camera come from.
 
-use crate::geom::Camera;
-
-use crate::{GrayImage, SkippedInput, SourceError, Timestamp};
+use crate::{GrayImage, SkippedInput, SourceError, Timestamp, geom::Camera};
 
 /// One gray image with its time.
 #[derive(Debug, Clone)]

@@ -1,5 +1,6 @@
-//! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's
-//! sensors, trajectories, and the trait of everything that produces frames.
+//! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's sensors, trajectories, and
+//! the traits of everything that produces frames; geometry and cameras ([`geom`]), parameters as people write them ([`settings`]), and
+//! the comparison of an estimate with the truth ([`eval`]).
 
 mod clock;
 pub mod eval;

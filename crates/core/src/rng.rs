@@ -70,8 +70,9 @@ pub fn gaussian(rng: &mut Rng, standard_deviation: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use rand::Rng as _;
+
+    use super::*;
 
     #[test]
     fn labels_seeds_and_subtrees_separate_streams() {

@@ -1,8 +1,9 @@
 //! Poses over time: of a robot in the plane and of a camera in space.
 
-use crate::geom::{CameraFrame, PlanarPose, Rigid3, World};
-
-use crate::Timestamp;
+use crate::{
+    Timestamp,
+    geom::{CameraFrame, PlanarPose, Rigid3, World},
+};
 
 /// Pose of a robot at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

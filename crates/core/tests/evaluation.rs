@@ -2,9 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use visloc_core::eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
-use visloc_core::geom::PlanarPose;
-use visloc_core::{PlanarTrajectory, StampedPose, Timestamp};
+use visloc_core::{
+    PlanarTrajectory, StampedPose, Timestamp,
+    eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate},
+    geom::PlanarPose,
+};
 
 /// Ten frames a second.
 fn at(index: usize) -> Timestamp {

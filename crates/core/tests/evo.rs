@@ -6,11 +6,13 @@
 #![allow(clippy::unwrap_used, clippy::unreadable_literal)] // a test may stop; figures as they were printed
 
 use nalgebra::{Rotation3, Vector3};
-use visloc_core::eval::camera::{
-    Alignment, Motions, Similarity, Statistics, Step, absolute_error, associate, relative_errors,
+use visloc_core::{
+    CameraPose, CameraTrajectory, Timestamp,
+    eval::camera::{
+        Alignment, Motions, Similarity, Statistics, Step, absolute_error, associate, relative_errors,
+    },
+    geom::Rigid3,
 };
-use visloc_core::geom::Rigid3;
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp};
 
 /// A loop of 10 s with a truth at 20 Hz; the estimate is moved, smaller, noisy, late or early by 3 ms, and has a gap.
 fn trajectories() -> (CameraTrajectory, CameraTrajectory) {

@@ -3,8 +3,7 @@
 // Clippy knows test functions, but not their helpers.
 #![allow(clippy::unwrap_used)]
 
-use visloc_core::RngTree;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{RngTree, geom::PlanarPose};
 use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, SimulatedView, View, climb, heading_profile, map_csv,
 };

@@ -12,10 +12,10 @@ use std::{
 };
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_core::geom::{CameraFrame, Rigid3, World};
 use visloc_core::{
     CameraPose, CameraTrajectory, SkippedInput, Timestamp,
     files::{self, NewFile},
+    geom::{CameraFrame, Rigid3, World},
 };
 
 use crate::{

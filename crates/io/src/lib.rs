@@ -1,5 +1,5 @@
-//! Everything visloc reads from and writes to files: recordings of a robot (bags of ROS 2 and ROS 1), images and
-//! trajectories.
+//! Everything that images come from and results go to: recordings of a robot ([`bag`]: ROS 2 and ROS 1), datasets ([`sequence`]), images,
+//! trajectories and calibrations in files, live topics (`ros2`, a feature), and all of them and more behind one argument ([`sources`]).
 //!
 //! A recording is read as a stream: memory does not grow with its length, and a damaged or cut file gives every frame
 //! up to the damage.

@@ -7,10 +7,10 @@ use std::{
 };
 
 use thiserror::Error;
-use visloc_core::geom::{PlanarPose, Rigid3, Robot, World};
 use visloc_core::{
     PlanarTrajectory, StampedPose,
     files::{self, NewFile},
+    geom::{PlanarPose, Rigid3, Robot, World},
 };
 
 use crate::text::{data_lines, parse_number, parse_secs};
@@ -171,10 +171,12 @@ impl Columns {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use proptest::prelude::*;
     use std::fs;
+
+    use proptest::prelude::*;
     use visloc_core::Timestamp;
+
+    use super::*;
 
     fn read(text: &str) -> Result<PlanarTrajectory, String> {
         let folder = tempfile::tempdir().unwrap();

@@ -12,16 +12,17 @@ use std::{
 };
 
 use tempfile::TempDir;
-use visloc_core::geom::Mount;
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{Frame, Host, RgbImage, SourceFrame, Timestamp, Truth};
-use visloc_io::sources::{
-    KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
+use visloc_core::{
+    Frame, Host, RgbImage, SourceFrame, Timestamp, Truth,
+    geom::{Camera, Mount, PlanarPose},
 };
 use visloc_io::{
     bag::{BagTopics, BagWriter},
     image_codec::save_png,
     sequence::{Bound, SequenceRange},
+    sources::{
+        KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
+    },
 };
 
 const SIZE_PX: (u32, u32) = (64, 48);

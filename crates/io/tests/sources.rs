@@ -6,15 +6,14 @@
 use std::{fs, os::unix::fs::PermissionsExt, path::PathBuf};
 
 use tempfile::TempDir;
-use visloc_core::geom::Mount;
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp};
-use visloc_io::sources::{
-    SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures,
+use visloc_core::{
+    Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp,
+    geom::{Camera, Mount, PlanarPose},
 };
 use visloc_io::{
     bag::{BagTopics, BagWriter},
     image_codec::save_png,
+    sources::{SourceOptions, SourcesError, TopicOptions, open_frames, open_images, open_pictures},
 };
 
 const CALIBRATION: &str =

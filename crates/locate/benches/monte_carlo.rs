@@ -4,15 +4,14 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, RngTree};
-use visloc_locate::vision::Percept;
+use visloc_core::{Rng, RngTree, geom::PlanarPose};
 use visloc_locate::{
     Localizer, ObservationModel, PlanarMotion, Region, StepInput,
     monte_carlo::{
         ClusterConfig, MonteCarlo, MonteCarloConfig, NoiseConfig, Particles, PoseNoise, Resampling,
         RestartConfig,
     },
+    vision::Percept,
 };
 
 const COUNTS: [usize; 5] = [200, 1_000, 10_000, 100_000, 1_000_000];

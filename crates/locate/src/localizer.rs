@@ -1,10 +1,8 @@
 //! The trait of all localizers.
 
-use crate::vision::Percept;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
-use crate::{Estimate, StartPrior};
+use crate::{Estimate, StartPrior, vision::Percept};
 
 /// What a localizer learns in one step.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::geom::{PlanarPose, angle};
-use visloc_core::{Rng, Timestamp, gaussian};
+use visloc_core::{
+    Rng, Timestamp, gaussian,
+    geom::{PlanarPose, angle},
+};
 
 use crate::{
     ConfigError,
@@ -196,9 +198,11 @@ impl MotionModel {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::{FRAC_PI_2, PI};
+
     use visloc_core::RngTree;
+
+    use super::*;
 
     /// Images each tenth of a second.
     fn at(image: u32) -> Timestamp {

@@ -1,8 +1,7 @@
 //! Samples of the odometry, and what it means that one is missing.
 
 use nalgebra::Vector3;
-use visloc_core::Timestamp;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Timestamp, geom::PlanarPose};
 
 /// Samples up to so far apart tell what happened between them, seconds. Whatever publishes the odometry takes longer to start anew, so
 /// that it still counts from the same place.

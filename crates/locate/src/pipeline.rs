@@ -1,15 +1,9 @@
 //! Image analysis, lift detector and localizer for the frames of one robot.
 
-use crate::vision::{
-    AnalysisError, Percept,
-    field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
-    office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
-};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
-use visloc_core::settings::Parameter;
-use visloc_core::{Clock, Frame, Rng, RngTree};
+use visloc_core::{Clock, Frame, Rng, RngTree, settings::Parameter};
 use visloc_world::{
     Map,
     field::{Field, GoalColor},
@@ -27,6 +21,11 @@ use crate::{
         },
     },
     refine::{Refined, RefinementConfig},
+    vision::{
+        AnalysisError, Percept,
+        field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
+        office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
+    },
 };
 
 /// Parameters of everything but the algorithm.
@@ -398,9 +397,10 @@ pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConf
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use serde_json::{Value, json};
     use visloc_core::settings::{Settings, overlay, parameters};
+
+    use super::*;
 
     /// Another value than that of a parameter.
     fn other(parameter: &Parameter) -> Value {

@@ -4,8 +4,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_core::geom::{PlanarPose, angle};
-use visloc_core::{Rng, gaussian};
+use visloc_core::{
+    Rng, gaussian,
+    geom::{PlanarPose, angle},
+};
 use visloc_world::field::Field;
 
 use crate::Region;
@@ -206,10 +208,12 @@ fn choose<'a>(poses: &'a [PosePrior], rng: &mut Rng) -> Option<&'a PosePrior> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::PI;
+
     use visloc_core::RngTree;
     use visloc_world::Map;
+
+    use super::*;
 
     const MAP: Region = Region { min_x_m: -4.0, max_x_m: 4.0, min_y_m: -3.0, max_y_m: 3.0 };
 

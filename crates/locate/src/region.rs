@@ -2,8 +2,7 @@
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 /// A rectangle of the map, meters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -5,12 +5,11 @@
 #![allow(missing_docs, clippy::unwrap_used)] // the macros make public functions; a benchmark may stop
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, FrameSource, RngTree};
-use visloc_locate::vision::field::{FieldAnalysisConfig, FieldAnalyzer};
+use visloc_core::{Frame, FrameSource, RngTree, geom::PlanarPose};
 use visloc_locate::{
     ALGORITHMS, FeatureChoice, ObservationModel, Pipeline, PipelineConfig,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
+    vision::field::{FieldAnalysisConfig, FieldAnalyzer},
 };
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;

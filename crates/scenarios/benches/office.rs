@@ -7,10 +7,10 @@
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use visloc_core::{Frame, FrameSource, RngTree};
-use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
     ObservationModel, Pipeline,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
+    vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector},
 };
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;

@@ -5,8 +5,7 @@
 
 use visloc_core::{FrameSource, RngTree};
 use visloc_io::bag::{BagReader, BagTopics};
-use visloc_locate::vision::field::FieldAnalyzer;
-use visloc_locate::{PipelineConfig, analysis_for};
+use visloc_locate::{PipelineConfig, analysis_for, vision::field::FieldAnalyzer};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::{Map, field::Field};

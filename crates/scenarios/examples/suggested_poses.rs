@@ -5,16 +5,15 @@
 //! among the eight most likely, on a symmetric field also the mirrored one.
 
 use rand::RngExt;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource, Rng, RngTree};
+use visloc_core::{FrameSource, Rng, RngTree, geom::PlanarPose};
 use visloc_io::bag::{BagReader, BagTopics};
-use visloc_locate::vision::{Percept, field::FieldAnalyzer};
 use visloc_locate::{
     ObservationModel, PipelineConfig, analysis_for,
     observation::{
         features::FeatureModel,
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
     },
+    vision::{Percept, field::FieldAnalyzer},
 };
 use visloc_world::{Map, field::Field};
 

@@ -3,9 +3,10 @@
 mod detection_score;
 
 pub use detection_score::{DetectionScore, DetectionScores};
-
-use visloc_core::eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate};
-use visloc_core::{FrameSource, PlanarTrajectory, SourceError, SourceFrame, StampedPose};
+use visloc_core::{
+    FrameSource, PlanarTrajectory, SourceError, SourceFrame, StampedPose,
+    eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate},
+};
 use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
 use visloc_world::Map;
 

@@ -56,8 +56,9 @@ impl FrameLog {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::Timestamp;
+
+    use super::*;
 
     #[test]
     fn the_newest_frames_keep_their_numbers() {

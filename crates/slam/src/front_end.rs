@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use visloc_core::Clock;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
-use visloc_core::{GrayImage, Rng, RngTree, Timestamp};
+use visloc_core::{
+    Clock, GrayImage, Rng, RngTree, Timestamp,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use crate::{
     config::SlamConfig,

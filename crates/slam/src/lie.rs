@@ -77,10 +77,11 @@ pub fn image_by_twist(image_by_point: &Matrix2x3<f64>, point_in_camera: &Vector3
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Point3;
     use proptest::prelude::*;
     use visloc_core::geom::Camera;
+
+    use super::*;
 
     proptest! {
         #[test]

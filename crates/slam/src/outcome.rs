@@ -1,8 +1,10 @@
 //! What comes of a frame.
 
 use thiserror::Error;
-use visloc_core::Timestamp;
-use visloc_core::geom::{CameraFrame, Rigid3, World};
+use visloc_core::{
+    Timestamp,
+    geom::{CameraFrame, Rigid3, World},
+};
 
 use crate::{
     lie::CameraFromWorld, map::KeyframeId, mapping::MappingReport, start::StartWait, timing::StageTimes,

@@ -1,7 +1,6 @@
 //! The whole system.
 
-use visloc_core::geom::Camera;
-use visloc_core::{Clock, GrayImage, Timestamp};
+use visloc_core::{Clock, GrayImage, Timestamp, geom::Camera};
 
 use crate::{
     config::{ConfigError, SlamConfig},

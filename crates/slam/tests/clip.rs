@@ -4,8 +4,10 @@
 
 use std::path::PathBuf;
 
-use visloc_core::eval::camera::{Alignment, absolute_error, associate};
-use visloc_core::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};
+use visloc_core::{
+    CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp,
+    eval::camera::{Alignment, absolute_error, associate},
+};
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{FrameError, Slam, SlamConfig};
 

@@ -4,8 +4,10 @@
 
 use std::path::PathBuf;
 
-use visloc_core::eval::camera::{Alignment, absolute_error, associate};
-use visloc_core::{CameraPose, CameraTrajectory, ImageSource};
+use visloc_core::{
+    CameraPose, CameraTrajectory, ImageSource,
+    eval::camera::{Alignment, absolute_error, associate},
+};
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{Schedule, Slam, SlamConfig};
 

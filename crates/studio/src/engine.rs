@@ -7,9 +7,9 @@ use std::{
 };
 
 use serde_json::{Value, json};
+use visloc_core::Clock;
 
 use crate::{Command, Hub, Message, Session, StudioError, recording::Tape};
-use visloc_core::Clock;
 
 /// Steps that are late by more than this are not made up for, seconds.
 const MAX_LATE_SECS: f64 = 0.1;

@@ -2,8 +2,7 @@
 
 use thiserror::Error;
 use visloc_io::image_codec::ImageCodecError;
-use visloc_locate::vision::AnalysisError;
-use visloc_locate::{ConfigError, PipelineError};
+use visloc_locate::{ConfigError, PipelineError, vision::AnalysisError};
 use visloc_sim::ScenarioError;
 
 use crate::{MessageError, recording::RecordingError};

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
+use visloc_core::Clock;
 use visloc_sim::TOURS;
 
 use crate::{
@@ -13,7 +14,6 @@ use crate::{
     slam::{ImagesOpener, SequenceSource, SlamSession},
     source::{FramesOpener, SourceSession},
 };
-use visloc_core::Clock;
 
 /// Before the number of a recording.
 const RECORDING: &str = "recording-";

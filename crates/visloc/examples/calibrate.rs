@@ -1,10 +1,10 @@
 //! Calibrates a camera: `cargo run --release -p visloc --example calibrate`. The photos of the board are drawn here; your own are read
 //! with `visloc::io::image_codec::read_gray_image`.
 
-use visloc::calib::{
-    Board, CalibrationConfig, Checkerboard, LensModel, ViewInput, calibrate, detect, render,
+use visloc::{
+    Camera, Distortion, RngTree,
+    calib::{Board, CalibrationConfig, Checkerboard, LensModel, ViewInput, calibrate, detect, render},
 };
-use visloc::{Camera, Distortion, RngTree};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let board = Board::Checkerboard(Checkerboard { columns: 9, rows: 6, square_m: 0.03 });

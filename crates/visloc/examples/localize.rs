@@ -1,7 +1,9 @@
 //! Follows a robot through a recording: `cargo run --release -p visloc --example localize -- [BAG] [MAP]`
 
-use visloc::io::bag::{BagReader, BagTopics};
-use visloc::{FrameSource, Map, Pipeline};
+use visloc::{
+    FrameSource, Map, Pipeline,
+    io::bag::{BagReader, BagTopics},
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut args = std::env::args().skip(1);

@@ -1,8 +1,10 @@
 //! A map in code, and a simulated robot that finds itself in it: `cargo run --release -p visloc --features sim --example own_map`
 
-use visloc::sim::{Scenario, Simulation};
-use visloc::world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor};
-use visloc::{FrameSource, Map, Pipeline};
+use visloc::{
+    FrameSource, Map, Pipeline,
+    sim::{Scenario, Simulation},
+    world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor},
+};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut plan = OfficePlan::named("my corridor");

@@ -51,23 +51,22 @@
 //! looks along x, y is to its left, z up; a camera looks along z, x is to its right, y down. Lengths are in meters (SLAM: in units of the
 //! map), angles in radians, pixels have their centers at integers. The same seed and the same frames give the same bits.
 
+pub use nalgebra;
 #[cfg(feature = "calib")]
 pub use visloc_calib as calib;
-#[cfg(feature = "io")]
-pub use visloc_io as io;
-#[cfg(feature = "sim")]
-pub use visloc_sim as sim;
-
-pub use nalgebra;
 pub use visloc_core::{
     CameraTrajectory, Clock, Frame, FrameSource, GrayFrame, GrayImage, GroundContact, ImageSource,
     PlanarTrajectory, RgbImage, Rng, RngTree, SourceError, SourceFrame, StampedPose, Timestamp, Truth, eval,
     geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
 };
+#[cfg(feature = "io")]
+pub use visloc_io as io;
 pub use visloc_locate::{
     self as locate, ALGORITHMS, Algorithm, Estimate, FeatureChoice, Half, Hypothesis, LOCALIZED_RELIABILITY,
     Pipeline, PipelineBuilder, PipelineConfig, PipelineError, PosePrior, Region, StartPrior,
 };
+#[cfg(feature = "sim")]
+pub use visloc_sim as sim;
 pub use visloc_slam::{
     self as slam, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState, TrajectoryPose,
 };

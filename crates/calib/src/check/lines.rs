@@ -1,8 +1,7 @@
 //! Long edges and how much they bend.
 
 use nalgebra::{DMatrix, DVector, Point2, Vector2};
-use visloc_core::GrayImage;
-use visloc_core::geom::Camera;
+use visloc_core::{GrayImage, geom::Camera};
 
 use crate::detect::FloatImage;
 

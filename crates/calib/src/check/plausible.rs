@@ -1,8 +1,10 @@
 //! The checks.
 
 use nalgebra::Point2;
-use visloc_core::GrayImage;
-use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{
+    GrayImage,
+    geom::{Camera, Distortion},
+};
 
 use super::{CameraCheck, Severity, lines::bows_px};
 

@@ -1,8 +1,7 @@
 //! The renderer.
 
 use nalgebra::{Matrix3, Point2};
-use visloc_core::geom::Camera;
-use visloc_core::{GrayImage, Rng, gaussian};
+use visloc_core::{GrayImage, Rng, gaussian, geom::Camera};
 
 use crate::{Board, CameraFromBoard, detect::FloatImage};
 

@@ -4,8 +4,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
-use visloc_core::Rng;
-use visloc_core::geom::{Camera, Rigid3};
+use visloc_core::{
+    Rng,
+    geom::{Camera, Rigid3},
+};
 
 use crate::{Board, CameraFromBoard};
 

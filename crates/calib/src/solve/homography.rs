@@ -71,8 +71,9 @@ pub fn pose_of_plane(normalized_from_board: &Matrix3<f64>) -> Option<CameraFromB
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Point3;
+
+    use super::*;
 
     #[test]
     fn a_pose_comes_back_from_its_homography() {

@@ -6,8 +6,7 @@ use visloc_calib::{
     Board, CameraFromBoard, DetectReject, detect,
     render::{RenderSettings, render},
 };
-use visloc_core::geom::Camera;
-use visloc_core::{GrayImage, RngTree};
+use visloc_core::{GrayImage, RngTree, geom::Camera};
 
 use crate::support::{CHECKERS, TAGS, fisheye, picture, webcam};
 

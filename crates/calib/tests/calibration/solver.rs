@@ -6,8 +6,7 @@ use visloc_calib::{
     calibrate, coverage, detect,
     render::{RenderSettings, random_pose},
 };
-use visloc_core::geom::Camera;
-use visloc_core::{RngTree, gaussian};
+use visloc_core::{RngTree, gaussian, geom::Camera};
 
 use crate::support::{CHECKERS, TAGS, fisheye, picture, webcam};
 

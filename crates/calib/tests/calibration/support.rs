@@ -4,8 +4,10 @@ use visloc_calib::{
     AprilGrid, Board, CameraFromBoard, Checkerboard,
     render::{RenderSettings, random_pose, render},
 };
-use visloc_core::geom::{Camera, Distortion};
-use visloc_core::{GrayImage, RngTree};
+use visloc_core::{
+    GrayImage, RngTree,
+    geom::{Camera, Distortion},
+};
 
 pub const CHECKERS: Board = Board::Checkerboard(Checkerboard { columns: 9, rows: 6, square_m: 0.03 });
 pub const TAGS: Board = Board::AprilGrid(AprilGrid {

@@ -5,8 +5,10 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use visloc_core::eval::camera::Step;
 
-use super::number::{number_in, seconds};
-use super::{InputName, InputPath, JsonArg, OutputFile, OutputFolder};
+use super::{
+    InputName, InputPath, JsonArg, OutputFile, OutputFolder,
+    number::{number_in, seconds},
+};
 
 /// Arguments of `visloc evaluate`.
 #[derive(Debug, Args)]

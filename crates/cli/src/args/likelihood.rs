@@ -4,8 +4,10 @@ use std::str::FromStr;
 
 use clap::Args;
 
-use super::number::{degrees, number_in, seconds};
-use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg, SourceArgs, TopicArgs};
+use super::{
+    InputName, InputPath, JsonArg, OutputFolder, SeedArg, SourceArgs, TopicArgs,
+    number::{degrees, number_in, seconds},
+};
 
 /// Arguments of `visloc likelihood`.
 #[derive(Debug, Args)]

@@ -3,10 +3,9 @@
 use clap::{Args, ValueEnum};
 use visloc_locate::FeatureChoice;
 
-use super::number::seconds;
 use super::{
     BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
-    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
+    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg, number::seconds,
 };
 
 /// Arguments of `visloc localize`.

@@ -19,13 +19,12 @@ mod start;
 mod studio;
 mod study;
 
-use clap::{Parser, Subcommand};
-
 pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
 pub use benchmark::BenchmarkArgs;
 pub use calibrate::{CalibrateArgs, PatternArgs};
 pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
 pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
+use clap::{Parser, Subcommand};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use experiment::{
     ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,

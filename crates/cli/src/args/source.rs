@@ -2,8 +2,10 @@
 
 use clap::{Args, ValueEnum};
 
-use super::number::{degrees, number_in};
-use super::{InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg};
+use super::{
+    InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg,
+    number::{degrees, number_in},
+};
 
 /// How a source is opened.
 #[derive(Debug, Clone, Args)]

@@ -8,14 +8,19 @@ use std::{
 use anyhow::{Context, Result, bail};
 use clap::Parser;
 use rayon::prelude::*;
-use visloc_core::eval::{
-    Evaluation, EvaluationOptions,
-    camera::{AbsoluteError, associate},
+use visloc_core::{
+    CameraTrajectory, PlanarTrajectory, Timestamp,
+    eval::{
+        Evaluation, EvaluationOptions,
+        camera::{AbsoluteError, associate},
+    },
+    geom::PlanarPose,
 };
-use visloc_core::geom::PlanarPose;
-use visloc_core::{CameraTrajectory, PlanarTrajectory, Timestamp};
-use visloc_io::sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images};
-use visloc_io::{camera_trajectory::read_camera_trajectory, sequence::SequenceRange};
+use visloc_io::{
+    camera_trajectory::read_camera_trajectory,
+    sequence::SequenceRange,
+    sources::{OpenImages, SourceOption, SourceOptions, TopicOptions, open_images},
+};
 use visloc_slam::Schedule;
 
 use super::{

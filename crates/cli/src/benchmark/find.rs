@@ -8,10 +8,10 @@ use std::{
 
 use anyhow::{Context, Result, bail};
 use visloc_core::files;
-use visloc_io::sources::{SourceAddress, SourceOptions, open_images};
 use visloc_io::{
     camera_trajectory::read_camera_trajectory,
     sequence::{SequenceOptions, list_sequence, sequence_layouts},
+    sources::{SourceAddress, SourceOptions, open_images},
 };
 use visloc_world::Map;
 

@@ -4,8 +4,7 @@ use std::{f64::consts::TAU, path::Path};
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use visloc_core::files;
-use visloc_core::geom::Camera;
+use visloc_core::{files, geom::Camera};
 use visloc_io::{
     camera_file::{CameraToml, read_camera},
     image_codec::read_gray_image,

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use visloc_core::{GrayImage, Timestamp};
-use visloc_io::image_codec::read_gray_image;
-use visloc_io::sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures};
+use visloc_io::{
+    image_codec::read_gray_image,
+    sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures},
+};
 
 use crate::{
     host::host,

@@ -3,8 +3,10 @@
 use std::{collections::BTreeSet, path::Path};
 
 use anyhow::{Result, anyhow, bail};
-use visloc_io::bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel};
-use visloc_io::sources::SourceAddress;
+use visloc_io::{
+    bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel},
+    sources::SourceAddress,
+};
 
 use crate::{
     host::host,

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{CameraTrajectory, ImageSource};
-use visloc_io::sequence::write_camera_trajectory;
-use visloc_io::sources::UntilStopped;
+use visloc_io::{sequence::write_camera_trajectory, sources::UntilStopped};
 use visloc_sim::CameraTour;
 use visloc_slam::SlamConfig;
 

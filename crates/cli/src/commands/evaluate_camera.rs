@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use visloc_core::eval::camera::{
-    Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors,
+use visloc_core::{
+    CameraPose, CameraTrajectory,
+    eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors},
 };
-use visloc_core::{CameraPose, CameraTrajectory};
 use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
 
 use crate::{

@@ -9,11 +9,11 @@ use std::{
 
 use anyhow::{Context, Result, anyhow, bail};
 use visloc_core::{Picture, PictureSource, Timestamp, files};
-use visloc_io::sources::{OpenPictures, SourceOptions, open_pictures};
 use visloc_io::{
     camera_file::{CameraFormat, write_camera},
     image_codec::{encode_jpeg, encode_png},
     sequence::{Calibration, fit_calibration, read_calibration},
+    sources::{OpenPictures, SourceOptions, open_pictures},
 };
 
 use super::settings::topic_options;

@@ -2,8 +2,7 @@
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource, RngTree, SourceFrame};
+use visloc_core::{FrameSource, RngTree, SourceFrame, geom::PlanarPose};
 use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, SimulatedView, View, heading_profile, map_csv,
     peaks, profile_csv,

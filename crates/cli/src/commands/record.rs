@@ -1,14 +1,11 @@
 //! `visloc record`: any source as a ROS 2 bag.
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::geom::Camera;
-use visloc_core::{FrameSource, PictureSource, SourceError};
-use visloc_io::sources::{
-    OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures,
-};
+use visloc_core::{FrameSource, PictureSource, SourceError, geom::Camera};
 use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::fit_calibration,
+    sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures},
 };
 
 use super::{convert, settings::topic_options};

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
-use visloc_core::files;
-use visloc_core::settings::{Settings, SettingsError, overlay};
-use visloc_io::bag::BagTopics;
-use visloc_io::sources::TopicOptions;
+use visloc_core::{
+    files,
+    settings::{Settings, SettingsError, overlay},
+};
+use visloc_io::{bag::BagTopics, sources::TopicOptions};
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_slam::SlamConfig;
 use visloc_world::Map;

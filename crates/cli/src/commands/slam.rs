@@ -1,10 +1,11 @@
 //! `visloc slam`: follow a camera without a map.
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::geom::Camera;
-use visloc_core::{CameraPose, CameraTrajectory};
-use visloc_io::sequence::write_camera_trajectory;
-use visloc_io::sources::{OpenImages, SourceAddress};
+use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
+use visloc_io::{
+    sequence::write_camera_trajectory,
+    sources::{OpenImages, SourceAddress},
+};
 use visloc_slam::{Schedule, SlamConfig};
 
 use super::settings::{slam_config, topic_options};

@@ -1,7 +1,6 @@
 //! What is worth a line: kidnaps, and who has found itself again.
 
-use visloc_core::GroundContact;
-use visloc_core::eval::EvaluationOptions;
+use visloc_core::{GroundContact, eval::EvaluationOptions};
 
 use crate::run::{FrameView, Runner};
 

@@ -1,13 +1,14 @@
 //! A picture of what the image analysis keeps and drops.
 
-use visloc_core::geom::Horizon;
-use visloc_core::{Frame, RgbImage};
-use visloc_locate::vision::{
-    DropReason, FeatureKind, Percept,
-    field::{FieldAnalyzer, GoalBlob},
-    office::OfficeAnalyzer,
+use visloc_core::{Frame, RgbImage, geom::Horizon};
+use visloc_locate::{
+    ImageAnalyzer, Pipeline,
+    vision::{
+        DropReason, FeatureKind, Percept,
+        field::{FieldAnalyzer, GoalBlob},
+        office::OfficeAnalyzer,
+    },
 };
-use visloc_locate::{ImageAnalyzer, Pipeline};
 use visloc_plot::{Color, ImageBoxes, ImageDots, ImageLine, ImagePicture, Picture, image_picture};
 
 use crate::run::{FrameView, Spectator};

@@ -4,8 +4,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use serde::Serialize;
-use visloc_core::CameraTrajectory;
-use visloc_core::eval::camera::{AbsoluteError, PosePair, RelativeErrors, Statistics};
+use visloc_core::{
+    CameraTrajectory,
+    eval::camera::{AbsoluteError, PosePair, RelativeErrors, Statistics},
+};
 use visloc_plot::{Color, Panel, Series, SpacePath, SpaceViews, TimeSeriesPicture, space_views, time_series};
 
 /// All numbers of a comparison. Keys stay as they are; what is not known is `null`.

@@ -7,7 +7,6 @@ use serde::Serialize;
 use visloc_core::eval::{
     ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate,
 };
-
 use visloc_locate::vision::DropReason;
 
 use super::{FindingReport, SkippedReport, explain_localization};

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use visloc_core::eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans};
-use visloc_core::{PlanarTrajectory, Timestamp};
+use visloc_core::{
+    PlanarTrajectory, Timestamp,
+    eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans},
+};
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Ground, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,

@@ -1,11 +1,11 @@
 //! Results as live ROS 2 topics, and orders from there.
 
 use anyhow::Result;
-use visloc_core::Timestamp;
-use visloc_core::eval::TimingSummary;
-use visloc_core::geom::PlanarPose;
-use visloc_io::bag::{ResultFrames, ResultMessages};
-use visloc_io::ros2::{NodeSettings, Order, ResultPublisher};
+use visloc_core::{Timestamp, eval::TimingSummary, geom::PlanarPose};
+use visloc_io::{
+    bag::{ResultFrames, ResultMessages},
+    ros2::{NodeSettings, Order, ResultPublisher},
+};
 use visloc_locate::{PosePrior, StartPrior};
 
 use super::{FrameView, Records, Runner, Spectator, results::result_sample};

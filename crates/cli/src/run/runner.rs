@@ -3,13 +3,11 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use visloc_core::Clock;
-use visloc_core::eval::EstimateSample;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, SkippedInput, Timestamp};
-use visloc_locate::vision::{DropReason, Percept};
+use visloc_core::{Clock, Frame, SkippedInput, Timestamp, eval::EstimateSample, geom::PlanarPose};
 use visloc_locate::{
-    LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters, diagnosis::RunCounters,
+    LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters,
+    diagnosis::RunCounters,
+    vision::{DropReason, Percept},
 };
 use visloc_studio::{
     Command, StudioError,

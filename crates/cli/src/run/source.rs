@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_core::FrameSource;
-use visloc_core::geom::Mount;
+use visloc_core::{FrameSource, geom::Mount};
 use visloc_io::sources::{
     SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
 };

@@ -1,9 +1,7 @@
 //! The loop over the images.
 
 use anyhow::Result;
-use visloc_core::Clock;
-use visloc_core::geom::Camera;
-use visloc_core::{CameraPose, CameraTrajectory, ImageSource, SkippedInput, Timestamp};
+use visloc_core::{CameraPose, CameraTrajectory, Clock, ImageSource, SkippedInput, Timestamp, geom::Camera};
 use visloc_slam::{
     FrameOutcome, Schedule, Slam, SlamConfig,
     diagnosis::{RunCounters, mean_brightness},

@@ -1,8 +1,10 @@
 //! Where the images of a run come from.
 
 use anyhow::{Result, bail};
-use visloc_io::sequence::SequenceRange;
-use visloc_io::sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images};
+use visloc_io::{
+    sequence::SequenceRange,
+    sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images},
+};
 
 use crate::{
     args::SlamArgs,

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use visloc_core::Timestamp;
-use visloc_io::bag::{
-    diagnostics_message,
-    messages::{Header, Pose, PoseStamped},
+use visloc_io::{
+    bag::{
+        diagnostics_message,
+        messages::{Header, Pose, PoseStamped},
+    },
+    ros2::{Order, ResultPublisher, point_cloud},
 };
-use visloc_io::ros2::{Order, ResultPublisher, point_cloud};
 use visloc_slam::{FrameOutcome, Slam};
 
 use super::{SlamRecord, SlamWatcher, write_ply};

@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use visloc_core::eval::camera::{AbsoluteError, associate};
-use visloc_core::{CameraTrajectory, GrayImage, RgbImage};
+use visloc_core::{
+    CameraTrajectory, GrayImage, RgbImage,
+    eval::camera::{AbsoluteError, associate},
+};
 use visloc_plot::{
     Color, ImageDots, ImagePicture, Panel, PlotError, Series, SpacePath, SpaceViews, TimeSeriesPicture,
     image_picture, space_views, time_series,

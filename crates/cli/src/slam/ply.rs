@@ -4,8 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Point3};
-use visloc_core::files;
-use visloc_core::geom::Camera;
+use visloc_core::{files, geom::Camera};
 use visloc_slam::map::{Keyframe, Landmark, Map};
 
 /// Color of the keyframes: no landmark is red, since landmarks are gray.

@@ -1,8 +1,10 @@
 //! The numbers of a run. Keys stay as they are; what is not known is `null`.
 
 use serde::Serialize;
-use visloc_core::CameraTrajectory;
-use visloc_core::eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error};
+use visloc_core::{
+    CameraTrajectory,
+    eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error},
+};
 
 use super::{SlamHistory, SlamRun, StageSums};
 use crate::{

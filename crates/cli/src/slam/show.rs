@@ -2,8 +2,7 @@
 
 use anyhow::Result;
 use serde_json::json;
-use visloc_core::geom::Camera;
-use visloc_core::{CameraPose, CameraTrajectory};
+use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
 use visloc_io::sequence::write_camera_trajectory;
 use visloc_slam::{Slam, SlamConfig};
 use visloc_studio::{

@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{RgbImage, Timestamp};
+use visloc_core::{RgbImage, Timestamp, geom::PlanarPose};
 
 use crate::support::{MAP, Workspace, data_lines, excerpt, excerpt_text};
 

@@ -2,8 +2,10 @@
 
 use nalgebra::{Rotation3, Vector3};
 use serde_json::Value;
-use visloc_core::geom::{Camera, Rigid3};
-use visloc_core::{Frame, GroundContact, RgbImage};
+use visloc_core::{
+    Frame, GroundContact, RgbImage,
+    geom::{Camera, Rigid3},
+};
 
 use crate::support::{MAP, Outcome, Workspace, excerpt_text};
 

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::geom::PlanarPose;
-use crate::{PlanarTrajectory, StampedPose, Timestamp};
+use crate::{PlanarTrajectory, StampedPose, Timestamp, geom::PlanarPose};
 
 /// What an algorithm says after a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]

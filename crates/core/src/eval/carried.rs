@@ -1,8 +1,6 @@
 //! When somebody carried the robot, from the truth alone.
 
-use crate::{PlanarTrajectory, StampedPose, Timestamp};
-
-use crate::eval::EvaluationOptions;
+use crate::{PlanarTrajectory, StampedPose, Timestamp, eval::EvaluationOptions};
 
 /// A time in which the robot was moved by hand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,13 @@
 //! The comparison.
 
-use crate::{PlanarTrajectory, Timestamp};
 use serde::{Deserialize, Serialize};
 
-use crate::eval::{
-    CarriedSpan, ErrorSummary, EstimateSample, EvaluationOptions, KidnapRecovery, association::associate,
-    carried_spans, recovery::recoveries,
+use crate::{
+    PlanarTrajectory, Timestamp,
+    eval::{
+        CarriedSpan, ErrorSummary, EstimateSample, EvaluationOptions, KidnapRecovery, association::associate,
+        carried_spans, recovery::recoveries,
+    },
 };
 
 /// Error of one frame.

@@ -1,9 +1,11 @@
 //! How the algorithm found the robot again after somebody carried it away.
 
-use crate::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::eval::{CarriedSpan, EvaluationOptions, FrameError, summary::mean};
+use crate::{
+    Timestamp,
+    eval::{CarriedSpan, EvaluationOptions, FrameError, summary::mean},
+};
 
 /// One kidnap and what came of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

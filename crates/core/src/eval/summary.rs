@@ -83,8 +83,9 @@ fn percentile(sorted: &[f64], fraction: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn statistics_by_hand() {

@@ -28,8 +28,9 @@ pub fn difference(to_rad: f64, from_rad: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn wrap_keeps_pi_and_moves_minus_pi() {

@@ -325,8 +325,9 @@ impl Camera {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn cameras() -> Vec<Camera> {
         let size = (320, 240);

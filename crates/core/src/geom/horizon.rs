@@ -38,9 +38,10 @@ impl Horizon {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
     use crate::geom::{Plane, Robot, nao};
-    use nalgebra::Point3;
 
     #[test]
     fn pixels_below_the_horizon_meet_the_ground() {

@@ -190,8 +190,9 @@ fn bisect(k: &[f64; 4], radius: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     const LENSES: [Distortion; 5] = [
         Distortion::None,

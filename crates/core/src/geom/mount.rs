@@ -1,7 +1,8 @@
 //! A camera that is fixed on the robot.
 
-use super::{CameraFrame, Rigid3, Robot, nao};
 use nalgebra::{Rotation3, Vector3};
+
+use super::{CameraFrame, Rigid3, Robot, nao};
 
 /// Where a camera is on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -32,8 +33,9 @@ impl Mount {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
 
     #[test]
     fn the_optical_axis_points_where_the_angles_say() {

@@ -94,8 +94,9 @@ impl PlanarPose {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn pose() -> impl Strategy<Value = PlanarPose> {
         (-5.0..5.0f64, -5.0..5.0f64, -3.1..3.1f64).prop_map(|(x, y, yaw)| PlanarPose::new(x, y, yaw))

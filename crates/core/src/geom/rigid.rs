@@ -147,9 +147,10 @@ impl<Dst, Src> fmt::Debug for Rigid3<Dst, Src> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::geom::{CameraFrame, Robot, World};
-    use proptest::prelude::*;
 
     fn rigid<A, B>() -> impl Strategy<Value = Rigid3<A, B>> {
         (prop::array::uniform3(-3.0..3.0f64), prop::array::uniform3(-5.0..5.0f64))

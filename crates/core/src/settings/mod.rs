@@ -17,7 +17,6 @@ pub use error::SettingsError;
 pub use overlay::{check_ranges, overlay};
 pub use parameters::{Choice, Parameter, parameters};
 pub use plain::plain_words;
-
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 

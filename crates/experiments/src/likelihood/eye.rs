@@ -1,9 +1,9 @@
 //! From frames to percepts and a model to weigh poses with.
 
 use visloc_core::{Frame, Rng, RngTree};
-use visloc_locate::vision::Percept;
 use visloc_locate::{
     ImageAnalyzer, ObservationModel, PipelineConfig, observation::field::FieldObservationModel,
+    vision::Percept,
 };
 use visloc_world::{Map, field::Field};
 

@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use visloc_core::Frame;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Frame, geom::PlanarPose};
 use visloc_locate::vision::{FeatureKind, Percept};
 use visloc_plot::{
     Color, HeatMap, ImageDots, ImagePicture, Mark, Panel, Picture, PoseMark, Series, SurfacePicture,

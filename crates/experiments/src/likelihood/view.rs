@@ -1,7 +1,6 @@
 //! An image from a given pose.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource, SourceFrame};
+use visloc_core::{FrameSource, SourceFrame, geom::PlanarPose};
 use visloc_sim::{
     BoxPiece, Color, Label, LabelImage, Motion, OtherRobot, Paint, PlacedPose, Room, Scenario, ScenarioError,
     Simulation, Stand,

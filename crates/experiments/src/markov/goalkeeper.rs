@@ -4,8 +4,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
-use visloc_core::geom::{PlanarPose, angle};
-use visloc_core::{Rng, RngTree, gaussian};
+use visloc_core::{
+    Rng, RngTree, gaussian,
+    geom::{PlanarPose, angle},
+};
 use visloc_locate::{
     Localizer, StepInput,
     markov::{

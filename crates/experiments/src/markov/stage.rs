@@ -1,15 +1,17 @@
 //! The simulated field, and what the robot's camera sees from a pose.
 
 use nalgebra::Rotation3;
-use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao};
-use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
-use visloc_locate::vision::{
-    FeatureKind, Percept,
-    field::{FieldAnalysisConfig, FieldAnalyzer},
+use visloc_core::{
+    Frame, Rng, RngTree, Timestamp, gaussian,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao},
 };
 use visloc_locate::{
     Region,
     markov::{BlobView, Direction, Grid},
+    vision::{
+        FeatureKind, Percept,
+        field::{FieldAnalysisConfig, FieldAnalyzer},
+    },
 };
 use visloc_sim::{FieldLook, Lamp, Renderer, Room, Scene, Sensor, Shot};
 use visloc_world::{Map, field::Field};

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use visloc_core::geom::angle;
-use visloc_core::{Frame, FrameSource, RngTree};
+use visloc_core::{Frame, FrameSource, RngTree, geom::angle};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::markov::{
     BlobView, CaseLimits, CaseTables, TableError, ViewDensities, learn_densities, learn_tables,

@@ -1,11 +1,10 @@
 //! The observation model as maps of the corridor. Source: 2017 section 5.3.2, figures 5.25 to 5.28.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, FrameSource, RngTree, Truth};
-use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors};
+use visloc_core::{Frame, FrameSource, RngTree, Truth, geom::PlanarPose};
 use visloc_locate::{
     ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
+    vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors},
 };
 use visloc_plot::{Color, Grid, HeatMap, Picture, PoseMark, heat_map};
 use visloc_sim::{Scenario, Simulation};

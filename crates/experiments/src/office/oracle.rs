@@ -6,12 +6,11 @@
 //! odometry that is off by a tenth would allow: the robot has no better one. No algorithm can know its place sooner,
 //! except by luck or by what it does not see.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, Timestamp};
-use visloc_locate::vision::Percept;
+use visloc_core::{Rng, Timestamp, geom::PlanarPose};
 use visloc_locate::{
     ConfigError, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
+    vision::Percept,
 };
 use visloc_world::office::Office;
 

@@ -1,11 +1,11 @@
 //! One robot followed by one algorithm.
 
 use rand::RngExt;
-use visloc_core::eval::{
-    CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans, evaluate,
+use visloc_core::{
+    PlanarTrajectory, RngTree, StampedPose, Timestamp,
+    eval::{CarriedSpan, EstimateSample, Evaluation, EvaluationOptions, carried_spans, evaluate},
+    geom::PlanarPose,
 };
-use visloc_core::geom::PlanarPose;
-use visloc_core::{PlanarTrajectory, RngTree, StampedPose, Timestamp};
 use visloc_locate::{Estimate, LOCALIZED_RELIABILITY, Pipeline};
 use visloc_world::Map;
 

@@ -56,8 +56,9 @@ impl Census {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::geom::PlanarPose;
+
+    use super::*;
 
     #[test]
     fn criteria_by_hand() {

@@ -163,8 +163,9 @@ fn step(step_m: f64, rng: &mut Rng) -> Point {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::RngTree;
+
+    use super::*;
 
     fn all_apart(frame: &[Point]) -> bool {
         frame.iter().enumerate().all(|(i, place)| is_inside(*place) && is_apart(*place, &frame[..i]))

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, Timestamp};
-use visloc_locate::vision::Percept;
-use visloc_locate::{Algorithm, ConfigError, Individual, Localizer, ObservationModel as _, StepInput};
+use visloc_core::{Rng, Timestamp, geom::PlanarPose};
+use visloc_locate::{
+    Algorithm, ConfigError, Individual, Localizer, ObservationModel as _, StepInput, vision::Percept,
+};
 
 use super::{Census, NEAR_M, PositionsWorld, Scenario, UniformControl};
 

@@ -3,10 +3,8 @@
 use std::sync::Arc;
 
 use rand::RngExt;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
-use visloc_locate::vision::Percept;
-use visloc_locate::{ObservationModel, Region};
+use visloc_core::{Rng, geom::PlanarPose};
+use visloc_locate::{ObservationModel, Region, vision::Percept};
 
 use super::scenario::{HALF_SIDE_M, Scenario};
 

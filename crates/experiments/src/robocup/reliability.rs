@@ -81,8 +81,7 @@ fn is_tracking(moment: &Moment) -> bool {
 #[cfg(test)]
 mod tests {
     use nalgebra::Matrix3;
-    use visloc_core::geom::PlanarPose;
-    use visloc_core::{RngTree, gaussian};
+    use visloc_core::{RngTree, gaussian, geom::PlanarPose};
 
     use super::*;
 

@@ -1,10 +1,12 @@
 //! From the moments of a run to its record.
 
-use visloc_core::eval::{
-    CarriedSpan, ErrorSummary, EstimateSample, Evaluation, EvaluationOptions, FrameError, KidnapRecovery,
-    carried_spans, evaluate,
+use visloc_core::{
+    PlanarTrajectory, StampedPose, Timestamp,
+    eval::{
+        CarriedSpan, ErrorSummary, EstimateSample, Evaluation, EvaluationOptions, FrameError, KidnapRecovery,
+        carried_spans, evaluate,
+    },
 };
-use visloc_core::{PlanarTrajectory, StampedPose, Timestamp};
 use visloc_locate::LOCALIZED_RELIABILITY;
 
 use super::{

@@ -1,8 +1,6 @@
 //! How long an iteration takes. Not part of the records, which are the same on every machine.
 
-use visloc_core::eval::TimingSummary;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{FrameSource, RngTree, eval::TimingSummary, geom::PlanarPose};
 use visloc_locate::{Pipeline, PipelineConfig};
 use visloc_sim::Simulation;
 

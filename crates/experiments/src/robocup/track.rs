@@ -1,8 +1,10 @@
 //! One contender on the frames of a run.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
-use visloc_core::geom::{PlanarPose, angle};
-use visloc_core::{Frame, RngTree, Truth};
+use visloc_core::{
+    Frame, RngTree, Truth,
+    geom::{PlanarPose, angle},
+};
 use visloc_locate::{Estimate, FeatureChoice, Pipeline, PipelineConfig, PipelineError, Region, StartPrior};
 use visloc_world::Map;
 

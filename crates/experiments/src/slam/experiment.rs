@@ -1,8 +1,7 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_core::Clock;
-use visloc_core::{RngTree, SkippedInput};
+use visloc_core::{Clock, RngTree, SkippedInput};
 use visloc_slam::SlamConfig;
 
 use super::{

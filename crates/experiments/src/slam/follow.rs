@@ -1,9 +1,10 @@
 //! One run over one sequence.
 
 use serde::{Deserialize, Serialize};
-use visloc_core::Clock;
-use visloc_core::eval::camera::{Alignment, Statistics, absolute_error, associate, relative_error};
-use visloc_core::{CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp};
+use visloc_core::{
+    CameraPose, CameraTrajectory, Clock, GrayImage, ImageSource, Timestamp,
+    eval::camera::{Alignment, Statistics, absolute_error, associate, relative_error},
+};
 use visloc_slam::{FrameOutcome, FramePose, Slam, SlamConfig, TrackingState, track::Quality};
 
 use crate::mean;

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use visloc_core::eval::camera::{Alignment, Statistics, absolute_error, associate};
-use visloc_core::geom::Rigid3;
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp};
+use visloc_core::{
+    CameraPose, CameraTrajectory, Timestamp,
+    eval::camera::{Alignment, Statistics, absolute_error, associate},
+    geom::Rigid3,
+};
 
 use super::{
     SlamExperiment, SlamRunRecord, SlamStudy,

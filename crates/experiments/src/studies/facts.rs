@@ -1,8 +1,7 @@
 //! What the likelihood map of one view says.
 
 use serde_json::{Value, json};
-use visloc_core::RngTree;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{RngTree, geom::PlanarPose};
 use visloc_locate::PipelineConfig;
 use visloc_plot::Picture;
 

@@ -4,10 +4,8 @@
 use rand::RngExt as _;
 use rayon::prelude::*;
 use serde_json::json;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource, Rng, RngTree};
-use visloc_locate::PipelineConfig;
-use visloc_locate::vision::Percept;
+use visloc_core::{FrameSource, Rng, RngTree, geom::PlanarPose};
+use visloc_locate::{PipelineConfig, vision::Percept};
 use visloc_plot::{Color, Mark, Panel, Picture, Series, TimeSeriesPicture, ValueAxis, time_series};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;

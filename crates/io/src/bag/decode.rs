@@ -1,8 +1,10 @@
 //! From the bytes of a message to what the robot sensed.
 
 use nalgebra::{Isometry3, Translation3};
-use visloc_core::geom::{Camera, PlanarPose, Rigid3, Robot, World};
-use visloc_core::{RgbImage, Timestamp, Truth};
+use visloc_core::{
+    RgbImage, Timestamp, Truth,
+    geom::{Camera, PlanarPose, Rigid3, Robot, World},
+};
 
 use crate::{
     bag::{

@@ -4,8 +4,10 @@
 
 use byteorder::{BigEndian, LittleEndian};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use visloc_core::Timestamp;
-use visloc_core::geom::{PlanarPose, Rigid3};
+use visloc_core::{
+    Timestamp,
+    geom::{PlanarPose, Rigid3},
+};
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Time {

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_core::geom::Camera;
-use visloc_core::{Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::{Picture, PictureSource, SkippedInput, SourceError, Timestamp, geom::Camera};
 
 use crate::bag::{
     BagError, BagTopics, ImagePayload, SensorMessage, TopicInfo, TopicRole,

@@ -1,8 +1,7 @@
 //! What a localizer says, as messages that other programs of ROS 2 read: for bags and for live topics.
 
 use nalgebra::Matrix3;
-use visloc_core::Timestamp;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Timestamp, geom::PlanarPose};
 
 use crate::bag::messages::{
     DiagnosticArray, DiagnosticStatus, Float64, Header, KeyValue, Path, Pose, PoseArray, PoseStamped,

@@ -1,6 +1,10 @@
 //! The messages of a recording, file after file.
 
-use std::{collections::VecDeque, io::Read, path::Path, path::PathBuf};
+use std::{
+    collections::VecDeque,
+    io::Read,
+    path::{Path, PathBuf},
+};
 
 use visloc_core::Timestamp;
 

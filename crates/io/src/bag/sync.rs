@@ -3,8 +3,10 @@
 use std::collections::VecDeque;
 
 use nalgebra::Rotation3;
-use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
-use visloc_core::{Frame, GroundContact, RgbImage, SkippedInput, SourceFrame, Timestamp, Truth};
+use visloc_core::{
+    Frame, GroundContact, RgbImage, SkippedInput, SourceFrame, Timestamp, Truth,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle},
+};
 
 use crate::bag::{
     BagTopics, EncodedImage, GivenInputs, SensorMessage, StampedTransform, TopicRole,

@@ -187,9 +187,11 @@ fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, fraction: f64) -> Isometr
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use nalgebra::{UnitQuaternion, Vector3};
     use std::f64::consts::FRAC_PI_2;
+
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    use super::*;
 
     fn transform(secs: f64, parent: &str, child: &str, x_m: f64, yaw_rad: f64) -> StampedTransform {
         StampedTransform {

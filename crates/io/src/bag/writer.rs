@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use mcap::{Compression, WriteOptions};
 use serde::Serialize;
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files};
+use visloc_core::{
+    Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files,
+    geom::{Camera, PlanarPose},
+};
 
 use crate::{
     bag::{

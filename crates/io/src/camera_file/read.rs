@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use visloc_core::files;
-use visloc_core::geom::Camera;
+use visloc_core::{files, geom::Camera};
 
 use super::{CameraFileError, CameraToml, yaml_forms};
 use crate::sequence::read_calibration;
@@ -45,11 +44,12 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::fs;
 
-    use crate::camera_file::{CameraFormat, write_camera};
     use visloc_core::geom::Distortion;
+
+    use super::*;
+    use crate::camera_file::{CameraFormat, write_camera};
 
     fn cameras() -> [Camera; 3] {
         let lens = [

@@ -2,16 +2,16 @@
 
 use std::{collections::VecDeque, path::PathBuf, time::Duration};
 
+use visloc_core::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
+
 use crate::{
     bag::{
         BagTopics, EncodedImage, ExpectedInputs, GivenInputs, Reject, RosMessage, SensorMessage, SyncOutcome,
         Synchronizer, TopicRole,
     },
+    ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil},
     sequence::{Calibration, fit_calibration},
 };
-use visloc_core::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
-
-use crate::ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil};
 
 /// Longest wait before it is looked again whether to stop.
 const WAIT: Duration = Duration::from_millis(50);

@@ -6,8 +6,9 @@ use std::{
     time::Duration,
 };
 
-use crate::bag::RosMessage;
 use visloc_core::Timestamp;
+
+use crate::bag::RosMessage;
 
 /// Most images that wait; the oldest are dropped.
 const MAX_IMAGES: usize = 16;

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use crate::bag::{BagTopics, EncodedImage, RosMessage, SensorMessage, TopicRole, camera_of};
-use visloc_core::geom::Camera;
-use visloc_core::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp, geom::Camera};
 
-use crate::ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil};
+use crate::{
+    bag::{BagTopics, EncodedImage, RosMessage, SensorMessage, TopicRole, camera_of},
+    ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil},
+};
 
 /// Longest wait before it is looked again whether to stop.
 const WAIT: Duration = Duration::from_millis(50);

@@ -1,17 +1,18 @@
 //! Results for other programs, and their orders.
 
-use crate::bag::{
-    ResultMessage,
-    messages::{
-        DiagnosticArray, Empty, Float64, Header, Path, PointCloud2, PointField, PoseArray, PoseStamped,
-        PoseWithCovarianceStamped, TfMessage,
-    },
-};
 use ros2_client::{Publisher, Subscription};
-use visloc_core::Timestamp;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Timestamp, geom::PlanarPose};
 
-use crate::ros2::{Node, NodeSettings, Ros2Error, node::Delivery};
+use crate::{
+    bag::{
+        ResultMessage,
+        messages::{
+            DiagnosticArray, Empty, Float64, Header, Path, PointCloud2, PointField, PoseArray, PoseStamped,
+            PoseWithCovarianceStamped, TfMessage,
+        },
+    },
+    ros2::{Node, NodeSettings, Ros2Error, node::Delivery},
+};
 
 /// What another program asks for.
 #[derive(Debug, Clone, PartialEq)]

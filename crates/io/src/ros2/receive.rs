@@ -8,10 +8,6 @@ use std::{
     time::Duration,
 };
 
-use crate::{
-    bag::{BagTopics, RosMessage, TopicRole},
-    sequence::Calibration,
-};
 use futures::{
     StreamExt,
     channel::oneshot,
@@ -21,13 +17,19 @@ use futures::{
 };
 use ros2_client::{Gid, MessageInfo, ReadError, Subscription};
 use serde::de::DeserializeOwned;
-use visloc_core::Host;
-use visloc_core::geom::{CameraFrame, Rigid3, Robot};
+use visloc_core::{
+    Host,
+    geom::{CameraFrame, Rigid3, Robot},
+};
 
-use crate::ros2::{
-    Node, NodeSettings, Ros2Error,
-    inbox::{Inbox, Received},
-    node::Delivery,
+use crate::{
+    bag::{BagTopics, RosMessage, TopicRole},
+    ros2::{
+        Node, NodeSettings, Ros2Error,
+        inbox::{Inbox, Received},
+        node::Delivery,
+    },
+    sequence::Calibration,
 };
 
 /// How long it is looked for who publishes the images, to learn their type.

@@ -6,15 +6,19 @@ use std::{
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-use crate::bag::{
-    BagTopics, camera_info_message,
-    messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
+use visloc_core::{
+    FrameSource, Host, PictureSource, Timestamp,
+    geom::{Camera, PlanarPose},
 };
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{FrameSource, Host, PictureSource, Timestamp};
 
-use crate::ros2::{
-    LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, node::Delivery,
+use crate::{
+    bag::{
+        BagTopics, camera_info_message,
+        messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
+    },
+    ros2::{
+        LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, node::Delivery,
+    },
 };
 
 /// How long two nodes may take to find each other; far above what they need.

@@ -13,12 +13,16 @@
 use std::{collections::BTreeMap, path::Path};
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_core::files;
-use visloc_core::geom::{Camera, CameraFrame, Distortion, Rigid3};
+use visloc_core::{
+    files,
+    geom::{Camera, CameraFrame, Distortion, Rigid3},
+};
 
 use super::SequenceError;
-use crate::camera_file::in_known_form;
-use crate::text::{data_lines, parse_number};
+use crate::{
+    camera_file::in_known_form,
+    text::{data_lines, parse_number},
+};
 
 /// What a calibration says.
 #[derive(Debug, Clone, PartialEq)]
@@ -309,8 +313,9 @@ impl<'a> Keys<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::fs;
+
+    use super::*;
 
     fn read(text: &str) -> Result<Calibration, String> {
         let folder = tempfile::tempdir().unwrap();

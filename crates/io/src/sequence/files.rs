@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use visloc_core::geom::Camera;
-use visloc_core::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp, geom::Camera};
 
 use super::SequenceRange;
 use crate::image_codec::{read_gray_image, resize_gray};

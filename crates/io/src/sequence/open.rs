@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Point2;
-use visloc_core::geom::{Camera, Distortion};
-use visloc_core::{CameraTrajectory, SkippedInput};
+use visloc_core::{
+    CameraTrajectory, SkippedInput,
+    geom::{Camera, Distortion},
+};
 
 use super::{
     Calibration, FileSequence, ImageFile, SequenceError, SequenceRange,

@@ -62,8 +62,9 @@ impl SequenceRange {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::Timestamp;
+
+    use super::*;
 
     #[test]
     fn frames_seconds_and_strides() {

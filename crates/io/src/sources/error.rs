@@ -2,10 +2,11 @@
 
 use std::{io, path::PathBuf};
 
-use crate::{bag::BagError, sequence::SequenceError};
 use thiserror::Error;
 use visloc_core::SourceError;
 use visloc_sim::{ScenarioError, TourError};
+
+use crate::{bag::BagError, sequence::SequenceError};
 
 /// Why a source cannot be opened.
 #[derive(Debug, Error)]

@@ -2,14 +2,14 @@
 
 use std::path::PathBuf;
 
-use crate::{
-    bag::BagTopics,
-    sequence::{Calibration, read_calibration},
-};
 use visloc_core::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
 use visloc_world::Map;
 
-use crate::sources::{Host, Purpose, SourceAddress, SourceOptions, SourcesError, UntilStopped};
+use crate::{
+    bag::BagTopics,
+    sequence::{Calibration, read_calibration},
+    sources::{Host, Purpose, SourceAddress, SourceOptions, SourcesError, UntilStopped},
+};
 
 /// All that a robot senses.
 pub struct OpenFrames {

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use visloc_core::geom::Mount;
+
 use crate::{
     bag::BagTopics,
     sequence::{SCALES, SequenceRange},
+    sources::SourcesError,
 };
-
-use crate::sources::SourcesError;
-use visloc_core::geom::Mount;
 
 /// How a source is opened. What is `None`, or a range of everything, was not asked for. What was asked for is honored, or
 /// the source refuses to be opened: see [`SourceOption`].

@@ -3,8 +3,10 @@
 use std::fs;
 
 use mcap::{Compression, WriteOptions};
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{FrameSource, SourceError};
+use visloc_core::{
+    FrameSource, SourceError,
+    geom::{Camera, PlanarPose},
+};
 use visloc_io::bag::{BagError, BagReader, BagTopics, BagWriterOptions, ChunkCompression, ImageEncoding};
 
 use crate::support::{copy, frame, keep, read, testdata, write};

@@ -8,8 +8,10 @@ use std::{
 
 use mcap::{Message, MessageStream, WriteOptions};
 use nalgebra::{Rotation3, Vector3};
-use visloc_core::geom::{Camera, Distortion, PlanarPose, Rigid3};
-use visloc_core::{Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth};
+use visloc_core::{
+    Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth,
+    geom::{Camera, Distortion, PlanarPose, Rigid3},
+};
 use visloc_io::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
 
 /// Path of a recording in `testdata`.

@@ -1,8 +1,10 @@
 //! Messages of several topics, joined by their stamps.
 
 use nalgebra::{Isometry3, Vector3};
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{GroundContact, Timestamp};
+use visloc_core::{
+    GroundContact, Timestamp,
+    geom::{Camera, PlanarPose},
+};
 use visloc_io::{
     bag::{
         BagTopics, EncodedImage, ExpectedInputs, GivenInputs, ImagePayload, SensorMessage, StampedTransform,

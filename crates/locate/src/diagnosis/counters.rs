@@ -1,12 +1,13 @@
 //! Counting over a run.
 
-use crate::vision::{ImageLook, Percept, color::HueRange};
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, Timestamp};
+use visloc_core::{Frame, Timestamp, geom::PlanarPose};
 use visloc_world::Map;
 
 use super::{Cause, view};
-use crate::{Estimate, LOCALIZED_RELIABILITY, LiftDetector, PipelineConfig};
+use crate::{
+    Estimate, LOCALIZED_RELIABILITY, LiftDetector, PipelineConfig,
+    vision::{ImageLook, Percept, color::HueRange},
+};
 
 /// Time that every run has for its first localization, seconds: most need one to three.
 const START_SECS: f64 = 5.0;

@@ -2,14 +2,18 @@
 
 use std::f64::consts::PI;
 
-use crate::vision::{BorderPixel, FeatureKind, Percept};
 use nalgebra::{Matrix3, Point2, Rotation3, Vector2, Vector3};
-use visloc_core::geom::{Camera, PlanarPose, Rigid3, nao};
-use visloc_core::{Frame, GroundContact, RgbImage, Timestamp};
+use visloc_core::{
+    Frame, GroundContact, RgbImage, Timestamp,
+    geom::{Camera, PlanarPose, Rigid3, nao},
+};
 use visloc_world::Map;
 
 use super::{Cause, Diagnosis, RunCounters};
-use crate::{Estimate, Hypothesis, PipelineConfig};
+use crate::{
+    Estimate, Hypothesis, PipelineConfig,
+    vision::{BorderPixel, FeatureKind, Percept},
+};
 
 const CARPET: [u8; 3] = [60, 118, 68];
 const WALL: [u8; 3] = [200, 196, 180];

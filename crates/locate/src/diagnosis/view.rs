@@ -1,8 +1,10 @@
 //! What the reported pose of the camera lets it see.
 
 use nalgebra::{Point2, Point3};
-use visloc_core::Frame;
-use visloc_core::geom::{Horizon, Plane};
+use visloc_core::{
+    Frame,
+    geom::{Horizon, Plane},
+};
 
 use super::Cause;
 

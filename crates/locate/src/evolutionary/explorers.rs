@@ -1,7 +1,6 @@
 //! Explorers: free individuals that look for new places, a few in each iteration.
 
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{ExplorerConfig, ExplorerKind, race::Exploiter};
 use crate::{ObservationModel, PlanarMotion, Region};
@@ -209,8 +208,9 @@ pub(super) fn keep_best(best: &mut Vec<Exploiter>, explorer: Exploiter, max: usi
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
 
     #[test]
     fn grid_covers_the_region() {

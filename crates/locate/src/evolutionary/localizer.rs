@@ -1,7 +1,6 @@
 //! The algorithm, one iteration a frame.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, Timestamp};
+use visloc_core::{Rng, Timestamp, geom::PlanarPose};
 
 use super::{
     EvolutionaryConfig,
@@ -237,10 +236,10 @@ impl Localizer for Evolutionary {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::vision::Percept;
-    use crate::{PosePrior, Region};
     use visloc_core::RngTree;
+
+    use super::*;
+    use crate::{PosePrior, Region, vision::Percept};
 
     /// Two places that look alike, at x = -3 and x = 3.
     struct TwoPlaces;

@@ -2,8 +2,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
-use visloc_core::geom::{PlanarPose, angle, weighted_pose_statistics};
-use visloc_core::{Rng, gaussian};
+use visloc_core::{
+    Rng, gaussian,
+    geom::{PlanarPose, angle, weighted_pose_statistics},
+};
 
 use super::EvolutionaryConfig;
 use crate::{ObservationModel, PlanarMotion, monte_carlo::share};
@@ -178,9 +180,11 @@ fn midpoint(a: &PlanarPose, b: &PlanarPose) -> PlanarPose {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::PI;
+
     use visloc_core::RngTree;
+
+    use super::*;
 
     #[test]
     fn midpoint_takes_the_short_way_around() {

@@ -213,9 +213,9 @@ fn is_better(race: &Race, winner: &Race, needed_health: f64, config: &Evolutiona
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::{RngTree, geom::PlanarPose};
+
     use super::*;
-    use visloc_core::RngTree;
-    use visloc_core::geom::PlanarPose;
 
     struct Setup {
         config: EvolutionaryConfig,

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use crate::vision::{FeatureKind, Percept};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::{ViewLikelihoods, table_text};
+use crate::vision::{FeatureKind, Percept};
 
 /// Cases of each of the two observations.
 pub const NUM_CASES: usize = 9;

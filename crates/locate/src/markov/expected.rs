@@ -5,14 +5,13 @@
 //! state (instead of captures) are projected into the camera, as it is turned at the moment. So "not seen" speaks
 //! against exactly those states from which the landmark would be in this view, and says nothing about others.
 
-use crate::vision::Percept;
 use visloc_core::geom::PlanarPose;
 
 use super::{
     ExpectedViewConfig, Grid,
     projection::{CameraView, RobotFromWorld, VisiblePart},
 };
-use crate::observation::Landmark;
+use crate::{observation::Landmark, vision::Percept};
 
 /// Width of the images that the areas of the configuration are given for.
 const AREA_IMAGE_WIDTH_PX: f64 = 320.0;

@@ -1,9 +1,10 @@
 //! Markov localization of a robot that walks freely and turns its head.
 
-use crate::vision::Percept;
 use nalgebra::Matrix3;
-use visloc_core::Rng;
-use visloc_core::geom::{PlanarPose, angle, weighted_pose_statistics};
+use visloc_core::{
+    Rng,
+    geom::{PlanarPose, angle, weighted_pose_statistics},
+};
 
 use super::{
     Action, Belief, Direction, Grid, MarkovConfig, MarkovFilter, OdometryCutter, expected::ExpectedViews,
@@ -12,7 +13,7 @@ use super::{
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, MotionModel,
     ObservationModel, PlanarMotion, PosePrior, Region, StartPrior, StepInput, reliability::blind_share,
-    require,
+    require, vision::Percept,
 };
 
 /// At most so many hypotheses ...

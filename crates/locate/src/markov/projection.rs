@@ -1,10 +1,9 @@
 //! What a camera sees of a goal from a pose: visible area and middle, for thousands of poses.
 
-use crate::vision::Percept;
 use nalgebra::{Matrix3x4, Point2, Vector3};
 use visloc_core::geom::PlanarPose;
 
-use crate::observation::Landmark;
+use crate::{observation::Landmark, vision::Percept};
 
 /// Area and middle of what is visible of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]

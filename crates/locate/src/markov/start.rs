@@ -139,10 +139,10 @@ fn normal_below(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::{RngTree, geom::PlanarPose};
+
     use super::*;
     use crate::{HeadingPrior, SideLines, markov::Direction};
-    use visloc_core::RngTree;
-    use visloc_core::geom::PlanarPose;
 
     const MAP: Region = Region { min_x_m: -3.0, max_x_m: 3.0, min_y_m: -2.0, max_y_m: 2.0 };
 

@@ -1,15 +1,17 @@
 //! Small grids by hand, the examples of the source, and statistics over lists of seeds.
 
-use crate::vision::Percept;
 use rand::RngExt;
-use visloc_core::RngTree;
-use visloc_core::geom::{Camera, PlanarPose};
+use visloc_core::{
+    RngTree,
+    geom::{Camera, PlanarPose},
+};
 use visloc_world::Map;
 
 use super::*;
 use crate::{
     Half, Localizer, Region, SideLines, StartPrior, StepInput,
     observation::field::{FieldModelConfig, FieldObservationModel},
+    vision::Percept,
 };
 
 fn region(length_m: f64, width_m: f64) -> Region {

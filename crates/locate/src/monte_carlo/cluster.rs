@@ -126,8 +126,9 @@ impl Clusters {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::PI;
+
+    use super::*;
 
     #[test]
     fn two_places_one_of_them_across_pi() {

@@ -112,11 +112,10 @@ impl Estimator {
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::{Rng, geom::PlanarPose};
+
     use super::*;
-    use crate::vision::Percept;
-    use crate::{ObservationModel, Region};
-    use visloc_core::Rng;
-    use visloc_core::geom::PlanarPose;
+    use crate::{ObservationModel, Region, vision::Percept};
 
     /// Likelihood by place: 1 at x = 0, 0.9 at x = 5, less elsewhere.
     struct TwoPlaces;

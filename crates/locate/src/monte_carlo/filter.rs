@@ -1,8 +1,7 @@
 //! The particle filter: motion, weights, estimate, survivors.
 
 use rand::RngExt;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, Timestamp, gaussian};
+use visloc_core::{Rng, Timestamp, gaussian, geom::PlanarPose};
 
 use super::{
     MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,

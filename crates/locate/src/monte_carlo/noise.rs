@@ -26,8 +26,9 @@ impl NoiseBlock {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::RngTree;
+
+    use super::*;
 
     #[test]
     fn moments_and_repetition() {

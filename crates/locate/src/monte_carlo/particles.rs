@@ -1,8 +1,7 @@
 //! The particles: motion and weights.
 
 use rayon::prelude::*;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{
     noise::NoiseBlock,

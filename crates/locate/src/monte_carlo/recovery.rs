@@ -2,8 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use crate::{ConfigError, ObservationModel, require};
 

@@ -171,8 +171,9 @@ fn residual(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut 
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::RngTree;
+
+    use super::*;
 
     const SCHEMES: [Resampling; 4] =
         [Resampling::Roulette, Resampling::Systematic, Resampling::Stratified, Resampling::Residual];

@@ -1,7 +1,6 @@
 //! How many particles the next image gets.
 
-use std::collections::HashSet;
-use std::f64::consts::TAU;
+use std::{collections::HashSet, f64::consts::TAU};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -187,8 +186,9 @@ pub(super) fn quotas(groups: &[(f64, usize)], count: usize, out: &mut Vec<usize>
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::PI;
+
+    use super::*;
 
     #[test]
     fn quantiles_from_tables() {

@@ -2,13 +2,13 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::vision::Percept;
 use rayon::prelude::*;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, RngTree};
+use visloc_core::{Rng, RngTree, geom::PlanarPose};
 
 use super::*;
-use crate::{Localizer, MotionConfig, ObservationModel, PosePrior, Region, StartPrior, StepInput};
+use crate::{
+    Localizer, MotionConfig, ObservationModel, PosePrior, Region, StartPrior, StepInput, vision::Percept,
+};
 
 /// A square map of 20 m with places that look alike; the robot is at one of them, and knows it from nothing else.
 #[derive(Clone)]

@@ -1,10 +1,10 @@
 //! What the refinement of a pose needs of a map: how far each feature of an image lies from its counterpart, and how that
 //! distance changes with the pose.
 
-use crate::vision::Percept;
 use nalgebra::{Matrix3, SVector, Vector3};
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
+
+use crate::vision::Percept;
 
 /// Where the camera was, as far as a refinement may change it.
 #[derive(Debug, Clone, Copy, PartialEq)]

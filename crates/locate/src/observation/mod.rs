@@ -5,12 +5,13 @@ pub mod features;
 pub mod field;
 pub mod office;
 
-use crate::vision::{FeatureKind, Percept};
 use nalgebra::Point2;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
-use crate::Region;
+use crate::{
+    Region,
+    vision::{FeatureKind, Percept},
+};
 
 /// A thing of one color that stands out as a whole: two posts with a bar on top.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,8 +1,6 @@
 //! A localizer whose hypotheses are refined.
 
-use crate::vision::Percept;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{
     RefinementConfig,
@@ -15,6 +13,7 @@ use super::{
 use crate::{
     ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
     Reliability, StartPrior, StepInput, observation::features::FeatureModel, odometer::Odometer,
+    vision::Percept,
 };
 
 /// Longest time between two images that is taken for one step, seconds.

@@ -1,11 +1,12 @@
 //! A search for places of its own: poses that features of the image suggest, weighed by the observation model.
 
-use crate::vision::Percept;
 use rand::RngExt;
-use visloc_core::geom::{PlanarPose, weighted_pose_statistics};
-use visloc_core::{Rng, RngTree};
+use visloc_core::{
+    Rng, RngTree,
+    geom::{PlanarPose, weighted_pose_statistics},
+};
 
-use crate::{ObservationModel, Region, observation::features::FeatureModel};
+use crate::{ObservationModel, Region, observation::features::FeatureModel, vision::Percept};
 
 /// Two candidates nearer than this are one: the fit of either ends at the same place.
 const SAME_PLACE_M: f64 = 0.15;

@@ -1,14 +1,16 @@
 //! Filters and tracks on a world of which everything is known.
 
-use crate::vision::Percept;
-use visloc_core::geom::{PlanarPose, angle, nao};
-use visloc_core::{Rng, RngTree, Timestamp, gaussian};
+use visloc_core::{
+    Rng, RngTree, Timestamp, gaussian,
+    geom::{PlanarPose, angle, nao},
+};
 
 use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::View, tracks::Tracks};
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},
     odometer::{Odometer, Odometry},
+    vision::Percept,
 };
 
 /// Features that tell x, y and heading, each many times. Seen from `places` (all of them alike) they are all explained,

@@ -1,10 +1,9 @@
 //! How fast the camera turns: a turning camera blurs its image.
 
-use crate::vision::Percept;
 use nalgebra::Vector3;
 use visloc_core::geom::angle;
 
-use crate::StepInput;
+use crate::{StepInput, vision::Percept};
 
 /// Follows the direction of the camera.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,8 +33,9 @@ pub(super) fn camera_yaw_rad(percept: &Percept) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::geom::{PlanarPose, nao};
+
+    use super::*;
 
     #[test]
     fn head_and_body_turn_the_camera() {

@@ -1,9 +1,9 @@
 //! What is kept of a drive.
 
-use crate::vision::Percept;
 use thiserror::Error;
-use visloc_core::Timestamp;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Timestamp, geom::PlanarPose};
+
+use crate::vision::Percept;
 
 /// A drive that tells too little.
 #[derive(Debug, Clone, PartialEq, Error)]

@@ -2,8 +2,10 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;
-use visloc_core::geom::{PlanarPose, Rigid3};
-use visloc_core::{RngTree, Timestamp, gaussian};
+use visloc_core::{
+    RngTree, Timestamp, gaussian,
+    geom::{PlanarPose, Rigid3},
+};
 
 use super::{record::DrivePoint, *};
 

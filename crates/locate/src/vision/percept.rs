@@ -2,8 +2,10 @@
 
 use nalgebra::{Point2, Vector2};
 use thiserror::Error;
-use visloc_core::Timestamp;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
+use visloc_core::{
+    Timestamp,
+    geom::{Camera, CameraFrame, Rigid3, Robot},
+};
 
 use crate::vision::FieldFeatures;
 

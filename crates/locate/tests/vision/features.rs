@@ -4,8 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use nalgebra::Point2;
 use rand::RngExt;
-use visloc_core::geom::angle;
-use visloc_core::{RgbImage, RngTree};
+use visloc_core::{RgbImage, RngTree, geom::angle};
 use visloc_locate::vision::{
     FieldFeatures, JunctionKind, PostColor, PostSide,
     field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalyzer},

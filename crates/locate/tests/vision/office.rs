@@ -1,8 +1,10 @@
 //! A drawn corridor wall with one door: where its borders are is known exactly.
 
 use nalgebra::{Rotation3, Vector3};
-use visloc_core::geom::{Camera, Rigid3};
-use visloc_core::{Frame, RgbImage, RngTree, Timestamp};
+use visloc_core::{
+    Frame, RgbImage, RngTree, Timestamp,
+    geom::{Camera, Rigid3},
+};
 use visloc_locate::vision::{
     DoorSide, DropReason, FeatureKind, Percept,
     office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, OfficeFilters, SegmentDetector},

@@ -1,8 +1,10 @@
 //! Draws images of a carpet by looking up, for every pixel, the ground point that it sees.
 
 use nalgebra::{Point2, Point3};
-use visloc_core::geom::{Camera, CameraFrame, Plane, Rigid3, Robot, nao};
-use visloc_core::{Frame, RgbImage, Timestamp};
+use visloc_core::{
+    Frame, RgbImage, Timestamp,
+    geom::{Camera, CameraFrame, Plane, Rigid3, Robot, nao},
+};
 
 pub const GREEN: [u8; 3] = [60, 140, 80];
 pub const WHITE: [u8; 3] = [230, 232, 228];

@@ -2,11 +2,13 @@
 
 use nalgebra::{Matrix3, Point2, Point3, Rotation3, Vector3};
 use visloc_core::geom::{CameraFrame, PlanarPose, Plane, Rigid3, Robot};
-use visloc_locate::observation::{
-    features::{CameraState, FeatureModel},
-    field::FieldFeatureModel,
+use visloc_locate::{
+    observation::{
+        features::{CameraState, FeatureModel},
+        field::FieldFeatureModel,
+    },
+    vision::Percept,
 };
-use visloc_locate::vision::Percept;
 use visloc_world::field::Field;
 
 /// Gates of the fit of the camera's direction, pixels, and its standard deviation before, radians.

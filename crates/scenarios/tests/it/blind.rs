@@ -3,8 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Frame, RgbImage, SourceFrame};
+use visloc_core::{Frame, RgbImage, SourceFrame, geom::PlanarPose};
 use visloc_locate::{
     ALGORITHMS, Estimate, FeatureChoice, LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, ReliabilityConfig,
 };

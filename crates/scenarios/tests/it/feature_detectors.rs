@@ -2,8 +2,7 @@
 //! `cargo run --release -p visloc-scenarios --example feature_detectors -- MAP RUN...` finds on many more images.
 
 use visloc_core::{FrameSource, RngTree};
-use visloc_locate::vision::field::FieldAnalyzer;
-use visloc_locate::{PipelineConfig, analysis_for};
+use visloc_locate::{PipelineConfig, analysis_for, vision::field::FieldAnalyzer};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;

@@ -3,12 +3,14 @@
 use std::f64::consts::PI;
 
 use rand::RngExt;
-use visloc_core::geom::{PlanarPose, nao};
-use visloc_core::{Frame, Rng, RngTree, Timestamp, gaussian};
-use visloc_locate::vision::field::{FieldAnalysisConfig, FieldAnalyzer};
+use visloc_core::{
+    Frame, Rng, RngTree, Timestamp, gaussian,
+    geom::{PlanarPose, nao},
+};
 use visloc_locate::{
     ObservationModel,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
+    vision::field::{FieldAnalysisConfig, FieldAnalyzer},
 };
 use visloc_sim::{Renderer, Scenario, Shot, Simulation};
 use visloc_world::{Map, field::Field};

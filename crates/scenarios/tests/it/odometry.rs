@@ -1,7 +1,6 @@
 //! Odometry with gaps, jumps and numbers that are none.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{FrameSource as _, SourceFrame};
+use visloc_core::{FrameSource as _, SourceFrame, geom::PlanarPose};
 use visloc_io::bag::{BagReader, BagTopics, BagWriter};
 use visloc_locate::FeatureChoice;
 use visloc_scenarios::{Replay, run};

@@ -2,10 +2,10 @@
 
 use visloc_core::{FrameSource, RngTree, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics};
-use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_locate::{
     FeatureChoice, ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
+    vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector},
 };
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};

@@ -4,8 +4,7 @@
 //! cloud, which may settle on a wrong place before the right one has been seen; in the documents it ends right after 3
 //! of 4 kidnaps, the evolutionary algorithm after 3 of 3.
 
-use visloc_core::eval::Evaluation;
-use visloc_core::{FrameSource, SourceFrame};
+use visloc_core::{FrameSource, SourceFrame, eval::Evaluation};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};

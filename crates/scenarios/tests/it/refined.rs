@@ -2,9 +2,7 @@
 
 use std::f64::consts::PI;
 
-use visloc_core::SourceFrame;
-use visloc_core::eval::Evaluation;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{SourceFrame, eval::Evaluation, geom::PlanarPose};
 use visloc_locate::{ALGORITHMS, FeatureChoice, Pipeline, Region, StartPrior};
 use visloc_scenarios::{Replay, collect, run};
 use visloc_sim::{Scenario, Simulation};

@@ -1,7 +1,9 @@
 //! SLAM on simulated tours: how far it is from the truth, and that the same tour gives the same bits.
 
-use visloc_core::eval::camera::{Alignment, absolute_error, associate};
-use visloc_core::{CameraPose, CameraTrajectory, ImageSource};
+use visloc_core::{
+    CameraPose, CameraTrajectory, ImageSource,
+    eval::camera::{Alignment, absolute_error, associate},
+};
 use visloc_sim::CameraTour;
 use visloc_slam::{Slam, SlamConfig};
 

@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 use visloc_core::geom::{CameraFrame, Rigid3, World};
 
-use super::raster::Visible;
-use super::rays::Rays;
+use super::{raster::Visible, rays::Rays};
 
 /// Blur shorter than this is not worth the time, pixels.
 const SHORTEST_PX: f32 = 0.7;

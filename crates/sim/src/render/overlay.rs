@@ -1,9 +1,11 @@
 //! Surfaces that let through what is behind them: nets and shadows.
 
-use super::prepare::Prepared;
-use super::raster::{Visible, inverse_depth};
-use super::rays::Rays;
-use super::shade::{Run, shade_run};
+use super::{
+    prepare::Prepared,
+    raster::{Visible, inverse_depth},
+    rays::Rays,
+    shade::{Run, shade_run},
+};
 use crate::scene::{Surface, Texture};
 
 /// Pixels that are shaded together.

@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-use super::prepare::{Local, Prepared};
-use super::rays::Rays;
+use super::{
+    prepare::{Local, Prepared},
+    rays::Rays,
+};
 
 /// No surface.
 pub(super) const NOTHING: u32 = u32::MAX;

@@ -76,8 +76,9 @@ impl Rays {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::geom::Distortion;
+
+    use super::*;
 
     #[test]
     fn touched_pixels_contain_every_ray_in_the_rectangle() {

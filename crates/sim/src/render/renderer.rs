@@ -3,17 +3,21 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use visloc_core::RgbImage;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
+use visloc_core::{
+    RgbImage,
+    geom::{Camera, CameraFrame, Rigid3, World},
+};
 
-use super::blur::{CameraMotion, blur};
-use super::labels::{Floor, LabelImage};
-use super::overlay::lay_over;
-use super::prepare::{Prepared, View, prepare};
-use super::raster::{NOTHING, Visible, inverse_depth};
-use super::rays::Rays;
-use super::sensor::Sensor;
-use super::shade::{Run, shade_run};
+use super::{
+    blur::{CameraMotion, blur},
+    labels::{Floor, LabelImage},
+    overlay::lay_over,
+    prepare::{Prepared, View, prepare},
+    raster::{NOTHING, Visible, inverse_depth},
+    rays::Rays,
+    sensor::Sensor,
+    shade::{Run, shade_run},
+};
 use crate::scene::{Label, Scene, Surface};
 
 /// Light of the sky or of a gap, where there is no surface.

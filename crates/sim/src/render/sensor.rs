@@ -111,8 +111,9 @@ impl Tone {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::geom::Camera;
+
+    use super::*;
 
     fn develop(sensor: &Sensor, value: f32, seed: u64) -> Vec<u8> {
         let camera = Camera::pinhole((64, 48), (60.0, 60.0), (31.5, 23.5)).unwrap();

@@ -4,9 +4,13 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
-use visloc_core::geom::nao::{self, HeadAngles, Torso};
-use visloc_core::geom::{CameraFrame, Rigid3, Robot};
-use visloc_core::{Rng, RngTree, gaussian};
+use visloc_core::{
+    Rng, RngTree, gaussian,
+    geom::{
+        CameraFrame, Rigid3, Robot,
+        nao::{self, HeadAngles, Torso},
+    },
+};
 
 use super::path::phase;
 use crate::scenario::RobotSetup;

@@ -1,8 +1,7 @@
 //! Odometry with systematic and random errors.
 
 use rand::RngExt as _;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, RngTree, gaussian};
+use visloc_core::{Rng, RngTree, gaussian, geom::PlanarPose};
 
 use super::plan::Activity;
 use crate::scenario::OdometrySetup;

@@ -4,8 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Point2;
 use rand::RngExt as _;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::floor::Floor;
 

@@ -2,11 +2,15 @@
 
 use nalgebra::Point2;
 use rand::RngExt as _;
-use visloc_core::geom::{PlanarPose, angle};
-use visloc_core::{Rng, RngTree, gaussian};
+use visloc_core::{
+    Rng, RngTree, gaussian,
+    geom::{PlanarPose, angle},
+};
 
-use super::floor::Floor;
-use super::path::{Curve, ease};
+use super::{
+    floor::Floor,
+    path::{Curve, ease},
+};
 use crate::scenario::{Carry, Motion, ScenarioError, Wander};
 
 /// Resolution of the plan.

@@ -3,8 +3,7 @@
 use serde::Deserialize;
 use visloc_core::geom::{Camera, Distortion};
 
-use super::check::Check;
-use super::load::ScenarioError;
+use super::{check::Check, load::ScenarioError};
 use crate::render::Sensor;
 
 /// Most pixels of an image; each needs some 60 bytes on every thread that draws.

@@ -7,10 +7,9 @@ use thiserror::Error;
 use visloc_core::files;
 use visloc_world::{BUILT_IN_MAPS, MapError};
 
-use super::check::Check;
 use super::{
     Ball, BoxPiece, CameraSetup, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup,
-    PlacedPose, RobotSetup,
+    PlacedPose, RobotSetup, check::Check,
 };
 use crate::scene::{Lamp, Room};
 

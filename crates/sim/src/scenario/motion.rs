@@ -3,8 +3,7 @@
 use serde::Deserialize;
 use visloc_core::geom::PlanarPose;
 
-use super::check::Check;
-use super::load::ScenarioError;
+use super::{check::Check, load::ScenarioError};
 
 /// A pose on the floor as files write it.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]

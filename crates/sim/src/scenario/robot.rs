@@ -3,8 +3,7 @@
 use serde::Deserialize;
 use visloc_core::geom::nao::NaoCamera;
 
-use super::check::Check;
-use super::load::ScenarioError;
+use super::{check::Check, load::ScenarioError};
 
 /// How the camera sits on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]

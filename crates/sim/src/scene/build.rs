@@ -3,9 +3,10 @@
 use nalgebra::{Point3, Vector3};
 use visloc_core::Rng;
 
-use super::light::{Light, LightGrid};
 use super::{
-    Canvas, Color, Cuboid, GroundMark, Label, Lamp, Lighting, Paint, Shape, Surface, Texture, TextureId, Wrap,
+    Canvas, Color, Cuboid, GroundMark, Label, Lamp, Lighting, Paint, Shape, Surface, Texture, TextureId,
+    Wrap,
+    light::{Light, LightGrid},
 };
 
 /// Everything that can be seen.

@@ -4,8 +4,9 @@ use nalgebra::{Point2, Point3, Vector3};
 use visloc_core::Rng;
 use visloc_world::field::{BallColor, Field, Goal, GoalColor};
 
-use super::noise::NoiseTile;
-use super::{Canvas, Color, GroundMark, Label, Paint, Pattern, Scene, Shape, Texture, Wrap};
+use super::{
+    Canvas, Color, GroundMark, Label, Paint, Pattern, Scene, Shape, Texture, Wrap, noise::NoiseTile,
+};
 
 /// Texels per meter of the carpet: a line is 12 texels wide.
 const CARPET_PX_PER_M: f32 = 250.0;

@@ -2,8 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{Color, Cuboid, Paint, Pattern, Scene};
 

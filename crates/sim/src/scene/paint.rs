@@ -212,8 +212,9 @@ fn random_color(rng: &mut Rng) -> Color {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::RngTree;
+
+    use super::*;
 
     #[test]
     fn every_pattern_paints_the_asked_size_without_losing_light() {

@@ -2,16 +2,22 @@
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
-use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles};
-use visloc_core::{Frame, GroundContact, RngTree, SourceFrame, Timestamp, Truth};
+use visloc_core::{
+    Frame, GroundContact, RngTree, SourceFrame, Timestamp, Truth,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles},
+};
 use visloc_world::Map;
 
-use super::source::{camera_of, start_pose};
-use super::world::World;
-use crate::render::{CameraMotion, Renderer, Sensor, Shot};
-use crate::robot::{Activity, Body, Feet, Floor, Odometry, find_orbits};
-use crate::scenario::{LightSetup, OdometrySetup, OtherRobot, Scenario, ScenarioError};
-use crate::scene::Surface;
+use super::{
+    source::{camera_of, start_pose},
+    world::World,
+};
+use crate::{
+    render::{CameraMotion, Renderer, Sensor, Shot},
+    robot::{Activity, Body, Feet, Floor, Odometry, find_orbits},
+    scenario::{LightSetup, OdometrySetup, OtherRobot, Scenario, ScenarioError},
+    scene::Surface,
+};
 
 /// Stamp of the first frame.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);

@@ -4,16 +4,22 @@ use std::{collections::VecDeque, sync::Arc};
 
 use rand::RngExt as _;
 use rayon::prelude::*;
-use visloc_core::geom::{Camera, PlanarPose};
-use visloc_core::{Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp};
+use visloc_core::{
+    Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp,
+    geom::{Camera, PlanarPose},
+};
 use visloc_world::Map;
 
-use super::states::{Carrier, State};
-use super::world::World;
-use crate::render::{LabelImage, Renderer, Sensor, Shot};
-use crate::robot::{MotionPlan, find_orbits};
-use crate::scenario::{MAX_FRAMES, Scenario, ScenarioError};
-use crate::scene::{Scene, Surface};
+use super::{
+    states::{Carrier, State},
+    world::World,
+};
+use crate::{
+    render::{LabelImage, Renderer, Sensor, Shot},
+    robot::{MotionPlan, find_orbits},
+    scenario::{MAX_FRAMES, Scenario, ScenarioError},
+    scene::{Scene, Surface},
+};
 
 /// Stamp of the first frame: real recordings do not start at zero either.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);

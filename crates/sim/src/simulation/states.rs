@@ -1,14 +1,17 @@
 //! What robot and sensors do at every frame, except the pictures.
 
-use visloc_core::geom::{CameraFrame, PlanarPose, Rigid3, Robot, World};
-use visloc_core::{GroundContact, RngTree, Truth};
-
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
+use visloc_core::{
+    GroundContact, RngTree, Truth,
+    geom::{CameraFrame, PlanarPose, Rigid3, Robot, World},
+};
 
-use crate::render::CameraMotion;
-use crate::robot::{Body, Feet, MotionPlan, Odometry};
-use crate::scenario::Scenario;
+use crate::{
+    render::CameraMotion,
+    robot::{Body, Feet, MotionPlan, Odometry},
+    scenario::Scenario,
+};
 
 /// One frame without its picture.
 #[derive(Debug, Clone)]

@@ -2,13 +2,14 @@
 
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt as _;
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, RngTree};
+use visloc_core::{Rng, RngTree, geom::PlanarPose};
 use visloc_world::{Map, field::Field, office::Office};
 
-use crate::robot::{Floor, Orbit};
-use crate::scenario::{Scenario, ScenarioError};
-use crate::scene::{Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots};
+use crate::{
+    robot::{Floor, Orbit},
+    scenario::{Scenario, ScenarioError},
+    scene::{Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
+};
 
 /// Floor kept free between robot and lines, meters: along x (goals) and along y.
 const KEEP_OFF_M: (f64, f64) = (0.3, 0.1);

@@ -1,7 +1,6 @@
 //! The rooms of the tours, and who walks in them.
 
-use visloc_core::geom::PlanarPose;
-use visloc_core::{Rng, RngTree};
+use visloc_core::{Rng, RngTree, geom::PlanarPose};
 
 use super::TourKind;
 use crate::scene::{Color, Figure, FurnitureKind, Lamp, Room, Scene, Surface};

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use rand::RngExt as _;
 use rayon::prelude::*;
 use thiserror::Error;
-use visloc_core::geom::Camera;
 use visloc_core::{
     CameraPose, CameraTrajectory, GrayFrame, GrayImage, ImageSource, RngTree, SourceError, Timestamp,
+    geom::Camera,
 };
 
 use super::{
@@ -15,8 +15,10 @@ use super::{
     path::{COVERED_SECS, duration_secs, pose},
     place::Place,
 };
-use crate::render::{CameraMotion, Renderer, Sensor, Shot};
-use crate::scene::Surface;
+use crate::{
+    render::{CameraMotion, Renderer, Sensor, Shot},
+    scene::Surface,
+};
 
 /// Stamp of the first picture.
 const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);

@@ -1,8 +1,10 @@
 //! Labels agree with the geometry of the map, and with the pictures.
 
 use nalgebra::{Point2, Point3};
-use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, World, nao};
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{
+    FrameSource, RngTree,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, World, nao},
+};
 use visloc_sim::{Color, FieldLook, Label, LabelImage, Renderer, Scenario, Scene, Shot, Simulation};
 use visloc_world::{Map, field::Field};
 

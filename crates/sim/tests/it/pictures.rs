@@ -1,8 +1,10 @@
 //! Pictures agree with the geometry of the map.
 
 use nalgebra::{Point2, Point3};
-use visloc_core::geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World, nao};
-use visloc_core::{RgbImage, RngTree};
+use visloc_core::{
+    RgbImage, RngTree,
+    geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World, nao},
+};
 use visloc_sim::{FieldLook, Renderer, Scene, Shot};
 use visloc_world::{Map, field::Field};
 

@@ -1,7 +1,6 @@
 //! Scenario files and their mistakes.
 
-use visloc_core::FrameSource;
-use visloc_core::geom::Distortion;
+use visloc_core::{FrameSource, geom::Distortion};
 use visloc_sim::{BUILT_IN_SCENARIOS, Scenario, ScenarioError, Simulation};
 
 #[test]

@@ -132,8 +132,9 @@ fn nine_in_a_row(ring: u16) -> u16 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn is_corner_by_definition(image: &GrayImage, x: usize, y: usize, threshold: u8) -> bool {
         let center = i16::from(image.get(x, y));

@@ -62,8 +62,9 @@ impl<T: Clone> IndexMut<usize> for SharedVec<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     proptest! {
         #[test]

@@ -302,10 +302,11 @@ fn center(camera_from_world: &CameraFromWorld) -> Point3<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::{Matrix2, Point2, Vector3};
     use rand::RngExt;
     use visloc_core::{GrayImage, RngTree};
+
+    use super::*;
 
     fn observation(keyframe: u32) -> Observation {
         let keyframe = KeyframeId(keyframe);

@@ -1,6 +1,7 @@
 //! Candidates: made at keyframes, measured in every frame, promoted when their depth is sure.
 
 use nalgebra::{Matrix2, Point3};
+use visloc_core::geom::Camera;
 
 use super::{DepthFilter, EpipolarSearch, View};
 use crate::{
@@ -10,7 +11,6 @@ use crate::{
     solve::cos_parallax,
     track::Found,
 };
-use visloc_core::geom::Camera;
 
 /// How far above the noise of the image the score of a weak corner must be.
 const NOISE_FACTOR: f32 = 4.0;

@@ -103,8 +103,9 @@ impl DepthFilter {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::{RngTree, gaussian};
+
+    use super::*;
 
     #[test]
     fn finds_the_depth_among_outliers() {

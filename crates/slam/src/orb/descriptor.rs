@@ -105,11 +105,12 @@ fn box_sums(image: &GrayImage, x: usize, y: usize) -> [u16; SIDE * SIDE] {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use std::f64::consts::TAU;
 
     use rand::RngExt;
     use visloc_core::RngTree;
+
+    use super::*;
 
     const SIZE: usize = 400;
 

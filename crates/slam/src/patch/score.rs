@@ -61,8 +61,9 @@ impl SearchPatch {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Point2;
+
+    use super::*;
 
     #[test]
     fn zero_at_the_same_place_under_an_offset() {

@@ -1,8 +1,10 @@
 //! How a patch of a keyframe looks from another place.
 
 use nalgebra::{Matrix2, Point2, Vector3};
-use visloc_core::GrayImage;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{
+    GrayImage,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use super::{BORDERED_PX, HALF_PX, PATCH_PX};
 use crate::image::{Pyramid, level_from_px};

@@ -288,10 +288,13 @@ fn mark(pose: &State, observations: &[PoseObservation], limit: f64) -> Vec<bool>
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::{
+        RngTree, gaussian,
+        geom::{Rigid3, World},
+    };
+
     use super::*;
     use crate::lie::{exp, log};
-    use visloc_core::geom::{Rigid3, World};
-    use visloc_core::{RngTree, gaussian};
 
     const SETTINGS: RansacSettings = RansacSettings {
         is_enabled: true,

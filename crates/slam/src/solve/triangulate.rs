@@ -34,8 +34,9 @@ pub fn cos_parallax(point: &Point3<f64>, first: &Point3<f64>, second: &Point3<f6
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::{Rotation3, Vector6};
+
+    use super::*;
 
     #[test]
     fn meets_where_the_point_is() {

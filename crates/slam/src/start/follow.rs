@@ -4,14 +4,13 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2};
 
+use super::local_warp::{Moved, local_warps};
 use crate::{
     feature::{Corner, gradient_noise},
     image::{Pyramid, level_from_px, px_from_level},
     mapping::corner_covariance,
     patch::{AlignLimits, PatchWarp, Template, align},
 };
-
-use super::local_warp::{Moved, local_warps};
 
 /// One corner that is followed.
 #[derive(Debug, Clone)]

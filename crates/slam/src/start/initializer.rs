@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
-use visloc_core::{Rng, Timestamp};
+use visloc_core::{
+    Rng, Timestamp,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use super::{
     Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,

@@ -1,8 +1,10 @@
 //! Sparse image alignment: the motion between two images from the pixels around known points.
 
 use nalgebra::{SMatrix, SVector, Vector3, Vector6};
-use visloc_core::GrayImage;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{
+    GrayImage,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use crate::{
     image::{Pyramid, level_from_px, sample_square},

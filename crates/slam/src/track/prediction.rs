@@ -1,8 +1,10 @@
 //! Where the camera probably is before a frame is looked at.
 
 use nalgebra::{Matrix2x3, Matrix3, Point2, Rotation3, Vector2, Vector3};
-use visloc_core::GrayImage;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{
+    GrayImage,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use crate::{
     image::{Pyramid, px_from_level},

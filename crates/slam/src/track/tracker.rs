@@ -3,8 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Rotation3, Vector2};
-use visloc_core::Timestamp;
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{
+    Timestamp,
+    geom::{Camera, CameraFrame, Rigid3},
+};
 
 use super::{
     AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,

@@ -5,10 +5,10 @@
 use std::f64::consts::TAU;
 
 use visloc_core::geom::PlanarPose;
-use visloc_locate::vision::Percept;
 use visloc_locate::{
     ObservationModel, PipelineConfig,
     observation::{field::FieldObservationModel, office::OfficeObservationModel},
+    vision::Percept,
 };
 use visloc_world::Map;
 

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::Point2;
 use serde_json::{Value, json};
-use visloc_core::SourceFrame;
-use visloc_core::geom::{PlanarPose, nao::HeadAngles};
+use visloc_core::{
+    Clock, SourceFrame,
+    geom::{PlanarPose, nao::HeadAngles},
+};
 use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_sim::{LiveSimulation, Scenario};
 
@@ -23,7 +25,6 @@ use crate::{
     tuning::{Lineup, Overrides, RunSettings},
     view::LocalizationView,
 };
-use visloc_core::Clock;
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];

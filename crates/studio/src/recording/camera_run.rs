@@ -1,8 +1,6 @@
 //! SLAM on a recording.
 
-use visloc_core::Clock;
-use visloc_core::geom::Camera;
-use visloc_core::{CameraPose, CameraTrajectory};
+use visloc_core::{CameraPose, CameraTrajectory, Clock, geom::Camera};
 use visloc_slam::Slam;
 
 use super::{index::RecordingIndex, input::CameraInput};

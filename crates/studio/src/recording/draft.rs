@@ -1,6 +1,7 @@
 //! What a recording is computed with.
 
 use serde_json::{Map, Value, json};
+use visloc_core::Clock;
 
 use super::{camera_run::CameraRun, index::RecordingIndex};
 use crate::{
@@ -9,7 +10,6 @@ use crate::{
     slam::SlamSettings,
     tuning::{Lineup, RunSettings},
 };
-use visloc_core::Clock;
 
 /// Algorithms and parameters as people choose them.
 pub(super) enum Draft {

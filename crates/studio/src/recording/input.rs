@@ -7,8 +7,10 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
-use visloc_core::geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World};
-use visloc_core::{Frame, GrayImage, GroundContact, RgbImage, Timestamp, Truth};
+use visloc_core::{
+    Frame, GrayImage, GroundContact, RgbImage, Timestamp, Truth,
+    geom::{Camera, CameraFrame, Distortion, PlanarPose, Rigid3, World},
+};
 
 use crate::{Message, MessageBuilder, MessageError, MessageKind, message::lay_over};
 

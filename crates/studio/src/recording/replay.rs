@@ -6,6 +6,7 @@ use std::{
 };
 
 use serde_json::{Value, json};
+use visloc_core::Clock;
 
 use super::{
     annotations::annotate,
@@ -18,7 +19,6 @@ use crate::{
     Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
     playback::Playback, tuning::MAX_ALGORITHMS,
 };
-use visloc_core::Clock;
 
 /// Frames are at least so far apart when a recording is played, seconds.
 const MIN_STEP_SECS: f64 = 1e-3;

@@ -153,9 +153,10 @@ mod tests {
         net::TcpStream,
     };
 
+    use visloc_core::Clock;
+
     use super::*;
     use crate::{Hub, server::listen::Server};
-    use visloc_core::Clock;
 
     fn server(limits: Limits) -> Server {
         let (hub, _) = Hub::new(Clock::still(), |_| {});

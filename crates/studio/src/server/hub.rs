@@ -10,9 +10,9 @@ use std::{
 };
 
 use tokio::sync::watch;
+use visloc_core::Clock;
 
 use crate::{Command, Update};
-use visloc_core::Clock;
 
 /// Commands that wait for the engine; more are left out and counted.
 const MAX_WAITING: usize = 256;

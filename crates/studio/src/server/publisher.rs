@@ -94,8 +94,9 @@ impl fmt::Debug for Publisher {
 mod tests {
     use std::sync::mpsc::sync_channel;
 
-    use super::*;
     use visloc_core::Clock;
+
+    use super::*;
 
     fn update(number: u8) -> Update {
         Update { scene: Arc::from([0; 4]), state: Arc::from([number; 4]), image: None }

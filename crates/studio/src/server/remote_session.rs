@@ -3,10 +3,10 @@
 use std::{sync::Arc, thread};
 
 use serde_json::Value;
+use visloc_core::Clock;
 
 use super::{hub::Hub, remote::Remote};
 use crate::{Command, Message, Session, StudioError, Update};
-use visloc_core::Clock;
 
 /// How often it is looked whether something has come, seconds.
 const POLL_SECS: f64 = 0.005;

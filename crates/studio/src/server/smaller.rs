@@ -133,9 +133,8 @@ impl ImageSize {
 
 #[cfg(test)]
 mod tests {
-    use crate::{MessageBuilder, MessageKind};
-
     use super::*;
+    use crate::{MessageBuilder, MessageKind};
 
     #[test]
     fn each_step_is_smaller_and_what_is_drawn_over_it_stays() {

@@ -3,7 +3,6 @@
 use std::{sync::Arc, time::Duration};
 
 use axum::extract::ws::{Message, WebSocket};
-
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::{

@@ -4,8 +4,10 @@
 //! is turned so that the first camera looks level.
 
 use nalgebra::{Matrix3, Point3, Vector3};
-use visloc_core::eval::camera::{Alignment, Similarity, align, associate};
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp};
+use visloc_core::{
+    CameraPose, CameraTrajectory, Timestamp,
+    eval::camera::{Alignment, Similarity, align, associate},
+};
 use visloc_slam::Slam;
 
 /// The alignment is made anew after so many frames.

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use visloc_core::geom::Camera;
-use visloc_core::{CameraTrajectory, GrayFrame, ImageSource};
+use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, geom::Camera};
 use visloc_sim::CameraTour;
 
 use crate::{

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_core::Clock;
-use visloc_core::GrayFrame;
+use visloc_core::{Clock, GrayFrame};
 use visloc_slam::{FrameOutcome, PRESETS, Slam};
 
 use super::{

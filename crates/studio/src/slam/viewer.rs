@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use serde_json::{Value, json};
-use visloc_core::geom::{Camera, CameraFrame, Rigid3, World};
-use visloc_core::{CameraTrajectory, GrayImage, Timestamp};
+use visloc_core::{
+    CameraTrajectory, GrayImage, Timestamp,
+    geom::{Camera, CameraFrame, Rigid3, World},
+};
 use visloc_slam::{FrameOutcome, Slam, StageTimes, TrackingState};
 
 use super::{

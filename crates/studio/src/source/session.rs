@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_core::{Frame, FrameSource, SourceFrame, Truth};
+use visloc_core::{Clock, Frame, FrameSource, SourceFrame, Truth};
 use visloc_locate::{PipelineConfig, StartPrior};
 use visloc_world::Map;
 
@@ -16,7 +16,6 @@ use crate::{
     tuning::{Lineup, Overrides, RunSettings},
     view::RunViewer,
 };
-use visloc_core::Clock;
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 1] = ["evolutionary"];

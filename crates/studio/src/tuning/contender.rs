@@ -1,11 +1,10 @@
 //! One algorithm with its parameters.
 
-use visloc_core::{Frame, RngTree};
+use visloc_core::{Clock, Frame, RngTree};
 use visloc_locate::{Pipeline, PosePrior, StartPrior};
 
 use super::{overrides::Overrides, settings::RunSettings};
 use crate::{StudioError, view::ContenderView};
-use visloc_core::Clock;
 
 /// From this reliability on, what an algorithm knows outlives a change of its parameters.
 const WORTH_KEEPING: f64 = 0.3;

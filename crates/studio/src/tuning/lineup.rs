@@ -1,12 +1,11 @@
 //! All algorithms of a run, as people choose and change them.
 
 use serde_json::Value;
-use visloc_core::Frame;
+use visloc_core::{Clock, Frame};
 use visloc_locate::StartPrior;
 
 use super::{contender::Contender, overrides::Overrides, settings::RunSettings};
 use crate::{Command, StudioError, view::ContenderView};
-use visloc_core::Clock;
 
 /// Most algorithms at once.
 pub const MAX_ALGORITHMS: usize = 4;

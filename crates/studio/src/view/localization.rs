@@ -1,11 +1,15 @@
 //! One frame of a robot that is looked for, as messages.
 
 use serde_json::{Value, json};
-use visloc_core::geom::{Horizon, PlanarPose};
-use visloc_core::{Frame, Truth};
+use visloc_core::{
+    Frame, Truth,
+    geom::{Horizon, PlanarPose},
+};
 use visloc_io::image_codec::encode_jpeg;
-use visloc_locate::vision::{DropReason, FeatureKind, Percept};
-use visloc_locate::{Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline, StepTimes};
+use visloc_locate::{
+    Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline, StepTimes,
+    vision::{DropReason, FeatureKind, Percept},
+};
 use visloc_world::Map;
 
 use super::theory::theoretical_image;

@@ -75,8 +75,10 @@ impl<'a> Projector<'a> {
 
 #[cfg(test)]
 mod tests {
-    use visloc_core::geom::PlanarPose;
-    use visloc_core::geom::nao::{HeadAngles, NaoCamera, Torso, robot_from_camera};
+    use visloc_core::geom::{
+        PlanarPose,
+        nao::{HeadAngles, NaoCamera, Torso, robot_from_camera},
+    };
 
     use super::*;
 

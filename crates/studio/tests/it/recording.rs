@@ -3,8 +3,7 @@
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
-use visloc_core::Clock;
-use visloc_core::FrameSource as _;
+use visloc_core::{Clock, FrameSource as _};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::{
     Message, Session,

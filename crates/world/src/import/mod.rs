@@ -17,14 +17,14 @@ mod svg;
 mod tests;
 mod walls;
 
-use crate::MapError;
-
 pub use dxf::read_dxf;
 pub(crate) use grid::read_picture;
 pub use grid::{is_grid, read_grid};
 pub use list::read_list;
 pub use notes::{Import, ImportNote};
 pub use svg::read_svg;
+
+use crate::MapError;
 
 /// What is wrong with a YAML text, without the place that the line number tells.
 pub(crate) fn yaml_error(name: &str, error: &serde_saphyr::Error) -> MapError {

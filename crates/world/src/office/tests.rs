@@ -1,7 +1,5 @@
-use crate::{Map, MapError};
-
 use super::Office;
-use crate::import::read_list;
+use crate::{Map, MapError, import::read_list};
 
 const GOOD: &str = r#"
 kind = "office"

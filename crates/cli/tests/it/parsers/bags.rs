@@ -3,16 +3,18 @@
 use std::{fs, path::Path};
 
 use nalgebra::{Rotation3, Vector3};
-use visloc_core::geom::{Camera, Distortion, PlanarPose, Rigid3};
 use visloc_core::{
     Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
+    geom::{Camera, Distortion, PlanarPose, Rigid3},
 };
-use visloc_io::bag::{
-    BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
-    ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer, Transcoder,
-    messages::{self, from_cdr},
+use visloc_io::{
+    bag::{
+        BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
+        ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer, Transcoder,
+        messages::{self, from_cdr},
+    },
+    image_codec::encode_png,
 };
-use visloc_io::image_codec::encode_png;
 
 use super::{as_file, in_folder};
 

@@ -1,10 +1,10 @@
 //! Images in files, in messages and in the pipe of a video.
 
 use visloc_core::{RgbImage, Timestamp};
-use visloc_io::sources::read_pnm;
 use visloc_io::{
     bag::{EncodedImage, ImagePayload},
     image_codec::{decode, decode_gray, encode_jpeg, encode_png},
+    sources::read_pnm,
 };
 
 fn picture() -> RgbImage {

@@ -1,8 +1,11 @@
 //! Scenarios, parameters, and what stands on the command line.
 
 use visloc_core::settings::overlay;
-use visloc_io::sources::{KINDS, SourceAddress};
-use visloc_io::{bag::BagTopics, sequence::Bound};
+use visloc_io::{
+    bag::BagTopics,
+    sequence::Bound,
+    sources::{KINDS, SourceAddress},
+};
 use visloc_locate::{
     Algorithm, FeatureChoice, PipelineConfig, algorithm_parameters, robot_calibration::RobotCorrection,
 };

@@ -43,10 +43,10 @@ pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<Absolu
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::geom::Rigid3;
-    use crate::{CameraPose, Timestamp};
     use nalgebra::{Rotation3, Vector3};
+
+    use super::*;
+    use crate::{CameraPose, Timestamp, geom::Rigid3};
 
     fn pairs() -> Vec<PosePair> {
         let turn = Rotation3::from_scaled_axis(Vector3::new(0.3, -0.4, 0.9));

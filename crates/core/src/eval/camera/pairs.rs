@@ -54,8 +54,7 @@ pub fn coverage(truth: &CameraTrajectory, pairs: &[PosePair]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Timestamp;
-    use crate::geom::Rigid3;
+    use crate::{Timestamp, geom::Rigid3};
 
     fn trajectory(secs: impl Iterator<Item = f64>) -> CameraTrajectory {
         let mut trajectory = CameraTrajectory::new();

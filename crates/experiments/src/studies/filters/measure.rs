@@ -1,8 +1,10 @@
 //! Runs all settings of the switches on the same images.
 
 use visloc_core::{FrameSource, RngTree, SourceFrame};
-use visloc_locate::PipelineConfig;
-use visloc_locate::vision::{FeatureKind, Percept, field::FilterSwitches};
+use visloc_locate::{
+    PipelineConfig,
+    vision::{FeatureKind, Percept, field::FilterSwitches},
+};
 use visloc_sim::{LabelImage, Scenario, Simulation};
 
 use super::{

@@ -8,8 +8,10 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_core::geom::{CameraFrame, Rigid3};
-use visloc_core::{CameraPose, CameraTrajectory, files};
+use visloc_core::{
+    CameraPose, CameraTrajectory, files,
+    geom::{CameraFrame, Rigid3},
+};
 
 use super::{
     Contents, Layout, first_file,

@@ -9,8 +9,7 @@
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_core::geom::Rigid3;
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files};
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files, geom::Rigid3};
 
 use super::{
     Contents, Layout, file_ending, first_file,

@@ -8,8 +8,7 @@
 
 use std::path::Path;
 
-use visloc_core::files;
-use visloc_core::geom::Distortion;
+use visloc_core::{files, geom::Distortion};
 
 use super::{
     Contents, Layout, file_ending, first_file,

@@ -10,8 +10,10 @@
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_core::geom::{Distortion, Rigid3};
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files};
+use visloc_core::{
+    CameraPose, CameraTrajectory, Timestamp, files,
+    geom::{Distortion, Rigid3},
+};
 
 use super::{
     Contents, Layout, first_file,

@@ -2,18 +2,18 @@
 
 use std::path::PathBuf;
 
-use crate::{
-    image_codec::resize_gray,
-    sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
-};
-use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
 use visloc_core::{
     Frame, FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError,
     SourceFrame, Timestamp,
+    geom::{Camera, CameraFrame, Rigid3, Robot},
 };
 
 use super::{GrayOf, GrayStream, Ranged, skipped::SkippedLog};
-use crate::sources::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};
+use crate::{
+    image_codec::resize_gray,
+    sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
+    sources::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request},
+};
 
 /// After so many images in a row of another size than the first, the source ends.
 const MAX_WRONG_SIZE: usize = 10;

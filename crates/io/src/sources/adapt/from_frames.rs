@@ -1,7 +1,8 @@
 //! Pictures of a source that delivers more.
 
-use visloc_core::geom::Camera;
-use visloc_core::{FrameSource, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{
+    FrameSource, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame, geom::Camera,
+};
 
 use crate::sources::video::in_color;
 

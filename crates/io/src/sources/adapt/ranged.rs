@@ -1,9 +1,9 @@
 //! A part of a source.
 
-use crate::sequence::{Bound, SequenceRange};
 use visloc_core::{GrayFrame, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
 
 use super::GrayStream;
+use crate::sequence::{Bound, SequenceRange};
 
 /// The pictures or gray images in a range.
 pub(crate) struct Ranged<P> {
@@ -122,8 +122,9 @@ impl GrayStream for Ranged<Box<dyn GrayStream>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use visloc_core::RgbImage;
+
+    use super::*;
 
     struct Numbers(u32);
 

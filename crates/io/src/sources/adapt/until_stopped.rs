@@ -1,9 +1,8 @@
 //! A source that ends when the program is asked to stop.
 
-use visloc_core::geom::Camera;
 use visloc_core::{
     FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame,
-    Timestamp,
+    Timestamp, geom::Camera,
 };
 
 use crate::sources::Host;

@@ -2,20 +2,22 @@
 
 use std::path::Path;
 
+use visloc_core::{PictureSource, files, geom::Camera as CameraModel};
+
+use super::{SourceKind, Way, always_usable, has_extension};
 use crate::{
     bag::{BagPictures, BagReader, BagTopics, GivenInputs},
     sequence::{Calibration, fit_calibration, read_calibration},
-};
-use visloc_core::geom::Camera as CameraModel;
-use visloc_core::{PictureSource, files};
-
-use super::{SourceKind, Way, always_usable, has_extension};
-use crate::sources::SourceOption::{
-    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale, Start,
-    Stride, Topics, TruthTopic,
-};
-use crate::sources::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::images_of_pictures, open::Request,
+    sources::{
+        OpenFrames, OpenImages, OpenPictures,
+        SourceOption::{
+            BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale,
+            Start, Stride, Topics, TruthTopic,
+        },
+        SourcesError,
+        adapt::images_of_pictures,
+        open::Request,
+    },
 };
 
 pub(super) const KIND: SourceKind = SourceKind {

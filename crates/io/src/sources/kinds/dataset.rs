@@ -2,15 +2,19 @@
 
 use std::path::Path;
 
-use crate::sequence::{
-    FilePictures, Listing, Sequence, SequenceOptions, SequenceRange, list_sequence, open_sequence,
-    sequence_layouts,
-};
-
 use super::{SourceKind, Way, always_usable};
-use crate::sources::SourceOption::{Camera, End, Fps, Mount, Scale, Start, Stride};
-use crate::sources::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError, adapt::frames_of_pictures, open::Request,
+use crate::{
+    sequence::{
+        FilePictures, Listing, Sequence, SequenceOptions, SequenceRange, list_sequence, open_sequence,
+        sequence_layouts,
+    },
+    sources::{
+        OpenFrames, OpenImages, OpenPictures,
+        SourceOption::{Camera, End, Fps, Mount, Scale, Start, Stride},
+        SourcesError,
+        adapt::frames_of_pictures,
+        open::Request,
+    },
 };
 
 pub(super) const KIND: SourceKind = SourceKind {

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
-use crate::sources::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride};
 use crate::sources::{
+    SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride},
     SourcesError,
     open::Request,
     video::{self, Decoded, FfmpegInput, ffmpeg_problem},

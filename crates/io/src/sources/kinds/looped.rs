@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::sequence::{ImageFile, Listing, SequenceOptions, list_sequence};
-
 use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
-use crate::sources::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride};
-use crate::sources::{
-    SourcesError,
-    open::Request,
-    video::{self, Decoded, FfmpegInput, ffmpeg_problem},
+use crate::{
+    sequence::{ImageFile, Listing, SequenceOptions, list_sequence},
+    sources::{
+        SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Patience, Scale, Start, Stride},
+        SourcesError,
+        open::Request,
+        video::{self, Decoded, FfmpegInput, ffmpeg_problem},
+    },
 };
 
 pub(super) const KIND: SourceKind = SourceKind {

@@ -1,11 +1,15 @@
 //! Live topics of ROS 2: a robot, or a simulator of one.
 
 use super::{SourceKind, Way, claims_nothing};
-use crate::sources::SourceOption::{
-    BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Patience,
-    RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+use crate::sources::{
+    OpenFrames, OpenImages, OpenPictures,
+    SourceOption::{
+        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Patience,
+        RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+    },
+    SourceOptions, SourcesError,
+    open::Request,
 };
-use crate::sources::{OpenFrames, OpenImages, OpenPictures, SourceOptions, SourcesError, open::Request};
 
 pub(super) const KIND: SourceKind = SourceKind {
     name: "ROS 2 topics",
@@ -74,11 +78,12 @@ mod live {
 
 #[cfg(feature = "ros2")]
 mod live {
-    use crate::ros2::{LiveFrames, LivePictures, LiveSettings, NodeSettings};
-    use crate::sequence::{Calibration, read_calibration};
-
     use super::*;
-    use crate::sources::adapt::images_of_pictures;
+    use crate::{
+        ros2::{LiveFrames, LivePictures, LiveSettings, NodeSettings},
+        sequence::{Calibration, read_calibration},
+        sources::adapt::images_of_pictures,
+    };
 
     pub(super) fn problem(_: &SourceOptions) -> Option<String> {
         None

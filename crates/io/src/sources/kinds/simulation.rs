@@ -1,16 +1,19 @@
 //! The simulator: robots on known maps, and cameras that are carried through rooms.
 
-use crate::sequence::{Bound, Calibration};
 use visloc_core::{ImageSource, PictureSource};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
 
 use super::{SourceKind, Way, always_usable, claims_nothing};
-use crate::sources::SourceOption::{End, Scale, Seed, Start, Stride, Threads};
-use crate::sources::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{FramePictures, PicturesOfImages, images_of_pictures},
-    address::nearest,
-    open::Request,
+use crate::{
+    sequence::{Bound, Calibration},
+    sources::{
+        OpenFrames, OpenImages, OpenPictures,
+        SourceOption::{End, Scale, Seed, Start, Stride, Threads},
+        SourcesError,
+        adapt::{FramePictures, PicturesOfImages, images_of_pictures},
+        address::nearest,
+        open::Request,
+    },
 };
 
 pub(super) const KIND: SourceKind = SourceKind {

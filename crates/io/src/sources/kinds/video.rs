@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{SourceKind, Way, has_extension};
-use crate::sources::SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Scale, Start, Stride};
 use crate::sources::{
+    SourceOption::{Camera, End, Ffmpeg, Fps, Mount, Scale, Start, Stride},
     SourcesError,
     open::Request,
     video::{self, Decoded, FfmpegInput, ffmpeg_problem},

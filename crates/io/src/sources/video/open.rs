@@ -2,16 +2,17 @@
 
 use std::path::PathBuf;
 
-use crate::sequence::Calibration;
-
 use super::{
     FfmpegInput,
     pictures::{open_color, open_gray},
 };
-use crate::sources::{
-    OpenFrames, OpenImages, OpenPictures, SourcesError,
-    adapt::{frames_of_pictures, images_of_gray},
-    open::Request,
+use crate::{
+    sequence::Calibration,
+    sources::{
+        OpenFrames, OpenImages, OpenPictures, SourcesError,
+        adapt::{frames_of_pictures, images_of_gray},
+        open::Request,
+    },
 };
 
 /// What is to be decoded, and the calibration beside it with its file.

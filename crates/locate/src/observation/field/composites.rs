@@ -7,12 +7,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 use visloc_world::field::{Field, GoalColor};
+
+use crate::vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
 
 /// How often the seen side of a post is believed.
 const SIDE_IS_RIGHT: f64 = 0.9;
@@ -167,10 +167,11 @@ fn heading(direction: &Vector2<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::vision::{LineSegment, PenaltyMark};
     use visloc_core::RngTree;
     use visloc_world::Map;
+
+    use super::*;
+    use crate::vision::{LineSegment, PenaltyMark};
 
     fn field() -> Field {
         let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };

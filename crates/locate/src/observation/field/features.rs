@@ -4,9 +4,9 @@
 //! of one line are not mistaken for each other. Residuals are distances in the image between the pixel and the straight
 //! image of the border.
 
-use crate::vision::{FeatureKind, FieldFeatures, Percept};
 use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
-use visloc_core::geom::PlanarPose;
+use rand::RngExt;
+use visloc_core::{Rng, geom::PlanarPose};
 use visloc_world::field::Field;
 
 use super::{
@@ -15,12 +15,13 @@ use super::{
     outline::Outline,
     suggest::{self, GroundBorder},
 };
-use crate::observation::{
-    edge::{Edge, Eye, Offset, Ray},
-    features::{CameraState, FeatureMatch, FeatureModel, Residual},
+use crate::{
+    observation::{
+        edge::{Edge, Eye, Offset, Ray},
+        features::{CameraState, FeatureMatch, FeatureModel, Residual},
+    },
+    vision::{FeatureKind, FieldFeatures, Percept},
 };
-use rand::RngExt;
-use visloc_core::Rng;
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
 const END_TOLERANCE_M: f64 = 0.06;
@@ -257,13 +258,15 @@ impl Outline {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::observation::features::CameraVector;
-    use crate::vision::BorderPixel;
     use rand::RngExt;
-    use visloc_core::RngTree;
-    use visloc_core::geom::{Camera, nao};
+    use visloc_core::{
+        RngTree,
+        geom::{Camera, nao},
+    };
     use visloc_world::Map;
+
+    use super::*;
+    use crate::{observation::features::CameraVector, vision::BorderPixel};
 
     const STATES: u64 = 40;
 

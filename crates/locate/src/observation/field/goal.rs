@@ -5,11 +5,10 @@
 //! cylinder: a ray that grazes it passes its axis at exactly its radius. A goal has three parts, so an exact search is
 //! as fast as a table.
 
-use crate::vision::FeatureKind;
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use visloc_world::field::{Goal, GoalColor};
 
-use crate::observation::Landmark;
+use crate::{observation::Landmark, vision::FeatureKind};
 
 /// A goal as an observation model needs it.
 #[derive(Debug, Clone, Copy)]

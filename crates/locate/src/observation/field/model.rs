@@ -4,17 +4,23 @@
 //! `goal.rs`), and a pixel's distance is capped at `max_distance_px`
 //! before the mean is taken, so that one wrong pixel cannot outvote all others.
 
-use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::Rng;
-use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle};
+use visloc_core::{
+    Rng,
+    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle},
+};
 use visloc_world::field::Field;
 
 use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable};
-use crate::{ConfigError, ObservationModel, Region, observation::Landmark, require};
+use crate::{
+    ConfigError, ObservationModel, Region,
+    observation::Landmark,
+    require,
+    vision::{FeatureKind, Percept},
+};
 
 /// Parameters of the observation model of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -3,13 +3,15 @@
 //! Source: 2010 section 4.3, before the tables of section 4.3.1. It shows what the fast model stands for and is what
 //! tests compare it with.
 
-use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3x4, Point2, Vector4};
 use visloc_core::geom::PlanarPose;
 use visloc_world::field::Field;
 
 use super::model::{FieldModelConfig, FieldTables, combine, projection};
-use crate::ConfigError;
+use crate::{
+    ConfigError,
+    vision::{FeatureKind, Percept},
+};
 
 /// Draws theoretical images of a field and compares percepts with them.
 #[derive(Debug, Clone)]

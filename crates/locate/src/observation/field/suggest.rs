@@ -5,8 +5,7 @@
 
 use nalgebra::{Point2, Rotation2, Vector2};
 use rand::RngExt;
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::outline::Outline;
 

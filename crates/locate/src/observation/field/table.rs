@@ -99,9 +99,10 @@ fn nearest_outlines(marks: &[Vec<Outline>], point: &Point2<f64>) -> [u8; 2] {
 
 #[cfg(test)]
 mod tests {
+    use visloc_world::Map;
+
     use super::*;
     use crate::observation::field::outline::ground_outlines;
-    use visloc_world::Map;
 
     fn table() -> (Vec<Vec<Outline>>, NearestTable) {
         let Ok(Map::Field(field)) = Map::load("robocup-spl-2010") else { panic!("built-in map") };

@@ -5,10 +5,8 @@
 
 use std::sync::Arc;
 
-use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3, Point2, Point3, Vector3};
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 
 use super::{
     OfficeObservationModel,
@@ -16,9 +14,12 @@ use super::{
     sights::{Sights, Window},
     view::View,
 };
-use crate::observation::{
-    edge::{Edge, Eye},
-    features::{CameraState, FeatureMatch, FeatureModel, Residual},
+use crate::{
+    observation::{
+        edge::{Edge, Eye},
+        features::{CameraState, FeatureMatch, FeatureModel, Residual},
+    },
+    vision::{FeatureKind, Percept},
 };
 
 /// Borders that are looked at from one pose at most: those that come first in the building.

@@ -1,9 +1,10 @@
 //! The theoretical lines of a building: edges of doors, corners that hide a part of a door, and where walls and doors meet
 //! the floor.
 
-use crate::vision::{DoorSide, FeatureKind};
 use nalgebra::{Point2, Vector2};
 use visloc_world::office::{Door, Office, Wall};
+
+use crate::vision::{DoorSide, FeatureKind};
 
 /// A piece of a border that the image analysis can find: straight, in one wall, seen from one side.
 #[derive(Debug, Clone, Copy, PartialEq)]

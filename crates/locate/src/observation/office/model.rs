@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::vision::{FeatureKind, Percept};
 use nalgebra::{Matrix3x4, Point2, Point3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::Rng;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Rng, geom::PlanarPose};
 use visloc_world::office::Office;
 
 use super::{
@@ -16,7 +14,12 @@ use super::{
     sights::{Sights, Window},
     view::View,
 };
-use crate::{ConfigError, ObservationModel, Region, observation::field::projection, require};
+use crate::{
+    ConfigError, ObservationModel, Region,
+    observation::field::projection,
+    require,
+    vision::{FeatureKind, Percept},
+};
 
 /// Parameters of the observation model of a building.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -2,14 +2,16 @@
 
 use std::f64::consts::PI;
 
-use crate::vision::{DoorSide, FeatureKind, Percept};
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
-use visloc_core::Rng;
-use visloc_core::geom::{PlanarPose, angle};
+use visloc_core::{
+    Rng,
+    geom::{PlanarPose, angle},
+};
 use visloc_world::office::Office;
 
 use super::lines::TheoreticalLine;
+use crate::vision::{DoorSide, FeatureKind, Percept};
 
 /// A door's edge as it is seen: from the camera along a direction on the ground, in the robot's axes.
 #[derive(Debug, Clone, Copy)]

@@ -117,14 +117,15 @@ impl Sector {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::vision::FeatureKind;
     use nalgebra::{Matrix3, Point2, Vector2};
     use rand::RngExt;
-    use visloc_core::RngTree;
-    use visloc_core::geom::PlanarPose;
+    use visloc_core::{RngTree, geom::PlanarPose};
 
-    use crate::observation::{edge::Eye, features::CameraState};
+    use super::*;
+    use crate::{
+        observation::{edge::Eye, features::CameraState},
+        vision::FeatureKind,
+    };
 
     /// What is projected into the image is never left out, and most of what is not is.
     #[test]

@@ -76,10 +76,10 @@ fn between([a, b]: [[f64; 2]; 2], [min, max]: [f64; 2]) -> Option<[[f64; 2]; 2]>
 
 #[cfg(test)]
 mod tests {
-    use crate::vision::FeatureKind;
     use nalgebra::Vector2;
 
     use super::*;
+    use crate::vision::FeatureKind;
 
     /// A border from (0, 0) to (4, 0), seen from above.
     fn border() -> TheoreticalLine {

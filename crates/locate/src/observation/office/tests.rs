@@ -1,10 +1,13 @@
-use crate::vision::{BorderPixel, FeatureKind, FeaturePixel, Percept};
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
-use visloc_core::geom::{Camera, PlanarPose, Rigid3};
-use visloc_core::{Rng, RngTree, Timestamp};
-use visloc_world::Map;
-use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor};
+use visloc_core::{
+    Rng, RngTree, Timestamp,
+    geom::{Camera, PlanarPose, Rigid3},
+};
+use visloc_world::{
+    Map,
+    office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor},
+};
 
 use super::{
     OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, in_building, lines::theoretical_lines,
@@ -14,6 +17,7 @@ use crate::{
     Algorithm, Estimate, Localizer, ObservationModel, StepInput,
     observation::features::{CameraState, CameraVector, FeatureModel, Residual},
     refine::Refined,
+    vision::{BorderPixel, FeatureKind, FeaturePixel, Percept},
 };
 
 fn office() -> Office {

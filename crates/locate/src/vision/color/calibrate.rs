@@ -101,9 +101,10 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::{RngTree, gaussian};
+
     use super::*;
     use crate::vision::color::ColorTable;
-    use visloc_core::{RngTree, gaussian};
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn samples(rgb: [f64; 3], class: ColorClass, light: f64) -> Vec<([u8; 3], ColorClass)> {

@@ -2,8 +2,10 @@
 
 use nalgebra::{Point2, Point3};
 use rand::RngExt;
-use visloc_core::geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot};
-use visloc_core::{Frame, Rng};
+use visloc_core::{
+    Frame, Rng,
+    geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot},
+};
 
 use super::{
     FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,

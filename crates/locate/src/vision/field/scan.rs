@@ -1,7 +1,6 @@
 //! Scan lines: straight walks over the image that collect runs of one color class.
 
-use visloc_core::RgbImage;
-use visloc_core::geom::Horizon;
+use visloc_core::{RgbImage, geom::Horizon};
 
 use super::FieldAnalysisConfig;
 use crate::vision::color::{ColorClass, ColorTable};

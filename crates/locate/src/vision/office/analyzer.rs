@@ -2,8 +2,10 @@
 
 use nalgebra::{Point2, Point3, Vector2};
 use rand::RngExt;
-use visloc_core::geom::{Horizon, Plane};
-use visloc_core::{Frame, Rng};
+use visloc_core::{
+    Frame, Rng,
+    geom::{Horizon, Plane},
+};
 
 use super::{
     ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig,

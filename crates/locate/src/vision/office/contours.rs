@@ -262,9 +262,10 @@ fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::RngTree;
+
     use super::*;
     use crate::vision::office::gray::tests::patches;
-    use visloc_core::RngTree;
 
     /// What the detector does to a whole row at once, pixel by pixel as it is written in the documents.
     #[test]

@@ -70,9 +70,10 @@ pub(super) fn append_marked(is_marked: &[bool], first: usize, out: &mut Vec<u32>
 
 #[cfg(test)]
 pub(super) mod tests {
-    use super::*;
     use rand::RngExt;
     use visloc_core::{Rng, RngTree};
+
+    use super::*;
 
     /// Patches of random colors with noise: edges of every strength, flat areas, and values at both ends of the range.
     pub fn patches(width: usize, height: usize, rng: &mut Rng) -> RgbImage {

@@ -204,9 +204,10 @@ impl GradientDetector {
 
 #[cfg(test)]
 mod tests {
+    use visloc_core::RngTree;
+
     use super::*;
     use crate::vision::office::gray::tests::patches;
-    use visloc_core::RngTree;
 
     /// What the detector does to a whole row at once, pixel by pixel.
     #[test]

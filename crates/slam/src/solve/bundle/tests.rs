@@ -1,10 +1,10 @@
 //! Tests of the bundle adjustment on synthetic scenes.
 
+use rand::RngExt;
+use visloc_core::{RngTree, gaussian, geom::World};
+
 use super::*;
 use crate::lie::{exp, log};
-use rand::RngExt;
-use visloc_core::geom::World;
-use visloc_core::{RngTree, gaussian};
 
 const SETTINGS: BundleSettings = BundleSettings { max_iterations: 20, huber: 2.45 };
 

@@ -5,8 +5,10 @@ use std::f64::consts::{PI, TAU};
 use kurbo::{Affine, Point, Vec2};
 
 use super::pairs::Pair;
-use crate::import::drawing::{FLAT_M, push_curve};
-use crate::office::check::MAX_COORDINATE_M;
+use crate::{
+    import::drawing::{FLAT_M, push_curve},
+    office::check::MAX_COORDINATE_M,
+};
 
 /// An entity with the numbers that matter.
 #[derive(Debug, Clone, Default, PartialEq)]

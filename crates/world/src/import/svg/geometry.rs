@@ -6,8 +6,10 @@ use kurbo::{Affine, BezPath, Ellipse, PathEl, Point, Rect, RoundedRect, Shape};
 use roxmltree::Node;
 use svgtypes::{Length, LengthUnit, Transform, ViewBox};
 
-use crate::import::drawing::{FLAT_M, push_curve};
-use crate::office::check::MAX_COORDINATE_M;
+use crate::{
+    import::drawing::{FLAT_M, push_curve},
+    office::check::MAX_COORDINATE_M,
+};
 
 /// Points of one connected line, meters in the map.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -1,8 +1,9 @@
 //! The center circle. Every piece of a line votes for the two centers a radius away from it on either side; the best of
 //! the places with most votes is fitted and compared with the image.
 
-use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point2, Vector2};
 
 use super::{
     chains::Chains,

@@ -1,7 +1,8 @@
 //! Penalty marks: small white things of the known size with carpet all around.
 
-use nalgebra::{Point2, Vector2};
 use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Vector2};
 
 use super::{
     crossings::Crossing,

@@ -18,4 +18,5 @@ mod segments;
 mod view;
 
 pub use config::FeatureDetectionConfig;
-pub(super) use {detector::FeatureDetector, view::GroundView};
+pub(super) use detector::FeatureDetector;
+pub(super) use view::GroundView;

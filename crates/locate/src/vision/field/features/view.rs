@@ -1,8 +1,10 @@
 //! The image of the ground: from pixels to places and back, and what color a place has.
 
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
-use visloc_core::geom::{Camera, Distortion};
-use visloc_core::{Frame, RgbImage};
+use visloc_core::{
+    Frame, RgbImage,
+    geom::{Camera, Distortion},
+};
 
 use crate::vision::color::{ColorClass, ColorTable};
 
