@@ -2,7 +2,6 @@
 
 mod args;
 mod benchmark;
-mod broadcast;
 mod calibration;
 mod claims;
 mod commands;
@@ -13,6 +12,11 @@ mod run;
 mod say;
 mod slam;
 mod stopwatch;
+#[cfg(feature = "studio")]
+mod studio;
+#[cfg(not(feature = "studio"))]
+#[path = "no_studio.rs"]
+mod studio;
 
 use std::{
     io::{self, Write},

@@ -32,6 +32,7 @@ impl Stopwatch {
     }
 
     /// Milliseconds since the start.
+    #[cfg(feature = "experiments")]
     pub fn ms(&self) -> f64 {
         self.secs() * 1e3
     }

@@ -19,7 +19,8 @@ pub mod symmetry;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
-    Table, escaped, merge, run, run_until,
+    merge, run, run_until,
 };
 pub(crate) use framework::{mean, number, quantile, sorted};
 pub use published::{PublishedTable, published_tables};
+pub use visloc_plot::Table;

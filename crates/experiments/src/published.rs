@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use visloc_plot::Table;
+
 /// A table of published figures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PublishedTable {
@@ -24,6 +26,26 @@ pub fn published_tables() -> &'static [PublishedTable] {
 /// The table of an experiment, if the documents have it.
 pub(crate) fn table(id: &str) -> Option<&'static PublishedTable> {
     published_tables().iter().find(|table| table.id == id)
+}
+
+/// Puts what is published before what is here, `published | here`, in the cells of the same row and column of the experiment's
+/// published table; published rows that are not here are added at the end.
+#[must_use]
+pub(crate) fn beside(mut here: Table, experiment: &str) -> Table {
+    let Some(published) = table(&format!("{experiment}/{}", here.name)) else { return here };
+    for (name, column, value) in published.figures() {
+        let Some(column) = here.header.iter().position(|header| header == column) else { continue };
+        let place = here.rows.iter().position(|row| row.first().is_some_and(|first| first == name));
+        let place = place.unwrap_or_else(|| {
+            let mut row = vec!["-".to_owned(); here.header.len()];
+            row[0] = name.to_owned();
+            here.rows.push(row);
+            here.rows.len() - 1
+        });
+        let cell = &mut here.rows[place][column];
+        *cell = format!("{value} | {cell}");
+    }
+    here
 }
 
 /// A published figure as a number.

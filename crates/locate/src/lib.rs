@@ -13,6 +13,7 @@ pub mod diagnosis;
 mod estimate;
 pub mod evolutionary;
 mod lift;
+pub mod lineup;
 mod localizer;
 pub mod markov;
 pub mod monte_carlo;

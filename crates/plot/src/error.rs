@@ -2,8 +2,6 @@
 
 use std::{io, path::PathBuf};
 
-use resvg::usvg;
-
 /// Why a picture could not be rasterized or saved.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -24,7 +22,8 @@ pub enum PlotError {
     },
     /// The SVG is not valid.
     #[error("the picture is not a valid SVG")]
-    Svg(#[from] usvg::Error),
+    #[cfg(feature = "png")]
+    Svg(#[from] resvg::usvg::Error),
     /// The pixels could not be written as PNG.
     #[error("encoding the PNG failed: {0}")]
     Png(String),

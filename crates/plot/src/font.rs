@@ -1,14 +1,19 @@
 //! The font of all pictures and the width of text.
 
+#[cfg(feature = "png")]
 use std::sync::Arc;
 
+#[cfg(feature = "png")]
 use resvg::usvg::fontdb;
 
 /// First choice, then fonts of similar width for viewers that do not have it.
 pub(crate) const FAMILIES: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 
+#[cfg(feature = "png")]
 const FAMILY: &str = "DejaVu Sans";
+#[cfg(feature = "png")]
 const REGULAR: &[u8] = include_bytes!("../fonts/DejaVuSans-subset.ttf");
+#[cfg(feature = "png")]
 const BOLD: &[u8] = include_bytes!("../fonts/DejaVuSans-Bold-subset.ttf");
 
 /// Thickness of letters.
@@ -19,6 +24,7 @@ pub(crate) enum Weight {
 }
 
 /// The embedded fonts, also in place of every generic family.
+#[cfg(feature = "png")]
 pub(crate) fn database() -> Arc<fontdb::Database> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(REGULAR.to_vec());

@@ -1,6 +1,5 @@
 //! A camera image with what was found in it.
 
-use resvg::tiny_skia;
 use visloc_core::RgbImage;
 
 use crate::{
@@ -128,12 +127,11 @@ fn legend(input: &ImagePicture) -> Vec<LegendEntry> {
 
 /// `None` for an image without pixels.
 fn png_of(image: &RgbImage) -> Option<Vec<u8>> {
-    let mut pixels = tiny_skia::Pixmap::new(image.width(), image.height())?;
-    for (to, from) in pixels.data_mut().chunks_exact_mut(4).zip(image.data().chunks_exact(3)) {
-        to[..3].copy_from_slice(from);
-        to[3] = 255;
-    }
-    pixels.encode_png().ok()
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, image.width(), image.height());
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().ok()?.write_image_data(image.data()).ok()?;
+    Some(bytes)
 }
 
 #[cfg(test)]
@@ -168,11 +166,12 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "png")]
     #[test]
     fn pixels_are_sharp_and_dots_are_at_their_centers() {
         let picture = image_picture(&picture());
         let png = picture.png(1.0).unwrap();
-        let pixels = tiny_skia::Pixmap::decode_png(&png).unwrap();
+        let pixels = resvg::tiny_skia::Pixmap::decode_png(&png).unwrap();
         let top = pixels.height() as f64 - MARGIN_PX - 60.0;
         let color = |x: f64, y: f64| {
             let pixel = pixels.pixel((MARGIN_PX + x) as u32, (top + y) as u32).unwrap();

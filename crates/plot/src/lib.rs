@@ -40,6 +40,7 @@ mod scatter;
 mod space;
 mod surface;
 mod svg;
+mod table;
 mod time_series;
 
 pub use axis::ValueAxis;
@@ -59,4 +60,5 @@ pub use scatter::{ScatterPicture, ScatterSeries, scatter};
 pub use space::{SpacePath, SpaceViews, space_views};
 pub use surface::{SurfacePicture, surface_picture};
 pub use svg::base64;
+pub use table::{Table, escaped};
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use resvg::{tiny_skia, usvg};
 use visloc_core::files;
 
-use crate::{PlotError, font};
+use crate::PlotError;
 
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,6 +17,7 @@ impl Picture {
     pub const SAVED_PNG_SCALE: f32 = 2.0;
 
     /// Longest side of a PNG, pixels: 16384 x 16384 x 4 bytes are 1 GB.
+    #[cfg(feature = "png")]
     const MAX_SIDE_PX: f32 = 16384.0;
 
     pub(crate) fn new(svg: String) -> Self {
@@ -34,8 +34,10 @@ impl Picture {
     ///
     /// # Errors
     /// If the scale is not a positive number or the result has more than 16384 pixels along a side.
+    #[cfg(feature = "png")]
     pub fn png(&self, scale: f32) -> Result<Vec<u8>, PlotError> {
-        let options = usvg::Options { fontdb: font::database(), ..usvg::Options::default() };
+        use resvg::{tiny_skia, usvg};
+        let options = usvg::Options { fontdb: crate::font::database(), ..usvg::Options::default() };
         let tree = usvg::Tree::from_str(&self.svg, &options)?;
         let size = tree.size();
         let (width_px, height_px) = (size.width(), size.height());
@@ -53,16 +55,28 @@ impl Picture {
         pixels.encode_png().map_err(|error| PlotError::Png(error.to_string()))
     }
 
-    /// Writes `name.svg` and `name.png` into `dir`, which is made if missing.
+    /// Writes `name.svg` into `dir`, which is made if missing, and with the feature `png` also `name.png`.
     ///
     /// # Errors
     /// If a file cannot be written or the PNG would be too large.
     pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
-        let png = self.png(Self::SAVED_PNG_SCALE)?;
-        for (extension, bytes) in [("svg", self.svg.as_bytes()), ("png", &png)] {
+        let write = |extension: &str, bytes: &[u8]| {
             let path = dir.join(format!("{name}.{extension}"));
-            files::write(&path, bytes).map_err(|source| PlotError::Write { path, source })?;
-        }
+            files::write(&path, bytes).map_err(|source| PlotError::Write { path, source })
+        };
+        #[cfg(feature = "png")]
+        let png = self.png(Self::SAVED_PNG_SCALE)?;
+        write("svg", self.svg.as_bytes())?;
+        #[cfg(feature = "png")]
+        write("png", &png)?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+impl Picture {
+    /// Whether other programs can draw it.
+    pub(crate) fn is_valid_svg(&self) -> bool {
+        resvg::usvg::Tree::from_str(&self.svg, &resvg::usvg::Options::default()).is_ok()
     }
 }

@@ -28,7 +28,7 @@ mod timing;
 pub mod track;
 
 pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
-pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose};
+pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, SlamFrame, TrackingState, TrajectoryPose};
 pub use schedule::Schedule;
 pub use system::Slam;
 pub use timing::{StageTimer, StageTimes};

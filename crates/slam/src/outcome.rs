@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 use visloc_core::{
-    Timestamp,
+    GrayImage, Timestamp,
     geom::{CameraFrame, Rigid3, World},
 };
 
@@ -105,4 +105,15 @@ pub struct TrajectoryPose {
     pub at: Timestamp,
     /// Where the camera was, map units.
     pub world_from_camera: Rigid3<World, CameraFrame>,
+}
+
+/// A frame that the system has taken in, for those who look on.
+#[derive(Clone, Copy)]
+pub struct SlamFrame<'a> {
+    /// When it was taken.
+    pub at: Timestamp,
+    /// Its image.
+    pub image: &'a GrayImage,
+    /// What became of it.
+    pub outcome: &'a FrameOutcome,
 }

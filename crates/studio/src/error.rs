@@ -1,8 +1,9 @@
 //! What can go wrong in the studio.
 
 use thiserror::Error;
+use visloc_core::settings::SettingsError;
 use visloc_io::image_codec::ImageCodecError;
-use visloc_locate::{ConfigError, PipelineError, vision::AnalysisError};
+use visloc_locate::{ConfigError, lineup::LineupError, vision::AnalysisError};
 use visloc_sim::ScenarioError;
 
 use crate::{MessageError, recording::RecordingError};
@@ -14,9 +15,9 @@ pub enum StudioError {
     /// The world cannot be built.
     #[error(transparent)]
     Scenario(Box<ScenarioError>),
-    /// An algorithm cannot be built.
+    /// An algorithm cannot run so.
     #[error(transparent)]
-    Pipeline(Box<PipelineError>),
+    Lineup(Box<LineupError>),
     /// A parameter is wrong.
     #[error(transparent)]
     Config(Box<ConfigError>),
@@ -72,7 +73,13 @@ macro_rules! boxed {
         })*
     };
 }
-boxed!(Scenario: ScenarioError, Pipeline: PipelineError, Recording: RecordingError, Config: ConfigError);
+boxed!(Scenario: ScenarioError, Lineup: LineupError, Recording: RecordingError, Config: ConfigError);
+
+impl From<SettingsError> for StudioError {
+    fn from(error: SettingsError) -> Self {
+        LineupError::from(error).into()
+    }
+}
 
 impl StudioError {
     /// A command that makes no sense here.

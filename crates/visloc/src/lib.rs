@@ -42,6 +42,8 @@
 //! |---|---|
 //! | `io` (default) | [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
 //! | `calib` (default) | [`calib`]: calibration of a camera from pictures of a board |
+//! | `parallel` (default) | filters with many particles weigh them with several threads |
+//! | `compression`, `sqlite` | bags whose parts are packed, and bags in SQLite |
 //! | `ros2` | live topics, without a ROS installation |
 //! | `sim` | `sim`: simulated robots with cameras |
 //!

@@ -6,8 +6,10 @@ mod calibrate;
 mod calibrate_robot;
 mod camera;
 mod demo;
+#[cfg(feature = "experiments")]
 mod experiment;
 mod inspect;
+#[cfg(feature = "experiments")]
 mod likelihood;
 mod localize;
 mod number;
@@ -16,7 +18,9 @@ mod shared;
 mod slam;
 mod source;
 mod start;
+#[cfg(feature = "studio")]
 mod studio;
+#[cfg(feature = "experiments")]
 mod study;
 
 pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
@@ -26,10 +30,12 @@ pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
 pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
 use clap::{Parser, Subcommand};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
+#[cfg(feature = "experiments")]
 pub use experiment::{
     ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
 };
 pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
+#[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{LocalizeArgs, TopicArgs};
 pub use paths::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording, OverwriteArg};
@@ -37,7 +43,9 @@ pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use source::{ExtractArgs, ExtractFormat, ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
 pub use start::StartArg;
+#[cfg(feature = "studio")]
 pub use studio::StudioArgs;
+#[cfg(feature = "experiments")]
 pub use study::StudyArgs;
 
 /// Tells a robot with one ordinary camera where it is
@@ -68,7 +76,11 @@ pub enum Command {
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
     /// Open the page: drive a robot, kidnap it, watch algorithms find it
+    #[cfg(feature = "studio")]
     Studio(Box<StudioArgs>),
+    /// Open the page: drive a robot, kidnap it, watch algorithms find it (not in this build: --features studio)
+    #[cfg(not(feature = "studio"))]
+    Studio(LeftOutArgs),
     /// Follow one camera without a map, and make a map of what it sees
     Slam(Box<SlamArgs>),
     /// Write what a source delivers as a ROS 2 bag; convert bags
@@ -82,11 +94,23 @@ pub enum Command {
     /// Measure everything that is claimed, beside published figures and other programs
     Benchmark(BenchmarkArgs),
     /// Repeat the published experiments, and harder ones
+    #[cfg(feature = "experiments")]
     Experiment(ExperimentArgs),
+    /// Repeat the published experiments, and harder ones (not in this build: --features experiments)
+    #[cfg(not(feature = "experiments"))]
+    Experiment(LeftOutArgs),
     /// Draw how well every pose explains one image
+    #[cfg(feature = "experiments")]
     Likelihood(Box<LikelihoodArgs>),
+    /// Draw how well every pose explains one image (not in this build: --features experiments)
+    #[cfg(not(feature = "experiments"))]
+    Likelihood(LeftOutArgs),
     /// Study what one image tells about the pose, and what disturbs it
+    #[cfg(feature = "experiments")]
     Study(StudyArgs),
+    /// Study what one image tells about the pose, and what disturbs it (not in this build: --features experiments)
+    #[cfg(not(feature = "experiments"))]
+    Study(LeftOutArgs),
     /// List the algorithms
     Algorithms,
     /// List the built-in maps
@@ -105,4 +129,13 @@ pub enum Command {
     Camera(CameraArgs),
     /// Learn the color classes of your field from a labelled image
     Colors(ColorsArgs),
+}
+
+/// Arguments of a command that was left out of the program: whatever is typed.
+#[cfg(not(all(feature = "experiments", feature = "studio")))]
+#[derive(Debug, clap::Args)]
+#[command(disable_help_flag = true)]
+pub struct LeftOutArgs {
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _words: Vec<std::ffi::OsString>,
 }

@@ -3,7 +3,7 @@
 use std::{fmt::Write as _, path::Path};
 
 use anyhow::Result;
-use visloc_experiments::{Table, escaped};
+use visloc_plot::{Table, escaped};
 
 use super::{
     Claims, Row,

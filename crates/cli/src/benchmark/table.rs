@@ -1,7 +1,7 @@
 //! From runs to rows: one for each class, setting and quantity.
 
 use visloc_core::eval::camera::Statistics;
-use visloc_experiments::Table;
+use visloc_plot::Table;
 
 use super::{
     Claims, Kind,

@@ -9,7 +9,6 @@ use visloc_world::Map;
 use super::settings::{pipeline_config, read_text, start_prior, topic_options};
 use crate::{
     args::LocalizeArgs,
-    broadcast::Broadcast,
     host::host,
     report::{
         AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
@@ -17,10 +16,11 @@ use crate::{
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Saving, Show, Spectator, corrected, drive, open_source, prepare, source_options,
+        RunnerSettings, Saving, Spectator, corrected, drive, open_source, prepare, source_options,
     },
     say,
     stopwatch::{peak_memory_mb, process_cpu_secs},
+    studio::Show,
 };
 
 /// Runs the command.
@@ -59,7 +59,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
     let mut live = live_output(args, &options)?;
     let mut progress = Progress::new(source.frames.num_frames());
-    let mut show = Show::new(Broadcast::open(&args.broadcast)?, &args.source);
+    let mut show = Show::open(&args.broadcast, &args.source)?;
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;

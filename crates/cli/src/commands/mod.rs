@@ -13,8 +13,10 @@ mod demo_slam;
 mod evaluate;
 mod evaluate_camera;
 mod execute;
+#[cfg(feature = "experiments")]
 mod experiment;
 mod extract;
+#[cfg(feature = "experiments")]
 mod likelihood;
 mod localize;
 mod map;
@@ -23,7 +25,7 @@ mod settings;
 mod simulate;
 mod slam;
 mod sources;
-mod studio;
+#[cfg(feature = "experiments")]
 mod study;
 
 pub use execute::execute;

@@ -11,14 +11,14 @@ use visloc_slam::{Schedule, SlamConfig};
 use super::settings::{slam_config, topic_options};
 use crate::{
     args::{ScheduleArg, SlamArgs},
-    broadcast::Broadcast,
     report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
     slam::{
-        FramePictures, Lookers, RunOptions, Shown, SlamLive, SlamRecord, SlamReport, SlamRun, SlamShow,
-        SlamWatcher, draw, open_input, run, write_log, write_ply,
+        FramePictures, Lookers, RunOptions, SlamLive, SlamRecord, SlamReport, SlamRun, SlamWatcher, draw,
+        open_input, run, write_log, write_ply,
     },
+    studio::{Shown, SlamShow},
 };
 
 /// Frames between pictures of single frames.
@@ -83,11 +83,8 @@ fn open_show(
     camera: &Camera,
     truth: Option<&CameraTrajectory>,
 ) -> Result<Option<SlamShow>> {
-    if args.broadcast.record.is_none() && args.broadcast.publish.is_none() {
-        return Ok(None);
-    }
     let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.value() };
-    Ok(Some(SlamShow::new(Broadcast::open(&args.broadcast)?, &shown)?))
+    SlamShow::open(&args.broadcast, &shown)
 }
 
 fn run_options(args: &SlamArgs) -> Result<RunOptions> {

@@ -15,7 +15,6 @@ mod records;
 mod results;
 mod runner;
 mod saving;
-mod show;
 mod source;
 
 pub use corrected::{corrected, read_correction, with_correction};
@@ -29,5 +28,6 @@ pub use records::Records;
 pub use results::BagOutput;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
 pub use saving::Saving;
-pub use show::Show;
-pub use source::{open_source, prepare, refuse_source_options, simulation, source_options, until_stopped};
+#[cfg(any(feature = "experiments", feature = "studio"))]
+pub use source::refuse_source_options;
+pub use source::{open_source, prepare, simulation, source_options, until_stopped};

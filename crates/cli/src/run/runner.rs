@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use anyhow::Result;
-use visloc_core::{Clock, Frame, SkippedInput, Timestamp, eval::EstimateSample, geom::PlanarPose};
+use visloc_core::{
+    Clock, Frame, SkippedInput, Timestamp, eval::EstimateSample, geom::PlanarPose, settings::Overrides,
+};
 use visloc_locate::{
     LOCALIZED_RELIABILITY, Pipeline, PipelineConfig, StartPrior, algorithm_parameters,
     diagnosis::RunCounters,
+    lineup::{Lineup, RunSettings},
     vision::{DropReason, Percept},
-};
-use visloc_studio::{
-    Command, StudioError,
-    tuning::{Lineup, Overrides, RunSettings},
 };
 use visloc_world::Map;
 
@@ -180,29 +179,16 @@ impl Runner {
         self.lineup.reset_to(prior);
     }
 
-    /// Does what somebody who watches asks for: other parameters, another seed, or to forget the place; whether that was it.
-    ///
-    /// # Errors
-    /// If it is impossible; then nothing has changed.
-    pub fn handle(&mut self, command: &Command) -> Result<bool> {
-        match command {
-            Command::Reset { seed } => {
-                self.lineup.reset(*seed)?;
-                Ok(true)
-            }
-            Command::Algorithms { names } if names.len() != 1 => Err(StudioError::Command {
-                what: "algorithms".to_owned(),
-                expected: "one: this run writes the results of one".to_owned(),
-                found: names.len().to_string(),
-            }
-            .into()),
-            command => Ok(self.lineup.handle(command)?),
-        }
-    }
-
     /// The algorithm with its parameters.
+    #[cfg_attr(not(feature = "studio"), allow(dead_code))]
     pub fn lineup(&self) -> &Lineup {
         &self.lineup
+    }
+
+    /// The algorithm with its parameters, to change them.
+    #[cfg_attr(not(feature = "studio"), allow(dead_code))]
+    pub fn lineup_mut(&mut self) -> &mut Lineup {
+        &mut self.lineup
     }
 
     /// Completes the output files.

@@ -4,9 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{FrameSource, geom::Mount};
-use visloc_io::sources::{
-    SourceAddress, SourceOption, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
-};
+use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 
@@ -65,8 +63,9 @@ fn usual_domain_id(args: &SourceArgs) -> Result<u16> {
 ///
 /// # Errors
 /// If there is one that nobody else honors.
+#[cfg(any(feature = "experiments", feature = "studio"))]
 pub fn refuse_source_options(options: &SourceOptions, reason: &str) -> Result<()> {
-    let is_spare = |option: &SourceOption| !options.honored_elsewhere.contains(option);
+    let is_spare = |option: &visloc_io::sources::SourceOption| !options.honored_elsewhere.contains(option);
     match options.given().find(is_spare) {
         Some(option) => Err(anyhow!("{}: {reason}", option.flag())),
         None => Ok(()),

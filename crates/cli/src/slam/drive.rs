@@ -3,13 +3,12 @@
 use anyhow::Result;
 use visloc_core::{CameraPose, CameraTrajectory, Clock, ImageSource, SkippedInput, Timestamp, geom::Camera};
 use visloc_slam::{
-    FrameOutcome, Schedule, Slam, SlamConfig,
+    FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame,
     diagnosis::{RunCounters, mean_brightness},
 };
-use visloc_studio::slam::SlamFrame;
 
-use super::{FramePictures, Pace, SlamHistory, SlamShow};
-use crate::{run::Progress, stopwatch::thread_cpu_secs};
+use super::{FramePictures, Pace, SlamHistory};
+use crate::{run::Progress, stopwatch::thread_cpu_secs, studio::SlamShow};
 
 /// Most unusable images of which the reason is kept.
 const MOST_REFUSED: usize = 10_000;

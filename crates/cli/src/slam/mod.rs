@@ -13,7 +13,6 @@ mod pictures;
 mod ply;
 mod record;
 mod report;
-mod show;
 
 pub use drive::{Lookers, RunOptions, SlamRun, SlamWatcher, run};
 pub use history::{SlamHistory, StageSums};
@@ -24,4 +23,3 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::{POSE_TOLERANCE_SECS, SlamReport};
-pub use show::{Shown, SlamShow};

@@ -1,6 +1,6 @@
 //! Stands in for live topics where they were left out of the program.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use anyhow::{Result, bail};
 use visloc_core::Timestamp;
@@ -16,7 +16,7 @@ impl SlamLive {
     ///
     /// # Errors
     /// Always.
-    pub fn open(_: u16, _: Option<PathBuf>) -> Result<Self> {
+    pub fn open(_: u16, _: Option<&Path>) -> Result<Self> {
         bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }
 }

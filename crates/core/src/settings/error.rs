@@ -22,4 +22,9 @@ impl SettingsError {
         });
         Self { line, reason: crate::settings::plain_words(&reason.into()) }
     }
+
+    /// A mistake in values that are no text.
+    pub(crate) fn of(what: &str, reason: impl std::fmt::Display) -> Self {
+        Self { line: None, reason: format!("{what}: {reason}") }
+    }
 }

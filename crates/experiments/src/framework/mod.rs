@@ -9,7 +9,6 @@ mod runner;
 mod shard;
 mod statistics;
 mod store;
-mod table;
 
 pub use error::ExperimentError;
 pub use experiment::{Cell, Experiment};
@@ -20,4 +19,3 @@ pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until};
 pub use shard::Shard;
 pub(crate) use statistics::{mean, number, quantile, sorted};
 pub use store::Manifest;
-pub use table::{Table, escaped};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_json::Value;
 use visloc_core::files;
-use visloc_plot::Picture;
+use visloc_plot::{Picture, Table};
 
-use super::{ExperimentError, Table};
+use super::ExperimentError;
 
 /// Tables, numbers and pictures of an experiment.
 #[derive(Debug, Clone, PartialEq, Default)]

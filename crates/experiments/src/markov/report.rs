@@ -10,7 +10,7 @@ use super::{
     pictures,
     walk::{NUM_STEPS, WalkRecord},
 };
-use crate::{Experiment, Report, Results, Table, number, quantile, sorted};
+use crate::{Experiment, Report, Results, Table, number, published, quantile, sorted};
 
 /// The instant from which on the published run is localized.
 const PUBLISHED_LOCALIZED_AT: usize = 4;
@@ -30,7 +30,7 @@ impl MarkovExperiment {
             case_table("sizes", "size of the goal", |state| learned.size(state)),
             case_table("centroids", "sector of the goal's middle", |state| learned.centroid(state)),
         ];
-        tables.into_iter().map(|table| table.beside_published("markov")).collect()
+        tables.into_iter().map(|table| published::beside(table, "markov")).collect()
     }
 
     /// Tables, numbers and pictures of the runs that are there.

@@ -11,7 +11,7 @@ use super::{
     OfficeExperiment, OfficeRecord, likelihood, place,
     walk::{Followed, follow},
 };
-use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number};
+use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number, published};
 
 impl OfficeExperiment {
     /// The table.
@@ -61,7 +61,7 @@ impl OfficeExperiment {
                 format!("{} of {}", from_then.len(), told.len()),
             ]);
         }
-        vec![table.beside_published("office")]
+        vec![published::beside(table, "office")]
     }
 
     /// Table and pictures.

@@ -7,7 +7,7 @@ use super::{
     summary::{Summary, quantile, share},
     timing::AlgorithmTiming,
 };
-use crate::{Table, mean, number};
+use crate::{Table, mean, number, published};
 
 /// A contender's label and its runs.
 pub(super) type Row<'a> = (String, Summary<'a>);
@@ -39,7 +39,7 @@ pub(super) fn walks(set: RobocupSet, rows: &[Row<'_>]) -> Table {
             number(quantile(summary.records.iter().map(|r| r.time_to_localize_s), 0.5), 1),
         ]);
     }
-    table.beside_published("robocup")
+    published::beside(table, "robocup")
 }
 
 /// Runs with kidnaps.
@@ -83,7 +83,7 @@ pub(super) fn kidnaps(set: RobocupSet, rows: &[Row<'_>]) -> Table {
         }
         table.push(row);
     }
-    table.beside_published("robocup")
+    published::beside(table, "robocup")
 }
 
 /// Frames by their reported reliability, all sets together.
@@ -169,7 +169,7 @@ pub(super) fn timing(timings: &[AlgorithmTiming]) -> Table {
             format!("at most {}", number(summary.max, 3)),
         ]);
     }
-    table.beside_published("robocup")
+    published::beside(table, "robocup")
 }
 
 #[allow(clippy::cast_precision_loss)]

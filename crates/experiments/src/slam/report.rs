@@ -99,7 +99,7 @@ impl SlamExperiment {
                 ]
             }
         };
-        tables.into_iter().map(|table| table.beside_published(self.name())).collect()
+        tables.into_iter().map(|table| published::beside(table, self.name())).collect()
     }
 
     /// Tables and pictures.

@@ -20,7 +20,7 @@ pub(super) fn published(summary: &Summary, times: &[IterationTime]) -> Vec<Table
         evolutionary_iterations(summary),
         evolutionary_times(times),
     ];
-    tables.into_iter().map(|table| table.beside_published("symmetry")).collect()
+    tables.into_iter().map(|table| published::beside(table, "symmetry")).collect()
 }
 
 /// Labels of the rows of particle filters, the null control last.

@@ -10,7 +10,7 @@ use visloc_core::Timestamp;
 
 use crate::bag::{
     BagError, BagTopics, TopicRole,
-    container::{BagFile, BagMessage, DamagedBag, MAX_MESSAGE_BYTES, Wanted},
+    container::{BagFile, BagMessage, DamagedBag, MAX_MESSAGE_BYTES, Wanted, unpack},
     decode::RawMessage,
     files::{BagFiles, bag_files},
 };
@@ -84,7 +84,7 @@ impl BagMessages {
 fn unpacked(mut message: BagMessage) -> Result<BagMessage, DamagedBag> {
     let mut data = Vec::new();
     let unpack = |data: &mut Vec<u8>| -> std::io::Result<usize> {
-        zstd::Decoder::with_buffer(&message.data[..])?.take(MAX_MESSAGE_BYTES as u64).read_to_end(data)
+        unpack::zstd(&message.data[..])?.take(MAX_MESSAGE_BYTES as u64).read_to_end(data)
     };
     match unpack(&mut data) {
         Ok(_) => {

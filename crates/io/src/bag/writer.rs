@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use mcap::{Compression, WriteOptions};
+#[cfg(feature = "compression")]
+use mcap::Compression;
+use mcap::WriteOptions;
 use serde::Serialize;
 use visloc_core::{
     Frame, GrayImage, GroundContact, Picture, RgbImage, SourceFrame, Timestamp, Truth, files,
@@ -40,8 +42,10 @@ pub enum ChunkCompression {
     /// Not at all, best for pictures that are compressed already.
     None,
     /// Zstandard.
+    #[cfg(feature = "compression")]
     Zstd,
     /// LZ4.
+    #[cfg(feature = "compression")]
     Lz4,
 }
 
@@ -117,7 +121,9 @@ impl BagWriter {
         })?;
         let compression = match options.chunk_compression {
             ChunkCompression::None => None,
+            #[cfg(feature = "compression")]
             ChunkCompression::Zstd => Some(Compression::Zstd),
+            #[cfg(feature = "compression")]
             ChunkCompression::Lz4 => Some(Compression::Lz4),
         };
         let write_options = WriteOptions::new()

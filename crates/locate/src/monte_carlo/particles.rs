@@ -1,5 +1,6 @@
 //! The particles: motion and weights.
 
+#[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use visloc_core::{Rng, geom::PlanarPose};
 
@@ -10,6 +11,7 @@ use super::{
 use crate::{ObservationModel, PlanarMotion};
 
 /// Particles weighed by one thread at a time: long enough, at half a microsecond each, to be worth a thread's while.
+#[cfg(feature = "parallel")]
 const CHUNK: usize = 256;
 
 /// Standard deviations of noise on a pose.
@@ -140,10 +142,7 @@ impl Particles {
     /// weighed on its own and sums are made in order, the result is the same bit by bit.
     pub fn weigh(&mut self, model: &dyn ObservationModel, exponent: f64, parallel_from: usize) {
         if self.poses.len() >= parallel_from {
-            self.poses
-                .par_chunks(CHUNK)
-                .zip(self.likelihoods.par_chunks_mut(CHUNK))
-                .for_each(|(poses, out)| model.log_likelihoods(poses, out));
+            log_likelihoods_of_many(model, &self.poses, &mut self.likelihoods);
         } else {
             model.log_likelihoods(&self.poses, &mut self.likelihoods);
         }
@@ -201,4 +200,17 @@ impl Particles {
     pub(super) fn log_weights(&self) -> &[f64] {
         self.weights.logs()
     }
+}
+
+#[cfg(feature = "parallel")]
+fn log_likelihoods_of_many(model: &dyn ObservationModel, poses: &[PlanarPose], out: &mut [f64]) {
+    poses
+        .par_chunks(CHUNK)
+        .zip(out.par_chunks_mut(CHUNK))
+        .for_each(|(poses, out)| model.log_likelihoods(poses, out));
+}
+
+#[cfg(not(feature = "parallel"))]
+fn log_likelihoods_of_many(model: &dyn ObservationModel, poses: &[PlanarPose], out: &mut [f64]) {
+    model.log_likelihoods(poses, out);
 }

@@ -253,7 +253,7 @@ mod tests {
     fn senseless_input_does_not_panic() {
         for (num_columns, values) in [(0, vec![]), (1, vec![1.0; 4]), (3, vec![f64::NAN; 9])] {
             let picture = surface_picture(&input(num_columns, values), None);
-            assert!(picture.png(0.5).is_ok());
+            assert!(picture.is_valid_svg());
         }
     }
 }

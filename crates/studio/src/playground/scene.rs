@@ -1,11 +1,9 @@
 //! The scene message: what stays from frame to frame.
 
 use serde_json::{Value, json};
-use visloc_locate::vision::DropReason;
+use visloc_locate::{lineup::RunSettings, vision::DropReason};
 
-use crate::{
-    MessageBuilder, MessageKind, StudioError, message::lay_over, tuning::RunSettings, view::world_geometry,
-};
+use crate::{MessageBuilder, MessageKind, StudioError, message::lay_over, tuning, view::world_geometry};
 
 /// What the message is made of.
 pub(super) struct Scene<'a> {
@@ -33,7 +31,7 @@ impl Scene<'_> {
             "step_secs": self.step_secs,
             "drop_reasons": DropReason::ALL.map(DropReason::name),
         });
-        lay_over(&mut header, &self.settings.scene_fields()?);
+        lay_over(&mut header, &tuning::scene_fields(self.settings)?);
         Ok(MessageBuilder::new(MessageKind::Scene, &header)?.finish())
     }
 }

@@ -7,8 +7,12 @@ use serde_json::{Value, json};
 use visloc_core::{
     Clock, SourceFrame,
     geom::{PlanarPose, nao::HeadAngles},
+    settings::Overrides,
 };
-use visloc_locate::{PipelineConfig, StartPrior};
+use visloc_locate::{
+    PipelineConfig, StartPrior,
+    lineup::{Lineup, RunSettings},
+};
 use visloc_sim::{LiveSimulation, Scenario};
 
 use super::{
@@ -18,11 +22,7 @@ use super::{
     world::{WorldSettings, check_exposure, in_range},
 };
 use crate::{
-    Command, Session, StudioError, Update,
-    message::lay_over,
-    playback::Playback,
-    recording::Input,
-    tuning::{Lineup, Overrides, RunSettings},
+    Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input, tuning,
     view::LocalizationView,
 };
 
@@ -136,7 +136,7 @@ impl Playground {
     /// All algorithms take in the frame.
     fn weigh(&mut self) -> Result<(), StudioError> {
         self.image = None;
-        self.lineup.step(&self.frame.frame)
+        Ok(self.lineup.step(&self.frame.frame)?)
     }
 
     fn set_world(&mut self, settings: WorldSettings) -> Result<(), StudioError> {
@@ -271,7 +271,7 @@ impl Session for Playground {
                 self.likelihood = is_on.then(map).transpose()?;
             }
             command => {
-                if self.lineup.handle(command)? {
+                if tuning::obey(&mut self.lineup, command)? {
                     self.image = None;
                 } else if !self.playback.handle(command)? {
                     self.handle_world(command)?;
@@ -295,7 +295,7 @@ impl Session for Playground {
     fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
         let controls = self.controls();
-        let contenders = self.lineup.views();
+        let contenders = tuning::views(&self.lineup);
         let view = LocalizationView {
             map: self.simulation.map(),
             number: self.number,

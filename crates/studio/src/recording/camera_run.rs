@@ -1,12 +1,12 @@
 //! SLAM on a recording.
 
 use visloc_core::{CameraPose, CameraTrajectory, Clock, geom::Camera};
-use visloc_slam::Slam;
+use visloc_slam::{Slam, SlamFrame};
 
 use super::{index::RecordingIndex, input::CameraInput};
 use crate::{
     StudioError, Update,
-    slam::{SlamFrame, SlamSettings, SlamViewer},
+    slam::{SlamSettings, SlamViewer},
 };
 
 /// A system that runs through a recording.

@@ -2,14 +2,10 @@
 
 use serde_json::{Map, Value, json};
 use visloc_core::Clock;
+use visloc_locate::lineup::Lineup;
 
 use super::{camera_run::CameraRun, index::RecordingIndex};
-use crate::{
-    Command, StudioError,
-    message::lay_over,
-    slam::SlamSettings,
-    tuning::{Lineup, RunSettings},
-};
+use crate::{Command, StudioError, message::lay_over, slam::SlamSettings, tuning};
 
 /// Algorithms and parameters as people choose them.
 pub(super) enum Draft {
@@ -35,7 +31,7 @@ pub(super) enum Method {
 impl Draft {
     /// With what a recording was made, as its scene tells; `None` if it does not, or if it was another version.
     pub fn of_scene(header: &Map<String, Value>) -> Option<Self> {
-        let robot = RunSettings::of_scene(header).ok().flatten();
+        let robot = tuning::settings_of_scene(header).ok().flatten();
         let robot = robot.and_then(|settings| Lineup::new(settings, Clock::still()).ok());
         let camera = || SlamSettings::of_scene(header).ok().flatten();
         robot
@@ -49,7 +45,7 @@ impl Draft {
     /// If a name or a value is impossible; then nothing has changed.
     pub fn handle(&mut self, command: &Command) -> Result<bool, StudioError> {
         match self {
-            Self::Robot(lineup) => lineup.handle(command),
+            Self::Robot(lineup) => tuning::obey(lineup, command),
             Self::Camera(settings, _) => match settings.changed(command)? {
                 Some(changed) => {
                     **settings = changed;
@@ -66,7 +62,7 @@ impl Draft {
     /// If a parameter cannot be written.
     pub fn scene_fields(&self) -> Result<Value, StudioError> {
         match self {
-            Self::Robot(lineup) => lineup.settings().scene_fields(),
+            Self::Robot(lineup) => tuning::scene_fields(lineup.settings()),
             Self::Camera(settings, seed) => {
                 let mut fields = settings.scene_fields()?;
                 lay_over(&mut fields, &json!({ "seed": seed }));

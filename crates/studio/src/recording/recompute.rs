@@ -10,11 +10,12 @@ use std::{
 };
 
 use serde_json::{Value, json};
+use visloc_locate::lineup::Lineup;
 
 use super::{draft::Method, index::RecordingIndex, recorder::Recorder, timeline::row_of};
 use crate::{
-    Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over,
-    tuning::Lineup, view::LocalizationView,
+    Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over, tuning,
+    view::LocalizationView,
 };
 
 /// A file that is removed when nobody needs it any more.
@@ -109,7 +110,7 @@ fn localized(
         // A frame that cannot be analyzed is left out, as in a run.
         let _ = contender.step(&frame);
     }
-    let contenders = lineup.views();
+    let contenders = tuning::views(lineup);
     let (map, number) = (&lineup.settings().map, number as u64);
     let view = LocalizationView { map, number, secs, frame: &frame, truth, contenders: &contenders };
     let state = view.state(json!({}), None)?.into();

@@ -7,6 +7,7 @@ use std::{
 
 use serde_json::{Value, json};
 use visloc_core::Clock;
+use visloc_locate::lineup::MAX_ALGORITHMS;
 
 use super::{
     annotations::annotate,
@@ -17,7 +18,7 @@ use super::{
 };
 use crate::{
     Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
-    playback::Playback, tuning::MAX_ALGORITHMS,
+    playback::Playback,
 };
 
 /// Frames are at least so far apart when a recording is played, seconds.

@@ -16,4 +16,4 @@ pub use images::{ImagesOpener, OpenCamera, SequenceSource};
 pub use moment::SlamMoment;
 pub use parameters::SlamSettings;
 pub use session::SlamSession;
-pub use viewer::{SlamFrame, SlamViewer};
+pub use viewer::SlamViewer;

@@ -2,13 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map as JsonMap, Value, json};
-use visloc_core::settings::parameters;
+use visloc_core::settings::{Overrides, parameters};
 use visloc_slam::{ConfigError, PRESETS, SlamConfig};
 
-use crate::{
-    Command, StudioError,
-    tuning::{Overrides, with_defaults},
-};
+use crate::{Command, StudioError, tuning::with_defaults};
 
 /// Key of the settings in a scene message.
 const RUN: &str = "slam_run";

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use visloc_core::{Clock, GrayFrame};
-use visloc_slam::{FrameOutcome, PRESETS, Slam};
+use visloc_slam::{FrameOutcome, PRESETS, Slam, SlamFrame};
 
 use super::{
     images::{Images, SequenceSource},
     parameters::SlamSettings,
-    viewer::{SlamFrame, SlamViewer},
+    viewer::SlamViewer,
 };
 use crate::{
     Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input,

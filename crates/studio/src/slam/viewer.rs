@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 use visloc_core::{
-    CameraTrajectory, GrayImage, Timestamp,
+    CameraTrajectory, Timestamp,
     geom::{Camera, CameraFrame, Rigid3, World},
 };
-use visloc_slam::{FrameOutcome, Slam, StageTimes, TrackingState};
+use visloc_slam::{Slam, SlamFrame, StageTimes, TrackingState};
 
 use super::{
     display::Display,
@@ -23,17 +23,6 @@ const HALF_FLOOR: f64 = 3.0;
 const MARGIN_M: f64 = 2.5;
 /// Links are looked for anew after so many frames.
 const LINKS_EVERY: u64 = 10;
-
-/// A frame that the system has taken in.
-#[derive(Clone, Copy)]
-pub struct SlamFrame<'a> {
-    /// When it was taken.
-    pub at: Timestamp,
-    /// Its image.
-    pub image: &'a GrayImage,
-    /// What became of it.
-    pub outcome: &'a FrameOutcome,
-}
 
 /// Shows a system at work.
 #[derive(Debug)]

@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_core::{Clock, Frame, FrameSource, SourceFrame, Truth};
-use visloc_locate::{PipelineConfig, StartPrior};
+use visloc_core::{Clock, Frame, FrameSource, SourceFrame, Truth, settings::Overrides};
+use visloc_locate::{
+    PipelineConfig, StartPrior,
+    lineup::{Lineup, RunSettings},
+};
 use visloc_world::Map;
 
 use super::{Fed, Feed};
 use crate::{
-    Command, Session, StudioError, Update,
-    message::lay_over,
-    playback::Playback,
-    recording::Input,
-    tuning::{Lineup, Overrides, RunSettings},
+    Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input, tuning,
     view::RunViewer,
 };
 
@@ -149,7 +148,7 @@ impl Session for SourceSession {
             }
             Command::Reset { seed } => self.reset(*seed)?,
             command => {
-                if self.lineup.handle(command)? {
+                if tuning::obey(&mut self.lineup, command)? {
                     self.image = None;
                 } else if !self.playback.handle(command)? {
                     return Err(StudioError::command("command", "one for a source", command.name()));
@@ -188,7 +187,7 @@ impl Session for SourceSession {
         let stepped = self.lineup.step(&next.frame);
         self.frame = Some((Arc::new(next.frame), next.truth));
         self.look_ahead()?;
-        stepped
+        Ok(stepped?)
     }
 
     fn has_news(&self) -> bool {

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use visloc_core::{Frame, Timestamp, Truth};
-use visloc_locate::vision::DropReason;
+use visloc_locate::{lineup::Lineup, vision::DropReason};
 use visloc_world::Map;
 
 use super::{ContenderView, LocalizationView, world_geometry};
-use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over, tuning::Lineup};
+use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over, tuning};
 
 /// Shows algorithms at work.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl RunViewer {
             secs: frame.at.secs_since(first_at),
             frame: Arc::clone(frame),
             truth,
-            contenders: lineup.views(),
+            contenders: tuning::views(lineup),
             more: state,
         })
     }
@@ -94,7 +94,7 @@ impl RunViewer {
             "world": world_geometry(&lineup.settings().map),
             "drop_reasons": DropReason::ALL.map(DropReason::name),
         });
-        lay_over(&mut header, &lineup.settings().scene_fields()?);
+        lay_over(&mut header, &tuning::scene_fields(lineup.settings())?);
         lay_over(&mut header, &self.more);
         let bytes: Arc<[u8]> = MessageBuilder::new(MessageKind::Scene, &header)?.finish().into();
         self.scene = Some((num_changes, Arc::clone(&bytes)));

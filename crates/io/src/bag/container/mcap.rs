@@ -14,7 +14,7 @@ use std::{
 use mcap::records::{Record, op};
 use visloc_core::files;
 
-use super::{BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted, read_bytes};
+use super::{BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted, read_bytes, unpack};
 use crate::bag::{BagError, TopicInfo};
 
 /// First and last bytes of a file.
@@ -328,10 +328,7 @@ impl Records {
                 let mut file = self.file.get_ref().try_clone()?;
                 file.seek(SeekFrom::Start(self.position + head_bytes))?;
                 let packed = BufReader::with_capacity(READ_BYTES, file.take(num_packed));
-                Some(match name {
-                    b"zstd" => Box::new(zstd::Decoder::with_buffer(packed)?),
-                    _ => Box::new(lz4::Decoder::new(packed)?),
-                })
+                Some(if name == b"zstd" { unpack::zstd(packed)? } else { unpack::lz4(packed)? })
             }
             name => {
                 let name = String::from_utf8_lossy(name);

@@ -3,7 +3,12 @@
 mod mcap;
 mod ros1;
 mod ros1_records;
+#[cfg(feature = "sqlite")]
 mod sqlite;
+#[cfg(not(feature = "sqlite"))]
+#[path = "no_sqlite.rs"]
+mod sqlite;
+pub(super) mod unpack;
 
 use std::{
     collections::{BTreeMap, BTreeSet},

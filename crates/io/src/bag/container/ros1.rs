@@ -16,6 +16,7 @@ use visloc_core::files;
 use super::{
     BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted, read_bytes,
     ros1_records::{Fields, op, read_header, wrong},
+    unpack,
 };
 use crate::bag::{BagError, TopicInfo, transcode::Transcoder};
 
@@ -401,14 +402,13 @@ fn read_chunk(file: &mut BufReader<File>, at: u64) -> io::Result<Unpacked> {
         )));
     }
     let is_cut = file.stream_position()? + u64::from(num_bytes) > file.get_ref().metadata()?.len();
-    let mut packed = file.take(u64::from(num_bytes));
+    let packed = file.take(u64::from(num_bytes));
     let mut bytes = Vec::new();
     let compression = header.text("compression").unwrap_or_default();
     let read = match compression.as_str() {
         "none" => packed.take(size as u64).read_to_end(&mut bytes),
-        "bz2" => bzip2::bufread::MultiBzDecoder::new(packed).take(size as u64).read_to_end(&mut bytes),
-        "lz4" => lz4::Decoder::new(&mut packed)
-            .and_then(|unpacker| unpacker.take(size as u64).read_to_end(&mut bytes)),
+        "bz2" => unpack::bz2(packed).and_then(|it| it.take(size as u64).read_to_end(&mut bytes)),
+        "lz4" => unpack::lz4(packed).and_then(|it| it.take(size as u64).read_to_end(&mut bytes)),
         other => return Err(wrong(format!("expected chunks packed with bz2 or lz4, found '{other}'"))),
     };
     let fault = match read {

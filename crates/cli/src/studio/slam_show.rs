@@ -4,15 +4,15 @@ use anyhow::Result;
 use serde_json::json;
 use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
 use visloc_io::sequence::write_camera_trajectory;
-use visloc_slam::{Slam, SlamConfig};
+use visloc_slam::{Slam, SlamConfig, SlamFrame};
 use visloc_studio::{
     Command, StudioError,
     recording::Input,
-    slam::{SlamFrame, SlamSettings, SlamViewer},
+    slam::{SlamSettings, SlamViewer},
 };
 
-use super::write_ply;
-use crate::broadcast::{Broadcast, new_saved_file};
+use super::broadcast::{Broadcast, new_saved_file};
+use crate::{args::BroadcastArgs, slam::write_ply};
 
 /// What is shown of a run.
 pub struct Shown<'a> {
@@ -40,15 +40,19 @@ pub struct SlamShow {
 }
 
 impl SlamShow {
-    /// Shows a run of a camera.
+    /// Shows a run of a camera to whom the user asks for; `None` if to nobody.
     ///
     /// # Errors
-    /// If the parameters cannot be written.
-    pub fn new(broadcast: Broadcast, shown: &Shown<'_>) -> Result<Self> {
+    /// If the file cannot be created or nobody can listen at the address.
+    pub fn open(args: &BroadcastArgs, shown: &Shown<'_>) -> Result<Option<Self>> {
+        if args.record.is_none() && args.publish.is_none() {
+            return Ok(None);
+        }
+        let broadcast = Broadcast::open(args)?;
         let Shown { title, camera, truth, config, seed } = *shown;
         let settings = SlamSettings::of(config)?;
         let viewer = viewer(title, camera, truth, &settings, seed)?;
-        Ok(Self {
+        Ok(Some(Self {
             broadcast,
             viewer,
             camera: *camera,
@@ -56,7 +60,7 @@ impl SlamShow {
             truth: truth.cloned(),
             settings,
             seed,
-        })
+        }))
     }
 
     /// Takes in a frame, and shows it if anybody wants to see it.

@@ -26,10 +26,10 @@ use visloc_studio::{
 };
 use visloc_world::Map;
 
-use super::settings::topic_options;
+use super::broadcast::Recording;
 use crate::{
     args::StudioArgs,
-    broadcast::Recording,
+    commands::topic_options,
     host::{another, host, stop_at_signals},
     run::{refuse_source_options, source_options},
     say,

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde_json::Value;
-use visloc_core::settings::Parameter;
 
-use crate::StudioError;
+use super::{Parameter, SettingsError};
 
 /// Changed parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -32,10 +31,10 @@ impl Overrides {
     ///
     /// # Errors
     /// If it is no TOML, or has a value that JSON lacks.
-    pub fn from_toml(text: &str) -> Result<Self, StudioError> {
-        let refused = |error: &dyn std::fmt::Display| StudioError::command("parameters", "TOML", error);
-        let table: toml::Table = toml::from_str(text).map_err(|error| refused(&error))?;
-        let root = serde_json::to_value(table).map_err(|error| refused(&error))?;
+    pub fn from_toml(text: &str) -> Result<Self, SettingsError> {
+        let table: toml::Table =
+            toml::from_str(text).map_err(|error| SettingsError::at(text, error.span(), error.message()))?;
+        let root = serde_json::to_value(table).map_err(|error| SettingsError::of("parameters", error))?;
         let mut values = BTreeMap::new();
         flatten(&root, "", &mut values);
         Ok(Self { values })
@@ -55,14 +54,15 @@ impl Overrides {
     ///
     /// # Errors
     /// If a path is no path or a value no value of TOML.
-    pub fn toml(&self) -> Result<String, StudioError> {
+    pub fn toml(&self) -> Result<String, SettingsError> {
         let mut root = toml::Table::new();
         for (path, value) in &self.values {
-            let value = toml::Value::try_from(value)
-                .map_err(|_| StudioError::command(path.as_str(), "a number, a word or a list", value))?;
+            let value = toml::Value::try_from(value).map_err(|_| {
+                SettingsError::of(path, format!("expected a number, a word or a list, found {value}"))
+            })?;
             insert(&mut root, path, value)?;
         }
-        toml::to_string(&root).map_err(|error| StudioError::command("parameters", "TOML", error))
+        toml::to_string(&root).map_err(|error| SettingsError::of("parameters", error))
     }
 }
 
@@ -77,12 +77,14 @@ fn flatten(value: &Value, path: &str, out: &mut BTreeMap<String, Value>) {
     }
 }
 
-fn insert(root: &mut toml::Table, path: &str, value: toml::Value) -> Result<(), StudioError> {
+fn insert(root: &mut toml::Table, path: &str, value: toml::Value) -> Result<(), SettingsError> {
     let (tables, key) = path.rsplit_once('.').map_or((None, path), |(tables, key)| (Some(tables), key));
     let mut table = root;
     for name in tables.into_iter().flat_map(|tables| tables.split('.')) {
         let below = table.entry(name).or_insert_with(|| toml::Value::Table(toml::Table::new()));
-        table = below.as_table_mut().ok_or_else(|| StudioError::command(path, "a table", name))?;
+        table = below
+            .as_table_mut()
+            .ok_or_else(|| SettingsError::of(path, format!("expected a table, found {name}")))?;
     }
     table.insert(key.to_owned(), value);
     Ok(())

@@ -5,11 +5,12 @@ use std::{thread, time::Duration};
 use anyhow::{Context, Result};
 use visloc_core::StampedPose;
 use visloc_io::trajectory::{write_tum_header, write_tum_pose};
-use visloc_studio::{Command, StudioError, recording::Input, view::RunViewer};
+use visloc_studio::{Command, StudioError, recording::Input, tuning, view::RunViewer};
 
-use super::{FrameView, Runner, Spectator, write_text};
+use super::broadcast::{Broadcast, new_saved_file};
 use crate::{
-    broadcast::{Broadcast, new_saved_file},
+    args::BroadcastArgs,
+    run::{FrameView, Runner, Spectator, write_text},
     stopwatch::Stopwatch,
 };
 
@@ -24,9 +25,13 @@ pub struct Show {
 }
 
 impl Show {
-    /// Shows a run.
-    pub fn new(broadcast: Broadcast, title: &str) -> Self {
-        Self { broadcast, viewer: RunViewer::new(title), watch: Stopwatch::start() }
+    /// Shows a run to whom the user asks for.
+    ///
+    /// # Errors
+    /// If the file cannot be created or nobody can listen at the address.
+    pub fn open(args: &BroadcastArgs, title: &str) -> Result<Self> {
+        let broadcast = Broadcast::open(args)?;
+        Ok(Self { broadcast, viewer: RunViewer::new(title), watch: Stopwatch::start() })
     }
 
     /// Ends the recording.
@@ -50,16 +55,25 @@ impl Show {
             write_text(&path, std::str::from_utf8(&text).context("trajectory")?)?;
             return Ok(Some(format!("saved on the robot: {}", path.display())));
         }
-        if runner.handle(command)? {
-            let is_reset = matches!(command, Command::Reset { .. } | Command::Forget {});
-            return Ok(is_reset.then(|| "the robot's pose is forgotten".to_owned()));
-        }
-        let refused = StudioError::Command {
-            what: "command".to_owned(),
-            expected: "one for a run: parameters, reset, forget, save, pause".to_owned(),
-            found: command.name(),
+        let refused = |what: &str, expected: &str, found: String| StudioError::Command {
+            what: what.to_owned(),
+            expected: expected.to_owned(),
+            found,
         };
-        Err(refused.into())
+        match command {
+            Command::Reset { seed } => runner.lineup_mut().reset(*seed)?,
+            Command::Algorithms { names } if names.len() != 1 => {
+                let expected = "one: this run writes the results of one";
+                return Err(refused("algorithms", expected, names.len().to_string()).into());
+            }
+            command if tuning::obey(runner.lineup_mut(), command)? => {}
+            command => {
+                let expected = "one for a run: parameters, reset, forget, save, pause";
+                return Err(refused("command", expected, command.name()).into());
+            }
+        }
+        let is_reset = matches!(command, Command::Reset { .. } | Command::Forget {});
+        Ok(is_reset.then(|| "the robot's pose is forgotten".to_owned()))
     }
 }
 

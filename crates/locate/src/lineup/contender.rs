@@ -1,10 +1,9 @@
 //! One algorithm with its parameters.
 
-use visloc_core::{Clock, Frame, RngTree};
-use visloc_locate::{Pipeline, PosePrior, StartPrior};
+use visloc_core::{Clock, Frame, RngTree, settings::Overrides};
 
-use super::{overrides::Overrides, settings::RunSettings};
-use crate::{StudioError, view::ContenderView};
+use super::{LineupError, RunSettings};
+use crate::{Hypothesis, Pipeline, PosePrior, StartPrior};
 
 /// From this reliability on, what an algorithm knows outlives a change of its parameters.
 const WORTH_KEEPING: f64 = 0.3;
@@ -30,7 +29,7 @@ impl Contender {
         overrides: Overrides,
         settings: &RunSettings,
         clock: &Clock,
-    ) -> Result<Self, StudioError> {
+    ) -> Result<Self, LineupError> {
         let toml = overrides.toml()?;
         let pipeline = Pipeline::builder(&settings.map)
             .named(name, Some(&toml))
@@ -51,7 +50,7 @@ impl Contender {
         overrides: Overrides,
         settings: &RunSettings,
         clock: &Clock,
-    ) -> Result<Self, StudioError> {
+    ) -> Result<Self, LineupError> {
         let mut changed = Self::new(&self.name, overrides, settings, clock)?;
         changed.pipeline.reset_to(&self.knowledge());
         Ok(changed)
@@ -62,7 +61,7 @@ impl Contender {
         if estimate.reliability_up_to_symmetry < WORTH_KEEPING {
             return StartPrior::Uniform;
         }
-        let prior = |hypothesis: &visloc_locate::Hypothesis| {
+        let prior = |hypothesis: &Hypothesis| {
             let spread = |i: usize| hypothesis.covariance[(i, i)].max(0.0).sqrt();
             PosePrior {
                 world_from_robot: hypothesis.world_from_robot,
@@ -97,7 +96,7 @@ impl Contender {
     ///
     /// # Errors
     /// If the image does not belong to its camera; the frame can be left out and the run go on.
-    pub fn step(&mut self, frame: &Frame) -> Result<(), StudioError> {
+    pub fn step(&mut self, frame: &Frame) -> Result<(), LineupError> {
         self.pipeline.step(frame)?;
         Ok(())
     }
@@ -105,11 +104,5 @@ impl Contender {
     /// Begins again with what is known about the pose.
     pub fn reset_to(&mut self, prior: &StartPrior) {
         self.pipeline.reset_to(prior);
-    }
-
-    /// For the page.
-    #[must_use]
-    pub fn view(&self) -> ContenderView {
-        ContenderView::new(&self.name, &self.pipeline)
     }
 }

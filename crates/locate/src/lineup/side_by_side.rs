@@ -1,11 +1,10 @@
 //! All algorithms of a run, as people choose and change them.
 
 use serde_json::Value;
-use visloc_core::{Clock, Frame};
-use visloc_locate::StartPrior;
+use visloc_core::{Clock, Frame, settings::Overrides};
 
-use super::{contender::Contender, overrides::Overrides, settings::RunSettings};
-use crate::{Command, StudioError, view::ContenderView};
+use super::{Contender, LineupError, RunSettings};
+use crate::StartPrior;
 
 /// Most algorithms at once.
 pub const MAX_ALGORITHMS: usize = 4;
@@ -23,7 +22,7 @@ impl Lineup {
     ///
     /// # Errors
     /// If there is no algorithm of a name, or a parameter is wrong.
-    pub fn new(settings: RunSettings, clock: Clock) -> Result<Self, StudioError> {
+    pub fn new(settings: RunSettings, clock: Clock) -> Result<Self, LineupError> {
         let contenders = started(&settings, &clock)?;
         Ok(Self { settings, clock, contenders, num_changes: 0 })
     }
@@ -51,17 +50,11 @@ impl Lineup {
         &mut self.contenders
     }
 
-    /// For the page.
-    #[must_use]
-    pub fn views(&self) -> Vec<ContenderView> {
-        self.contenders.iter().map(Contender::view).collect()
-    }
-
     /// All take in a frame.
     ///
     /// # Errors
     /// If the image does not belong to its camera.
-    pub fn step(&mut self, frame: &Frame) -> Result<(), StudioError> {
+    pub fn step(&mut self, frame: &Frame) -> Result<(), LineupError> {
         self.contenders.iter_mut().try_for_each(|contender| contender.step(frame))
     }
 
@@ -69,7 +62,7 @@ impl Lineup {
     ///
     /// # Errors
     /// As [`Lineup::new`]; then nothing has changed.
-    pub fn reset(&mut self, seed: u64) -> Result<(), StudioError> {
+    pub fn reset(&mut self, seed: u64) -> Result<(), LineupError> {
         let settings = RunSettings { seed, ..self.settings.clone() };
         self.contenders = started(&settings, &self.clock)?;
         self.change_to(settings);
@@ -81,28 +74,38 @@ impl Lineup {
         self.contenders.iter_mut().for_each(|contender| contender.reset_to(prior));
     }
 
-    /// Does what a command says about algorithms, parameters and what they know; whether it was such a command.
+    /// Changes a parameter of one algorithm, by its place, or one that all share. Who believes to be somewhere goes on there.
     ///
     /// # Errors
-    /// If a name or a value is impossible; then nothing has changed.
-    pub fn handle(&mut self, command: &Command) -> Result<bool, StudioError> {
-        match command {
-            Command::Algorithms { names } => self.line_up(names)?,
-            Command::Parameter { algorithm, path, value } => {
-                self.set(*algorithm, path, value).map_err(|error| StudioError::Parameter {
-                    path: path.clone(),
-                    value: value.clone(),
-                    reason: error.to_string(),
-                })?;
+    /// If there is no such parameter, or it cannot have the value; then nothing has changed.
+    pub fn set(&mut self, algorithm: Option<usize>, path: &str, value: &Value) -> Result<(), LineupError> {
+        let changed = match algorithm {
+            None => self
+                .settings
+                .pipeline_overrides()
+                .and_then(|overrides| self.change_pipeline(&overrides.with(path, value))),
+            Some(algorithm) => {
+                let known = self.contenders.get(algorithm);
+                let overrides = known.map(|it| it.overrides().with(path, value)).unwrap_or_default();
+                self.change(algorithm, overrides)
             }
-            Command::Defaults { algorithm: Some(algorithm) } => {
-                self.change(*algorithm, Overrides::default())?;
-            }
-            Command::Defaults { algorithm: None } => self.change_pipeline(&Overrides::default())?,
-            Command::Forget {} => self.reset_to(&StartPrior::Uniform),
-            _ => return Ok(false),
+        };
+        changed.map_err(|error| LineupError::Parameter {
+            path: path.to_owned(),
+            value: value.clone(),
+            reason: error.to_string(),
+        })
+    }
+
+    /// Defaults again, of one algorithm, by its place, or of what all share.
+    ///
+    /// # Errors
+    /// If there is no such algorithm.
+    pub fn set_defaults(&mut self, algorithm: Option<usize>) -> Result<(), LineupError> {
+        match algorithm {
+            None => self.change_pipeline(&Overrides::default()),
+            Some(algorithm) => self.change(algorithm, Overrides::default()),
         }
-        Ok(true)
     }
 
     fn change_to(&mut self, settings: RunSettings) {
@@ -110,22 +113,11 @@ impl Lineup {
         self.num_changes += 1;
     }
 
-    fn set(&mut self, algorithm: Option<usize>, path: &str, value: &Value) -> Result<(), StudioError> {
-        match algorithm {
-            None => self.change_pipeline(&self.settings.pipeline_overrides()?.with(path, value)),
-            Some(algorithm) => {
-                let known = self.contenders.get(algorithm);
-                let overrides = known.map(|it| it.overrides().with(path, value)).unwrap_or_default();
-                self.change(algorithm, overrides)
-            }
-        }
-    }
-
     /// Changes parameters of one algorithm.
-    fn change(&mut self, algorithm: usize, overrides: Overrides) -> Result<(), StudioError> {
+    fn change(&mut self, algorithm: usize, overrides: Overrides) -> Result<(), LineupError> {
         let num = self.contenders.len();
         let old = self.contenders.get(algorithm);
-        let old = old.ok_or_else(|| StudioError::command("algorithm", format!("below {num}"), algorithm))?;
+        let old = old.ok_or_else(|| LineupError::refused("algorithm", format!("below {num}"), algorithm))?;
         let changed = old.changed(overrides.clone(), &self.settings, &self.clock)?;
         self.contenders[algorithm] = changed;
         let mut settings = self.settings.clone();
@@ -135,7 +127,7 @@ impl Lineup {
     }
 
     /// Changes parameters that all algorithms share.
-    fn change_pipeline(&mut self, overrides: &Overrides) -> Result<(), StudioError> {
+    fn change_pipeline(&mut self, overrides: &Overrides) -> Result<(), LineupError> {
         let settings = self.settings.with_pipeline(overrides)?;
         let changed = |old: &Contender| old.changed(old.overrides().clone(), &settings, &self.clock);
         self.contenders = self.contenders.iter().map(changed).collect::<Result<_, _>>()?;
@@ -144,10 +136,13 @@ impl Lineup {
     }
 
     /// Replaces the algorithms by those of these names. Who stays keeps what it knows.
-    fn line_up(&mut self, names: &[String]) -> Result<(), StudioError> {
+    ///
+    /// # Errors
+    /// If there is no algorithm of a name, or they are too many; then nothing has changed.
+    pub fn line_up(&mut self, names: &[String]) -> Result<(), LineupError> {
         if names.is_empty() || names.len() > MAX_ALGORITHMS {
             let expected = format!("1 to {MAX_ALGORITHMS}");
-            return Err(StudioError::command("algorithms", expected, names.len()));
+            return Err(LineupError::refused("algorithms", expected, names.len()));
         }
         let mut stays = vec![false; self.contenders.len()];
         let mut chosen = Vec::new();
@@ -186,7 +181,7 @@ enum Choice {
     New(Box<Contender>),
 }
 
-fn started(settings: &RunSettings, clock: &Clock) -> Result<Vec<Contender>, StudioError> {
+fn started(settings: &RunSettings, clock: &Clock) -> Result<Vec<Contender>, LineupError> {
     let contender =
         |(name, overrides): &(String, Overrides)| Contender::new(name, overrides.clone(), settings, clock);
     settings.algorithms.iter().map(contender).collect()

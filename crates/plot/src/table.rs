@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use crate::published;
-
 /// A table: a header and rows of as many cells.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Table {
@@ -28,26 +26,6 @@ impl Table {
     /// Appends a row.
     pub fn push(&mut self, row: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push(row.into_iter().map(Into::into).collect());
-    }
-
-    /// Puts what is published before what is here, `published | here`, in the cells of the same row and column of the experiment's
-    /// published table; published rows that are not here are added at the end.
-    #[must_use]
-    pub(crate) fn beside_published(mut self, experiment: &str) -> Self {
-        let Some(published) = published::table(&format!("{experiment}/{}", self.name)) else { return self };
-        for (name, column, value) in published.figures() {
-            let Some(column) = self.header.iter().position(|header| header == column) else { continue };
-            let place = self.rows.iter().position(|row| row.first().is_some_and(|first| first == name));
-            let place = place.unwrap_or_else(|| {
-                let mut row = vec!["-".to_owned(); self.header.len()];
-                row[0] = name.to_owned();
-                self.rows.push(row);
-                self.rows.len() - 1
-            });
-            let cell = &mut self.rows[place][column];
-            *cell = format!("{value} | {cell}");
-        }
-        self
     }
 
     /// The table for people: title, columns below each other, the first to the left and the others to the right.

@@ -1,0 +1,90 @@
+//! Stands in for the studio where it was left out of the program.
+
+use anyhow::{Result, bail};
+use visloc_core::{CameraTrajectory, geom::Camera};
+use visloc_slam::{Slam, SlamConfig, SlamFrame};
+
+use crate::{
+    args::BroadcastArgs,
+    run::{FrameView, Spectator},
+};
+
+fn check(args: &BroadcastArgs) -> Result<()> {
+    for (name, is_given) in [("--record", args.record.is_some()), ("--publish", args.publish.is_some())] {
+        if is_given {
+            bail!("{name}: this visloc was built without the studio; build with --features studio");
+        }
+    }
+    Ok(())
+}
+
+/// Shows nothing.
+pub struct Show;
+
+impl Show {
+    /// Shows a run to nobody.
+    ///
+    /// # Errors
+    /// If somebody is to see it.
+    pub fn open(args: &BroadcastArgs, _: &str) -> Result<Self> {
+        check(args).map(|()| Self)
+    }
+
+    /// There is nothing to complete.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn finish(self) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Spectator for Show {
+    fn after_frame(&mut self, _: &FrameView<'_>) {}
+}
+
+/// What is shown of a run.
+#[allow(dead_code)]
+pub struct Shown<'a> {
+    /// Name of the source.
+    pub title: &'a str,
+    /// The camera.
+    pub camera: &'a Camera,
+    /// Where the camera was, if that is known.
+    pub truth: Option<&'a CameraTrajectory>,
+    /// Parameters.
+    pub config: &'a SlamConfig,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// Cannot be made.
+pub enum SlamShow {}
+
+impl SlamShow {
+    /// Says what is missing.
+    ///
+    /// # Errors
+    /// If somebody is to see the run.
+    pub fn open(args: &BroadcastArgs, _: &Shown<'_>) -> Result<Option<Self>> {
+        check(args).map(|()| None)
+    }
+
+    /// Never called.
+    pub fn look(&mut self, _: &Slam, _: &SlamFrame<'_>) {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn obey(&mut self, _: &Slam) -> Option<(SlamConfig, u64)> {
+        match *self {}
+    }
+
+    /// Never called.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn finish(self) -> Result<()> {
+        match self {}
+    }
+}

@@ -1,0 +1,10 @@
+//! What the program shares with the studio: runs that are recorded and watched, and the page itself.
+
+mod broadcast;
+mod command;
+mod show;
+mod slam_show;
+
+pub use command::execute;
+pub use show::Show;
+pub use slam_show::{Shown, SlamShow};
