@@ -12,6 +12,7 @@ mod check;
 mod coverage;
 mod detect;
 pub mod render;
+mod saddles;
 mod solve;
 mod tags;
 

@@ -10,6 +10,7 @@ mod live_view;
 mod report;
 mod run;
 mod say;
+mod settings;
 mod slam;
 mod stopwatch;
 #[cfg(feature = "studio")]

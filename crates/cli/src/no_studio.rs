@@ -7,6 +7,7 @@ use visloc_slam::{Slam, SlamConfig, SlamFrame};
 use crate::{
     args::BroadcastArgs,
     run::{FrameView, Spectator},
+    slam::SlamAudience,
 };
 
 fn check(args: &BroadcastArgs) -> Result<()> {
@@ -71,20 +72,20 @@ impl SlamShow {
     }
 
     /// Never called.
-    pub fn look(&mut self, _: &Slam, _: &SlamFrame<'_>) {
-        match *self {}
-    }
-
-    /// Never called.
-    pub fn obey(&mut self, _: &Slam) -> Option<(SlamConfig, u64)> {
-        match *self {}
-    }
-
-    /// Never called.
     ///
     /// # Errors
     /// Never.
     pub fn finish(self) -> Result<()> {
         match self {}
+    }
+}
+
+impl SlamAudience for SlamShow {
+    fn obey(&mut self, _: &Slam) -> Option<(SlamConfig, u64)> {
+        match *self {}
+    }
+
+    fn look(&mut self, _: &Slam, _: &SlamFrame<'_>) {
+        match *self {}
     }
 }

@@ -19,7 +19,7 @@ use visloc_core::{
 };
 
 use crate::{
-    sequence::SequenceError,
+    FileError,
     text::{data_lines, parse_nanos, parse_number, parse_secs},
 };
 
@@ -51,7 +51,7 @@ pub struct CameraTrajectoryFile {
 ///
 /// # Errors
 /// If the file cannot be read or a line is not in the format; with the number of the line.
-pub fn read_camera_trajectory(path: &Path) -> Result<CameraTrajectory, SequenceError> {
+pub fn read_camera_trajectory(path: &Path) -> Result<CameraTrajectory, FileError> {
     read_camera_trajectory_file(path).map(|file| file.trajectory)
 }
 
@@ -59,11 +59,11 @@ pub fn read_camera_trajectory(path: &Path) -> Result<CameraTrajectory, SequenceE
 ///
 /// # Errors
 /// As [`read_camera_trajectory`].
-pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, SequenceError> {
-    let text = files::read_text(path).map_err(SequenceError::io(path))?;
+pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     let first =
-        data_lines(&text).next().ok_or_else(|| SequenceError::layout(path, "expected poses, found none"))?;
-    let format = recognize(first.1).map_err(SequenceError::line(path, first.0))?;
+        data_lines(&text).next().ok_or_else(|| FileError::form(path, "expected poses, found none"))?;
+    let format = recognize(first.1).map_err(FileError::line(path, first.0))?;
     let (mut poses, mut skipped): (Vec<CameraPose>, _) = (Vec::new(), Vec::new());
     for (count, (number, line)) in data_lines(&text).enumerate() {
         let pose = match format {
@@ -75,7 +75,7 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
             }),
             TrajectoryFormat::Euroc => parse_euroc(line),
         };
-        let pose = pose.map_err(SequenceError::line(path, number))?;
+        let pose = pose.map_err(FileError::line(path, number))?;
         match poses.last_mut() {
             Some(last) if last.at >= pose.at => {
                 skipped.push(SkippedInput {
@@ -163,8 +163,8 @@ pub(crate) fn parse_kitti(line: &str) -> Result<Rigid3<World, CameraFrame>, Stri
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), SequenceError> {
-    let mut out = NewFile::create(path).map_err(SequenceError::io(path))?;
+pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), FileError> {
+    let mut out = NewFile::create(path).map_err(FileError::io(path))?;
     let write = move || -> io::Result<()> {
         writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, map units")?;
         for pose in poses {
@@ -174,7 +174,7 @@ pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), 
         }
         out.finish()
     };
-    write().map_err(SequenceError::io(path))
+    write().map_err(FileError::io(path))
 }
 
 #[cfg(test)]

@@ -20,6 +20,7 @@
 pub mod bag;
 pub mod camera_file;
 pub mod camera_trajectory;
+mod file_error;
 pub mod image_codec;
 pub mod raw_image;
 #[cfg(feature = "ros2")]
@@ -29,3 +30,5 @@ pub mod sequence;
 pub mod sources;
 mod text;
 pub mod trajectory;
+
+pub use file_error::FileError;

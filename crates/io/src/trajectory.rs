@@ -3,61 +3,32 @@
 
 use std::{
     io::{self, Write},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
-use thiserror::Error;
 use visloc_core::{
     PlanarTrajectory, StampedPose,
     files::{self, NewFile},
     geom::{PlanarPose, Rigid3, Robot, World},
 };
 
-use crate::text::{data_lines, parse_number, parse_secs};
-
-/// Why a trajectory cannot be read or written.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum TrajectoryError {
-    /// The file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A line does not have the expected form.
-    #[error("{}: line {line}: {reason}", path.display())]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
-        /// What was expected and what was found.
-        reason: String,
-    },
-    /// There is no pose in the file.
-    #[error("{}: expected lines of 't tx ty tz qx qy qz qw' or a table with the columns t, x, y, yaw; found no pose",
-            path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-}
+use crate::{
+    FileError,
+    text::{data_lines, parse_number, parse_secs},
+};
 
 /// Reads a trajectory of the robot's footprint. The format is recognized from the first line: a table has commas, the
 /// TUM format has not. Lines that start with `#` and empty lines are passed over.
 ///
 /// # Errors
 /// If the file cannot be read, a line is not in the format, or time does not increase; with the number of the line.
-pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError> {
-    let io_error = |source| TrajectoryError::Io { path: path.to_path_buf(), source };
+pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, FileError> {
+    let io_error = |source| FileError::Io { path: path.to_path_buf(), source };
     let content = files::read_text(path).map_err(io_error)?;
     let mut trajectory = PlanarTrajectory::new();
     let mut columns: Option<Columns> = None;
     for (line, text) in data_lines(&content) {
-        let line_error = |reason: String| TrajectoryError::Line { path: path.to_path_buf(), line, reason };
+        let line_error = |reason: String| FileError::Line { path: path.to_path_buf(), line, reason };
         let pose = match &columns {
             None if text.contains(',') => {
                 columns = Some(Columns::from_header(text).map_err(line_error)?);
@@ -73,7 +44,10 @@ pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError>
         })?;
     }
     if trajectory.poses().is_empty() {
-        return Err(TrajectoryError::Empty { path: path.to_path_buf() });
+        return Err(FileError::form(
+            path,
+            "expected lines of 't tx ty tz qx qy qz qw' or a table with the columns t, x, y, yaw; found no pose",
+        ));
     }
     Ok(trajectory)
 }
@@ -82,8 +56,8 @@ pub fn read_trajectory(path: &Path) -> Result<PlanarTrajectory, TrajectoryError>
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_tum(path: &Path, trajectory: &PlanarTrajectory) -> Result<(), TrajectoryError> {
-    let io_error = |source| TrajectoryError::Io { path: path.to_path_buf(), source };
+pub fn write_tum(path: &Path, trajectory: &PlanarTrajectory) -> Result<(), FileError> {
+    let io_error = |source| FileError::Io { path: path.to_path_buf(), source };
     let mut file = NewFile::create(path).map_err(io_error)?;
     write_tum_to(&mut file, trajectory).and_then(|()| file.finish()).map_err(io_error)
 }

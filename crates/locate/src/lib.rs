@@ -7,7 +7,6 @@
 //! Sources: master's thesis of 2010, chapters 4 and 5; doctoral thesis of 2017, chapters 4 and 5.
 
 mod algorithm;
-mod builder;
 mod config;
 pub mod diagnosis;
 mod estimate;
@@ -29,7 +28,6 @@ pub mod robot_calibration;
 pub mod vision;
 
 pub use algorithm::{ALGORITHMS, Algorithm, AlgorithmInfo};
-pub use builder::PipelineBuilder;
 pub use config::{ConfigError, require};
 pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};
 pub use lift::{LiftConfig, LiftDetector};
@@ -37,8 +35,8 @@ pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
-    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineConfig, PipelineError, StepTimes,
-    algorithm_parameters, analysis_for, feature_model,
+    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineBuilder, PipelineConfig,
+    PipelineError, StepTimes, algorithm_parameters, analysis_for, feature_model,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

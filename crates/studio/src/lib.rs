@@ -16,6 +16,7 @@ mod new_file;
 mod playback;
 pub mod playground;
 pub mod recording;
+pub mod replay;
 mod scenes;
 pub mod server;
 mod session;

@@ -9,7 +9,7 @@ use visloc_sim::TOURS;
 use crate::{
     Engine, Session, StudioError,
     playground::{PLACES, Playground},
-    recording::Replay,
+    replay::Replay,
     server::{Remote, RemoteSession},
     slam::{ImagesOpener, SequenceSource, SlamSession},
     source::{FramesOpener, SourceSession},

@@ -11,7 +11,7 @@ use visloc_locate::{
 };
 use visloc_world::Map;
 
-use crate::{Command, StudioError, view::ContenderView};
+use crate::{Command, StudioError};
 
 /// Key of the settings in a scene message.
 const RUN: &str = "run";
@@ -44,12 +44,6 @@ pub fn obey(lineup: &mut Lineup, command: &Command) -> Result<bool, StudioError>
         _ => return Ok(false),
     }
     Ok(true)
-}
-
-/// What pages are shown of each algorithm.
-#[must_use]
-pub fn views(lineup: &Lineup) -> Vec<ContenderView> {
-    lineup.contenders().iter().map(|it| ContenderView::new(it.name(), it.pipeline())).collect()
 }
 
 /// What a scene message says about algorithms and parameters: `algorithms` that there are, `contenders` that run, `pipeline`,

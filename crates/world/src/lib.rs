@@ -1,5 +1,7 @@
 //! Known maps. A map is a TOML file in `maps/` whose `kind` says which world it describes.
 
+mod built_in;
+mod error;
 pub mod field;
 mod hindrance;
 #[cfg(feature = "import")]
@@ -7,5 +9,7 @@ pub mod import;
 mod load;
 pub mod office;
 
+pub use built_in::BUILT_IN_MAPS;
+pub use error::MapError;
 pub use hindrance::Hindrance;
-pub use load::{BUILT_IN_MAPS, Map, MapError};
+pub use load::Map;

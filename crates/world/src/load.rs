@@ -3,65 +3,8 @@
 use std::io::ErrorKind;
 
 use serde::Deserialize;
-use thiserror::Error;
 
-use crate::{field::Field, office::Office};
-
-/// Maps that are part of the program: name and text.
-pub const BUILT_IN_MAPS: [(&str, &str); 5] = [
-    ("robocup-spl-2010", include_str!("../../../maps/robocup-spl-2010.toml")),
-    ("robocup-spl-2024", include_str!("../../../maps/robocup-spl-2024.toml")),
-    ("office", include_str!("../../../maps/office.toml")),
-    ("office-large", include_str!("../../../maps/office-large.toml")),
-    ("office-repeated", include_str!("../../../maps/office-repeated.toml")),
-];
-
-/// A map that cannot be used.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MapError {
-    /// The file cannot be read, and it is not the name of a built-in map either.
-    #[error("map {name}: {}", unreadable(source))]
-    Unreadable {
-        /// What the user wrote.
-        name: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The text is not TOML, or a key is missing, unknown or of the wrong type.
-    #[error("map {name}{}: {reason}", line.map(|l| format!(", line {l}")).unwrap_or_default())]
-    Syntax {
-        /// File or name.
-        name: String,
-        /// Line of the text, from 1.
-        line: Option<usize>,
-        /// What was expected and found.
-        reason: String,
-    },
-    /// A value that no world can have.
-    #[error("map {name}: {key}: expected {expected}, found {found}")]
-    Value {
-        /// File or name.
-        name: String,
-        /// The key.
-        key: String,
-        /// What is allowed.
-        expected: &'static str,
-        /// What the file says.
-        found: String,
-    },
-}
-
-fn unreadable(source: &std::io::Error) -> String {
-    match source.kind() {
-        ErrorKind::NotFound => format!("{source}; expected a file or one of: {}", built_in_names()),
-        _ => source.to_string(),
-    }
-}
-
-fn built_in_names() -> String {
-    BUILT_IN_MAPS.map(|(name, _)| name).join(", ")
-}
+use crate::{MapError, built_in::BUILT_IN_MAPS, error::syntax_error, field::Field, office::Office};
 
 /// A world that a localizer can work in.
 #[derive(Debug, Clone, PartialEq)]
@@ -127,11 +70,6 @@ impl Map {
             Self::Office(office) => &office.plan().name,
         }
     }
-}
-
-pub(crate) fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> MapError {
-    let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
-    MapError::Syntax { name: name.to_owned(), line, reason: error.message().to_owned() }
 }
 
 #[cfg(test)]

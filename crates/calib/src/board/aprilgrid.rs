@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::tags::{GRID, code_of};
+use super::{GRID, code_of};
 
 /// A grid of tags of the family tag36h11 with black squares in the gaps, which touch the corners of the tags: the target of
 /// Kalibr. Its frame: origin at the outer corner of the tag with the lowest number, x along the numbers, y towards the next

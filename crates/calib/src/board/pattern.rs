@@ -3,8 +3,7 @@
 use nalgebra::{Point2, Point3};
 use thiserror::Error;
 
-use super::{AprilGrid, Checkerboard};
-use crate::tags::NUM_CODES;
+use super::{AprilGrid, Checkerboard, NUM_CODES};
 
 /// The board's own frame: x and y in its plane, z away from whoever looks at its front.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Point2, Vector2};
 use visloc_core::{GrayImage, geom::Camera};
 
-use crate::detect::FloatImage;
+use crate::saddles::FloatImage;
 
 /// Shortest edge that counts, as a share of the image's diagonal.
 const MIN_LENGTH: f64 = 0.2;

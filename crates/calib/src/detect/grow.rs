@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use nalgebra::{Point2, Vector2};
 
-use super::{FloatImage, Saddle, SaddleIndex};
+use crate::saddles::{FloatImage, Saddle, SaddleIndex};
 
 /// Place in a grid; the seed is (0, 0).
 pub(super) type Cell = (i32, i32);

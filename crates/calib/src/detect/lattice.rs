@@ -3,10 +3,13 @@
 use nalgebra::Point2;
 
 use super::{
-    DetectReject, FloatImage, Saddle,
+    DetectReject,
     grow::{Cell, Grid},
 };
-use crate::Checkerboard;
+use crate::{
+    Checkerboard,
+    saddles::{FloatImage, Saddle},
+};
 
 /// A grid laid on the board.
 type Numbered = Vec<(usize, Point2<f64>)>;

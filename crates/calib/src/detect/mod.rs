@@ -5,17 +5,11 @@
 
 mod checkerboard;
 mod corner;
-mod float_image;
 mod grow;
-mod index;
 mod lattice;
-mod saddle;
 mod search;
 mod subpixel;
 mod tag_grid;
 
 pub use corner::{BoardCorner, DetectReject, Detection};
-pub use float_image::FloatImage;
-pub use index::SaddleIndex;
-pub use saddle::Saddle;
 pub use search::detect;

@@ -3,11 +3,11 @@
 use nalgebra::Point2;
 use visloc_core::GrayImage;
 
-use super::{
-    BoardCorner, DetectReject, Detection, FloatImage, SaddleIndex, checkerboard, grow::Corners,
-    saddle::find_saddles, subpixel, tag_grid,
+use super::{BoardCorner, DetectReject, Detection, checkerboard, grow::Corners, subpixel, tag_grid};
+use crate::{
+    Board,
+    saddles::{FloatImage, SaddleIndex, find_saddles},
 };
-use crate::Board;
 
 /// Smallest image side, pixels.
 const MIN_SIDE_PX: usize = 32;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::FloatImage;
+use crate::saddles::FloatImage;
 
 /// Rounds until the corner stays where it is.
 const MAX_ROUNDS: usize = 15;

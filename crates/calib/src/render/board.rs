@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point2};
 use visloc_core::{GrayImage, Rng, gaussian, geom::Camera};
 
-use crate::{Board, CameraFromBoard, detect::FloatImage};
+use crate::{Board, CameraFromBoard, saddles::FloatImage};
 
 /// What happens to the picture between the board and the file.
 #[derive(Debug, Clone, Copy, PartialEq)]

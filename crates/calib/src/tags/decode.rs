@@ -2,8 +2,11 @@
 
 use nalgebra::{Matrix3, Point2};
 
-use super::{GRID, family::nearest};
-use crate::{detect::FloatImage, solve::homography};
+use crate::{
+    board::{GRID, nearest},
+    saddles::FloatImage,
+    solve::homography,
+};
 
 /// A tag that was read.
 #[derive(Debug, Clone, Copy, PartialEq)]

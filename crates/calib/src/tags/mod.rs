@@ -6,9 +6,7 @@
 //! to be torn apart where dark squares touch, and the light may be as uneven as it likes.
 
 mod decode;
-mod family;
 mod quads;
 
 pub use decode::read_tag;
-pub use family::{GRID, NUM_CODES, code_of};
 pub use quads::find_quads;

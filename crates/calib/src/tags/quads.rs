@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use crate::detect::{FloatImage, Saddle, SaddleIndex};
+use crate::saddles::{FloatImage, Saddle, SaddleIndex};
 
 /// Four saddle points, clockwise in the image, with dark inside along all sides.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -30,7 +30,6 @@ use super::{
 };
 use crate::{
     args::{Cli, Command, LocalizeArgs, SlamArgs},
-    commands::{pipeline_config, slam_config, start_prior},
     host::host,
     report::AlgorithmReport,
     run::{
@@ -38,6 +37,7 @@ use crate::{
         source_options,
     },
     say::one_line,
+    settings::{pipeline_config, slam_config, start_prior},
     slam::{Lookers, POSE_TOLERANCE_SECS, RunOptions, SlamReport, SlamRun, run},
 };
 

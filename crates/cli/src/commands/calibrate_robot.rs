@@ -11,7 +11,6 @@ use visloc_locate::{
 };
 use visloc_world::Map;
 
-use super::settings::{pipeline_config, topic_options};
 use crate::{
     args::CalibrateRobotArgs,
     host::host,
@@ -21,6 +20,7 @@ use crate::{
         prepare, read_correction, source_options, with_correction, write_text,
     },
     say,
+    settings::{pipeline_config, topic_options},
 };
 
 /// The algorithm that finds the places; the tracks make poses of them.

@@ -7,12 +7,13 @@ use visloc_core::eval::{EstimateSample, EvaluationOptions, evaluate};
 use visloc_io::trajectory::read_trajectory;
 use visloc_world::Map;
 
-use super::{evaluate_camera, settings::read_text};
+use super::evaluate_camera;
 use crate::{
     args::EvaluateArgs,
     report::{Column, Curve, EvaluationReport, RunPictures, comparison_table, save_json},
     run::Saving,
     say,
+    settings::read_text,
 };
 
 /// Runs the command.

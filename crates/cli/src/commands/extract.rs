@@ -16,13 +16,13 @@ use visloc_io::{
     sources::{OpenPictures, SourceOptions, open_pictures},
 };
 
-use super::settings::topic_options;
 use crate::{
     args::{ExtractArgs, ExtractFormat},
     host::host,
     report::SkippedReport,
     run::{Progress, prepare, source_options},
     say,
+    settings::topic_options,
 };
 
 /// JPEG as `visloc record` writes it.

@@ -10,12 +10,12 @@ use visloc_experiments::likelihood::{
 use visloc_io::sources::{SourceOption, SourceOptions};
 use visloc_world::Map;
 
-use super::settings::{pipeline_config, topic_options};
 use crate::{
     args::{HeadingText, LikelihoodArgs},
     report::save_json,
     run::{Saving, open_source, refuse_source_options, source_options, write_text},
     say,
+    settings::{pipeline_config, topic_options},
 };
 
 /// Headings of a profile: every half degree.

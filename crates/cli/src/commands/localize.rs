@@ -6,19 +6,19 @@ use anyhow::{Context, Result, anyhow};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_world::Map;
 
-use super::settings::{pipeline_config, read_text, start_prior, topic_options};
 use crate::{
     args::LocalizeArgs,
     host::host,
     report::{
-        AlgorithmReport, Column, Curve, LiveReport, LocalizeReport, RunPictures, SkippedReport,
-        SnapshotTaker, comparison_table, diagnosis_lines, measure, percent, save_json,
+        AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
+        comparison_table, diagnosis_lines, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, OutputFiles, Progress, Records, RunOutcome, Runner,
+        BagOutput, FrameRecord, LiveOutput, LiveReport, OutputFiles, Progress, Records, RunOutcome, Runner,
         RunnerSettings, Saving, Spectator, corrected, drive, open_source, prepare, source_options,
     },
     say,
+    settings::{pipeline_config, read_text, start_prior, topic_options},
     stopwatch::{peak_memory_mb, process_cpu_secs},
     studio::Show,
 };

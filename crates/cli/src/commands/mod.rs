@@ -21,7 +21,6 @@ mod likelihood;
 mod localize;
 mod map;
 mod record;
-mod settings;
 mod simulate;
 mod slam;
 mod sources;
@@ -29,4 +28,3 @@ mod sources;
 mod study;
 
 pub use execute::execute;
-pub use settings::{from_toml, pipeline_config, slam_config, start_prior, topic_options};

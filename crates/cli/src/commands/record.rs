@@ -8,13 +8,14 @@ use visloc_io::{
     sources::{OpenPictures, SourceAddress, SourceOption, SourceOptions, open_frames, open_pictures},
 };
 
-use super::{convert, settings::topic_options};
+use super::convert;
 use crate::{
     args::{ImageFormat, RecordArgs, SourceArgs, TopicArgs},
     host::host,
     report::SkippedReport,
     run::{Progress, prepare, source_options},
     say,
+    settings::topic_options,
 };
 
 /// What was recorded.

@@ -8,15 +8,15 @@ use visloc_io::{
 };
 use visloc_slam::{Schedule, SlamConfig};
 
-use super::settings::{slam_config, topic_options};
 use crate::{
     args::{ScheduleArg, SlamArgs},
     report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
+    settings::{slam_config, topic_options},
     slam::{
-        FramePictures, Lookers, RunOptions, SlamLive, SlamRecord, SlamReport, SlamRun, SlamWatcher, draw,
-        open_input, run, write_log, write_ply,
+        FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
+        SlamWatcher, draw, open_input, run, write_log, write_ply,
     },
     studio::{Shown, SlamShow},
 };
@@ -40,7 +40,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let lookers = Lookers {
         pictures: pictures.as_mut(),
         watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
-        show: show.as_mut(),
+        show: show.as_mut().map(|show| show as &mut dyn SlamAudience),
     };
     let run = run(source.as_mut(), &config, run_options(args)?, lookers)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());

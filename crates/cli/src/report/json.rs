@@ -170,19 +170,6 @@ pub struct LocalizeReport {
     pub error: Option<String>,
 }
 
-/// Results on live topics.
-#[derive(Debug, Clone, Serialize)]
-pub struct LiveReport {
-    /// Images that came while others were worked on.
-    pub dropped: usize,
-    /// Messages that a subscriber was too slow for.
-    pub unsent: usize,
-    /// From receiving an image to publishing its pose, milliseconds.
-    pub delay_ms: TimingSummary,
-    /// The same without the algorithm's own time.
-    pub overhead_ms: TimingSummary,
-}
-
 /// What `visloc demo` writes.
 #[derive(Debug, Serialize)]
 pub struct DemoReport {

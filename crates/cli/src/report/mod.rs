@@ -11,9 +11,7 @@ mod table;
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
 pub use diagnosis::{FindingReport, diagnosis_lines, explain_localization, explain_tracking};
-pub use json::{
-    AlgorithmReport, DemoReport, EvaluationReport, LiveReport, LocalizeReport, SimulateReport, save_json,
-};
+pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
 pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;
 pub use table::{Column, comparison_table, measure, percent};

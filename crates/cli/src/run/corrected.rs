@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
-use crate::{args::CorrectionArgs, commands::from_toml};
+use crate::{args::CorrectionArgs, settings::from_toml};
 
 /// A source whose frames are corrected.
 struct CorrectedFrames {

@@ -8,8 +8,8 @@ use visloc_io::{
 };
 use visloc_locate::{PosePrior, StartPrior};
 
-use super::{FrameView, Records, Runner, Spectator, results::result_sample};
-use crate::{host::host, report::LiveReport};
+use super::{FrameView, LiveReport, Records, Runner, Spectator, results::result_sample};
+use crate::host::host;
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
 const TF_AHEAD_SECS: f64 = 0.2;

@@ -9,6 +9,7 @@ mod live;
 #[cfg(not(feature = "ros2"))]
 #[path = "silent.rs"]
 mod live;
+mod live_report;
 mod output;
 mod progress;
 mod records;
@@ -22,6 +23,7 @@ pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use live::LiveOutput;
 #[cfg(feature = "ros2")]
 pub use live::node_settings;
+pub use live_report::LiveReport;
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
 pub use records::Records;

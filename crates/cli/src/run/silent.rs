@@ -2,8 +2,7 @@
 
 use anyhow::{Result, bail};
 
-use super::{FrameView, Spectator};
-use crate::report::LiveReport;
+use super::{FrameView, LiveReport, Spectator};
 
 /// Cannot be made.
 pub enum LiveOutput {}

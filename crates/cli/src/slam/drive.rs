@@ -8,7 +8,7 @@ use visloc_slam::{
 };
 
 use super::{FramePictures, Pace, SlamHistory};
-use crate::{run::Progress, stopwatch::thread_cpu_secs, studio::SlamShow};
+use crate::{run::Progress, stopwatch::thread_cpu_secs};
 
 /// Most unusable images of which the reason is kept.
 const MOST_REFUSED: usize = 10_000;
@@ -57,6 +57,15 @@ pub trait SlamWatcher {
     fn takes_reset(&mut self) -> bool;
 }
 
+/// Those to whom a run is shown, and who may ask for other parameters.
+pub trait SlamAudience {
+    /// What they ask for; parameters and seed if the run is to begin anew.
+    fn obey(&mut self, slam: &Slam) -> Option<(SlamConfig, u64)>;
+
+    /// Shows a frame, if anybody wants to see it.
+    fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>);
+}
+
 /// All who look on while SLAM runs.
 #[derive(Default)]
 pub struct Lookers<'a> {
@@ -65,7 +74,7 @@ pub struct Lookers<'a> {
     /// Publishes live topics.
     pub watcher: Option<&'a mut dyn SlamWatcher>,
     /// Records for the studio, or sends to it.
-    pub show: Option<&'a mut SlamShow>,
+    pub show: Option<&'a mut dyn SlamAudience>,
 }
 
 /// Runs over all images of a source.

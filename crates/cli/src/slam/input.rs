@@ -8,9 +8,9 @@ use visloc_io::{
 
 use crate::{
     args::SlamArgs,
-    commands::topic_options,
     host::host,
     run::{prepare, source_options},
+    settings::topic_options,
 };
 
 /// Opens what the arguments name.

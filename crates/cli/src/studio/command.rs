@@ -29,10 +29,10 @@ use visloc_world::Map;
 use super::broadcast::Recording;
 use crate::{
     args::StudioArgs,
-    commands::topic_options,
     host::{another, host, stop_at_signals},
     run::{refuse_source_options, source_options},
     say,
+    settings::topic_options,
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
 

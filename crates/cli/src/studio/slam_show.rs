@@ -12,7 +12,10 @@ use visloc_studio::{
 };
 
 use super::broadcast::{Broadcast, new_saved_file};
-use crate::{args::BroadcastArgs, slam::write_ply};
+use crate::{
+    args::BroadcastArgs,
+    slam::{SlamAudience, write_ply},
+};
 
 /// What is shown of a run.
 pub struct Shown<'a> {
@@ -63,39 +66,6 @@ impl SlamShow {
         }))
     }
 
-    /// Takes in a frame, and shows it if anybody wants to see it.
-    pub fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>) {
-        self.broadcast.rest();
-        self.viewer.follow(slam, frame);
-        if !self.broadcast.is_wanted() {
-            return;
-        }
-        let secs = self.viewer.secs(frame.at);
-        let world_from_camera = self.viewer.world_from_camera(frame.at).copied();
-        let input = Input::Camera {
-            at: frame.at,
-            image: frame.image,
-            camera: &self.camera,
-            world_from_camera: world_from_camera.as_ref(),
-        };
-        match self.viewer.moment(slam, frame, &self.broadcast.aside()) {
-            Ok(moment) => self.broadcast.send(secs, || moment.update(None), &input),
-            Err(error) => self.broadcast.fail(error.into()),
-        }
-    }
-
-    /// Does what people ask for; parameters and seed if the run is to begin anew.
-    pub fn obey(&mut self, slam: &Slam) -> Option<(SlamConfig, u64)> {
-        let mut is_new = false;
-        for command in self.broadcast.commands() {
-            match self.take(&command, slam) {
-                Ok(is_restart) => is_new |= is_restart,
-                Err(error) => self.broadcast.tell(&format!("{error:#}")),
-            }
-        }
-        is_new.then(|| (self.settings.config().clone(), self.seed))
-    }
-
     /// Whether the run is to begin anew.
     fn take(&mut self, command: &Command, slam: &Slam) -> Result<bool> {
         match command {
@@ -142,6 +112,39 @@ impl SlamShow {
     /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
+    }
+}
+
+impl SlamAudience for SlamShow {
+    fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>) {
+        self.broadcast.rest();
+        self.viewer.follow(slam, frame);
+        if !self.broadcast.is_wanted() {
+            return;
+        }
+        let secs = self.viewer.secs(frame.at);
+        let world_from_camera = self.viewer.world_from_camera(frame.at).copied();
+        let input = Input::Camera {
+            at: frame.at,
+            image: frame.image,
+            camera: &self.camera,
+            world_from_camera: world_from_camera.as_ref(),
+        };
+        match self.viewer.moment(slam, frame, &self.broadcast.aside()) {
+            Ok(moment) => self.broadcast.send(secs, || moment.update(None), &input),
+            Err(error) => self.broadcast.fail(error.into()),
+        }
+    }
+
+    fn obey(&mut self, slam: &Slam) -> Option<(SlamConfig, u64)> {
+        let mut is_new = false;
+        for command in self.broadcast.commands() {
+            match self.take(&command, slam) {
+                Ok(is_restart) => is_new |= is_restart,
+                Err(error) => self.broadcast.tell(&format!("{error:#}")),
+            }
+        }
+        is_new.then(|| (self.settings.config().clone(), self.seed))
     }
 }
 

@@ -13,14 +13,13 @@
 //!
 //! Further tables are kept for people, for instance how good the calibration is, and are not read.
 
-mod error;
+mod calibration;
 mod read;
 mod toml_form;
 mod write;
 mod yaml_forms;
 
-pub use error::CameraFileError;
-pub(crate) use read::in_known_form;
+pub use calibration::{Calibration, read_calibration};
 pub use read::read_camera;
 pub use toml_form::CameraToml;
 pub use write::{CameraFormat, write_camera};

@@ -4,23 +4,23 @@ use std::path::Path;
 
 use visloc_core::{files, geom::Camera};
 
-use super::{CameraFileError, CameraToml, yaml_forms};
-use crate::sequence::read_calibration;
+use super::{CameraToml, calibration::read_calibration, yaml_forms};
+use crate::FileError;
 
 /// Reads the camera of a file; the form is told from its content.
 ///
 /// # Errors
 /// If the file cannot be read, has none of the forms, or no camera has its values.
-pub fn read_camera(path: &Path) -> Result<Camera, CameraFileError> {
-    let text = files::read_text(path).map_err(CameraFileError::io(path))?;
+pub fn read_camera(path: &Path) -> Result<Camera, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     if let Some(camera) = in_known_form(path, &text) {
-        return camera.map_err(|reason| CameraFileError::form(path, reason));
+        return camera.map_err(|reason| FileError::form(path, reason));
     }
     let calibration = read_calibration(path)?;
     let size_px = calibration.size_px.ok_or_else(|| {
-        CameraFileError::form(path, "expected the size of the images (width, height), found none")
+        FileError::form(path, "expected the size of the images (width, height), found none")
     })?;
-    Ok(calibration.camera(size_px, path)?)
+    calibration.camera(size_px, path)
 }
 
 /// The camera, if the text has one of the forms that are told from each other here.

@@ -4,16 +4,12 @@
 //! reads the dataset's own calibration and truth, and hands out the images as a [`visloc_core::ImageSource`]. A new layout
 //! is one file in `layouts/` and its line in the list there.
 
-mod calibration;
-mod error;
 mod files;
 mod layouts;
 mod open;
 mod pictures;
 mod range;
 
-pub use calibration::{Calibration, read_calibration};
-pub use error::SequenceError;
 pub use files::{FileSequence, ImageFile};
 pub use open::{
     Listing, SCALES, Sequence, SequenceOptions, check_scaled, fit_calibration, list_sequence, open_sequence,
@@ -22,4 +18,7 @@ pub use open::{
 pub use pictures::FilePictures;
 pub use range::{Bound, SequenceRange};
 
-pub use crate::camera_trajectory::{read_camera_trajectory, write_camera_trajectory};
+pub use crate::{
+    camera_file::{Calibration, read_calibration},
+    camera_trajectory::{read_camera_trajectory, write_camera_trajectory},
+};

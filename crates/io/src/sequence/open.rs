@@ -9,11 +9,11 @@ use visloc_core::{
 };
 
 use super::{
-    Calibration, FileSequence, ImageFile, SequenceError, SequenceRange,
+    Calibration, FileSequence, ImageFile, SequenceRange,
     layouts::{Contents, LAYOUTS, Layout},
     read_calibration,
 };
-use crate::image_codec::read_gray_image;
+use crate::{FileError, image_codec::read_gray_image};
 
 /// How a sequence is opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,7 +64,7 @@ pub struct Listing {
     /// Images in the range, in order of time.
     pub images: Vec<ImageFile>,
     /// The user's calibration or the dataset's, and its file; or why there is none.
-    pub calibration: Result<(Calibration, PathBuf), SequenceError>,
+    pub calibration: Result<(Calibration, PathBuf), FileError>,
     /// True poses of the camera, if they are known.
     pub truth: Option<CameraTrajectory>,
     /// Name of the layout that was recognized.
@@ -79,14 +79,14 @@ pub struct Listing {
 ///
 /// # Errors
 /// If there is no known layout or no image in the range.
-pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing, SequenceError> {
+pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing, FileError> {
     let layout = recognize(folder, options.layout)?;
     let mut contents = (layout.read)(folder)?;
     let calibration = choose(folder, options, &mut contents);
     let Contents { images, skipped, truth, warnings, .. } = contents;
     if images.is_empty() {
         let reason = format!("expected images ({}), found none that can be listed", layout.mark);
-        return Err(SequenceError::layout(folder, reason));
+        return Err(FileError::form(folder, reason));
     }
     let num_all = images.len();
     let images = match options.rate_hz {
@@ -95,7 +95,7 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
                 "--fps: expected a folder of images without times, found {}, which has them; leave it out",
                 layout.name
             );
-            return Err(SequenceError::layout(folder, reason));
+            return Err(FileError::form(folder, reason));
         }
         Some(rate_hz) => at_a_rate(images, rate_hz),
         None => images,
@@ -103,7 +103,7 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
     let images = options.range.select(images);
     if images.is_empty() {
         let reason = format!("expected a range within the sequence of {num_all} images, found none of them");
-        return Err(SequenceError::layout(folder, reason));
+        return Err(FileError::form(folder, reason));
     }
     Ok(Listing { images, calibration, truth, layout: layout.name, skipped, warnings })
 }
@@ -112,17 +112,17 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
 ///
 /// # Errors
 /// If there is no known layout, no calibration or an impossible one, no image in the range, or none that can be read.
-pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequence, SequenceError> {
+pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequence, FileError> {
     if !(SCALES.0..=SCALES.1).contains(&options.scale) {
         let reason = format!("expected a scale from {} to {}, found {:?}", SCALES.0, SCALES.1, options.scale);
-        return Err(SequenceError::layout(folder, reason));
+        return Err(FileError::form(folder, reason));
     }
     let Listing { images, calibration, truth, layout, skipped, mut warnings } =
         list_sequence(folder, options)?;
     let (calibration, calibration_file) = calibration?;
     let size_px = size_of_images(folder, &images)?;
     let camera = fit_calibration(&calibration, size_px, &calibration_file, &mut warnings)?;
-    check_scaled(&camera, options.scale).map_err(|reason| SequenceError::layout(folder, reason))?;
+    check_scaled(&camera, options.scale).map_err(|reason| FileError::form(folder, reason))?;
     warnings.extend(gaps(&images));
     let images = FileSequence::new(camera, images, SequenceRange::default(), skipped);
     let images = if options.scale == 1.0 { images } else { images.scaled(options.scale) };
@@ -149,7 +149,7 @@ pub fn check_scaled(camera: &Camera, scale: f64) -> Result<(), String> {
 ///
 /// # Errors
 /// As [`open_sequence`].
-pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, SequenceError> {
+pub fn open_tum(folder: &Path, range: SequenceRange) -> Result<FileSequence, FileError> {
     Ok(open_sequence(folder, &SequenceOptions { range, ..SequenceOptions::default() })?.images)
 }
 
@@ -163,15 +163,15 @@ fn at_a_rate(images: Vec<ImageFile>, rate_hz: f64) -> Vec<ImageFile> {
 }
 
 /// The layout of a folder: the one that is asked for, or the first that fits.
-fn recognize(folder: &Path, wanted: Option<&str>) -> Result<&'static Layout, SequenceError> {
-    std::fs::metadata(folder).map_err(SequenceError::io(folder))?;
+fn recognize(folder: &Path, wanted: Option<&str>) -> Result<&'static Layout, FileError> {
+    std::fs::metadata(folder).map_err(FileError::io(folder))?;
     let is_wanted = |layout: &&Layout| wanted.is_none_or(|key| key == layout.key);
     let mut layouts = LAYOUTS.iter().filter(is_wanted);
     layouts.find(|layout| (layout.is_here)(folder)).ok_or_else(|| {
         let layouts = LAYOUTS.iter().filter(is_wanted);
         let marks: Vec<String> = layouts.map(|l| format!("{} ({})", l.mark, l.name)).collect();
         let found = if marks.len() == 1 { "it is not there" } else { "found none of them" };
-        SequenceError::layout(folder, format!("expected a dataset: {}; {found}", marks.join(", ")))
+        FileError::form(folder, format!("expected a dataset: {}; {found}", marks.join(", ")))
     })
 }
 
@@ -185,7 +185,7 @@ fn choose(
     folder: &Path,
     options: &SequenceOptions,
     contents: &mut Contents,
-) -> Result<(Calibration, PathBuf), SequenceError> {
+) -> Result<(Calibration, PathBuf), FileError> {
     if let Some(file) = &options.calibration {
         return Ok((read_calibration(file)?, file.clone()));
     }
@@ -197,16 +197,16 @@ fn choose(
     Ok((calibration, file))
 }
 
-fn no_calibration(folder: &Path, looked_for: &Path) -> SequenceError {
+fn no_calibration(folder: &Path, looked_for: &Path) -> FileError {
     let name = looked_for.file_name().map_or_else(|| "camera.yaml".into(), |name| name.to_string_lossy());
-    SequenceError::layout(
+    FileError::form(
         folder,
         format!("expected a calibration ({name}), found none; give one with --camera FILE"),
     )
 }
 
 /// Width and height of the first image that can be read.
-fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), SequenceError> {
+fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), FileError> {
     let mut first_error = None;
     for image in images {
         match read_gray_image(&image.path) {
@@ -220,7 +220,7 @@ fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), Seq
     let error = first_error.unwrap_or_default();
     let reason =
         format!("expected images, found none of {} that can be read; the first: {error}", images.len());
-    Err(SequenceError::layout(folder, reason))
+    Err(FileError::form(folder, reason))
 }
 
 /// The camera for images of a size. A calibration for the same picture in another resolution is converted; one for another
@@ -233,7 +233,7 @@ pub fn fit_calibration(
     size_px: (u32, u32),
     path: &Path,
     warnings: &mut Vec<String>,
-) -> Result<Camera, SequenceError> {
+) -> Result<Camera, FileError> {
     let other_px = calibration.size_px.filter(|expected| *expected != size_px);
     let camera = match other_px {
         None => calibration.camera(size_px, path)?,

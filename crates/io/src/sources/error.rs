@@ -6,7 +6,7 @@ use thiserror::Error;
 use visloc_core::SourceError;
 use visloc_sim::{ScenarioError, TourError};
 
-use crate::{bag::BagError, sequence::SequenceError};
+use crate::{FileError, bag::BagError};
 
 /// Why a source cannot be opened.
 #[derive(Debug, Error)]
@@ -121,7 +121,7 @@ pub enum SourcesError {
     Bag(#[from] BagError),
     /// A dataset, a folder of images or a calibration.
     #[error(transparent)]
-    Sequence(#[from] SequenceError),
+    Sequence(#[from] FileError),
     /// A simulated robot.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),

@@ -22,8 +22,12 @@ use super::{
     world::{WorldSettings, check_exposure, in_range},
 };
 use crate::{
-    Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input, tuning,
-    view::LocalizationView,
+    Command, Session, StudioError, Update,
+    message::lay_over,
+    playback::Playback,
+    recording::Input,
+    tuning,
+    view::{LocalizationView, views},
 };
 
 /// Algorithms that run until somebody chooses others.
@@ -295,7 +299,7 @@ impl Session for Playground {
     fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
         let controls = self.controls();
-        let contenders = tuning::views(&self.lineup);
+        let contenders = views(&self.lineup);
         let view = LocalizationView {
             map: self.simulation.map(),
             number: self.number,

@@ -182,7 +182,7 @@ impl RecordingIndex {
     ///
     /// # Errors
     /// As [`RecordingIndex::scene`].
-    pub(super) fn camera_input(&mut self, frame: usize) -> Result<Option<CameraInput>, RecordingError> {
+    pub(crate) fn camera_input(&mut self, frame: usize) -> Result<Option<CameraInput>, RecordingError> {
         let Some((numbers, _)) = self.entries[self.within(frame)].input else { return Ok(None) };
         Ok(read_camera_input(&self.message(numbers)?))
     }
@@ -191,7 +191,7 @@ impl RecordingIndex {
     ///
     /// # Errors
     /// As [`RecordingIndex::scene`].
-    pub(super) fn camera_image(&mut self, frame: usize) -> Result<Option<GrayImage>, RecordingError> {
+    pub(crate) fn camera_image(&mut self, frame: usize) -> Result<Option<GrayImage>, RecordingError> {
         let Some((_, image)) = self.entries[self.within(frame)].input else { return Ok(None) };
         let bytes = self.bytes(image)?;
         Ok(from_cdr::<CompressedImage>(&bytes)

@@ -170,7 +170,7 @@ fn read_at(header: &Map<String, Value>) -> Option<Timestamp> {
 
 /// What a camera without a map was given, but its image.
 #[derive(Debug)]
-pub(super) struct CameraInput {
+pub(crate) struct CameraInput {
     pub at: Timestamp,
     pub camera: Camera,
     /// Where it was, if that is known.

@@ -16,20 +16,16 @@
 //! and one that was cut off is good up to the cut.
 
 mod annotations;
-mod camera_run;
-mod draft;
 mod index;
 mod input;
-mod recompute;
 mod recorder;
-mod replay;
 mod tape;
 mod timeline;
 
 pub use annotations::{Annotation, AnnotationKind, annotate};
 pub use index::{RecordingError, RecordingIndex};
+pub(crate) use input::CameraInput;
 pub use input::Input;
 pub use recorder::Recorder;
-pub use replay::Replay;
 pub use tape::Tape;
 pub use timeline::{Lane, Row, row_of};

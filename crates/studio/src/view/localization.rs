@@ -8,6 +8,7 @@ use visloc_core::{
 use visloc_io::image_codec::encode_jpeg;
 use visloc_locate::{
     Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline, StepTimes,
+    lineup::Lineup,
     vision::{DropReason, FeatureKind, Percept},
 };
 use visloc_world::Map;
@@ -236,4 +237,10 @@ fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
         let reason = DropReason::ALL.iter().position(|reason| *reason == pixel.reason).unwrap_or(0);
         [pixel.px.x, pixel.px.y, reason as f64]
     })
+}
+
+/// What pages are shown of each algorithm.
+#[must_use]
+pub fn views(lineup: &Lineup) -> Vec<ContenderView> {
+    lineup.contenders().iter().map(|it| ContenderView::new(it.name(), it.pipeline())).collect()
 }

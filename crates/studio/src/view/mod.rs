@@ -6,7 +6,7 @@ mod run;
 mod theory;
 mod world;
 
-pub use localization::{ContenderView, LocalizationView};
+pub use localization::{ContenderView, LocalizationView, views};
 pub use run::{RunMoment, RunViewer};
 pub use theory::theoretical_image;
 pub use world::world_geometry;

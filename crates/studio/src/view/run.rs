@@ -7,7 +7,7 @@ use visloc_core::{Frame, Timestamp, Truth};
 use visloc_locate::{lineup::Lineup, vision::DropReason};
 use visloc_world::Map;
 
-use super::{ContenderView, LocalizationView, world_geometry};
+use super::{ContenderView, LocalizationView, views, world_geometry};
 use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over, tuning};
 
 /// Shows algorithms at work.
@@ -63,7 +63,7 @@ impl RunViewer {
             secs: frame.at.secs_since(first_at),
             frame: Arc::clone(frame),
             truth,
-            contenders: tuning::views(lineup),
+            contenders: views(lineup),
             more: state,
         })
     }

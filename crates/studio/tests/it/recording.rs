@@ -7,7 +7,8 @@ use visloc_core::{Clock, FrameSource as _};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::{
     Message, Session,
-    recording::{Recorder, RecordingIndex, Replay, Tape},
+    recording::{Recorder, RecordingIndex, Tape},
+    replay::Replay,
 };
 
 use crate::support::{playground, scene, state, steps, tell};

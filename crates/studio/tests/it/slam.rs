@@ -7,7 +7,8 @@ use visloc_core::Clock;
 use visloc_sim::CameraTour;
 use visloc_studio::{
     Message, Session, StudioError,
-    recording::{Recorder, Replay},
+    recording::Recorder,
+    replay::Replay,
     slam::{OpenCamera, SequenceSource, SlamSession},
 };
 

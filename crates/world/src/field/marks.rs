@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{FieldDimensions, FieldJunction, GoalColor, junctions};
-use crate::{MapError, load::syntax_error};
+use crate::{MapError, error::syntax_error};
 
 /// A straight line on the ground between two points of the world frame, meters.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use super::{
     FreeSpace, OfficePlan, SurfaceColor, WallSides,
     check::{check_plan, check_sizes},
 };
-use crate::{MapError, load::syntax_error};
+use crate::{MapError, error::syntax_error};
 
 /// A wall seen from one side: it is seen by those who stand to the right of the way from `start` to `end`, for whom
 /// `start` is at the left. Meters.

@@ -7,7 +7,8 @@ use visloc_core::Clock;
 use visloc_studio::{
     Command, Message, MessageBuilder, MessageKind, Session, Update,
     playground::Playground,
-    recording::{Input, Recorder, Replay},
+    recording::{Input, Recorder},
+    replay::Replay,
 };
 
 use super::{as_file, bags, in_folder};

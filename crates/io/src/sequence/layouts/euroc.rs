@@ -18,11 +18,7 @@ use super::{
     list::{Parsed, read_list},
     numbered::image_files,
 };
-use crate::{
-    camera_trajectory::read_camera_trajectory,
-    sequence::{ImageFile, SequenceError},
-    text::parse_nanos,
-};
+use crate::{FileError, camera_trajectory::read_camera_trajectory, sequence::ImageFile, text::parse_nanos};
 
 pub(super) const LAYOUT: Layout = Layout {
     key: "euroc",
@@ -39,7 +35,7 @@ fn camera_folder(folder: &Path) -> Option<PathBuf> {
         .find(|cam0| files::is_there(&cam0.join("sensor.yaml")) && cam0.join("data").is_dir())
 }
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let cam0 = camera_folder(folder).unwrap_or_else(|| folder.join("mav0/cam0"));
     let mut contents = Contents::default();
     contents.set_calibration(cam0.join("sensor.yaml"));
@@ -50,7 +46,7 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
     } else {
         for path in image_files(&images)? {
             let stamp = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-            let at = parse_nanos(&stamp).map_err(|reason| SequenceError::layout(&path, reason))?;
+            let at = parse_nanos(&stamp).map_err(|reason| FileError::form(&path, reason))?;
             contents.images.push(ImageFile { at, path });
         }
     }
@@ -73,7 +69,7 @@ fn parse_line(line: &str) -> Parsed<'_> {
 fn read_truth(
     path: &Path,
     body_from_camera: &Rigid3<CameraFrame, CameraFrame>,
-) -> Result<CameraTrajectory, SequenceError> {
+) -> Result<CameraTrajectory, FileError> {
     let body = read_camera_trajectory(path)?;
     let mut truth = CameraTrajectory::new();
     for pose in body.poses() {

@@ -13,8 +13,9 @@ use super::{
     numbered::{has_images, image_files},
 };
 use crate::{
+    FileError,
     camera_trajectory::read_camera_trajectory,
-    sequence::{ImageFile, SequenceError},
+    sequence::ImageFile,
     text::{parse_nanos, parse_secs},
 };
 
@@ -36,7 +37,7 @@ fn image_folder(folder: &Path) -> Option<PathBuf> {
     names.iter().map(|name| folder.join(name)).find(|folder| has_images(folder))
 }
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let mut contents = Contents { calibration_file: folder.join("camera.yaml"), ..Contents::default() };
     let names = ["camera.yaml", "calibration.yaml", "sensor.yaml", "calib.txt"];
     let calibration = first_file(folder, &names).or_else(|| file_ending(folder, "_par.txt"));

@@ -16,8 +16,9 @@ use super::{
     numbered::{image_files, number_in},
 };
 use crate::{
+    FileError,
     camera_trajectory::read_camera_trajectory,
-    sequence::{Calibration, ImageFile, SequenceError},
+    sequence::{Calibration, ImageFile},
 };
 
 pub(super) const LAYOUT: Layout = Layout {
@@ -35,7 +36,7 @@ pub(super) const LAYOUT: Layout = Layout {
 
 const RATE_HZ: f64 = 30.0;
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let mut contents = Contents {
         calibration: Some(Calibration {
             size_px: Some((640, 480)),
@@ -63,7 +64,7 @@ fn at(number: f64) -> Timestamp {
 }
 
 /// Lines `NUMBER tx ty tz qx qy qz qw`.
-fn read_truth(path: &Path) -> Result<CameraTrajectory, SequenceError> {
+fn read_truth(path: &Path) -> Result<CameraTrajectory, FileError> {
     let by_number = read_camera_trajectory(path)?;
     let mut truth = CameraTrajectory::new();
     let mirror = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, 1.0));

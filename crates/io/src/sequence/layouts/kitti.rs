@@ -13,8 +13,9 @@ use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files};
 
 use super::{Contents, Layout, first_file, numbered::image_files, tum};
 use crate::{
+    FileError,
     camera_trajectory::parse_kitti,
-    sequence::{ImageFile, SequenceError},
+    sequence::ImageFile,
     text::{data_lines, parse_secs},
 };
 
@@ -36,7 +37,7 @@ fn image_folder(folder: &Path) -> Option<PathBuf> {
     ["image_0", "image_l", "image_2"].iter().map(|name| folder.join(name)).find(|path| path.is_dir())
 }
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let mut contents = if files::is_there(&folder.join("rgb.txt")) {
         (tum::LAYOUT.read)(folder)?
     } else {
@@ -52,10 +53,10 @@ fn read(folder: &Path) -> Result<Contents, SequenceError> {
     Ok(contents)
 }
 
-fn read_images(folder: &Path) -> Result<Contents, SequenceError> {
+fn read_images(folder: &Path) -> Result<Contents, FileError> {
     let mut contents = Contents::default();
     let images = image_folder(folder)
-        .ok_or_else(|| SequenceError::layout(folder, "expected a folder image_0, found none"))?;
+        .ok_or_else(|| FileError::form(folder, "expected a folder image_0, found none"))?;
     let paths = image_files(&images)?;
     let times = folder.join("times.txt");
     let stamps = if files::is_there(&times) {
@@ -76,14 +77,14 @@ fn read_images(folder: &Path) -> Result<Contents, SequenceError> {
     Ok(contents)
 }
 
-fn read_times(path: &Path) -> Result<Vec<Timestamp>, SequenceError> {
-    let text = files::read_text(path).map_err(SequenceError::io(path))?;
+fn read_times(path: &Path) -> Result<Vec<Timestamp>, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     let mut stamps: Vec<Timestamp> = Vec::new();
     for (number, line) in data_lines(&text) {
-        let at = parse_secs(line).map_err(SequenceError::line(path, number))?;
+        let at = parse_secs(line).map_err(FileError::line(path, number))?;
         if let Some(last) = stamps.last().filter(|last| **last >= at) {
             let reason = format!("expected a time after {last}, found {at}");
-            return Err(SequenceError::line(path, number)(reason));
+            return Err(FileError::line(path, number)(reason));
         }
         stamps.push(at);
     }
@@ -101,11 +102,11 @@ fn truth_file(folder: &Path) -> Option<PathBuf> {
 }
 
 /// A pose for each image, in their order.
-fn read_truth(path: &Path, stamps: &[Timestamp]) -> Result<CameraTrajectory, SequenceError> {
-    let text = files::read_text(path).map_err(SequenceError::io(path))?;
+fn read_truth(path: &Path, stamps: &[Timestamp]) -> Result<CameraTrajectory, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     let mut truth = CameraTrajectory::new();
     for ((number, line), at) in data_lines(&text).zip(stamps) {
-        let world_from_camera = parse_kitti(line).map_err(SequenceError::line(path, number))?;
+        let world_from_camera = parse_kitti(line).map_err(FileError::line(path, number))?;
         let _ = truth.push(CameraPose { at: *at, world_from_camera });
     }
     Ok(truth)

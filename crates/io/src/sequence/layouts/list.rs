@@ -5,10 +5,7 @@ use std::path::Path;
 use visloc_core::{SkippedInput, Timestamp, files};
 
 use super::Contents;
-use crate::{
-    sequence::{ImageFile, SequenceError},
-    text::data_lines,
-};
+use crate::{FileError, sequence::ImageFile, text::data_lines};
 
 /// Time and file of an image, as a line of a list names them.
 pub(super) type Parsed<'a> = Result<(Timestamp, &'a str), String>;
@@ -20,8 +17,8 @@ pub(super) fn read_list(
     folder: &Path,
     parse: impl Fn(&str) -> Parsed<'_>,
     contents: &mut Contents,
-) -> Result<(), SequenceError> {
-    let text = files::read_text(list).map_err(SequenceError::io(list))?;
+) -> Result<(), FileError> {
+    let text = files::read_text(list).map_err(FileError::io(list))?;
     for (number, line) in data_lines(&text) {
         let last = contents.images.last().map(|image| image.at);
         let parsed = parse(line).and_then(|(at, name)| match last {

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 
 use visloc_core::{CameraTrajectory, SkippedInput, files};
 
-use super::{Calibration, ImageFile, SequenceError};
+use super::{Calibration, ImageFile};
+use crate::FileError;
 
 /// What a dataset's folder says.
 #[derive(Debug, Default)]
@@ -21,7 +22,7 @@ pub(super) struct Contents {
     /// The camera, if the dataset says it.
     pub calibration: Option<Calibration>,
     /// Why the dataset's calibration cannot be used.
-    pub calibration_error: Option<SequenceError>,
+    pub calibration_error: Option<FileError>,
     /// Where the calibration is or was looked for.
     pub calibration_file: PathBuf,
     /// Images in order of time; stamps strictly increase.
@@ -36,7 +37,7 @@ pub(super) struct Contents {
 
 impl Contents {
     /// Takes over a truth; one that cannot be read is a warning, since the images can be used without it.
-    fn set_truth(&mut self, truth: Result<CameraTrajectory, SequenceError>) {
+    fn set_truth(&mut self, truth: Result<CameraTrajectory, FileError>) {
         match truth {
             Ok(truth) => self.truth = Some(truth),
             Err(error) => self.warnings.push(format!("the truth is not used: {error}")),
@@ -64,7 +65,7 @@ pub(super) struct Layout {
     /// Whether a folder has it.
     pub is_here: fn(&Path) -> bool,
     /// Reads lists, calibration and truth, but no images.
-    pub read: fn(&Path) -> Result<Contents, SequenceError>,
+    pub read: fn(&Path) -> Result<Contents, FileError>,
 }
 
 /// All layouts, in the order in which they are tried.

@@ -5,13 +5,13 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::sequence::SequenceError;
+use crate::FileError;
 
 /// All PNG and JPEG files of a folder, by the last number in their names and then by name.
-pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, SequenceError> {
+pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     let mut paths = Vec::new();
-    for entry in fs::read_dir(folder).map_err(SequenceError::io(folder))? {
-        let path = entry.map_err(SequenceError::io(folder))?.path();
+    for entry in fs::read_dir(folder).map_err(FileError::io(folder))? {
+        let path = entry.map_err(FileError::io(folder))?.path();
         if is_image(&path) && path.is_file() {
             paths.push(path);
         }

@@ -14,11 +14,7 @@ use super::{
     Contents, Layout, file_ending, first_file,
     list::{Parsed, read_list},
 };
-use crate::{
-    camera_trajectory::read_camera_trajectory,
-    sequence::{Calibration, SequenceError},
-    text::parse_secs,
-};
+use crate::{FileError, camera_trajectory::read_camera_trajectory, sequence::Calibration, text::parse_secs};
 
 pub(super) const LAYOUT: Layout = Layout {
     key: "tum",
@@ -35,7 +31,7 @@ const CAMERAS: [([&str; 2], [f64; 4], [f64; 5]); 3] = [
     (["freiburg3", "fr3"], [535.4, 539.2, 320.1, 247.6], [0.0; 5]),
 ];
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let mut contents = Contents { calibration_file: folder.join("camera.yaml"), ..Contents::default() };
     let calibration = first_file(folder, &["camera.yaml", "calibration.yaml", "calib.txt"]);
     match calibration.or_else(|| file_ending(folder, "_par.txt")) {

@@ -20,7 +20,8 @@ use super::{
     numbered::{image_files, number_in},
 };
 use crate::{
-    sequence::{Calibration, ImageFile, SequenceError},
+    FileError,
+    sequence::{Calibration, ImageFile},
     text::{data_lines, parse_number},
 };
 
@@ -34,7 +35,7 @@ pub(super) const LAYOUT: Layout = Layout {
 
 const RATE_HZ: f64 = 30.0;
 
-fn read(folder: &Path) -> Result<Contents, SequenceError> {
+fn read(folder: &Path) -> Result<Contents, FileError> {
     let k = [-0.280_525_13, 0.115_806_413, -9.843_367_85e-4, 1.584_792_48e-4, -0.027_021_503_4];
     let mut contents = Contents {
         calibration: Some(Calibration {
@@ -64,8 +65,8 @@ fn at(number: f64) -> Timestamp {
 }
 
 /// Lines `imgid, x, y, z, omega, phi, kappa, ...` below a header.
-fn read_truth(path: &Path) -> Result<CameraTrajectory, SequenceError> {
-    let text = files::read_text(path).map_err(SequenceError::io(path))?;
+fn read_truth(path: &Path) -> Result<CameraTrajectory, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     let mut truth = CameraTrajectory::new();
     let mut origin = None;
     for (number, line) in data_lines(&text) {
@@ -74,10 +75,10 @@ fn read_truth(path: &Path) -> Result<CameraTrajectory, SequenceError> {
         }
         let values: Result<Vec<f64>, String> =
             line.split(',').take(7).map(|field| parse_number(field.trim())).collect();
-        let values = values.map_err(SequenceError::line(path, number))?;
+        let values = values.map_err(FileError::line(path, number))?;
         let [image, x, y, z, omega, phi, kappa] = values[..] else {
             let reason = format!("expected imgid, x, y, z, omega, phi, kappa, found '{line}'");
-            return Err(SequenceError::line(path, number)(reason));
+            return Err(FileError::line(path, number)(reason));
         };
         let position = Vector3::new(x, y, z);
         let origin = *origin.get_or_insert(position);
@@ -85,7 +86,7 @@ fn read_truth(path: &Path) -> Result<CameraTrajectory, SequenceError> {
             CameraPose { at: at(image), world_from_camera: place(position - origin, [omega, phi, kappa]) };
         truth.push(pose).map_err(|refused| {
             let reason = format!("expected images in order, found {} again or late", refused.at);
-            SequenceError::line(path, number)(reason)
+            FileError::line(path, number)(reason)
         })?;
     }
     Ok(truth)

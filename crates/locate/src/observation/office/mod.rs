@@ -3,7 +3,6 @@
 //! Source: 2017 section 5.3.2. `lines` makes the building's theoretical lines, `index` says which of them can be seen from
 //! where, [`OfficeObservationModel`] projects these and compares pixels with them.
 
-mod defaults;
 mod features;
 mod index;
 mod lines;
@@ -14,7 +13,6 @@ mod shadows;
 mod sights;
 mod view;
 
-pub use defaults::{in_building, refinement_defaults};
 pub use features::OfficeFeatureModel;
 pub use model::{OfficeModelConfig, OfficeObservationModel};
 

@@ -9,12 +9,10 @@ use visloc_world::{
     office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor},
 };
 
-use super::{
-    OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, in_building, lines::theoretical_lines,
-    refinement_defaults,
-};
+use super::{OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, lines::theoretical_lines};
 use crate::{
     Algorithm, Estimate, Localizer, ObservationModel, StepInput,
+    algorithm::{in_building, refinement_defaults},
     observation::features::{CameraState, CameraVector, FeatureModel, Residual},
     refine::Refined,
     vision::{BorderPixel, FeatureKind, FeaturePixel, Percept},

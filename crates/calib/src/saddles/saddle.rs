@@ -58,7 +58,7 @@ impl Saddle {
 }
 
 /// All saddle points of an image, the strongest first, and the smoothed image that they were found in.
-pub(super) fn find_saddles(image: &FloatImage) -> (Vec<Saddle>, FloatImage) {
+pub fn find_saddles(image: &FloatImage) -> (Vec<Saddle>, FloatImage) {
     let smooth = image.blurred(SMOOTHING_PX);
     let ring_image = image.blurred(0.8);
     let strength = strengths(&smooth);

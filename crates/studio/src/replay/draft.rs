@@ -4,8 +4,8 @@ use serde_json::{Map, Value, json};
 use visloc_core::Clock;
 use visloc_locate::lineup::Lineup;
 
-use super::{camera_run::CameraRun, index::RecordingIndex};
-use crate::{Command, StudioError, message::lay_over, slam::SlamSettings, tuning};
+use super::camera_run::CameraRun;
+use crate::{Command, StudioError, message::lay_over, recording::RecordingIndex, slam::SlamSettings, tuning};
 
 /// Algorithms and parameters as people choose them.
 pub(super) enum Draft {

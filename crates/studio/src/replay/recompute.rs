@@ -12,10 +12,12 @@ use std::{
 use serde_json::{Value, json};
 use visloc_locate::lineup::Lineup;
 
-use super::{draft::Method, index::RecordingIndex, recorder::Recorder, timeline::row_of};
+use super::draft::Method;
 use crate::{
-    Message, MessageBuilder, MessageError, MessageKind, StudioError, Update, message::lay_over, tuning,
-    view::LocalizationView,
+    Message, MessageBuilder, MessageError, MessageKind, StudioError, Update,
+    message::lay_over,
+    recording::{Recorder, RecordingIndex, row_of},
+    view::{LocalizationView, views},
 };
 
 /// A file that is removed when nobody needs it any more.
@@ -110,7 +112,7 @@ fn localized(
         // A frame that cannot be analyzed is left out, as in a run.
         let _ = contender.step(&frame);
     }
-    let contenders = tuning::views(lineup);
+    let contenders = views(lineup);
     let (map, number) = (&lineup.settings().map, number as u64);
     let view = LocalizationView { map, number, secs, frame: &frame, truth, contenders: &contenders };
     let state = view.state(json!({}), None)?.into();
@@ -164,7 +166,7 @@ impl Recomputed {
         if self.is_camera {
             return Ok(with_picture(&Message::read(recorded)?, Message::read(&new)?));
         }
-        let num_new = super::timeline::row_of(&self.index.state(frame)?.header).lanes.len();
+        let num_new = crate::recording::row_of(&self.index.state(frame)?.header).lanes.len();
         let merged =
             with_arrays(Message::read(recorded)?, &Message::read(&new)?, "theory", num_kept, num_new)?;
         Ok(merged.write())

@@ -1,5 +1,8 @@
 //! Image analysis, lift detector and localizer for the frames of one robot.
 
+mod builder;
+
+pub use builder::PipelineBuilder;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -11,14 +14,13 @@ use visloc_world::{
 };
 
 use crate::{
-    Algorithm, ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, PipelineBuilder,
-    StartPrior, StepInput,
+    Algorithm, ConfigError, Estimate, LiftConfig, LiftDetector, Localizer, ObservationModel, StartPrior,
+    StepInput,
+    algorithm::{in_building, refinement_defaults},
     observation::{
         features::FeatureModel,
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
-        office::{
-            OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, in_building, refinement_defaults,
-        },
+        office::{OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel},
     },
     refine::{Refined, RefinementConfig},
     vision::{

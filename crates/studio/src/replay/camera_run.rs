@@ -3,9 +3,9 @@
 use visloc_core::{CameraPose, CameraTrajectory, Clock, geom::Camera};
 use visloc_slam::{Slam, SlamFrame};
 
-use super::{index::RecordingIndex, input::CameraInput};
 use crate::{
     StudioError, Update,
+    recording::{CameraInput, RecordingIndex},
     slam::{SlamSettings, SlamViewer},
 };
 

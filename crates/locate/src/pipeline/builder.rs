@@ -3,7 +3,8 @@
 use visloc_core::{Clock, RngTree};
 use visloc_world::Map;
 
-use crate::{Algorithm, Pipeline, PipelineConfig, PipelineError, StartPrior, pipeline::algorithm_on};
+use super::{Pipeline, PipelineConfig, PipelineError, algorithm_on};
+use crate::{Algorithm, StartPrior};
 
 /// Settings of a [`Pipeline`].
 #[derive(Debug)]

@@ -1,5 +1,8 @@
 //! The algorithms, by name and with their parameters. A new algorithm adds its folder, a variant and an entry here.
 
+mod in_building;
+
+pub use in_building::{in_building, refinement_defaults};
 use visloc_core::settings::{Parameter, SettingsError, commented_toml, overlay, parameters};
 
 use crate::{

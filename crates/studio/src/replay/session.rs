@@ -10,15 +10,14 @@ use visloc_core::Clock;
 use visloc_locate::lineup::MAX_ALGORITHMS;
 
 use super::{
-    annotations::annotate,
     draft::{Clocks, Draft},
-    index::{RecordingError, RecordingIndex},
     recompute::{Recompute, Recomputed, renamed_name},
-    timeline::{Lane, Row, row_of},
 };
 use crate::{
-    Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update, message::lay_over,
+    Command, Message, MessageBuilder, MessageKind, Session, StudioError, Update,
+    message::lay_over,
     playback::Playback,
+    recording::{Lane, RecordingError, RecordingIndex, Row, annotate, row_of},
 };
 
 /// Frames are at least so far apart when a recording is played, seconds.

@@ -1,4 +1,4 @@
-//! What can be wrong with a sequence.
+//! What can be wrong with a file or a folder of a dataset.
 
 use std::{
     io,
@@ -8,10 +8,10 @@ use std::{
 use thiserror::Error;
 use visloc_core::geom::CameraError;
 
-/// Why a sequence cannot be opened, or a file of it not be read or written.
+/// Why a camera file, a trajectory or a sequence cannot be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum SequenceError {
+pub enum FileError {
     /// The file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
@@ -32,7 +32,7 @@ pub enum SequenceError {
     },
     /// A folder has no layout that is known, or a file lacks something.
     #[error("{}: {reason}", path.display())]
-    Layout {
+    Form {
         /// The folder or file.
         path: PathBuf,
         /// What was expected and what was found.
@@ -48,7 +48,7 @@ pub enum SequenceError {
     },
 }
 
-impl SequenceError {
+impl FileError {
     pub(crate) fn io(path: &Path) -> impl Fn(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |source| Self::Io { path: path.clone(), source }
@@ -59,7 +59,7 @@ impl SequenceError {
         move |reason| Self::Line { path: path.clone(), line, reason }
     }
 
-    pub(crate) fn layout(path: &Path, reason: impl Into<String>) -> Self {
-        Self::Layout { path: path.to_path_buf(), reason: reason.into() }
+    pub(crate) fn form(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Form { path: path.to_path_buf(), reason: reason.into() }
     }
 }

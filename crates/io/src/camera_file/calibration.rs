@@ -18,9 +18,9 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Distortion, Rigid3},
 };
 
-use super::SequenceError;
+use super::read::in_known_form;
 use crate::{
-    camera_file::in_known_form,
+    FileError,
     text::{data_lines, parse_number},
 };
 
@@ -67,9 +67,9 @@ impl Calibration {
     ///
     /// # Errors
     /// If no camera has these values.
-    pub fn camera(&self, size_px: (u32, u32), path: &Path) -> Result<Camera, SequenceError> {
+    pub fn camera(&self, size_px: (u32, u32), path: &Path) -> Result<Camera, FileError> {
         Camera::checked(size_px, self.focal_px, self.center_px, self.distortion)
-            .map_err(|source| SequenceError::Camera { path: path.to_path_buf(), source })
+            .map_err(|source| FileError::Camera { path: path.to_path_buf(), source })
     }
 }
 
@@ -77,10 +77,10 @@ impl Calibration {
 ///
 /// # Errors
 /// If the file cannot be read, a value is missing or not a number, or the lens model is not known.
-pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
-    let text = files::read_text(path).map_err(SequenceError::io(path))?;
+pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
+    let text = files::read_text(path).map_err(FileError::io(path))?;
     if let Some(camera) = in_known_form(path, &text) {
-        let camera = camera.map_err(|reason| SequenceError::layout(path, reason))?;
+        let camera = camera.map_err(|reason| FileError::form(path, reason))?;
         return Ok(Calibration {
             size_px: Some(camera.size_px()),
             distortion: camera.distortion(),
@@ -92,11 +92,11 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, SequenceError> {
     let first = data_lines(&text).next().unwrap_or_default();
     let matrix = first.1.split_once(':').map_or(first.1, |(_, values)| values);
     if matrix.split_whitespace().count() == 12 {
-        return kitti(matrix).map_err(SequenceError::line(path, first.0));
+        return kitti(matrix).map_err(FileError::line(path, first.0));
     }
     if second == 22 {
         let (number, line) = data_lines(&text).nth(1).unwrap_or_default();
-        return middlebury(line).map_err(SequenceError::line(path, number));
+        return middlebury(line).map_err(FileError::line(path, number));
     }
     Keys::read(&text, path).calibration()
 }
@@ -163,28 +163,28 @@ impl<'a> Keys<'a> {
         names.iter().filter_map(|name| self.values.get(*name)).find(|(_, value)| !value.is_empty())
     }
 
-    fn optional(&self, names: &[&str]) -> Result<Option<f64>, SequenceError> {
+    fn optional(&self, names: &[&str]) -> Result<Option<f64>, FileError> {
         let Some((line, value)) = self.find(names) else { return Ok(None) };
         let wrong = |_| format!("expected a number for {}, found '{value}'", names[0]);
         let number = parse_number(value.trim_matches(['"', '\''])).map_err(wrong);
-        number.map(Some).map_err(SequenceError::line(self.path, *line))
+        number.map(Some).map_err(FileError::line(self.path, *line))
     }
 
-    fn number(&self, names: &[&str]) -> Result<f64, SequenceError> {
+    fn number(&self, names: &[&str]) -> Result<f64, FileError> {
         self.optional(names)?.ok_or_else(|| {
-            SequenceError::layout(self.path, format!("expected a line '{}: NUMBER', found none", names[0]))
+            FileError::form(self.path, format!("expected a line '{}: NUMBER', found none", names[0]))
         })
     }
 
-    fn list(&self, names: &[&str]) -> Result<Option<(usize, Vec<f64>)>, SequenceError> {
+    fn list(&self, names: &[&str]) -> Result<Option<(usize, Vec<f64>)>, FileError> {
         let Some((line, value)) = self.find(names) else { return Ok(None) };
         let inside = value.trim_start_matches('[').trim_end_matches(']');
         let numbers = inside.split(',').map(str::trim).filter(|v| !v.is_empty()).map(parse_number);
         let numbers: Result<Vec<f64>, String> = numbers.collect();
-        numbers.map(|list| Some((*line, list))).map_err(SequenceError::line(self.path, *line))
+        numbers.map(|list| Some((*line, list))).map_err(FileError::line(self.path, *line))
     }
 
-    fn calibration(&self) -> Result<Calibration, SequenceError> {
+    fn calibration(&self) -> Result<Calibration, FileError> {
         let (focal_px, center_px) = self.intrinsics()?;
         Ok(Calibration {
             size_px: self.size()?,
@@ -197,25 +197,25 @@ impl<'a> Keys<'a> {
     }
 
     /// Focal lengths and principal point.
-    fn intrinsics(&self) -> Result<Intrinsics, SequenceError> {
+    fn intrinsics(&self) -> Result<Intrinsics, FileError> {
         if let Some((line, values)) = self.list(&["intrinsics"])? {
             let [fx, fy, cx, cy] = values[..] else {
                 let reason = format!("expected fx, fy, cx, cy, found {} numbers", values.len());
-                return Err(SequenceError::line(self.path, line)(reason));
+                return Err(FileError::line(self.path, line)(reason));
             };
             return Ok(((fx, fy), (cx, cy)));
         }
         if let (Some((_, f)), Some((line, c))) = (self.list(&["focal_px"])?, self.list(&["center_px"])?) {
             let ([fx, fy], [cx, cy]) = (&f[..], &c[..]) else {
                 let reason = format!("expected pairs focal_px and center_px, found {f:?} and {c:?}");
-                return Err(SequenceError::line(self.path, line)(reason));
+                return Err(FileError::line(self.path, line)(reason));
             };
             return Ok(((*fx, *fy), (*cx, *cy)));
         }
         if let Some((line, k)) = self.list(&["camera_matrix.data", "K", "k"])? {
             if k.len() != 9 {
                 let reason = format!("expected the 9 numbers of a camera matrix, found {}", k.len());
-                return Err(SequenceError::line(self.path, line)(reason));
+                return Err(FileError::line(self.path, line)(reason));
             }
             return Ok(((k[0], k[4]), (k[2], k[5])));
         }
@@ -224,11 +224,11 @@ impl<'a> Keys<'a> {
         Ok((focal, (center_x, self.number(&["cy", "Camera.cy", "Camera1.cy"])?)))
     }
 
-    fn fy(&self) -> Result<f64, SequenceError> {
+    fn fy(&self) -> Result<f64, FileError> {
         self.number(&["fy", "Camera.fy", "Camera1.fy"])
     }
 
-    fn size(&self) -> Result<Option<(u32, u32)>, SequenceError> {
+    fn size(&self) -> Result<Option<(u32, u32)>, FileError> {
         let (line, values) = match self.list(&["resolution", "image_size", "size_px"])? {
             Some((line, values)) => (line, values),
             None => {
@@ -245,12 +245,12 @@ impl<'a> Keys<'a> {
             [width, height] if is_size(&width) && is_size(&height) => Ok(Some((width as u32, height as u32))),
             _ => {
                 let reason = format!("expected width and height in whole pixels, found {values:?}");
-                Err(SequenceError::line(self.path, line)(reason))
+                Err(FileError::line(self.path, line)(reason))
             }
         }
     }
 
-    fn distortion(&self) -> Result<Distortion, SequenceError> {
+    fn distortion(&self) -> Result<Distortion, FileError> {
         const KNOWN: [&str; 6] = ["radial-tangential", "radtan", "plumb_bob", "opencv", "pinhole", "none"];
         const FISHEYE: [&str; 3] = ["equidistant", "kannala-brandt", "fisheye"];
         let names = [
@@ -273,20 +273,20 @@ impl<'a> Keys<'a> {
                 let reason = format!(
                     "expected distortion_model radial-tangential, or equidistant with 4 coefficients, found '{model}'"
                 );
-                return Err(SequenceError::line(self.path, *line)(reason));
+                return Err(FileError::line(self.path, *line)(reason));
             }
         }
         let Some((line, values)) = list else { return self.separate_distortion() };
         let mut k = [0.0; 5];
         if values.len() > k.len() {
             let reason = format!("expected at most 5 distortion coefficients, found {}", values.len());
-            return Err(SequenceError::line(self.path, line)(reason));
+            return Err(FileError::line(self.path, line)(reason));
         }
         k[..values.len()].copy_from_slice(&values);
         Ok(Distortion::RadialTangential(k))
     }
 
-    fn separate_distortion(&self) -> Result<Distortion, SequenceError> {
+    fn separate_distortion(&self) -> Result<Distortion, FileError> {
         let mut k = [0.0; 5];
         for (slot, name) in k.iter_mut().zip(["k1", "k2", "p1", "p2", "k3"]) {
             let names = [name.to_owned(), format!("Camera.{name}"), format!("Camera1.{name}")];
@@ -295,16 +295,16 @@ impl<'a> Keys<'a> {
         Ok(Distortion::RadialTangential(k))
     }
 
-    fn body_from_camera(&self) -> Result<Option<Rigid3<CameraFrame, CameraFrame>>, SequenceError> {
+    fn body_from_camera(&self) -> Result<Option<Rigid3<CameraFrame, CameraFrame>>, FileError> {
         let Some((line, t)) = self.list(&["T_BS.data"])? else { return Ok(None) };
         if t.len() != 16 {
             let reason = format!("expected the 16 numbers of T_BS, found {}", t.len());
-            return Err(SequenceError::line(self.path, line)(reason));
+            return Err(FileError::line(self.path, line)(reason));
         }
         let rotation = Matrix3::new(t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]);
         if (rotation.transpose() * rotation - Matrix3::identity()).norm() > 1e-3 {
             let reason = "expected a rotation in T_BS, found another matrix".to_owned();
-            return Err(SequenceError::line(self.path, line)(reason));
+            return Err(FileError::line(self.path, line)(reason));
         }
         let translation = Vector3::new(t[3], t[7], t[11]);
         Ok(Some(Rigid3::new(Rotation3::from_matrix_unchecked(rotation), translation)))

@@ -24,7 +24,7 @@ pub fn code_of(id: usize) -> Option<u64> {
 }
 
 /// The tag whose code, turned clockwise by so many quarters, is nearest to the bits; `None` if none is near enough.
-pub(super) fn nearest(bits: u64) -> Option<(usize, usize)> {
+pub fn nearest(bits: u64) -> Option<(usize, usize)> {
     let mut turned = bits;
     let mut best: Option<(u32, usize, usize)> = None;
     for quarters in 0..4 {
