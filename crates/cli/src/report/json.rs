@@ -10,7 +10,7 @@ use visloc_core::eval::{
 use visloc_locate::vision::DropReason;
 
 use super::{FindingReport, SkippedReport, explain_localization};
-use crate::run::{FrameRecord, PixelCounts, RunOutcome, Runner, write_text};
+use crate::run::{FrameRecord, LiveReport, PixelCounts, RunOutcome, Runner, write_text};
 
 /// How well an algorithm did: the keys that every command shares.
 #[derive(Debug, Clone, Serialize, Default)]
