@@ -1,0 +1,101 @@
+//! SLAM: one camera without a map.
+
+use std::sync::Mutex;
+
+use numpy::{IntoPyArray, PyArray2, ndarray::Array2};
+use pyo3::prelude::*;
+use visloc::{FrameOutcome, Schedule, SlamConfig, Timestamp, TrackingState};
+
+use crate::{
+    arrays::{gray_image, matrix},
+    localizer::toml_of,
+    locked, refused,
+    world::Camera,
+};
+
+/// What became of an image.
+#[pyclass(frozen, module = "visloc")]
+pub struct SlamOutcome(FrameOutcome);
+
+#[pymethods]
+impl SlamOutcome {
+    /// `starting`, `tracking` or `lost`.
+    #[getter]
+    fn state(&self) -> &'static str {
+        match self.0.state {
+            TrackingState::Starting(_) => "starting",
+            TrackingState::Tracking(_) => "tracking",
+            TrackingState::Lost => "lost",
+        }
+    }
+
+    /// 4 x 4, in units of the map; `None` without a pose.
+    #[getter]
+    fn world_from_camera<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray2<f64>>> {
+        self.0.camera_from_world.as_ref().map(|pose| matrix(py, &pose.inverse()))
+    }
+
+    /// Landmarks that were recognized, and those that were looked for.
+    #[getter]
+    fn matches(&self) -> (usize, usize) {
+        self.0.matches
+    }
+}
+
+/// Follows one camera, and makes a map of what it sees.
+#[pyclass(frozen, module = "visloc")]
+pub struct Slam(Mutex<visloc::Slam>);
+
+#[pymethods]
+impl Slam {
+    #[new]
+    #[pyo3(signature = (camera, *, preset = None, parameters = None, seed = 1, threaded = false))]
+    fn new(
+        camera: &Camera,
+        preset: Option<&str>,
+        parameters: Option<&Bound<'_, PyAny>>,
+        seed: u64,
+        threaded: bool,
+    ) -> PyResult<Self> {
+        let mut config = preset.map_or(Ok(SlamConfig::default()), SlamConfig::preset).map_err(refused)?;
+        if let Some(text) = toml_of(parameters)? {
+            config = config.with_toml(&text).map_err(refused)?;
+        }
+        let schedule = if threaded { Schedule::Threaded } else { Schedule::Sequential };
+        let slam = visloc::Slam::with_schedule(&camera.0, &config, seed, schedule).map_err(refused)?;
+        Ok(Self(Mutex::new(slam)))
+    }
+
+    /// Takes in an image, color or gray; images come in the order of time.
+    fn add_image(&self, py: Python<'_>, at_s: f64, image: &Bound<'_, PyAny>) -> PyResult<SlamOutcome> {
+        let image = gray_image(image)?;
+        let slam = &self.0;
+        let add = || locked(slam).add_frame(Timestamp::from_secs(at_s), image);
+        py.detach(add).map(SlamOutcome).map_err(refused)
+    }
+
+    /// Waits until everything is mapped.
+    fn finish(&self, py: Python<'_>) {
+        let slam = &self.0;
+        py.detach(|| drop(locked(slam).finish()));
+    }
+
+    /// Final poses: `(seconds, world_from_camera)`.
+    fn trajectory<'py>(&self, py: Python<'py>) -> Vec<(f64, Bound<'py, PyArray2<f64>>)> {
+        let poses = locked(&self.0).trajectory();
+        poses.iter().map(|pose| (pose.at.secs(), matrix(py, &pose.world_from_camera))).collect()
+    }
+
+    /// Positions of the landmarks, (N, 3), in units of the map.
+    fn landmarks<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let slam = locked(&self.0);
+        let map = slam.map();
+        let points: Vec<_> = map.landmarks().map(|(_, landmark)| landmark.point_in_world).collect();
+        Array2::from_shape_fn((points.len(), 3), |(i, axis)| points[i][axis]).into_pyarray(py)
+    }
+
+    #[getter]
+    fn num_keyframes(&self) -> usize {
+        locked(&self.0).map().keyframes().count()
+    }
+}
