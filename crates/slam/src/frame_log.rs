@@ -65,7 +65,7 @@ mod tests {
         let mut log = FrameLog::default();
         log.remember(100);
         for number in 0..1_000 {
-            log.push(FramePose { at: Timestamp::from_nanos(number), place: None });
+            log.push(FramePose::unknown(Timestamp::from_nanos(number)));
             assert!(log.poses().len() < 200);
         }
         assert_eq!(log.len(), 1_000);

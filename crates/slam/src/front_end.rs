@@ -15,7 +15,7 @@ use crate::{
     map::{KeyframeId, Map},
     mapping::{KeyframeDecision, KeyframeRule},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
-    relocate::Relocator,
+    recognize::Relocator,
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
@@ -29,7 +29,7 @@ enum Phase {
     Starting,
     /// The camera is followed.
     Tracking,
-    /// The camera is lost in its map.
+    /// The camera is lost: it is looked for in all maps and, after a while, a new map is started.
     Lost,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct FrontEnd {
     clock: Clock,
     /// The map as tracking sees it.
     map: Map,
-    /// Grows with every map that is started or given up.
+    /// Grows with every map that is started and when all are given up.
     epoch: usize,
     initializer: Initializer,
     tracker: Tracker,
@@ -54,8 +54,12 @@ pub(crate) struct FrontEnd {
     started_at: usize,
     /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
     anchor: KeyframeId,
-    /// Whether the mapper still works on a start or a keyframe.
+    /// Scale of that keyframe in the map as tracking sees it.
+    anchor_scale: f64,
+    /// Whether the mapper still works on a start or a keyframe, or gives a map up.
     awaits_keyframe: bool,
+    /// When the camera was lost.
+    lost_at: Timestamp,
 }
 
 /// Frames within which a loss means that the start was wrong.
@@ -80,7 +84,9 @@ impl FrontEnd {
             num_bad: 0,
             started_at: 0,
             anchor: KeyframeId::default(),
+            anchor_scale: 1.0,
             awaits_keyframe: false,
+            lost_at: Timestamp::default(),
         }
     }
 
@@ -108,14 +114,16 @@ impl FrontEnd {
     pub fn trajectory(&self) -> Vec<TrajectoryPose> {
         let pose = |frame: &FramePose| {
             let world_from_camera = self.camera_from_world(frame)?.inverse();
-            Some(TrajectoryPose { at: frame.at, world_from_camera })
+            let map = self.map.map_of(frame.place?.0)?;
+            Some(TrajectoryPose { at: frame.at, world_from_camera, map, is_filled_in: frame.is_filled_in })
         };
         self.frames.poses().iter().filter_map(pose).collect()
     }
 
     fn camera_from_world(&self, frame: &FramePose) -> Option<CameraFromWorld> {
         let (keyframe, camera_from_keyframe) = frame.place?;
-        Some(camera_from_keyframe * self.map.pose_of(keyframe))
+        self.map.map_of(keyframe)?;
+        Some(self.map.pose_on(keyframe, &camera_from_keyframe, frame.scale))
     }
 
     /// Takes the next frame; says what became of it and what the mapper should do.
@@ -128,7 +136,7 @@ impl FrontEnd {
         let mut timer = StageTimer::start(self.clock.clone());
         let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
         timer.end("pyramid");
-        self.frames.push(FramePose { at, place: None });
+        self.frames.push(FramePose::unknown(at));
         let incoming = Incoming { number: self.number(), at, pyramid: &pyramid };
         let mut outcome = FrameOutcome::new();
         let job = match self.phase {
@@ -170,30 +178,43 @@ impl FrontEnd {
                 None
             }
             StartStep::Started(started) => {
+                let is_only = self.map.maps().is_empty();
                 self.adopt(&started, outcome);
-                Some(Job::Adopt(started))
+                Some(Job::Adopt { started, is_only })
             }
         }
     }
 
-    /// Goes on with a started map.
+    /// Goes on with a started map. Earlier ones stay as they are.
     fn adopt(&mut self, started: &StartedMap, outcome: &mut FrameOutcome) {
         let StartedMap { map, first, second, frame, between } = started;
-        self.map = map.clone();
+        let offsets = self.map.append(map);
         self.epoch += 1;
-        self.place(map.keyframe(*first).frame, (*first, Rigid3::identity()));
+        self.anchor_scale = 1.0;
+        let (first_id, second_id) = (offsets.keyframe(*first), offsets.keyframe(*second));
+        self.place(map.keyframe(*first).frame, (first_id, Rigid3::identity()));
         let world_from_first = map.keyframe(*first).camera_from_world().inverse();
         for (number, pose) in between {
-            self.place(*number, (*first, *pose * world_from_first));
+            self.place(*number, (first_id, *pose * world_from_first));
         }
         let number = self.number();
-        self.place(number, (*second, Rigid3::identity()));
+        for earlier in std::iter::once(map.keyframe(*first).frame).chain(between.iter().map(|b| b.0)) {
+            if let Some(pose) = self.frames.get_mut(earlier) {
+                pose.is_filled_in = true;
+            }
+        }
+        self.place(number, (second_id, Rigid3::identity()));
         outcome.state = TrackingState::Tracking(Quality::Good);
         outcome.camera_from_world = Some(frame.camera_from_world);
+        outcome.map = Some(self.map.active());
         outcome.matches = (frame.features.len(), frame.features.len());
-        self.tracker.restart_from(frame.clone());
+        let mut frame = frame.clone();
+        for feature in &mut frame.features {
+            feature.landmark = offsets.landmark(feature.landmark);
+        }
+        self.tracker.restart_from(frame);
         self.rule.restart();
-        self.anchor = *second;
+        self.anchor = second_id;
         self.awaits_keyframe = true;
         self.started_at = number;
         self.num_bad = 0;
@@ -216,11 +237,11 @@ impl FrontEnd {
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.num_bad += 1;
-                if self.num_bad >= self.config.tracking.max_bad_frames {
-                    self.lose();
-                    outcome.state = TrackingState::Lost;
+                if self.num_bad < self.config.tracking.max_bad_frames {
+                    return None;
                 }
-                None
+                outcome.state = TrackingState::Lost;
+                self.lose(incoming.at)
             }
         }
     }
@@ -229,6 +250,7 @@ impl FrontEnd {
     fn accept(&mut self, report: TrackReport, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
         outcome.state = TrackingState::Tracking(report.quality);
         outcome.camera_from_world = Some(report.frame.camera_from_world);
+        outcome.map = Some(self.map.active());
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
@@ -241,28 +263,39 @@ impl FrontEnd {
             self.anchor = earlier;
         }
         let makes_keyframe = decision == KeyframeDecision::Make && report.quality == Quality::Good;
+        self.anchor_scale = self.map.scale_of(self.anchor);
         let anchor_from_world = self.map.pose_of(self.anchor);
         let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
         self.place(report.frame.number, (self.anchor, from_anchor));
         self.tracker.accept(report.frame.clone());
         self.awaits_keyframe |= makes_keyframe;
         timer.end("keyframe decision");
-        Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor: self.anchor, anchor_from_world }))
+        let (anchor, anchor_scale) = (self.anchor, self.anchor_scale);
+        Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale }))
     }
 
     /// Gives up the pose. A map that has only just been started is given up with it.
-    fn lose(&mut self) {
+    fn lose(&mut self, at: Timestamp) -> Option<Job> {
         self.num_bad = 0;
-        if self.number() < self.started_at + PROBATION_FRAMES {
-            self.phase = Phase::Starting;
-            self.map = Map::new();
-            self.epoch += 1;
-            self.frames.iter_mut().for_each(|frame| frame.place = None);
-            self.initializer.reset();
-            self.tracker.forget();
-            return;
-        }
+        self.lost_at = at;
+        self.initializer.reset();
+        let was_active = self.map.active();
+        let is_young = self.number() < self.started_at + PROBATION_FRAMES;
         self.phase = Phase::Lost;
+        if !is_young {
+            return None;
+        }
+        self.tracker.forget();
+        if self.map.maps() != [was_active] {
+            self.map.give_up(was_active);
+            self.awaits_keyframe = true;
+            return Some(Job::GiveUp(was_active));
+        }
+        self.phase = Phase::Starting;
+        self.map = Map::new();
+        self.epoch += 1;
+        self.frames.iter_mut().for_each(|frame| frame.place = None);
+        None
     }
 
     fn relocalize(
@@ -273,15 +306,41 @@ impl FrontEnd {
     ) -> Option<Job> {
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
-        let found = self.relocator.attempt(&self.map, &self.tracker, incoming, &mut work);
+        let found = self.relocator.attempt(&self.map, incoming, &mut work);
         timer.end("relocalize");
-        let (report, keyframe) = found?;
-        self.phase = Phase::Tracking;
-        outcome.is_relocalized = true;
-        self.tracker.forget();
-        self.anchor = keyframe;
-        self.rule.keyframe_made();
-        Some(self.accept(report, outcome, timer))
+        match found {
+            Ok(located) => {
+                self.phase = Phase::Tracking;
+                outcome.is_relocalized = true;
+                self.tracker.forget();
+                self.initializer.reset();
+                self.anchor = located.keyframe;
+                self.activate_anchor();
+                self.rule.keyframe_made();
+                Some(self.accept(located.report, outcome, timer))
+            }
+            Err(refused) => {
+                // While the mapper is at work, the numbers of new keyframes are not known yet.
+                let is_time = incoming.at.secs_since(self.lost_at) >= self.config.relocation.new_map_secs;
+                let job = if is_time && !self.awaits_keyframe {
+                    self.start(incoming, outcome, timer)
+                } else {
+                    None
+                };
+                if job.is_none() {
+                    outcome.state = TrackingState::Lost;
+                    outcome.refusal = refused.map(|(_, reason)| reason);
+                }
+                job
+            }
+        }
+    }
+
+    /// Goes on in the map of the keyframe that frames hang on.
+    fn activate_anchor(&mut self) {
+        if let Some(map) = self.map.map_of(self.anchor) {
+            self.map.activate(map);
+        }
     }
 
     /// Gives the map out of hand, so that the mapper need not copy what it changes.
@@ -300,7 +359,13 @@ impl FrontEnd {
             self.anchor = keyframe;
             self.rule.keyframe_made();
         }
+        let scale_before = if made.is_some() { 1.0 } else { self.anchor_scale };
         self.map = update.map;
+        if self.phase == Phase::Tracking {
+            self.activate_anchor();
+            self.anchor_scale = self.map.scale_of(self.anchor);
+            self.tracker.scale_motion(self.anchor_scale / scale_before);
+        }
         if update.has_moved {
             self.awaits_keyframe = false;
             self.correct_last(update.mapped.frame, made);
@@ -310,6 +375,8 @@ impl FrontEnd {
 
     /// Hangs a frame that has become a keyframe on itself, and the frames tracked since then on it, too.
     fn rehang(&mut self, number: usize, keyframe: KeyframeId, camera_from_world: &CameraFromWorld) {
+        // The keyframe has just been made: its scale is 1.
+        self.anchor_scale = 1.0;
         let world_from_keyframe = camera_from_world.inverse();
         for later in number + 1..self.frames.len() {
             if let Some(pose) = self.frames.get(later).and_then(|frame| self.camera_from_world(frame)) {
@@ -321,8 +388,10 @@ impl FrontEnd {
 
     /// Notes where a frame is, if it is still remembered.
     fn place(&mut self, number: usize, place: (KeyframeId, Rigid3<CameraFrame, CameraFrame>)) {
+        let scale = self.anchor_scale;
         if let Some(frame) = self.frames.get_mut(number) {
             frame.place = Some(place);
+            frame.scale = scale;
         }
     }
 

@@ -2,11 +2,12 @@
 //!
 //! A frame flows through the folders in this order: [`image`] (pyramid) -> [`start`] (the first two keyframes) or
 //! [`track`] (pose by image alignment, matching of the local map, robust pose) -> [`mapping`] (new landmarks, depth
-//! filters, bundle adjustment, culling), all on one [`map`]. When the camera is lost, [`relocate`] finds it again. [`Slam`]
+//! filters, bundle adjustment, culling), all on one [`map`]. When the camera is lost, [`recognize`] finds it again. [`Slam`]
 //! ties them together.
 //!
 //! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
 
+pub mod atlas;
 pub mod config;
 pub mod diagnosis;
 pub mod feature;
@@ -19,7 +20,7 @@ pub mod mapping;
 pub mod orb;
 mod outcome;
 pub mod patch;
-pub mod relocate;
+pub mod recognize;
 mod schedule;
 pub mod solve;
 pub mod start;

@@ -7,7 +7,12 @@ use visloc_core::{
 };
 
 use crate::{
-    lie::CameraFromWorld, map::KeyframeId, mapping::MappingReport, start::StartWait, timing::StageTimes,
+    lie::CameraFromWorld,
+    map::{KeyframeId, MapId},
+    mapping::MappingReport,
+    recognize::Refusal,
+    start::StartWait,
+    timing::StageTimes,
     track::Quality,
 };
 
@@ -51,8 +56,12 @@ pub struct FrameOutcome {
     pub state: TrackingState,
     /// Pose as known at this moment; `None` unless the frame is tracked.
     pub camera_from_world: Option<CameraFromWorld>,
+    /// The map that the pose is in; `None` unless the frame is tracked. Maps are joined later when they meet.
+    pub map: Option<MapId>,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
+    /// Of a lost frame: why the keyframe that looks most like it is another place.
+    pub refusal: Option<Refusal>,
     /// Whether a lost camera was found again in this frame.
     pub is_relocalized: bool,
     /// Time of tracking by stage.
@@ -69,7 +78,9 @@ impl FrameOutcome {
         Self {
             state: TrackingState::Lost,
             camera_from_world: None,
+            map: None,
             matches: (0, 0),
+            refusal: None,
             is_relocalized: false,
             tracking: StageTimes::default(),
             features: Vec::new(),
@@ -96,6 +107,18 @@ pub struct FramePose {
     pub at: Timestamp,
     /// The keyframe it hangs on and its pose relative to it; `None` for a frame without a pose.
     pub place: Option<(KeyframeId, Rigid3<CameraFrame, CameraFrame>)>,
+    /// Scale of that keyframe then, see [`crate::map::Map::scale_of`].
+    pub scale: f64,
+    /// Whether the frame had no pose when it was taken: the start of a map found it afterwards.
+    pub is_filled_in: bool,
+}
+
+impl FramePose {
+    /// A frame without a pose.
+    #[must_use]
+    pub fn unknown(at: Timestamp) -> Self {
+        Self { at, place: None, scale: 1.0, is_filled_in: false }
+    }
 }
 
 /// A pose of the final trajectory.
@@ -105,6 +128,10 @@ pub struct TrajectoryPose {
     pub at: Timestamp,
     /// Where the camera was, map units.
     pub world_from_camera: Rigid3<World, CameraFrame>,
+    /// The map that this is in: poses of different maps have nothing to do with each other.
+    pub map: MapId,
+    /// Whether the frame had no pose when it was taken: the start of a map found it afterwards.
+    pub is_filled_in: bool,
 }
 
 /// A frame that the system has taken in, for those who look on.

@@ -47,7 +47,7 @@ impl Slam {
         schedule: Schedule,
     ) -> Result<Self, ConfigError> {
         config.check()?;
-        let back_end = BackEnd::new(camera, config);
+        let back_end = BackEnd::new(camera, config, seed);
         let mapping = match schedule {
             Schedule::Sequential => Mapping::Here(Box::new(back_end)),
             Schedule::Threaded => {

@@ -13,7 +13,9 @@ fn outcome(state: TrackingState) -> FrameOutcome {
     FrameOutcome {
         state,
         camera_from_world: None,
+        map: None,
         matches: (0, 0),
+        refusal: None,
         is_relocalized: false,
         tracking: StageTimes::default(),
         features: Vec::new(),

@@ -195,13 +195,15 @@ pub struct MappingConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RelocationConfig {
-    /// Keyframes tried in each frame: every second try is the most similar one, the others go through the next four. By trial;
-    /// the thesis tries all.
+    /// Keyframes tried in each frame, those that look most like it. The thesis tries all.
     #[schemars(range(min = 1, max = 1000))]
     pub max_tries: usize,
     /// Fewest matches. Thesis: 20.
     #[schemars(range(min = 4, max = 10_000))]
     pub min_matches: usize,
+    /// Time after a loss from which on a new map is started if the camera is not recognized, seconds.
+    #[schemars(range(min = 0.0, max = 1_000_000.0))]
+    pub new_map_secs: f64,
 }
 
 impl Default for FeatureConfig {
@@ -294,7 +296,7 @@ impl Default for MappingConfig {
 
 impl Default for RelocationConfig {
     fn default() -> Self {
-        Self { max_tries: 1, min_matches: 20 }
+        Self { max_tries: 2, min_matches: 20, new_map_secs: 1.0 }
     }
 }
 

@@ -2,8 +2,6 @@
 
 mod pyramid;
 mod sample;
-mod small;
 
 pub use pyramid::{Pyramid, level_from_px, px_from_level};
 pub use sample::sample_square;
-pub use small::SmallImage;

@@ -3,19 +3,32 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use visloc_core::Timestamp;
+use visloc_core::{
+    Timestamp,
+    geom::{CameraFrame, Rigid3},
+};
 
 use super::LandmarkId;
-use crate::{
-    image::{Pyramid, SmallImage},
-    lie::CameraFromWorld,
-};
+use crate::{image::Pyramid, lie::CameraFromWorld, recognize::View};
 
 /// Number of a keyframe, in order of creation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct KeyframeId(pub(crate) u32);
 
 impl KeyframeId {
+    /// As an index.
+    #[inline]
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// Number of a map, in order of the starts. Maps that were joined have the number of the older one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MapId(pub(crate) u32);
+
+impl MapId {
     /// As an index.
     #[inline]
     #[must_use]
@@ -33,8 +46,10 @@ pub struct Keyframe {
     pub at: Timestamp,
     /// Its images; dropped when the keyframe is culled.
     pub pyramid: Option<Arc<Pyramid>>,
-    /// The whole view in small.
-    pub small: SmallImage,
+    /// What the place is recognized by; nothing until it was described, and once culled.
+    pub view: Option<Arc<View>>,
+    /// The map that it belongs to.
+    pub map: MapId,
     /// Gradient noise of its levels, see [`crate::feature::gradient_noise`].
     pub gradient_noise: Vec<f32>,
     /// Landmarks observed here, in order of observation.
@@ -44,13 +59,23 @@ pub struct Keyframe {
     pub turned_from: Option<KeyframeId>,
     pub(super) camera_from_world: CameraFromWorld,
     pub(super) center_in_world: Point3<f64>,
-    /// Once culled: the keyframe that it hangs on, and its pose relative to that.
-    pub(super) anchor: Option<(KeyframeId, CameraFromAnchor)>,
+    /// Its unit of length, in units of the time when it was made: it changes when loops are closed and maps are joined.
+    pub(super) scale: f64,
+    /// Once culled: the keyframe that it hangs on.
+    pub(super) anchor: Option<Anchor>,
+    /// Whether its whole map was given up.
+    pub(super) is_given_up: bool,
 }
 
-/// Pose of a culled keyframe relative to the one it hangs on.
-pub(super) type CameraFromAnchor =
-    visloc_core::geom::Rigid3<visloc_core::geom::CameraFrame, visloc_core::geom::CameraFrame>;
+/// What a culled keyframe hangs on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Anchor {
+    pub keyframe: KeyframeId,
+    /// Pose of the culled keyframe relative to it.
+    pub camera_from_anchor: Rigid3<CameraFrame, CameraFrame>,
+    /// Scale of the anchor at that time.
+    pub scale: f64,
+}
 
 impl Keyframe {
     /// Its pose.
@@ -71,6 +96,6 @@ impl Keyframe {
     #[inline]
     #[must_use]
     pub fn is_alive(&self) -> bool {
-        self.anchor.is_none()
+        self.anchor.is_none() && !self.is_given_up
     }
 }

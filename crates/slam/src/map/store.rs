@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
-use visloc_core::Timestamp;
+use nalgebra::{Point3, Rotation3};
+use visloc_core::{Timestamp, geom::Rigid3};
 
-use super::{Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Observation, shared_vec::SharedVec};
+use super::{
+    Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, MapId, Observation, keyframe::Anchor,
+    shared_vec::SharedVec,
+};
 use crate::{
-    feature::gradient_noise,
-    image::{Pyramid, SmallImage},
-    lie::CameraFromWorld,
-    mapping::DepthFilter,
-    track::TrackReport,
+    feature::gradient_noise, image::Pyramid, lie::CameraFromWorld, mapping::DepthFilter,
+    recognize::PlaceIndex, track::TrackReport,
 };
 
 /// What a keyframe is made from.
@@ -29,13 +29,20 @@ pub struct NewKeyframe {
     pub turned_from: Option<KeyframeId>,
 }
 
-/// Keyframes and landmarks. Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
+/// Keyframes and landmarks of one map or of several, each in a frame of its own until they are joined; one of them is tracked.
+/// Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
 /// landmark; both are alive; a landmark that is alive has at least one observation. Copies are cheap: they share what has not
 /// changed since.
 #[derive(Debug, Clone, Default)]
 pub struct Map {
-    keyframes: SharedVec<Keyframe>,
-    landmarks: SharedVec<Landmark>,
+    pub(super) keyframes: SharedVec<Keyframe>,
+    pub(super) landmarks: SharedVec<Landmark>,
+    /// The map that is tracked and grows.
+    pub(super) active: MapId,
+    /// How many map numbers were given out.
+    pub(super) num_maps: u32,
+    /// Finds keyframes of all maps by what they look like.
+    pub(super) index: Arc<PlaceIndex>,
 }
 
 impl Map {
@@ -65,12 +72,17 @@ impl Map {
         &mut self.landmarks[id.index()]
     }
 
-    /// All keyframes that are alive, in order of creation.
+    /// The keyframes of the map that is tracked, in order of creation.
     pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
-        let ids = (0_u32..).map(KeyframeId);
-        let all: Vec<(KeyframeId, &Keyframe)> =
-            ids.zip(self.keyframes.iter()).filter(|(_, k)| k.is_alive()).collect();
-        all.into_iter()
+        let active = self.active;
+        let of_active: Vec<(KeyframeId, &Keyframe)> =
+            self.all_keyframes().filter(|(_, keyframe)| keyframe.map == active).collect();
+        of_active.into_iter()
+    }
+
+    /// The keyframes of all maps, in order of creation.
+    pub fn all_keyframes(&self) -> impl Iterator<Item = (KeyframeId, &Keyframe)> {
+        (0_u32..).map(KeyframeId).zip(self.keyframes.iter()).filter(|(_, keyframe)| keyframe.is_alive())
     }
 
     /// All landmarks that are alive, in order of creation.
@@ -96,13 +108,16 @@ impl Map {
         self.keyframes.push(Keyframe {
             frame: new.frame,
             at: new.at,
-            small: SmallImage::new(&new.pyramid),
+            view: None,
+            map: self.active,
             gradient_noise: gradient_noise(&new.pyramid, usize::MAX),
             pyramid: Some(new.pyramid),
             landmarks: Vec::new(),
             camera_from_world: new.camera_from_world,
             center_in_world: center(&new.camera_from_world),
+            scale: 1.0,
             anchor: None,
+            is_given_up: false,
             turned_from: new.turned_from,
         });
         id
@@ -192,9 +207,11 @@ impl Map {
     /// Takes a keyframe out of the map; it stays as a place in the trajectory, hanging on `anchor`. Candidates hosted by it
     /// are removed.
     pub fn cull_keyframe(&mut self, id: KeyframeId, anchor: KeyframeId) {
-        let anchor_from_world = self.keyframes[anchor.index()].camera_from_world;
+        self.forget_view(id);
+        let Keyframe { camera_from_world: anchor_from_world, scale, .. } = self.keyframes[anchor.index()];
         let keyframe = &mut self.keyframes[id.index()];
-        keyframe.anchor = Some((anchor, keyframe.camera_from_world * anchor_from_world.inverse()));
+        let camera_from_anchor = keyframe.camera_from_world * anchor_from_world.inverse();
+        keyframe.anchor = Some(Anchor { keyframe: anchor, camera_from_anchor, scale });
         keyframe.pyramid = None;
         for landmark in std::mem::take(&mut keyframe.landmarks) {
             let is_hosted_candidate = {
@@ -232,7 +249,10 @@ impl Map {
     pub fn pose_of(&self, id: KeyframeId) -> CameraFromWorld {
         match &self.keyframes[id.index()].anchor {
             None => self.keyframes[id.index()].camera_from_world,
-            Some((anchor, camera_from_anchor)) => *camera_from_anchor * self.pose_of(*anchor),
+            Some(Anchor { keyframe, camera_from_anchor, scale }) => {
+                let grown = self.scale_of(*keyframe) / scale;
+                scaled(camera_from_anchor, grown) * self.pose_of(*keyframe)
+            }
         }
     }
 
@@ -286,7 +306,7 @@ impl Map {
                 }
             }
         }
-        for (id, keyframe) in self.keyframes() {
+        for (id, keyframe) in self.all_keyframes() {
             let is_linked = |l: &LandmarkId| self.landmark(*l).observation_in(id).is_some();
             if !keyframe.landmarks.iter().all(is_linked) {
                 return Err(format!("{id:?} lists a landmark that does not list it"));
@@ -296,7 +316,16 @@ impl Map {
     }
 }
 
-fn center(camera_from_world: &CameraFromWorld) -> Point3<f64> {
+/// A motion in another unit of length.
+#[must_use]
+pub fn scaled<A, B>(motion: &Rigid3<A, B>, factor: f64) -> Rigid3<A, B> {
+    if factor == 1.0 {
+        return *motion;
+    }
+    Rigid3::new(Rotation3::from_matrix_unchecked(*motion.rotation()), motion.translation() * factor)
+}
+
+pub(super) fn center(camera_from_world: &CameraFromWorld) -> Point3<f64> {
     Point3::from(*camera_from_world.inverse().translation())
 }
 

@@ -47,6 +47,13 @@ impl DepthFilter {
         self.good / (self.good + self.bad)
     }
 
+    /// The same in another unit of length: all depths times a factor.
+    #[must_use]
+    pub fn with_depths_times(&self, factor: f64) -> Self {
+        let Self { mean, variance, good, bad, range } = *self;
+        Self { mean: mean / factor, variance: variance / (factor * factor), good, bad, range: range / factor }
+    }
+
     /// Inverse depths two standard deviations to both sides, the lower one above 0.
     #[must_use]
     pub fn interval(&self) -> (f64, f64) {

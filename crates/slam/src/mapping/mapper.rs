@@ -10,6 +10,7 @@ use super::{
     cull::{cull_keyframes, cull_landmarks},
 };
 use crate::{
+    atlas::Meeting,
     config::SlamConfig,
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
     timing::StageTimer,
@@ -25,6 +26,8 @@ pub struct MappingReport {
     pub num_promoted: usize,
     /// The adjustment after the keyframe.
     pub adjusted: AdjustReport,
+    /// What came of a place that looks like one that was seen before.
+    pub meeting: Option<Meeting>,
 }
 
 /// Makes keyframes and landmarks.
@@ -49,6 +52,15 @@ impl Mapper {
         }
         if self.config.mapping.adjust_bundles {
             adjust_local(map, newest, &self.config.mapping, focal_px(&self.camera));
+        }
+    }
+
+    /// Takes all candidates out: tracking goes on in another map.
+    pub fn forget_candidates(&mut self, map: &mut Map) {
+        for id in std::mem::take(&mut self.candidates) {
+            if map.landmark(id).state == LandmarkState::Candidate {
+                map.remove_landmark(id);
+            }
         }
     }
 

@@ -4,8 +4,10 @@ use visloc_core::geom::Camera;
 
 use super::{FrameJob, Job, Order, Update};
 use crate::{
+    atlas::Recognizer,
     config::SlamConfig,
-    map::Map,
+    lie::CameraFromWorld,
+    map::{Map, scaled},
     mapping::{Mapper, MappingReport},
     outcome::Mapped,
     start::StartedMap,
@@ -15,16 +17,19 @@ use crate::{
 /// The map and what changes it.
 #[derive(Debug)]
 pub(crate) struct BackEnd {
-    camera: Camera,
-    config: SlamConfig,
     map: Map,
     mapper: Mapper,
+    recognizer: Recognizer,
 }
 
 impl BackEnd {
     /// Without a map.
-    pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
-        Self { camera: *camera, config: config.clone(), map: Map::new(), mapper: Mapper::new(camera, config) }
+    pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {
+        Self {
+            map: Map::new(),
+            mapper: Mapper::new(camera, config),
+            recognizer: Recognizer::new(camera, config, seed),
+        }
     }
 
     /// Does one piece of work.
@@ -33,11 +38,17 @@ impl BackEnd {
         let Order { epoch, clock, job } = order;
         let mut timer = StageTimer::start(clock);
         let (camera_from_world, frame, report) = match job {
-            Job::Adopt(started) => {
+            Job::Adopt { started, is_only } => {
                 let (pose, frame) = (started.frame.camera_from_world, started.frame.number);
-                self.adopt(*started);
+                self.adopt(&started, is_only);
                 timer.end("start map");
                 (pose, frame, MappingReport::default())
+            }
+            Job::GiveUp(map) => {
+                self.mapper.forget_candidates(&mut self.map);
+                self.map.give_up(map);
+                self.recognizer.forget();
+                (CameraFromWorld::identity(), usize::MAX, MappingReport::default())
             }
             Job::Frame(job) => {
                 let (pose, frame) = (job.report.frame.camera_from_world, job.report.frame.number);
@@ -48,24 +59,43 @@ impl BackEnd {
         Update { epoch, map: self.map.clone(), camera_from_world, has_moved, mapped }
     }
 
-    fn adopt(&mut self, started: StartedMap) {
-        let StartedMap { map, first, second, .. } = started;
-        self.map = map;
-        self.mapper = Mapper::new(&self.camera, &self.config);
+    fn adopt(&mut self, started: &StartedMap, is_only: bool) {
+        if is_only {
+            self.map = Map::new();
+        }
+        self.mapper.forget_candidates(&mut self.map);
+        self.recognizer.forget();
+        let offsets = self.map.append(&started.map);
+        let (first, second) = (offsets.keyframe(started.first), offsets.keyframe(started.second));
         self.mapper.populate(&mut self.map, second, first);
+        for keyframe in [first, second] {
+            self.recognizer.describe(&mut self.map, keyframe);
+        }
     }
 
     fn use_frame(&mut self, job: FrameJob, timer: &mut StageTimer) -> MappingReport {
-        let FrameJob { report, makes_keyframe, anchor, anchor_from_world } = job;
+        let FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale } = job;
+        if let Some(map) = self.map.map_of(anchor).filter(|map| *map != self.map.active()) {
+            // The camera was found again in another map.
+            self.mapper.forget_candidates(&mut self.map);
+            self.recognizer.forget();
+            self.map.activate(map);
+        }
         self.map.count_matches(&report);
         let (mut frame, local) = (report.frame, report.local_map.landmarks);
         let anchor_now = self.map.pose_of(anchor);
         if anchor_now != anchor_from_world {
             // The map was corrected since the frame was tracked.
-            frame.camera_from_world = frame.camera_from_world * anchor_from_world.inverse() * anchor_now;
+            let from_anchor = frame.camera_from_world * anchor_from_world.inverse();
+            let grown = self.map.scale_of(anchor) / anchor_scale;
+            frame.camera_from_world = scaled(&from_anchor, grown) * anchor_now;
         }
         if makes_keyframe {
-            self.mapper.add_keyframe(&mut self.map, &frame, &local, timer)
+            let mut report = self.mapper.add_keyframe(&mut self.map, &frame, &local, timer);
+            if let Some(keyframe) = report.keyframe {
+                report.meeting = self.recognizer.look(&mut self.map, keyframe, timer);
+            }
+            report
         } else {
             let report = self.mapper.add_frame(&mut self.map, &frame);
             timer.end("update points");

@@ -4,7 +4,7 @@ use visloc_core::Clock;
 
 use crate::{
     lie::CameraFromWorld,
-    map::{KeyframeId, Map},
+    map::{KeyframeId, Map, MapId},
     outcome::Mapped,
     start::StartedMap,
     track::TrackReport,
@@ -13,7 +13,7 @@ use crate::{
 /// Work for the mapper.
 #[derive(Debug)]
 pub(crate) struct Order {
-    /// Number of the map: it grows when a map is started or given up.
+    /// Grows with every map that is started and when all are given up: what was done before is not the newest state.
     pub epoch: usize,
     /// Measures the work.
     pub clock: Clock,
@@ -25,7 +25,7 @@ impl Order {
     /// Whether tracking relies on it being done.
     pub fn must_be_done(&self) -> bool {
         match &self.job {
-            Job::Adopt(_) => true,
+            Job::Adopt { .. } | Job::GiveUp(_) => true,
             Job::Frame(job) => job.makes_keyframe,
         }
     }
@@ -34,8 +34,15 @@ impl Order {
 /// Work for the mapper.
 #[derive(Debug)]
 pub(crate) enum Job {
-    /// Take over a map that has just been started.
-    Adopt(Box<StartedMap>),
+    /// Take over a map that has just been started, beside those that there are.
+    Adopt {
+        /// The map.
+        started: Box<StartedMap>,
+        /// Whether there is no other map.
+        is_only: bool,
+    },
+    /// Take out a map that was started wrongly.
+    GiveUp(MapId),
     /// Use a tracked frame.
     Frame(Box<FrameJob>),
 }
@@ -51,12 +58,14 @@ pub(crate) struct FrameJob {
     pub anchor: KeyframeId,
     /// Pose of that keyframe in the map that the frame was tracked on.
     pub anchor_from_world: CameraFromWorld,
+    /// Scale of that keyframe then.
+    pub anchor_scale: f64,
 }
 
 /// What the mapper has finished.
 #[derive(Debug)]
 pub(crate) struct Update {
-    /// Number of the map.
+    /// The number of the order.
     pub epoch: usize,
     /// The map as it is now.
     pub map: Map,

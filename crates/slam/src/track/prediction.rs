@@ -32,6 +32,11 @@ impl MotionModel {
         }
     }
 
+    /// Takes over another unit of length.
+    pub fn scale(&mut self, factor: f64) {
+        self.velocity.fixed_rows_mut::<3>(0).scale_mut(factor);
+    }
+
     /// Forgets the motion.
     pub fn reset(&mut self) {
         self.velocity = nalgebra::Vector6::zeros();

@@ -119,6 +119,11 @@ impl Tracker {
         self.last = Some(frame);
     }
 
+    /// Takes over another unit of length: all of the last motion times a factor.
+    pub(crate) fn scale_motion(&mut self, factor: f64) {
+        self.motion.scale(factor);
+    }
+
     /// Forgets the last frame.
     pub fn forget(&mut self) {
         self.motion.reset();

@@ -1,0 +1,198 @@
+//! Watches keyframes for places that were seen before.
+
+use std::sync::Arc;
+
+use visloc_core::{Clock, Rng, RngTree, geom::Camera};
+
+use super::{Meeting, sighting::Sighting};
+use crate::{
+    config::SlamConfig,
+    map::{Correction, KeyframeId, LandmarkId, Map, MapId},
+    mapping::adjust_local,
+    recognize::{Located, Locator, Ranked, Refusal, View},
+    timing::StageTimer,
+    track::{FrameWork, Incoming, focal_px},
+};
+
+/// Keyframes in a row that must agree.
+const IN_A_ROW: usize = 3;
+/// Keyframes in a row without agreement after which a hypothesis is dropped.
+const MOST_MISSED: usize = 2;
+/// Fewest descriptors in common for a candidate.
+const LEAST_SHARED: u32 = 12;
+
+/// A place that may be the same, and the keyframes that say so.
+#[derive(Debug, Clone)]
+struct Hypothesis {
+    /// The map of the earlier place.
+    map: MapId,
+    /// A keyframe of the earlier place.
+    candidate: KeyframeId,
+    sightings: Vec<Sighting>,
+    num_missed: usize,
+}
+
+/// Watches keyframes for places that were seen before, and joins maps.
+#[derive(Debug)]
+pub struct Recognizer {
+    camera: Camera,
+    config: SlamConfig,
+    locator: Locator,
+    rng: Rng,
+    pending: Option<Hypothesis>,
+}
+
+impl Recognizer {
+    /// For one camera. The seed fixes every random choice.
+    #[must_use]
+    pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            locator: Locator::new(camera, config),
+            rng: RngTree::new(seed).stream("places", 0),
+            pending: None,
+        }
+    }
+
+    /// Drops what was pending: tracking goes on in another map.
+    pub fn forget(&mut self) {
+        self.pending = None;
+    }
+
+    /// Notes what a keyframe looks like.
+    pub fn describe(&self, map: &mut Map, keyframe: KeyframeId) {
+        let view = View::of_keyframe(map, keyframe);
+        map.describe(keyframe, view);
+    }
+
+    /// Compares a new keyframe with all earlier places, and joins its map to another one if they are sure to meet.
+    pub fn look(&mut self, map: &mut Map, keyframe: KeyframeId, timer: &mut StageTimer) -> Option<Meeting> {
+        self.describe(map, keyframe);
+        timer.end("describe");
+        let meeting = match self.pending.take() {
+            Some(pending) => self.confirm(map, keyframe, pending),
+            None => self.suspect(map, keyframe),
+        };
+        timer.end("recognize");
+        let is_sure = self.pending.as_ref().is_some_and(|pending| pending.sightings.len() >= IN_A_ROW);
+        let Some(sure) = self.pending.take_if(|_| is_sure) else { return meeting };
+        let joined = self.join(map, &sure);
+        timer.end("join");
+        Some(joined)
+    }
+
+    /// Looks for a candidate.
+    fn suspect(&mut self, map: &Map, keyframe: KeyframeId) -> Option<Meeting> {
+        let view = Arc::clone(map.keyframe(keyframe).view.as_ref()?);
+        let ranked = map.index().query(&view);
+        let candidate = candidate(map, keyframe, &ranked)?;
+        match self.sight(map, keyframe, candidate, None) {
+            Ok(sighting) => {
+                let map = map.keyframe(candidate).map;
+                self.pending = Some(Hypothesis { map, candidate, sightings: vec![sighting], num_missed: 0 });
+                Some(Meeting::Pending { candidate, num: 1 })
+            }
+            Err(reason) => Some(Meeting::Refused { candidate, reason }),
+        }
+    }
+
+    /// Looks for the earlier place of a hypothesis in a further keyframe.
+    fn confirm(&mut self, map: &Map, keyframe: KeyframeId, mut pending: Hypothesis) -> Option<Meeting> {
+        let last = pending.sightings.last()?;
+        let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
+        let of_old = |id: &KeyframeId| map.keyframe(*id).map == pending.map;
+        let around = map.sharing(&seen, 1).into_iter().map(|(id, _)| id).find(of_old);
+        let sighting = self.sight(map, keyframe, around.unwrap_or(pending.candidate), Some(last));
+        let candidate = pending.candidate;
+        match sighting {
+            Ok(sighting) if sighting.agrees(map, last) => {
+                pending.sightings.push(sighting);
+                pending.num_missed = 0;
+            }
+            _ => pending.num_missed += 1,
+        }
+        let num = pending.sightings.len();
+        if pending.num_missed > MOST_MISSED {
+            return Some(Meeting::Refused { candidate, reason: Refusal::NotConsistent { num } });
+        }
+        self.pending = Some(pending);
+        Some(Meeting::Pending { candidate, num })
+    }
+
+    /// Looks for a keyframe around an earlier one: by its descriptors, or where an earlier sighting says.
+    fn sight(
+        &mut self,
+        map: &Map,
+        keyframe: KeyframeId,
+        around: KeyframeId,
+        expected: Option<&Sighting>,
+    ) -> Result<Sighting, Refusal> {
+        let nothing = Refusal::FewAlike { num: 0 };
+        let own = map.keyframe(keyframe);
+        let pyramid = own.pyramid.as_ref().ok_or(nothing)?;
+        let incoming = Incoming { number: own.frame, at: own.at, pyramid };
+        let mut searched = map.clone();
+        searched.activate(map.keyframe(around).map);
+        let mut aside = StageTimer::start(Clock::still());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let located = match expected {
+            Some(expected) => {
+                let pose = expected.old_from_new.pose(own.camera_from_world());
+                let report = self.locator.follow(&searched, (around, &pose), &incoming, &mut work)?;
+                Located { report, keyframe: around, pairs: Vec::new() }
+            }
+            None => {
+                let view = own.view.as_deref().ok_or(nothing)?;
+                self.locator.locate(&searched, around, (view, &incoming), &mut work)?
+            }
+        };
+        Sighting::new(map, keyframe, &located)
+    }
+
+    /// Moves the map that is tracked into the frame of the other one and makes one of both.
+    fn join(&self, map: &mut Map, sure: &Hypothesis) -> Meeting {
+        let (joined, into) = (map.active(), sure.map);
+        let Some(newest) = sure.sightings.last() else {
+            return Meeting::Pending { candidate: sure.candidate, num: 0 };
+        };
+        let old_from_new = newest.old_from_new;
+        let corrections: Vec<Correction> = map
+            .keyframes()
+            .map(|(keyframe, k)| Correction {
+                keyframe,
+                camera_from_world: old_from_new.pose(k.camera_from_world()),
+                scale: old_from_new.scale,
+            })
+            .collect();
+        map.correct(&corrections);
+        map.join(joined, into);
+        fuse(map, &sure.sightings);
+        adjust_local(map, newest.keyframe, &self.config.mapping, focal_px(&self.camera));
+        Meeting::Joined { map: joined, into, scale: old_from_new.scale }
+    }
+}
+
+/// The keyframe of another map that looks most like this one.
+fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<KeyframeId> {
+    let own = map.keyframe(keyframe).map;
+    ranked
+        .iter()
+        .filter(|ranked| ranked.num_shared >= LEAST_SHARED)
+        .map(|ranked| ranked.keyframe)
+        .find(|id| map.keyframe(*id).map != own)
+}
+
+/// Makes one of landmarks that are the same, and links the others to the keyframes that see them.
+fn fuse(map: &mut Map, sightings: &[Sighting]) {
+    for sighting in sightings {
+        for (old, new) in &sighting.same {
+            map.fuse(*old, *new);
+        }
+        for feature in &sighting.features {
+            if map.landmark(feature.landmark).is_converged() {
+                map.add_observation(feature.landmark, feature.in_keyframe(sighting.keyframe));
+            }
+        }
+    }
+}

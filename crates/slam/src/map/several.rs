@@ -1,0 +1,217 @@
+//! Several maps in one store: starting, giving up, correcting and joining them.
+
+use std::sync::Arc;
+
+use super::{
+    Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Map, MapId,
+    store::{center, scaled},
+};
+use crate::{
+    lie::CameraFromWorld,
+    recognize::{PlaceIndex, View},
+};
+
+/// A new pose of a keyframe.
+#[derive(Debug, Clone, Copy)]
+pub struct Correction {
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Its new pose.
+    pub camera_from_world: CameraFromWorld,
+    /// Factor on all lengths that are measured from it.
+    pub scale: f64,
+}
+
+/// By how much the numbers of keyframes and landmarks grow when a map is appended to others.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Offsets {
+    keyframes: u32,
+    landmarks: u32,
+}
+
+impl Offsets {
+    /// The number of a keyframe after the map was appended.
+    #[must_use]
+    pub fn keyframe(&self, id: KeyframeId) -> KeyframeId {
+        KeyframeId(id.0 + self.keyframes)
+    }
+
+    /// The number of a landmark after the map was appended.
+    #[must_use]
+    pub fn landmark(&self, id: LandmarkId) -> LandmarkId {
+        LandmarkId(id.0 + self.landmarks)
+    }
+}
+
+impl Map {
+    /// The map that is tracked and grows.
+    #[inline]
+    #[must_use]
+    pub fn active(&self) -> MapId {
+        self.active
+    }
+
+    /// The maps that have keyframes, oldest first.
+    #[must_use]
+    pub fn maps(&self) -> Vec<MapId> {
+        let mut maps: Vec<MapId> = self.all_keyframes().map(|(_, keyframe)| keyframe.map).collect();
+        maps.sort_unstable();
+        maps.dedup();
+        maps
+    }
+
+    /// The map that a keyframe belongs to; a culled one belongs to the map of the keyframe that it hangs on. `None` if the map
+    /// was given up.
+    #[must_use]
+    pub fn map_of(&self, id: KeyframeId) -> Option<MapId> {
+        let keyframe = self.keyframe(id);
+        match &keyframe.anchor {
+            Some(anchor) => self.map_of(anchor.keyframe),
+            None => (!keyframe.is_given_up).then_some(keyframe.map),
+        }
+    }
+
+    /// Goes on with another map.
+    pub fn activate(&mut self, map: MapId) {
+        self.active = map;
+    }
+
+    /// Appends a map that has just been started and goes on with it.
+    pub fn append(&mut self, started: &Self) -> Offsets {
+        let offsets =
+            Offsets { keyframes: self.keyframes.len() as u32, landmarks: self.landmarks.len() as u32 };
+        self.active = MapId(self.num_maps);
+        self.num_maps += 1;
+        for keyframe in started.keyframes.iter() {
+            self.keyframes.push(Keyframe {
+                map: self.active,
+                landmarks: keyframe.landmarks.iter().map(|id| offsets.landmark(*id)).collect(),
+                turned_from: keyframe.turned_from.map(|id| offsets.keyframe(id)),
+                ..keyframe.clone()
+            });
+        }
+        for landmark in started.landmarks.iter() {
+            let mut observations = landmark.observations.clone();
+            for observation in &mut observations {
+                observation.keyframe = offsets.keyframe(observation.keyframe);
+            }
+            self.landmarks.push(Landmark { observations, ..landmark.clone() });
+        }
+        offsets
+    }
+
+    /// Takes a whole map out: its start was wrong.
+    pub fn give_up(&mut self, map: MapId) {
+        let of_map: Vec<KeyframeId> =
+            self.all_keyframes().filter(|(_, k)| k.map == map).map(|(id, _)| id).collect();
+        for id in of_map {
+            self.forget_view(id);
+            for landmark in self.keyframes[id.index()].landmarks.clone() {
+                self.remove_landmark(landmark);
+            }
+            let keyframe = &mut self.keyframes[id.index()];
+            keyframe.is_given_up = true;
+            keyframe.pyramid = None;
+        }
+    }
+
+    /// Unit of length of a keyframe, in units of the time when it was made.
+    #[must_use]
+    pub fn scale_of(&self, id: KeyframeId) -> f64 {
+        let keyframe = self.keyframe(id);
+        match &keyframe.anchor {
+            None => keyframe.scale,
+            Some(anchor) => keyframe.scale * self.scale_of(anchor.keyframe) / anchor.scale,
+        }
+    }
+
+    /// Moves keyframes, each with a scale of its own. A landmark moves with the first of them that sees it.
+    pub fn correct(&mut self, corrections: &[Correction]) {
+        let mut is_moved = vec![false; self.landmarks.len()];
+        for correction in corrections {
+            let keyframe = &self.keyframes[correction.keyframe.index()];
+            let before = keyframe.camera_from_world;
+            let world_from_camera = correction.camera_from_world.inverse();
+            for index in keyframe.landmarks.iter().map(|landmark| landmark.index()) {
+                let is_candidate = self.landmarks[index].state == LandmarkState::Candidate;
+                let is_foreign = is_candidate && self.landmarks[index].host().keyframe != correction.keyframe;
+                if is_foreign || std::mem::replace(&mut is_moved[index], true) {
+                    continue;
+                }
+                let landmark = &mut self.landmarks[index];
+                let point_in_camera = before.transform(&landmark.point_in_world) * correction.scale;
+                landmark.point_in_world = world_from_camera.transform(&point_in_camera);
+                if is_candidate {
+                    landmark.filter = landmark.filter.with_depths_times(correction.scale);
+                }
+            }
+            let keyframe = &mut self.keyframes[correction.keyframe.index()];
+            keyframe.camera_from_world = correction.camera_from_world;
+            keyframe.center_in_world = center(&correction.camera_from_world);
+            keyframe.scale *= correction.scale;
+        }
+    }
+
+    /// Makes one map of two that are in the same frame.
+    pub fn join(&mut self, map: MapId, into: MapId) {
+        let of_map: Vec<KeyframeId> =
+            self.all_keyframes().filter(|(_, k)| k.map == map).map(|(id, _)| id).collect();
+        for id in of_map {
+            self.keyframes[id.index()].map = into;
+        }
+        if self.active == map {
+            self.active = into;
+        }
+    }
+
+    /// Makes one landmark of two that are the same: the second is taken out, and the first is seen where it was seen.
+    pub fn fuse(&mut self, kept: LandmarkId, removed: LandmarkId) {
+        if kept == removed || !self.landmark(kept).is_converged() || !self.landmark(removed).is_alive() {
+            return;
+        }
+        let observations = self.landmark(removed).observations.clone();
+        let counts = (self.landmark(removed).num_visible, self.landmark(removed).num_found);
+        self.remove_landmark(removed);
+        for observation in observations {
+            self.add_observation(kept, observation);
+        }
+        let landmark = self.landmark_mut(kept);
+        landmark.num_visible += counts.0;
+        landmark.num_found += counts.1;
+        landmark.num_missed = 0;
+    }
+
+    /// Finds keyframes of all maps by what they look like.
+    #[must_use]
+    pub fn index(&self) -> &PlaceIndex {
+        &self.index
+    }
+
+    /// Notes what a keyframe looks like, so that it can be found.
+    pub fn describe(&mut self, id: KeyframeId, view: View) {
+        let view = Arc::new(view);
+        Arc::make_mut(&mut self.index).add(id, &view);
+        self.keyframes[id.index()].view = Some(view);
+    }
+
+    /// Forgets what a keyframe looks like.
+    pub(super) fn forget_view(&mut self, id: KeyframeId) {
+        if let Some(view) = self.keyframes[id.index()].view.take() {
+            Arc::make_mut(&mut self.index).remove(id, &view);
+        }
+    }
+
+    /// Pose of a frame that hangs on a keyframe, given the scale that the keyframe had then.
+    #[must_use]
+    pub fn pose_on(
+        &self,
+        keyframe: KeyframeId,
+        camera_from_keyframe: &visloc_core::geom::Rigid3<
+            visloc_core::geom::CameraFrame,
+            visloc_core::geom::CameraFrame,
+        >,
+        scale: f64,
+    ) -> CameraFromWorld {
+        scaled(camera_from_keyframe, self.scale_of(keyframe) / scale) * self.pose_of(keyframe)
+    }
+}

@@ -1,0 +1,148 @@
+//! An index of places that grows with the map.
+
+use std::sync::LazyLock;
+
+use rand::seq::SliceRandom;
+use visloc_core::RngTree;
+
+use super::View;
+use crate::{map::KeyframeId, orb::OrbDescriptor};
+
+/// Tables. A descriptor of the same place, of which one bit in eight differs, has the same key in two of three places in at least
+/// one of them.
+const NUM_TABLES: usize = 4;
+/// Bits of a key: as many as keep the lists short for some thousand keyframes.
+const KEY_BITS: usize = 12;
+/// Bits of a signature, which tells the descriptors of one list apart.
+const SIGNATURE_BITS: usize = 32;
+/// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
+const MOST_DIFFERENT: u32 = 6;
+
+/// Which bits of a descriptor make the keys and the signature: drawn once and for all, none of them twice.
+static BITS: LazyLock<Vec<u8>> = LazyLock::new(|| {
+    let mut bits: Vec<u8> = (0..=255).collect();
+    bits.shuffle(&mut RngTree::new(2018).stream("place index", 0));
+    bits.truncate(NUM_TABLES * KEY_BITS + SIGNATURE_BITS);
+    bits
+});
+
+/// A keyframe that looks alike.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ranked {
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Descriptors in common, each weighed by how few keyframes have it.
+    pub score: f32,
+    /// Descriptors in common.
+    pub num_shared: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Entry {
+    signature: u32,
+    keyframe: KeyframeId,
+}
+
+/// Finds the keyframes that look most like a view. There is no vocabulary to learn: a descriptor is listed under some of its own
+/// bits, in several tables with different bits, and what is listed together is compared by other bits.
+///
+/// Source: Indyk and Motwani, "Approximate nearest neighbors", 1998 (bit sampling for Hamming distances).
+#[derive(Debug, Clone, Default)]
+pub struct PlaceIndex {
+    /// For each table and key, one after the other, what is listed there.
+    lists: Vec<Vec<Entry>>,
+    num_keyframes: usize,
+}
+
+impl PlaceIndex {
+    /// How many keyframes can be found.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.num_keyframes
+    }
+
+    /// Whether it has no keyframe.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.num_keyframes == 0
+    }
+
+    /// Adds a keyframe.
+    pub fn add(&mut self, keyframe: KeyframeId, view: &View) {
+        self.lists.resize_with(NUM_TABLES << KEY_BITS, Vec::new);
+        for place in &view.places {
+            let entry = Entry { signature: signature(&place.descriptor), keyframe };
+            for list in lists_of(&place.descriptor) {
+                self.lists[list].push(entry);
+            }
+        }
+        self.num_keyframes += 1;
+    }
+
+    /// Takes a keyframe out that was added with this view.
+    pub fn remove(&mut self, keyframe: KeyframeId, view: &View) {
+        for list in view.places.iter().flat_map(|place| lists_of(&place.descriptor)) {
+            self.lists[list].retain(|entry| entry.keyframe != keyframe);
+        }
+        self.num_keyframes -= 1;
+    }
+
+    /// Keyframes that look like a view, those most alike first.
+    #[must_use]
+    pub fn query(&self, view: &View) -> Vec<Ranked> {
+        if self.lists.is_empty() {
+            return Vec::new();
+        }
+        let mut found: Vec<(f32, u32)> = Vec::new();
+        // The number of the descriptor that each keyframe was found with last.
+        let mut found_by: Vec<u32> = Vec::new();
+        let mut alike: Vec<KeyframeId> = Vec::new();
+        for (number, place) in (1_u32..).zip(&view.places) {
+            let wanted = signature(&place.descriptor);
+            alike.clear();
+            for entry in lists_of(&place.descriptor).into_iter().flat_map(|list| &self.lists[list]) {
+                if (entry.signature ^ wanted).count_ones() > MOST_DIFFERENT {
+                    continue;
+                }
+                let index = entry.keyframe.index();
+                if index >= found_by.len() {
+                    found_by.resize(index + 1, 0);
+                    found.resize(index + 1, (0.0, 0));
+                }
+                if std::mem::replace(&mut found_by[index], number) != number {
+                    alike.push(entry.keyframe);
+                }
+            }
+            let weight = (1.0 + self.num_keyframes as f32 / alike.len().max(1) as f32).ln();
+            for keyframe in &alike {
+                let (score, num_shared) = &mut found[keyframe.index()];
+                *score += weight;
+                *num_shared += 1;
+            }
+        }
+        let mut ranked: Vec<Ranked> = (0_u32..)
+            .map(KeyframeId)
+            .zip(found)
+            .filter(|(_, (_, num_shared))| *num_shared > 0)
+            .map(|(keyframe, (score, num_shared))| Ranked { keyframe, score, num_shared })
+            .collect();
+        ranked.sort_by(|a, b| b.score.total_cmp(&a.score));
+        ranked
+    }
+}
+
+/// The lists that a descriptor belongs to, one of each table.
+fn lists_of(descriptor: &OrbDescriptor) -> [usize; NUM_TABLES] {
+    std::array::from_fn(|table| {
+        let bits = &BITS[table * KEY_BITS..(table + 1) * KEY_BITS];
+        (table << KEY_BITS) | gather(descriptor, bits) as usize
+    })
+}
+
+fn signature(descriptor: &OrbDescriptor) -> u32 {
+    gather(descriptor, &BITS[NUM_TABLES * KEY_BITS..])
+}
+
+fn gather(descriptor: &OrbDescriptor, bits: &[u8]) -> u32 {
+    bits.iter().fold(0, |gathered, bit| gathered << 1 | u32::from(descriptor.bit(usize::from(*bit))))
+}

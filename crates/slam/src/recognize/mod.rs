@@ -1,0 +1,19 @@
+//! Recognizing a place: one mechanism for a lost camera, for loops and for joining maps.
+//!
+//! An image is described by the ORB descriptors of its corners ([`View`]); an index that grows with the map ([`PlaceIndex`]) names
+//! the keyframes that look alike; a candidate counts once geometry agrees ([`Locator`]): a pose from descriptors, and the landmarks
+//! around it found again by their patches.
+
+mod index;
+mod locate;
+mod pairs;
+mod refusal;
+mod relocator;
+mod view;
+
+pub use index::{PlaceIndex, Ranked};
+pub use locate::{Located, Locator};
+pub use pairs::{Pair, pair_views};
+pub use refusal::Refusal;
+pub use relocator::Relocator;
+pub use view::{Described, View};

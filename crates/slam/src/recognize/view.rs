@@ -1,0 +1,71 @@
+//! What a place looks like.
+
+use nalgebra::Point2;
+use visloc_core::geom::Camera;
+
+use crate::{
+    config::FeatureConfig,
+    feature::CornerGrid,
+    image::{Pyramid, level_from_px},
+    map::{KeyframeId, LandmarkId, Map},
+    mapping::corners_in_two_passes,
+    orb::OrbDescriptor,
+};
+
+/// Most corners of an image that are described.
+const MOST_CORNERS: usize = 400;
+
+/// A place of an image with its descriptor.
+#[derive(Debug, Clone, Copy)]
+pub struct Described {
+    /// Pixel of level 0.
+    pub px: Point2<f64>,
+    /// Level on which it was described.
+    pub level: usize,
+    /// Its descriptor.
+    pub descriptor: OrbDescriptor,
+    /// In a keyframe: the landmark that is seen there. It may have been removed since.
+    pub landmark: Option<LandmarkId>,
+}
+
+/// The described places of one image.
+#[derive(Debug, Clone, Default)]
+pub struct View {
+    /// In a keyframe in order of its landmarks, in another image the best corner of each cell.
+    pub places: Vec<Described>,
+}
+
+impl View {
+    /// Of the landmarks that a keyframe sees.
+    #[must_use]
+    pub fn of_keyframe(map: &Map, id: KeyframeId) -> Self {
+        let keyframe = map.keyframe(id);
+        let Some(pyramid) = keyframe.pyramid.as_deref() else { return Self::default() };
+        let described = |landmark: &LandmarkId| {
+            let observation = map.landmark(*landmark).observation_in(id)?;
+            describe(pyramid, &observation.px, observation.level, Some(*landmark))
+        };
+        Self { places: keyframe.landmarks.iter().filter_map(described).collect() }
+    }
+
+    /// Of the corners of an image.
+    #[must_use]
+    pub fn of_image(pyramid: &Pyramid, camera: &Camera, features: &FeatureConfig) -> Self {
+        let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
+        let corners = corners_in_two_passes(pyramid, &mut grid, features);
+        let described = corners.iter().filter_map(|corner| describe(pyramid, &corner.px, corner.level, None));
+        Self { places: described.take(MOST_CORNERS).collect() }
+    }
+}
+
+fn describe(
+    pyramid: &Pyramid,
+    px: &Point2<f64>,
+    level: usize,
+    landmark: Option<LandmarkId>,
+) -> Option<Described> {
+    let place = level_from_px(px, level);
+    let (x, y) = (place.x.round().max(0.0) as usize, place.y.round().max(0.0) as usize);
+    let descriptor = OrbDescriptor::new(pyramid.level(level), x, y)?;
+    Some(Described { px: *px, level, descriptor, landmark })
+}
