@@ -366,9 +366,11 @@ impl FrontEnd {
             self.anchor_scale = self.map.scale_of(self.anchor);
             self.tracker.scale_motion(self.anchor_scale / scale_before);
         }
-        if update.has_moved {
+        if update.was_awaited {
             self.awaits_keyframe = false;
-            self.correct_last(update.mapped.frame, made);
+        }
+        if update.has_moved {
+            self.correct_last(update.mapped.frame, made, !update.was_awaited);
         }
         Some(update.mapped)
     }
@@ -397,9 +399,9 @@ impl FrontEnd {
 
     /// Takes over the pose of the last frame from the changed map. The very frame that a map was started with keeps its pose:
     /// its landmarks have hardly moved with it.
-    fn correct_last(&mut self, number: usize, made: Option<KeyframeId>) {
+    fn correct_last(&mut self, number: usize, made: Option<KeyframeId>, is_any: bool) {
         let Some(last) = self.tracker.last().map(|last| last.number) else { return };
-        let later = self.frames.get(last).filter(|_| last > number);
+        let later = self.frames.get(last).filter(|_| last > number || is_any);
         let pose = later.and_then(|frame| self.camera_from_world(frame));
         let pose =
             pose.or_else(|| made.filter(|_| last == number).map(|keyframe| self.map.pose_of(keyframe)));

@@ -48,7 +48,8 @@ pub fn log<A, B>(motion: &Rigid3<A, B>) -> Vector6<f64> {
 }
 
 /// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
-fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+#[must_use]
+pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
     let r = rotation;
     let axis = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
     let sine = axis.norm();

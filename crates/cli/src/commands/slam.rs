@@ -108,7 +108,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
         Ok(write_camera_trajectory(path, run.trajectory.poses())?)
     });
     saving.save_if(args.keyframes.as_deref(), |path| {
-        let map = run.slam.map();
+        let map = &run.map;
         let pose = |(_, k): (_, &visloc_slam::map::Keyframe)| CameraPose {
             at: k.at,
             world_from_camera: k.camera_from_world().inverse(),
@@ -120,7 +120,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
         Ok(write_camera_trajectory(path, keyframes.poses())?)
     });
     saving.save_if(args.points.as_deref(), |path| {
-        write_ply(path, run.slam.map(), run.slam.camera())?;
+        write_ply(path, &run.map, run.slam.camera())?;
         say::line!("map: {}", path.display());
         Ok(())
     });
@@ -137,6 +137,15 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         report.keyframes,
         report.points
     );
+    if report.loops + report.joins > 0 {
+        say::line!("  {} loops closed, {} maps joined", report.loops, report.joins);
+    }
+    if report.maps.len() > 1 {
+        for map in &report.maps {
+            let error = map.ate_rmse_m.map(|rmse| format!(", ATE RMSE {rmse:.4} m")).unwrap_or_default();
+            say::line!("  map {}: {} poses{error}", map.map, map.poses);
+        }
+    }
     if report.dropped + report.unmapped > 0 {
         say::line!(
             "  {} images dropped while tracking was busy, {} not mapped while mapping was",

@@ -5,6 +5,7 @@ use visloc_core::{CameraPose, CameraTrajectory, Clock, ImageSource, SkippedInput
 use visloc_slam::{
     FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame,
     diagnosis::{RunCounters, mean_brightness},
+    map::{Map, MapId},
 };
 
 use super::{FramePictures, Pace, SlamHistory};
@@ -36,8 +37,12 @@ pub struct SlamRun {
     pub history: SlamHistory,
     /// What stood in the way of poses.
     pub counters: RunCounters,
-    /// Final poses.
+    /// Final poses in the map that has most of them.
     pub trajectory: CameraTrajectory,
+    /// Final poses of each map, the one with most of them first: those of different maps have nothing to do with each other.
+    pub maps: Vec<MapWay>,
+    /// The map that has most of the poses.
+    pub map: Map,
     /// Images of the sequence, unusable ones included.
     pub num_images: usize,
     /// Images that came while tracking was busy; 0 unless live or in real time.
@@ -46,6 +51,16 @@ pub struct SlamRun {
     pub skipped: Vec<SkippedInput>,
     /// Why the source stopped early.
     pub error: Option<String>,
+}
+
+/// The camera's way in one map.
+pub struct MapWay {
+    /// The map.
+    pub map: MapId,
+    /// Final poses.
+    pub trajectory: CameraTrajectory,
+    /// How many of them were found afterwards.
+    pub num_filled_in: usize,
 }
 
 /// Somebody who looks on while SLAM runs.
@@ -160,12 +175,31 @@ pub fn run(
     }
     progress.clear();
     history.add_mapped(num_before, &slam.finish());
-    let mut trajectory = CameraTrajectory::new();
-    for pose in slam.trajectory() {
-        let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
+    let maps = ways_by_map(&slam);
+    let trajectory = maps.first().map(|way| way.trajectory.clone()).unwrap_or_default();
+    let mut map = slam.map().clone();
+    if let Some(way) = maps.first() {
+        map.activate(way.map);
     }
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);
-    Ok(SlamRun { slam, history, counters, trajectory, num_images, num_dropped, skipped, error })
+    Ok(SlamRun { slam, history, counters, trajectory, maps, map, num_images, num_dropped, skipped, error })
+}
+
+/// The final poses by map, most poses first.
+fn ways_by_map(slam: &Slam) -> Vec<MapWay> {
+    let mut ways: Vec<MapWay> = Vec::new();
+    for pose in slam.trajectory() {
+        let known = ways.iter().position(|way| way.map == pose.map);
+        let index = known.unwrap_or(ways.len());
+        if known.is_none() {
+            ways.push(MapWay { map: pose.map, trajectory: CameraTrajectory::new(), num_filled_in: 0 });
+        }
+        ways[index].num_filled_in += usize::from(pose.is_filled_in);
+        let pose = CameraPose { at: pose.at, world_from_camera: pose.world_from_camera };
+        let _ = ways[index].trajectory.push(pose);
+    }
+    ways.sort_by_key(|way| (std::cmp::Reverse(way.trajectory.poses().len()), way.map));
+    ways
 }

@@ -1,7 +1,7 @@
 //! What is known of all frames of a run.
 
 use visloc_core::Timestamp;
-use visloc_slam::{FrameOutcome, Mapped, StageTimes, TrackingState};
+use visloc_slam::{FrameOutcome, Mapped, StageTimes, TrackingState, atlas::Meeting};
 
 use super::SlamRecord;
 use crate::run::Records;
@@ -17,6 +17,10 @@ pub struct SlamHistory {
     pub num_lost_spells: usize,
     /// How often it was found again.
     pub num_relocalized: usize,
+    /// Loops that were closed.
+    pub num_loops: usize,
+    /// Maps that were joined to others.
+    pub num_joins: usize,
     /// When the first frame had a pose.
     pub first_tracked_at: Option<Timestamp>,
     /// Time by stage, over all frames that had a pose.
@@ -34,6 +38,8 @@ impl SlamHistory {
             num_tracked: 0,
             num_lost_spells: 0,
             num_relocalized: 0,
+            num_loops: 0,
+            num_joins: 0,
             first_tracked_at: None,
             tracking: StageSums::default(),
             mapping: StageSums::default(),
@@ -63,9 +69,15 @@ impl SlamHistory {
             if is_keyframe {
                 self.mapping.add(times);
             }
-            let number = first_of_map + frame;
+            match report.meeting {
+                Some(Meeting::Joined { .. }) => self.num_joins += 1,
+                Some(Meeting::Closed { .. }) => self.num_loops += 1,
+                _ => {}
+            }
+            let number = first_of_map.saturating_add(*frame);
             if let Ok(index) = self.records.binary_search_by_key(&number, |record| record.number) {
                 self.records[index].is_keyframe = is_keyframe;
+                self.records[index].meeting = report.meeting;
                 self.records[index].mapping_secs = times.total_secs();
             }
         }

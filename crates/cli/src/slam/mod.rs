@@ -14,7 +14,7 @@ mod ply;
 mod record;
 mod report;
 
-pub use drive::{Lookers, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
+pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 pub use live::SlamLive;

@@ -112,7 +112,7 @@ pub fn draw(
 fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
     // The first image has x to the right, y down and z ahead.
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.z, -point.y];
-    let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
     let points: Vec<_> = landmarks.map(|(_, landmark)| place(&landmark.point_in_world.coords)).collect();
     let poses = run.trajectory.poses();
     let way: Vec<_> = poses.iter().map(|pose| place(pose.world_from_camera.translation())).collect();
@@ -202,7 +202,7 @@ fn courses(
 fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> SpaceViews {
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
     let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.apply(point).coords);
-    let landmarks = run.slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
     let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
     let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
     let path = |label: &str, color, is_cloud, points| SpacePath {

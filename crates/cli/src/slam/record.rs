@@ -4,7 +4,7 @@ use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
 use visloc_core::{Timestamp, files::NewFile};
-use visloc_slam::{FrameOutcome, TrackingState};
+use visloc_slam::{FrameOutcome, TrackingState, atlas::Meeting, map::MapId, recognize::Refusal};
 
 /// One frame.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +17,12 @@ pub struct SlamRecord {
     pub state: TrackingState,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
+    /// The map that its pose was in.
+    pub map: Option<MapId>,
+    /// Of a lost frame: why the keyframe that looks most like it is another place.
+    pub refusal: Option<Refusal>,
+    /// What came of a place that looks like one that was seen before.
+    pub meeting: Option<Meeting>,
     /// Whether it became a keyframe.
     pub is_keyframe: bool,
     /// Whether a lost camera was found in it.
@@ -35,6 +41,9 @@ impl SlamRecord {
             at,
             state: outcome.state,
             matches: outcome.matches,
+            map: outcome.map,
+            refusal: outcome.refusal,
+            meeting: None,
             is_keyframe: false,
             is_relocalized: outcome.is_relocalized,
             tracking_secs: outcome.tracking.total_secs(),
@@ -64,16 +73,21 @@ impl SlamRecord {
 pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
     let write = || -> std::io::Result<()> {
         let mut out = NewFile::create(path)?;
-        writeln!(out, "t,state,searched,found,keyframe,relocalized,tracking_ms,mapping_ms,reason")?;
+        writeln!(out, "t,state,searched,found,keyframe,relocalized,tracking_ms,mapping_ms,reason,map")?;
         for record in records {
             let state = record.state_name();
             let reason = match record.state {
                 TrackingState::Starting(wait) => wait.to_string(),
-                _ => String::new(),
+                _ => match (&record.refusal, &record.meeting) {
+                    (Some(refusal), _) => refusal.to_string(),
+                    (None, Some(meeting)) => meeting.to_string(),
+                    (None, None) => String::new(),
+                },
             };
+            let map = record.map.map(|map| map.index().to_string()).unwrap_or_default();
             writeln!(
                 out,
-                "{},{state},{},{},{},{},{:.3},{:.3},\"{reason}\"",
+                "{},{state},{},{},{},{},{:.3},{:.3},\"{reason}\",{map}",
                 record.at,
                 record.matches.0,
                 record.matches.1,

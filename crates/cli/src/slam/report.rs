@@ -6,7 +6,7 @@ use visloc_core::{
     eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error},
 };
 
-use super::{SlamHistory, SlamRun, StageSums};
+use super::{MapWay, SlamHistory, SlamRun, StageSums};
 use crate::{
     report::{FindingReport, explain_tracking},
     stopwatch::{peak_memory_mb, process_cpu_secs},
@@ -34,7 +34,13 @@ pub struct SlamReport {
     pub keyframes: usize,
     /// Landmarks in the map at the end.
     pub points: usize,
-    /// Absolute trajectory error after alignment with scale, meters.
+    /// Loops that were closed.
+    pub loops: usize,
+    /// Maps that were joined to others.
+    pub joins: usize,
+    /// The maps at the end, the one with most poses first.
+    pub maps: Vec<MapReport>,
+    /// Absolute trajectory error after alignment with scale, meters; of the map with most poses.
     pub ate_m: Option<AteReport>,
     /// Rotation error from frame to frame, root mean square, degrees.
     pub rpe_rot_deg: Option<f64>,
@@ -56,6 +62,32 @@ pub struct SlamReport {
     pub unmapped: usize,
     /// Why too little was tracked; empty if enough was.
     pub diagnosis: Vec<FindingReport>,
+}
+
+/// One map.
+#[derive(Debug, Clone, Serialize)]
+pub struct MapReport {
+    /// Its number, in order of the starts.
+    pub map: usize,
+    /// Poses in it.
+    pub poses: usize,
+    /// Of those, found afterwards: by the start of the map.
+    pub filled_in: usize,
+    /// Root of the mean square of the trajectory error after alignment with scale, meters.
+    pub ate_rmse_m: Option<f64>,
+}
+
+impl MapReport {
+    fn new(way: &MapWay, truth: Option<&CameraTrajectory>) -> Self {
+        let pairs = truth.map(|truth| associate(truth, &way.trajectory, POSE_TOLERANCE_SECS));
+        let error = pairs.and_then(|pairs| absolute_error(&pairs, Alignment::Similarity));
+        Self {
+            map: way.map.index(),
+            poses: way.trajectory.poses().len(),
+            filled_in: way.num_filled_in,
+            ate_rmse_m: error.map(|error| error.rmse),
+        }
+    }
 }
 
 /// Absolute trajectory error, meters.
@@ -99,11 +131,11 @@ impl SlamReport {
         let tracked = if run.slam.has_forgotten_frames() {
             run.history.num_tracked
         } else {
-            run.trajectory.poses().len()
+            run.maps.iter().map(|way| way.trajectory.poses().len()).sum()
         };
         let start = records.first().map(|record| record.at);
         let first = run.history.first_tracked_at;
-        let map = run.slam.map();
+        let map = &run.map;
         let keyframe_secs = records.iter().filter(|r| r.is_keyframe).map(|r| r.mapping_secs);
         let tracking_secs = records.iter().filter(|r| r.is_tracked()).map(|r| r.tracking_secs);
         let coverage = tracked as f64 / run.num_images.max(1) as f64;
@@ -116,6 +148,9 @@ impl SlamReport {
             relocalizations: run.history.num_relocalized,
             keyframes: map.keyframes().count(),
             points: map.landmarks().filter(|(_, landmark)| landmark.is_converged()).count(),
+            loops: run.history.num_loops,
+            joins: run.history.num_joins,
+            maps: run.maps.iter().map(|way| MapReport::new(way, truth)).collect(),
             ate_m: error.as_ref().map(|error| AteReport {
                 rmse: error.rmse,
                 mean: error.mean,

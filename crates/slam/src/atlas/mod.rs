@@ -1,11 +1,15 @@
 //! Several maps, and places that are seen again: keyframes are compared with all earlier ones; where three in a row agree, two
 //! maps are joined or a loop is closed.
 
+mod closing;
+mod global;
 mod meeting;
+mod pose_graph;
 mod recognizer;
 mod sighting;
 mod similarity;
 
 pub use meeting::Meeting;
+pub use pose_graph::{PoseGraph, PoseGraphEdge};
 pub use recognizer::Recognizer;
 pub use similarity::Similarity;

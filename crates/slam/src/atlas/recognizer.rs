@@ -4,7 +4,12 @@ use std::sync::Arc;
 
 use visloc_core::{Clock, Rng, RngTree, geom::Camera};
 
-use super::{Meeting, sighting::Sighting};
+use super::{
+    Meeting,
+    closing::{bend, spread},
+    global::GlobalAdjustment,
+    sighting::Sighting,
+};
 use crate::{
     config::SlamConfig,
     map::{Correction, KeyframeId, LandmarkId, Map, MapId},
@@ -20,6 +25,12 @@ const IN_A_ROW: usize = 3;
 const MOST_MISSED: usize = 2;
 /// Fewest descriptors in common for a candidate.
 const LEAST_SHARED: u32 = 12;
+
+/// Least score of a candidate, share of the one of the most alike keyframe that sees the same landmarks. Source: Mur-Artal,
+/// Montiel and Tardos, "ORB-SLAM", 2015, section VII-A, takes the least alike of them.
+const LEAST_SCORE: f32 = 0.25;
+/// The newest keyframes are the same visit.
+const RECENT: usize = 10;
 
 /// A place that may be the same, and the keyframes that say so.
 #[derive(Debug, Clone)]
@@ -40,6 +51,8 @@ pub struct Recognizer {
     locator: Locator,
     rng: Rng,
     pending: Option<Hypothesis>,
+    /// The adjustment after the last loop or joining, while it is under way.
+    global: Option<GlobalAdjustment>,
 }
 
 impl Recognizer {
@@ -52,12 +65,26 @@ impl Recognizer {
             locator: Locator::new(camera, config),
             rng: RngTree::new(seed).stream("places", 0),
             pending: None,
+            global: None,
         }
     }
 
     /// Drops what was pending: tracking goes on in another map.
     pub fn forget(&mut self) {
         self.pending = None;
+        self.global = None;
+    }
+
+    /// Goes on with the adjustment of the whole map, if there is one to be done; says whether keyframes have moved.
+    pub fn adjust(&mut self, map: &mut Map, timer: &mut StageTimer) -> bool {
+        let Some(global) = &mut self.global else { return false };
+        let is_done = global.step(&self.config.mapping);
+        if is_done {
+            global.apply(map);
+            self.global = None;
+        }
+        timer.end("global adjustment");
+        is_done
     }
 
     /// Notes what a keyframe looks like.
@@ -77,9 +104,24 @@ impl Recognizer {
         timer.end("recognize");
         let is_sure = self.pending.as_ref().is_some_and(|pending| pending.sightings.len() >= IN_A_ROW);
         let Some(sure) = self.pending.take_if(|_| is_sure) else { return meeting };
-        let joined = self.join(map, &sure);
+        let newest = sure.sightings.last()?;
+        let done = if sure.map == map.active() {
+            match bend(map, newest) {
+                Ok(bend) => {
+                    spread(map, &sure.sightings);
+                    let (candidate, drift, scale) = (sure.candidate, bend.drift, bend.scale);
+                    Meeting::Closed { candidate, drift, scale }
+                }
+                Err(reason) => return Some(Meeting::Refused { candidate: sure.candidate, reason }),
+            }
+        } else {
+            move_over(map, newest, sure.map)
+        };
+        fuse(map, &sure.sightings);
+        adjust_local(map, newest.keyframe, &self.config.mapping, focal_px(&self.camera));
+        self.global = GlobalAdjustment::start(map, focal_px(&self.camera));
         timer.end("join");
-        Some(joined)
+        Some(done)
     }
 
     /// Looks for a candidate.
@@ -134,6 +176,8 @@ impl Recognizer {
         let incoming = Incoming { number: own.frame, at: own.at, pyramid };
         let mut searched = map.clone();
         searched.activate(map.keyframe(around).map);
+        // Landmarks of this visit are where the way has drifted to: they would pull the pose there.
+        searched.hide(map.connected(keyframe, 1).iter().map(|(id, _)| *id).chain([keyframe]));
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let located = match expected {
@@ -149,38 +193,40 @@ impl Recognizer {
         };
         Sighting::new(map, keyframe, &located)
     }
-
-    /// Moves the map that is tracked into the frame of the other one and makes one of both.
-    fn join(&self, map: &mut Map, sure: &Hypothesis) -> Meeting {
-        let (joined, into) = (map.active(), sure.map);
-        let Some(newest) = sure.sightings.last() else {
-            return Meeting::Pending { candidate: sure.candidate, num: 0 };
-        };
-        let old_from_new = newest.old_from_new;
-        let corrections: Vec<Correction> = map
-            .keyframes()
-            .map(|(keyframe, k)| Correction {
-                keyframe,
-                camera_from_world: old_from_new.pose(k.camera_from_world()),
-                scale: old_from_new.scale,
-            })
-            .collect();
-        map.correct(&corrections);
-        map.join(joined, into);
-        fuse(map, &sure.sightings);
-        adjust_local(map, newest.keyframe, &self.config.mapping, focal_px(&self.camera));
-        Meeting::Joined { map: joined, into, scale: old_from_new.scale }
-    }
 }
 
-/// The keyframe of another map that looks most like this one.
+/// Moves the map that is tracked into the frame of another one and makes one of both.
+fn move_over(map: &mut Map, newest: &Sighting, into: MapId) -> Meeting {
+    let joined = map.active();
+    let old_from_new = newest.old_from_new;
+    let corrections: Vec<Correction> = map
+        .keyframes()
+        .map(|(keyframe, k)| Correction {
+            keyframe,
+            camera_from_world: old_from_new.pose(k.camera_from_world()),
+            scale: old_from_new.scale,
+        })
+        .collect();
+    map.correct(&corrections);
+    map.join(joined, into);
+    Meeting::Joined { map: joined, into, scale: old_from_new.scale }
+}
+
+/// The keyframe that looks most like this one, of another map or of a place that the camera has left since.
 fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<KeyframeId> {
     let own = map.keyframe(keyframe).map;
+    let connected = map.connected(keyframe, 1);
+    let is_connected = |id: KeyframeId| connected.iter().any(|(other, _)| *other == id);
+    let near = ranked.iter().find(|ranked| ranked.keyframe != keyframe && is_connected(ranked.keyframe));
+    let least = near.map_or(0.0, |near| LEAST_SCORE * near.score);
     ranked
         .iter()
-        .filter(|ranked| ranked.num_shared >= LEAST_SHARED)
+        .filter(|ranked| ranked.num_shared >= LEAST_SHARED && ranked.score >= least)
         .map(|ranked| ranked.keyframe)
-        .find(|id| map.keyframe(*id).map != own)
+        .find(|id| {
+            let is_old = id.index() + RECENT < keyframe.index() && !is_connected(*id);
+            map.keyframe(*id).map != own || is_old
+        })
 }
 
 /// Makes one of landmarks that are the same, and links the others to the keyframes that see them.

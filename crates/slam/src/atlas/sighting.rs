@@ -2,6 +2,7 @@
 
 use crate::{
     atlas::Similarity,
+    lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
     recognize::{Located, Refusal},
     track::Feature,
@@ -25,6 +26,10 @@ const MOST_SHIFT: f64 = 0.1;
 pub struct Sighting {
     /// The keyframe.
     pub keyframe: KeyframeId,
+    /// The keyframe of the earlier place that it was found by.
+    pub around: KeyframeId,
+    /// Its pose as the earlier place has it.
+    pub pose_there: CameraFromWorld,
     /// From the map as the keyframe has it to the one of the earlier place.
     pub old_from_new: Similarity,
     /// Landmarks of the earlier place, as the keyframe sees them.
@@ -40,34 +45,10 @@ impl Sighting {
     ///
     /// # Errors
     /// If the scale of the maps to each other is not clear.
-    pub fn new(map: &Map, keyframe: KeyframeId, view_pairs: &Located) -> Result<Self, Refusal> {
-        let Located { report, pairs, .. } = view_pairs;
+    pub fn new(map: &Map, keyframe: KeyframeId, located: &Located) -> Result<Self, Refusal> {
+        let Located { report, keyframe: around, .. } = located;
         let own = map.keyframe(keyframe);
-        let mut same: Vec<(LandmarkId, LandmarkId)> = Vec::new();
-        let places = own.view.as_deref().map_or(&[][..], |view| &view.places);
-        for pair in pairs {
-            if let Some(own) = places.get(pair.place).and_then(|place| place.landmark) {
-                same.push((pair.landmark, own));
-            }
-        }
-        for feature in &report.frame.features {
-            let limit = SAME_PLACE_PX * f64::from(1_u32 << feature.level);
-            let near = own.landmarks.iter().filter_map(|id| {
-                let observation = map.landmark(*id).observation_in(keyframe)?;
-                Some(((observation.px - feature.px).norm(), *id))
-            });
-            let nearest = near.filter(|(px, _)| *px < limit).min_by(|a, b| a.0.total_cmp(&b.0));
-            if let Some((_, id)) = nearest {
-                same.push((feature.landmark, id));
-            }
-        }
-        same.retain(|(old, new)| {
-            old != new && map.landmark(*old).is_converged() && map.landmark(*new).is_converged()
-        });
-        same.sort_unstable();
-        same.dedup_by_key(|(old, _)| *old);
-        same.sort_unstable_by_key(|(old, new)| (*new, *old));
-        same.dedup_by_key(|(_, new)| *new);
+        let mut same = candidates_for_same(map, keyframe, located);
         let pose_there = report.frame.camera_from_world;
         let ratio = |(old, new): &(LandmarkId, LandmarkId)| {
             let there = pose_there.transform(&map.landmark(*old).point_in_world).z;
@@ -85,7 +66,8 @@ impl Sighting {
         same.retain(|pair| agrees(ratio(pair)));
         let old_from_new = Similarity::between(own.camera_from_world(), &pose_there, median);
         let depth = crate::track::scene_depth(map, &report.frame);
-        Ok(Self { keyframe, old_from_new, features: report.frame.features.clone(), same, depth })
+        let features = report.frame.features.clone();
+        Ok(Self { keyframe, around: *around, pose_there, old_from_new, features, same, depth })
     }
 
     /// Whether another sighting says the same of how the maps lie to each other.
@@ -101,4 +83,36 @@ impl Sighting {
             && ratio < SAME_SCALE
             && ratio > 1.0 / SAME_SCALE
     }
+}
+
+/// Pairs of landmarks, of the earlier place and of the keyframe, that may be the same: their descriptors are alike, or the
+/// keyframe sees both at the same place. Each landmark is in one pair at most.
+fn candidates_for_same(map: &Map, keyframe: KeyframeId, located: &Located) -> Vec<(LandmarkId, LandmarkId)> {
+    let own = map.keyframe(keyframe);
+    let mut same: Vec<(LandmarkId, LandmarkId)> = Vec::new();
+    let places = own.view.as_deref().map_or(&[][..], |view| &view.places);
+    for pair in &located.pairs {
+        if let Some(own) = places.get(pair.place).and_then(|place| place.landmark) {
+            same.push((pair.landmark, own));
+        }
+    }
+    for feature in &located.report.frame.features {
+        let limit = SAME_PLACE_PX * f64::from(1_u32 << feature.level);
+        let near = own.landmarks.iter().filter_map(|id| {
+            let observation = map.landmark(*id).observation_in(keyframe)?;
+            Some(((observation.px - feature.px).norm(), *id))
+        });
+        let nearest = near.filter(|(px, _)| *px < limit).min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, id)) = nearest {
+            same.push((feature.landmark, id));
+        }
+    }
+    same.retain(|(old, new)| {
+        old != new && map.landmark(*old).is_converged() && map.landmark(*new).is_converged()
+    });
+    same.sort_unstable();
+    same.dedup_by_key(|(old, _)| *old);
+    same.sort_unstable_by_key(|(old, new)| (*new, *old));
+    same.dedup_by_key(|(_, new)| *new);
+    same
 }

@@ -1,10 +1,10 @@
 //! Similarity transforms between maps.
 
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 
 use crate::lie::CameraFromWorld;
 
-/// Takes points of one map to another: turned, enlarged, moved.
+/// Turns, enlarges and moves points: takes them from one map to another, or from a map to a camera with a unit of length of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
     /// Factor on lengths; above 0.
@@ -16,29 +16,87 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// From the pose of one camera in both maps, and the factor on lengths from the first map to the second.
+    /// Of a camera with the unit of length of its map.
     #[must_use]
-    pub fn between(first: &CameraFromWorld, second: &CameraFromWorld, scale: f64) -> Self {
-        let rotation = second.rotation().transpose() * first.rotation();
-        let translation =
-            second.rotation().transpose() * (first.translation() * scale - second.translation());
-        Self { scale, rotation, translation }
+    pub fn of_pose(pose: &CameraFromWorld) -> Self {
+        Self { scale: 1.0, rotation: *pose.rotation(), translation: *pose.translation() }
     }
 
-    /// A point in the other map.
+    /// From the pose of one camera in two maps, and the factor on lengths from the first map to the second.
+    #[must_use]
+    pub fn between(first: &CameraFromWorld, second: &CameraFromWorld, scale: f64) -> Self {
+        let first = Self::of_pose(first).enlarged(scale);
+        Self::of_pose(second).inverse().after(&first)
+    }
+
+    /// The same with all lengths that come out times a factor.
+    #[must_use]
+    pub fn enlarged(&self, factor: f64) -> Self {
+        Self { scale: self.scale * factor, rotation: self.rotation, translation: self.translation * factor }
+    }
+
+    /// The way back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self { scale: 1.0 / self.scale, rotation, translation: -(rotation * self.translation) / self.scale }
+    }
+
+    /// First the other one, then this one.
+    #[must_use]
+    pub fn after(&self, first: &Self) -> Self {
+        Self {
+            scale: self.scale * first.scale,
+            rotation: self.rotation * first.rotation,
+            translation: self.rotation * first.translation * self.scale + self.translation,
+        }
+    }
+
+    /// A point after it.
     #[must_use]
     pub fn point(&self, point: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.rotation * point.coords * self.scale + self.translation)
     }
 
-    /// The pose of a camera in the other map.
+    /// The pose in the other map of a camera of the first.
     #[must_use]
     pub fn pose(&self, camera_from_world: &CameraFromWorld) -> CameraFromWorld {
-        let mut rotation =
-            Rotation3::from_matrix_unchecked(camera_from_world.rotation() * self.rotation.transpose());
+        Self::of_pose(camera_from_world).after(&self.inverse()).to_pose()
+    }
+
+    /// The pose of a camera that this takes points of a map to, whatever its unit of length.
+    #[must_use]
+    pub fn to_pose(&self) -> CameraFromWorld {
+        let mut rotation = Rotation3::from_matrix_unchecked(self.rotation);
         rotation.renormalize();
-        let translation = camera_from_world.translation() * self.scale - rotation * self.translation;
-        CameraFromWorld::new(rotation, translation)
+        CameraFromWorld::new(rotation, self.translation / self.scale)
+    }
+
+    /// Rotation vector, translation over a length, and logarithm of the scale: all zero for the identity.
+    #[must_use]
+    pub fn coordinates(&self, length: f64) -> SVector<f64, 7> {
+        let turn = crate::lie::rotation_vector(&self.rotation);
+        let shift = self.translation / length;
+        SVector::<f64, 7>::from_column_slice(&[
+            turn.x,
+            turn.y,
+            turn.z,
+            shift.x,
+            shift.y,
+            shift.z,
+            self.scale.ln(),
+        ])
+    }
+
+    /// The inverse of [`Similarity::coordinates`].
+    #[must_use]
+    pub fn from_coordinates(coordinates: &SVector<f64, 7>, length: f64) -> Self {
+        let c = coordinates;
+        Self {
+            scale: c[6].exp(),
+            rotation: Rotation3::from_scaled_axis(Vector3::new(c[0], c[1], c[2])).into_inner(),
+            translation: Vector3::new(c[3], c[4], c[5]) * length,
+        }
     }
 }
 
@@ -49,21 +107,31 @@ mod tests {
     use super::*;
     use crate::lie::exp;
 
+    fn pose(twist: [f64; 6]) -> CameraFromWorld {
+        exp(&Vector6::from(twist)) * CameraFromWorld::identity()
+    }
+
     #[test]
     fn cameras_see_the_same_directions_in_both_maps() {
-        let first: CameraFromWorld =
-            exp(&Vector6::new(0.3, -1.0, 0.4, 0.2, 0.5, -0.1)) * CameraFromWorld::identity();
-        let second: CameraFromWorld =
-            exp(&Vector6::new(-2.0, 0.5, 1.0, -0.7, 0.1, 0.3)) * CameraFromWorld::identity();
+        let (first, second) =
+            (pose([0.3, -1.0, 0.4, 0.2, 0.5, -0.1]), pose([-2.0, 0.5, 1.0, -0.7, 0.1, 0.3]));
         let similarity = Similarity::between(&first, &second, 2.5);
         let there = similarity.pose(&first);
         assert!((there.rotation() - second.rotation()).norm() < 1e-12);
         assert!((there.translation() - second.translation()).norm() < 1e-12);
-        let other: CameraFromWorld =
-            exp(&Vector6::new(0.1, 0.2, -0.3, 0.4, -0.5, 0.6)) * CameraFromWorld::identity();
+        let other = pose([0.1, 0.2, -0.3, 0.4, -0.5, 0.6]);
         let point = Point3::new(1.0, 2.0, 3.0);
         let seen = other.transform(&point).coords * 2.5;
         let seen_there = similarity.pose(&other).transform(&similarity.point(&point)).coords;
         assert!((seen - seen_there).norm() < 1e-12);
+    }
+
+    #[test]
+    fn coordinates_and_the_way_back() {
+        let coordinates = SVector::<f64, 7>::from_column_slice(&[0.1, -0.2, 0.3, 1.0, 2.0, -3.0, 0.4]);
+        let similarity = Similarity::from_coordinates(&coordinates, 2.0);
+        assert!((similarity.coordinates(2.0) - coordinates).norm() < 1e-12);
+        let none = similarity.inverse().after(&similarity);
+        assert!(none.coordinates(1.0).norm() < 1e-12);
     }
 }

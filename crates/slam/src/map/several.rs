@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use visloc_core::geom::{CameraFrame, Rigid3};
+
 use super::{
     Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Map, MapId,
     store::{center, scaled},
@@ -152,6 +154,13 @@ impl Map {
         }
     }
 
+    /// Takes keyframes out of the maps, in a copy that is only searched.
+    pub fn hide(&mut self, keyframes: impl Iterator<Item = KeyframeId>) {
+        for id in keyframes {
+            self.keyframes[id.index()].map = MapId(u32::MAX);
+        }
+    }
+
     /// Makes one map of two that are in the same frame.
     pub fn join(&mut self, map: MapId, into: MapId) {
         let of_map: Vec<KeyframeId> =
@@ -206,10 +215,7 @@ impl Map {
     pub fn pose_on(
         &self,
         keyframe: KeyframeId,
-        camera_from_keyframe: &visloc_core::geom::Rigid3<
-            visloc_core::geom::CameraFrame,
-            visloc_core::geom::CameraFrame,
-        >,
+        camera_from_keyframe: &Rigid3<CameraFrame, CameraFrame>,
         scale: f64,
     ) -> CameraFromWorld {
         scaled(camera_from_keyframe, self.scale_of(keyframe) / scale) * self.pose_of(keyframe)

@@ -85,8 +85,13 @@ impl Map {
         (0_u32..).map(KeyframeId).zip(self.keyframes.iter()).filter(|(_, keyframe)| keyframe.is_alive())
     }
 
-    /// All landmarks that are alive, in order of creation.
+    /// The landmarks of the map that is tracked, in order of creation.
     pub fn landmarks(&self) -> impl Iterator<Item = (LandmarkId, &Landmark)> {
+        self.all_landmarks().filter(|(_, l)| self.keyframe(l.host().keyframe).map == self.active)
+    }
+
+    /// The landmarks of all maps, in order of creation.
+    pub fn all_landmarks(&self) -> impl Iterator<Item = (LandmarkId, &Landmark)> {
         (0_u32..).map(LandmarkId).zip(self.landmarks.iter()).filter(|(_, landmark)| landmark.is_alive())
     }
 
@@ -295,7 +300,7 @@ impl Map {
     /// # Errors
     /// If one is broken.
     pub fn check(&self) -> Result<(), String> {
-        for (id, landmark) in self.landmarks() {
+        for (id, landmark) in self.all_landmarks() {
             if landmark.observations.is_empty() {
                 return Err(format!("landmark {id:?} has no observation"));
             }

@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{
     config::MappingConfig,
+    lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
     solve::{Bundle, BundleObservation, BundleSettings, BundleTie},
     track::whitening,
@@ -24,6 +25,7 @@ pub struct AdjustReport {
 }
 
 /// Which keyframe and landmark each index of a bundle is.
+#[derive(Debug)]
 struct Index {
     keyframes: Vec<KeyframeId>,
     landmarks: Vec<LandmarkId>,
@@ -45,6 +47,60 @@ pub fn adjust_local(
 pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
     let free: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
     adjust(map, &free, config, focal_px)
+}
+
+/// Adjusts a copy of a whole map step by step, while the map goes on.
+#[derive(Debug)]
+pub struct WholeAdjustment {
+    bundle: Bundle,
+    index: Index,
+    last_cost: Option<f64>,
+}
+
+/// Gain of a step, share of the cost, below which more steps are of no use.
+const LEAST_GAIN: f64 = 1e-3;
+
+impl WholeAdjustment {
+    /// Of these keyframes, in order, and all that they see.
+    #[must_use]
+    pub fn new(map: &Map, free: &[KeyframeId], focal_px: f64) -> Self {
+        let (bundle, index) = collect(map, free, focal_px);
+        Self { bundle, index, last_cost: None }
+    }
+
+    /// Does some iterations; says whether more may help. Outliers are left out from the second time on.
+    pub fn step(&mut self, config: &MappingConfig) -> bool {
+        if self.last_cost.is_some() {
+            let bundle = &self.bundle;
+            let fits = |o: &BundleObservation| {
+                bundle.residual(o).is_some_and(|error| error.norm_squared() <= 4.0 * CHI2)
+            };
+            self.bundle.observations = bundle.observations.iter().filter(|o| fits(o)).copied().collect();
+        }
+        let settings = BundleSettings { max_iterations: 1, huber: CHI2.sqrt() };
+        let report = self.bundle.solve(&settings);
+        let gain = (report.first_cost - report.last_cost) / report.first_cost.max(1e-300);
+        let is_first = self.last_cost.replace(report.last_cost).is_none();
+        (is_first || gain > LEAST_GAIN) && config.adjust_bundles
+    }
+
+    /// The keyframes and their new poses, in order.
+    #[must_use]
+    pub fn keyframes(&self) -> Vec<(KeyframeId, CameraFromWorld)> {
+        let mut poses: Vec<(KeyframeId, CameraFromWorld)> =
+            self.index.keyframes.iter().copied().zip(self.bundle.cameras.iter().copied()).collect();
+        poses.sort_unstable_by_key(|(id, _)| *id);
+        poses
+    }
+
+    /// Moves the landmarks that are still there.
+    pub fn move_landmarks(&self, map: &mut Map) {
+        for (id, point) in self.index.landmarks.iter().zip(&self.bundle.points) {
+            if map.landmark(*id).is_converged() {
+                map.landmark_mut(*id).point_in_world = *point;
+            }
+        }
+    }
 }
 
 fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: f64) -> AdjustReport {

@@ -8,7 +8,7 @@ mod epipolar;
 mod keyframes;
 mod mapper;
 
-pub use adjust::{AdjustReport, adjust_all, adjust_local};
+pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use depth_filter::DepthFilter;
 pub use epipolar::{EpipolarSearch, View};

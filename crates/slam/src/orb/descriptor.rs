@@ -57,6 +57,18 @@ impl OrbDescriptor {
         self.words.iter().zip(&other.words).map(|(a, b)| (a ^ b).count_ones()).sum()
     }
 
+    /// The number of different bits if it is below a limit.
+    #[inline]
+    #[must_use]
+    pub fn distance_below(&self, other: &Self, limit: u32) -> Option<u32> {
+        let different = |i: usize| (self.words[i] ^ other.words[i]).count_ones();
+        let half = different(0) + different(1);
+        if half >= limit {
+            return None;
+        }
+        Some(half + different(2) + different(3)).filter(|distance| *distance < limit)
+    }
+
     /// One of the 256 bits.
     #[must_use]
     pub fn bit(&self, bit: usize) -> bool {

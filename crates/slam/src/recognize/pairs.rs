@@ -52,7 +52,8 @@ fn best(descriptor: &OrbDescriptor, known: &[(LandmarkId, OrbDescriptor)]) -> Op
     let mut best: Option<(LandmarkId, u32)> = None;
     let mut second = u32::MAX;
     for (id, other) in known {
-        let distance = descriptor.distance(other);
+        // What is farther than the second best changes nothing.
+        let Some(distance) = descriptor.distance_below(other, second) else { continue };
         match best {
             Some((known, least)) if distance >= least => {
                 if known != *id {

@@ -34,7 +34,7 @@ impl BackEnd {
 
     /// Does one piece of work.
     pub fn process(&mut self, order: Order) -> Update {
-        let has_moved = order.must_be_done();
+        let was_awaited = order.must_be_done();
         let Order { epoch, clock, job } = order;
         let mut timer = StageTimer::start(clock);
         let (camera_from_world, frame, report) = match job {
@@ -55,8 +55,10 @@ impl BackEnd {
                 (pose, frame, self.use_frame(*job, &mut timer))
             }
         };
+        // Never together with the work on a keyframe.
+        let has_moved = was_awaited || self.recognizer.adjust(&mut self.map, &mut timer);
         let mapped = Mapped { frame, report, times: timer.finish() };
-        Update { epoch, map: self.map.clone(), camera_from_world, has_moved, mapped }
+        Update { epoch, map: self.map.clone(), camera_from_world, has_moved, was_awaited, mapped }
     }
 
     fn adopt(&mut self, started: &StartedMap, is_only: bool) {

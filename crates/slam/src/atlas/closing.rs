@@ -1,0 +1,111 @@
+//! Closing a loop: its drift is spread over the way.
+
+use super::{PoseGraph, PoseGraphEdge, Similarity, sighting::Sighting};
+use crate::{
+    map::{Correction, KeyframeId, Map},
+    recognize::Refusal,
+};
+
+/// Fewest landmarks that two keyframes share for an edge. Source: Mur-Artal, Montiel and Tardos, "ORB-SLAM", 2015, section VII-D,
+/// takes 100 of some thousand; keyframes here have a tenth of that.
+const EDGE_SHARED: u32 = 25;
+/// Most edges of a keyframe to earlier ones.
+const MOST_EDGES: usize = 8;
+/// Steps of the solver.
+const MOST_STEPS: usize = 20;
+/// Most that a way can have drifted, share of its length. Odometry by a camera is better by far; places that look alike are
+/// mostly nearer to each other than a tenth of the way between.
+const MOST_DRIFT: f64 = 0.1;
+/// Most that a way can have turned, degrees.
+const MOST_TURN_DEG: f64 = 45.0;
+/// Most by which the scale can have drifted, factor.
+const MOST_SCALE: f64 = 2.0;
+
+/// By how much a loop bends the way.
+#[derive(Debug, Clone, Copy)]
+pub struct Bend {
+    /// Distance between where the keyframe is in the map and where it should be, share of the way since.
+    pub drift: f64,
+    /// Factor on its lengths.
+    pub scale: f64,
+}
+
+/// By how much a loop would bend the way.
+///
+/// # Errors
+/// If that is more than can have drifted.
+pub fn bend(map: &Map, sighting: &Sighting) -> Result<Bend, Refusal> {
+    let own = map.keyframe(sighting.keyframe).camera_from_world();
+    let there = sighting.pose_there;
+    let shift = (own.inverse().translation() - there.inverse().translation()).norm();
+    let way = way_between(map, sighting.around, sighting.keyframe).max(1e-9);
+    let turn_deg = (*own * there.inverse()).rotation_angle_rad().to_degrees();
+    let (drift, scale) = (shift / way, sighting.old_from_new.scale);
+    let is_plausible =
+        drift < MOST_DRIFT && turn_deg < MOST_TURN_DEG && (1.0 / MOST_SCALE..MOST_SCALE).contains(&scale);
+    if is_plausible {
+        Ok(Bend { drift, scale })
+    } else {
+        Err(Refusal::Implausible { drift, turn_deg, scale })
+    }
+}
+
+/// Length of the way from one keyframe to another, map units.
+fn way_between(map: &Map, first: KeyframeId, last: KeyframeId) -> f64 {
+    let (first, last) = (first.min(last), first.max(last));
+    let centers: Vec<_> = map
+        .keyframes()
+        .filter(|(id, _)| (first..=last).contains(id))
+        .map(|(_, keyframe)| *keyframe.center_in_world())
+        .collect();
+    centers.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+}
+
+/// Moves all keyframes of the map so that the sightings of an earlier place agree with it.
+pub fn spread(map: &mut Map, sightings: &[Sighting]) {
+    let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+    let index_of = |id: KeyframeId| ids.binary_search(&id).ok();
+    let nodes = ids.iter().map(|id| Similarity::of_pose(map.keyframe(*id).camera_from_world())).collect();
+    let mut graph = PoseGraph { nodes, edges: Vec::new(), length: 1.0 };
+    for (second, id) in ids.iter().enumerate().skip(1) {
+        for first in neighbors(map, *id).into_iter().filter_map(index_of) {
+            let first_from_second = graph.nodes[first].after(&graph.nodes[second].inverse());
+            graph.edges.push(PoseGraphEdge { first, second, first_from_second });
+        }
+    }
+    let mut depths = Vec::new();
+    for sighting in sightings {
+        let (Some(first), Some(second)) = (index_of(sighting.around), index_of(sighting.keyframe)) else {
+            continue;
+        };
+        let there = Similarity::of_pose(&sighting.pose_there).enlarged(1.0 / sighting.old_from_new.scale);
+        let first_from_second = graph.nodes[first].after(&there.inverse());
+        graph.edges.push(PoseGraphEdge { first, second, first_from_second });
+        depths.push(sighting.depth);
+    }
+    graph.length = depths.iter().sum::<f64>() / depths.len().max(1) as f64;
+    if !(graph.length.is_finite() && graph.length > 0.0) || graph.solve(MOST_STEPS) == 0 {
+        return;
+    }
+    let corrections: Vec<Correction> = ids
+        .iter()
+        .zip(&graph.nodes)
+        .map(|(id, node)| Correction {
+            keyframe: *id,
+            camera_from_world: node.to_pose(),
+            scale: 1.0 / node.scale,
+        })
+        .collect();
+    map.correct(&corrections);
+}
+
+/// Earlier keyframes that share most with one, at least one of them; without any the one before.
+fn neighbors(map: &Map, id: KeyframeId) -> Vec<KeyframeId> {
+    let mut connected = map.connected(id, 1);
+    connected.retain(|(other, _)| *other < id && map.keyframe(*other).map == map.active());
+    let num = connected.iter().filter(|(_, shared)| *shared >= EDGE_SHARED).count().clamp(1, MOST_EDGES);
+    let mut neighbors: Vec<KeyframeId> = connected.into_iter().take(num).map(|(other, _)| other).collect();
+    let before = map.keyframes().map(|(other, _)| other).take_while(|other| *other < id).last();
+    neighbors.extend(before.filter(|before| !neighbors.contains(before)));
+    neighbors
+}

@@ -1,0 +1,187 @@
+//! Keyframes and how they lie to each other: what a loop says is spread over the way.
+
+use nalgebra::{DVector, SMatrix, SVector};
+
+use super::Similarity;
+use crate::solve::Skyline;
+
+/// How two keyframes lie to each other.
+#[derive(Debug, Clone, Copy)]
+pub struct PoseGraphEdge {
+    /// Index of the first node.
+    pub first: usize,
+    /// Index of the second node.
+    pub second: usize,
+    /// From the second camera to the first, each with its own unit of length.
+    pub first_from_second: Similarity,
+}
+
+/// Nodes with similarity transforms (7 degrees of freedom: of one camera alone the scale drifts, too), and edges between them.
+///
+/// Source: Strasdat, Montiel and Davison, "Scale drift-aware large scale monocular SLAM", 2010, section III.
+#[derive(Debug, Clone)]
+pub struct PoseGraph {
+    /// From the world to each camera. The first one does not move.
+    pub nodes: Vec<Similarity>,
+    /// Measured edges.
+    pub edges: Vec<PoseGraphEdge>,
+    /// A length that weighs as much as a radian: about the depth of the scene.
+    pub length: f64,
+}
+
+/// Numbers of a node.
+const DOF: usize = 7;
+/// Step of the numeric derivatives.
+const STEP: f64 = 1e-6;
+/// Damping of a step, share of the diagonal.
+const DAMPING: f64 = 1e-6;
+/// Gain of a step, share of the cost, below which the solution is good enough.
+const LEAST_GAIN: f64 = 1e-4;
+
+type Vector7 = SVector<f64, DOF>;
+type Matrix7 = SMatrix<f64, DOF, DOF>;
+
+impl PoseGraph {
+    /// Sum of the squared errors of all edges.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.cost_of(&self.nodes)
+    }
+
+    fn cost_of(&self, nodes: &[Similarity]) -> f64 {
+        let error = |edge: &PoseGraphEdge| self.error(edge, &nodes[edge.first], &nodes[edge.second]);
+        self.edges.iter().map(|edge| error(edge).norm_squared()).sum()
+    }
+
+    fn error(&self, edge: &PoseGraphEdge, first: &Similarity, second: &Similarity) -> Vector7 {
+        edge.first_from_second.after(second).after(&first.inverse()).coordinates(self.length)
+    }
+
+    /// Moves the nodes so that the edges agree, by Gauss-Newton. Returns how many steps helped.
+    pub fn solve(&mut self, max_steps: usize) -> usize {
+        let mut cost = self.cost();
+        for step in 0..max_steps {
+            let Some(moves) = self.step() else { return step };
+            let moved: Vec<Similarity> =
+                self.nodes.iter().enumerate().map(|(i, node)| self.moved(i, node, &moves)).collect();
+            let new_cost = self.cost_of(&moved);
+            if new_cost.is_nan() || new_cost >= cost {
+                return step;
+            }
+            self.nodes = moved;
+            let gain = (cost - new_cost) / cost;
+            cost = new_cost;
+            if gain < LEAST_GAIN {
+                return step + 1;
+            }
+        }
+        max_steps
+    }
+
+    /// The first node stays, so unknowns begin with the second.
+    fn moved(&self, node: usize, at: &Similarity, moves: &DVector<f64>) -> Similarity {
+        if node == 0 {
+            return *at;
+        }
+        let by = Vector7::from_fn(|i, _| moves[DOF * (node - 1) + i]);
+        Similarity::from_coordinates(&by, self.length).after(at)
+    }
+
+    fn step(&self) -> Option<DVector<f64>> {
+        let num = self.nodes.len().checked_sub(1).filter(|num| *num > 0)?;
+        let mut first: Vec<usize> = (0..num).collect();
+        for edge in &self.edges {
+            let (low, high) = (edge.first.min(edge.second), edge.first.max(edge.second));
+            if low > 0 {
+                first[high - 1] = first[high - 1].min(low - 1);
+            }
+        }
+        let mut matrix = Skyline::new((0..DOF * num).map(|row| DOF * first[row / DOF]).collect());
+        let mut right = DVector::<f64>::zeros(DOF * num);
+        for edge in &self.edges {
+            let (error, by_first, by_second) = self.linearize(edge);
+            for (a, by_a) in [(edge.first, &by_first), (edge.second, &by_second)] {
+                if a == 0 {
+                    continue;
+                }
+                let gradient = by_a.transpose() * error;
+                for i in 0..DOF {
+                    right[DOF * (a - 1) + i] -= gradient[i];
+                }
+                for (b, by_b) in [(edge.first, &by_first), (edge.second, &by_second)] {
+                    if b > 0 && b <= a {
+                        add_block(&mut matrix, (a - 1, b - 1), &(by_a.transpose() * by_b));
+                    }
+                }
+            }
+        }
+        for row in 0..DOF * num {
+            *matrix.diagonal_mut(row) *= 1.0 + DAMPING;
+            *matrix.diagonal_mut(row) += 1e-12;
+        }
+        matrix.solve(&right).filter(|moves| moves.iter().all(|v| v.is_finite()))
+    }
+
+    /// The error of an edge and its derivatives by small moves of both nodes.
+    fn linearize(&self, edge: &PoseGraphEdge) -> (Vector7, Matrix7, Matrix7) {
+        let (first, second) = (&self.nodes[edge.first], &self.nodes[edge.second]);
+        let error = self.error(edge, first, second);
+        let (mut by_first, mut by_second) = (Matrix7::zeros(), Matrix7::zeros());
+        for i in 0..DOF {
+            let mut by = Vector7::zeros();
+            by[i] = STEP;
+            let small = Similarity::from_coordinates(&by, self.length);
+            by_first.set_column(i, &((self.error(edge, &small.after(first), second) - error) / STEP));
+            by_second.set_column(i, &((self.error(edge, first, &small.after(second)) - error) / STEP));
+        }
+        (error, by_first, by_second)
+    }
+}
+
+fn add_block(matrix: &mut Skyline, (row, column): (usize, usize), block: &Matrix7) {
+    for i in 0..DOF {
+        for j in 0..DOF {
+            let (row, column) = (DOF * row + i, DOF * column + j);
+            if column <= row {
+                matrix.add(row, column, block[(i, j)]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A camera that goes round in a circle and whose scale drifts by a percent with every step.
+    #[test]
+    fn a_loop_takes_the_drift_of_the_scale_out() {
+        let num = 60;
+        let node = |i: usize, length: f64| {
+            let angle = std::f64::consts::TAU * i as f64 / num as f64;
+            let by = Vector7::from_column_slice(&[0.0, angle, 0.0, 0.0, 0.0, 10.0, 0.0]);
+            // From the world to a camera on the circle that looks along it.
+            Similarity::from_coordinates(&by, 1.0).enlarged(length)
+        };
+        let truth: Vec<Similarity> = (0..num).map(|i| node(i, 1.0)).collect();
+        let drift = Similarity { scale: 1.01, ..Similarity::from_coordinates(&Vector7::zeros(), 1.0) };
+        let mut edges = Vec::new();
+        let mut nodes = vec![truth[0]];
+        for i in 1..num {
+            let next_from_last = drift.after(&truth[i].after(&truth[i - 1].inverse()));
+            edges.push(PoseGraphEdge { first: i, second: i - 1, first_from_second: next_from_last });
+            nodes.push(next_from_last.after(&nodes[i - 1]));
+        }
+        let loop_closes = truth[0].after(&truth[num - 1].inverse());
+        edges.push(PoseGraphEdge { first: 0, second: num - 1, first_from_second: loop_closes });
+        let mut graph = PoseGraph { nodes, edges, length: 10.0 };
+        let shift = |graph: &PoseGraph| {
+            let center = |s: &Similarity| *s.to_pose().inverse().translation();
+            graph.nodes.iter().zip(&truth).map(|(a, b)| (center(a) - center(b)).norm()).fold(0.0, f64::max)
+        };
+        let (before, cost) = (shift(&graph), graph.cost());
+        assert!(graph.solve(20) > 0);
+        assert!(graph.cost() < 0.1 * cost, "{} of {cost}", graph.cost());
+        assert!(shift(&graph) < 0.5 * before, "{} of {before}", shift(&graph));
+    }
+}
