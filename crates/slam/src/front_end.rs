@@ -370,7 +370,8 @@ impl FrontEnd {
             self.awaits_keyframe = false;
         }
         if update.has_moved {
-            self.correct_last(update.mapped.frame, made, !update.was_awaited);
+            let first = update.mapped.frame.saturating_add(usize::from(update.was_awaited));
+            self.correct_last(first, made);
         }
         Some(update.mapped)
     }
@@ -397,14 +398,14 @@ impl FrontEnd {
         }
     }
 
-    /// Takes over the pose of the last frame from the changed map. The very frame that a map was started with keeps its pose:
+    /// Takes over the pose of the last frame, from this number on, from the changed map. The very frame that a map was started with keeps its pose:
     /// its landmarks have hardly moved with it.
-    fn correct_last(&mut self, number: usize, made: Option<KeyframeId>, is_any: bool) {
+    fn correct_last(&mut self, first: usize, made: Option<KeyframeId>) {
         let Some(last) = self.tracker.last().map(|last| last.number) else { return };
-        let later = self.frames.get(last).filter(|_| last > number || is_any);
+        let later = self.frames.get(last).filter(|_| last >= first);
         let pose = later.and_then(|frame| self.camera_from_world(frame));
         let pose =
-            pose.or_else(|| made.filter(|_| last == number).map(|keyframe| self.map.pose_of(keyframe)));
+            pose.or_else(|| made.filter(|_| last + 1 == first).map(|keyframe| self.map.pose_of(keyframe)));
         if let Some(pose) = pose {
             self.tracker.correct_last(pose);
         }

@@ -7,6 +7,7 @@ use visloc_core::{
 };
 
 use crate::{
+    atlas::Meeting,
     lie::CameraFromWorld,
     map::{KeyframeId, MapId},
     mapping::MappingReport,
@@ -96,6 +97,8 @@ pub struct Mapped {
     pub frame: usize,
     /// What was done.
     pub report: MappingReport,
+    /// What came of a place that looks like one that was seen before.
+    pub meeting: Option<Meeting>,
     /// Time by stage.
     pub times: StageTimes,
 }

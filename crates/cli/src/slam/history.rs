@@ -64,20 +64,20 @@ impl SlamHistory {
 
     /// Notes what the mapper has finished. It counts frames from the start of its map, which was this frame of the run.
     pub fn add_mapped(&mut self, first_of_map: usize, mapped: &[Mapped]) {
-        for Mapped { frame, report, times } in mapped {
+        for Mapped { frame, report, meeting, times } in mapped {
             let is_keyframe = report.keyframe.is_some();
             if is_keyframe {
                 self.mapping.add(times);
             }
-            match report.meeting {
+            match meeting {
                 Some(Meeting::Joined { .. }) => self.num_joins += 1,
-                Some(Meeting::Closed { .. }) => self.num_loops += 1,
+                Some(Meeting::Closed { .. } | Meeting::Followed { .. }) => self.num_loops += 1,
                 _ => {}
             }
             let number = first_of_map.saturating_add(*frame);
             if let Ok(index) = self.records.binary_search_by_key(&number, |record| record.number) {
                 self.records[index].is_keyframe = is_keyframe;
-                self.records[index].meeting = report.meeting;
+                self.records[index].meeting = *meeting;
                 self.records[index].mapping_secs = times.total_secs();
             }
         }

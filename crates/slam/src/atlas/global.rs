@@ -1,7 +1,6 @@
 //! Adjustment of a whole map, a step at a time beside the mapper's other work.
 
 use crate::{
-    config::MappingConfig,
     map::{Correction, KeyframeId, Map, MapId},
     mapping::WholeAdjustment,
 };
@@ -9,7 +8,7 @@ use crate::{
 /// Steps of the adjustment.
 const MOST_STEPS: usize = 8;
 /// Keyframes of a map from which on it is too large to be adjusted as a whole: the time of a step grows with their third power.
-const MOST_KEYFRAMES: usize = 250;
+const MOST_KEYFRAMES: usize = 200;
 
 /// An adjustment under way. It works on a copy, and new keyframes follow what it does to the old ones.
 #[derive(Debug)]
@@ -34,10 +33,10 @@ impl GlobalAdjustment {
     }
 
     /// Does one step; says whether it was the last.
-    pub fn step(&mut self, config: &MappingConfig) -> bool {
+    pub fn step(&mut self) -> bool {
         if !self.is_done {
             self.num_steps += 1;
-            let has_gained = self.adjustment.step(config);
+            let has_gained = self.adjustment.step();
             self.is_done = !has_gained || self.num_steps >= MOST_STEPS;
         }
         self.is_done

@@ -34,6 +34,11 @@ pub enum Meeting {
         /// Factor on its lengths.
         scale: f64,
     },
+    /// Tracking closed a loop: it found landmarks of an earlier visit.
+    Followed {
+        /// A keyframe of that visit.
+        candidate: KeyframeId,
+    },
     /// A loop was closed.
     Closed {
         /// The earlier keyframe.
@@ -56,6 +61,9 @@ impl fmt::Display for Meeting {
             }
             Self::Joined { map, into, scale } => {
                 write!(f, "map {} joined to map {}, scale {scale:.3}", map.index(), into.index())
+            }
+            Self::Followed { candidate } => {
+                write!(f, "loop closed by tracking at keyframe {}", candidate.index())
             }
             Self::Closed { candidate, drift, scale } => write!(
                 f,

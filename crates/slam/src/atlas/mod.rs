@@ -6,6 +6,7 @@ mod global;
 mod meeting;
 mod pose_graph;
 mod recognizer;
+mod revisit;
 mod sighting;
 mod similarity;
 

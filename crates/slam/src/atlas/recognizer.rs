@@ -8,6 +8,7 @@ use super::{
     Meeting,
     closing::{bend, spread},
     global::GlobalAdjustment,
+    revisit::{Revisit, RevisitStep},
     sighting::Sighting,
 };
 use crate::{
@@ -28,7 +29,7 @@ const LEAST_SHARED: u32 = 12;
 
 /// Least score of a candidate, share of the one of the most alike keyframe that sees the same landmarks. Source: Mur-Artal,
 /// Montiel and Tardos, "ORB-SLAM", 2015, section VII-A, takes the least alike of them.
-const LEAST_SCORE: f32 = 0.25;
+const LEAST_SCORE: f32 = 0.35;
 /// The newest keyframes are the same visit.
 const RECENT: usize = 10;
 
@@ -51,6 +52,7 @@ pub struct Recognizer {
     locator: Locator,
     rng: Rng,
     pending: Option<Hypothesis>,
+    revisit: Revisit,
     /// The adjustment after the last loop or joining, while it is under way.
     global: Option<GlobalAdjustment>,
 }
@@ -65,6 +67,7 @@ impl Recognizer {
             locator: Locator::new(camera, config),
             rng: RngTree::new(seed).stream("places", 0),
             pending: None,
+            revisit: Revisit::default(),
             global: None,
         }
     }
@@ -72,13 +75,14 @@ impl Recognizer {
     /// Drops what was pending: tracking goes on in another map.
     pub fn forget(&mut self) {
         self.pending = None;
+        self.revisit = Revisit::default();
         self.global = None;
     }
 
     /// Goes on with the adjustment of the whole map, if there is one to be done; says whether keyframes have moved.
     pub fn adjust(&mut self, map: &mut Map, timer: &mut StageTimer) -> bool {
         let Some(global) = &mut self.global else { return false };
-        let is_done = global.step(&self.config.mapping);
+        let is_done = global.step();
         if is_done {
             global.apply(map);
             self.global = None;
@@ -97,31 +101,53 @@ impl Recognizer {
     pub fn look(&mut self, map: &mut Map, keyframe: KeyframeId, timer: &mut StageTimer) -> Option<Meeting> {
         self.describe(map, keyframe);
         timer.end("describe");
-        let meeting = match self.pending.take() {
-            Some(pending) => self.confirm(map, keyframe, pending),
-            None => self.suspect(map, keyframe),
+        let revisit = self.revisit.add(map, keyframe);
+        if let RevisitStep::Began(_) | RevisitStep::GoesOn = revisit {
+            self.adjust_later(map);
+        }
+        let meeting = match (revisit, self.pending.take()) {
+            (_, Some(pending)) => self.confirm(map, keyframe, pending),
+            // The place is known; only other maps may know it, too.
+            (RevisitStep::New, None) => self.suspect(map, keyframe),
+            (_, None) if map.maps().len() > 1 => self.suspect(map, keyframe),
+            _ => None,
         };
         timer.end("recognize");
         let is_sure = self.pending.as_ref().is_some_and(|pending| pending.sightings.len() >= IN_A_ROW);
-        let Some(sure) = self.pending.take_if(|_| is_sure) else { return meeting };
+        let done = match (self.pending.take_if(|_| is_sure), revisit) {
+            (Some(sure), _) => self.close(map, &sure),
+            (None, RevisitStep::Began(candidate)) => Some(Meeting::Followed { candidate }),
+            _ => meeting,
+        };
+        timer.end("join");
+        done
+    }
+
+    /// Joins two maps, or closes a loop.
+    fn close(&mut self, map: &mut Map, sure: &Hypothesis) -> Option<Meeting> {
         let newest = sure.sightings.last()?;
+        let candidate = sure.candidate;
         let done = if sure.map == map.active() {
             match bend(map, newest) {
                 Ok(bend) => {
                     spread(map, &sure.sightings);
-                    let (candidate, drift, scale) = (sure.candidate, bend.drift, bend.scale);
-                    Meeting::Closed { candidate, drift, scale }
+                    Meeting::Closed { candidate, drift: bend.drift, scale: bend.scale }
                 }
-                Err(reason) => return Some(Meeting::Refused { candidate: sure.candidate, reason }),
+                Err(reason) => return Some(Meeting::Refused { candidate, reason }),
             }
         } else {
             move_over(map, newest, sure.map)
         };
         fuse(map, &sure.sightings);
         adjust_local(map, newest.keyframe, &self.config.mapping, focal_px(&self.camera));
-        self.global = GlobalAdjustment::start(map, focal_px(&self.camera));
-        timer.end("join");
+        self.adjust_later(map);
         Some(done)
+    }
+
+    /// Starts to adjust the whole map. An adjustment that is under way is given up.
+    fn adjust_later(&mut self, map: &Map) {
+        let is_wanted = self.config.mapping.adjust_bundles;
+        self.global = if is_wanted { GlobalAdjustment::start(map, focal_px(&self.camera)) } else { None };
     }
 
     /// Looks for a candidate.
@@ -152,14 +178,22 @@ impl Recognizer {
                 pending.sightings.push(sighting);
                 pending.num_missed = 0;
             }
-            _ => pending.num_missed += 1,
+            Ok(_) => return Some(self.miss(pending, None)),
+            Err(reason) => return Some(self.miss(pending, Some(reason))),
         }
         let num = pending.sightings.len();
-        if pending.num_missed > MOST_MISSED {
-            return Some(Meeting::Refused { candidate, reason: Refusal::NotConsistent { num } });
-        }
         self.pending = Some(pending);
         Some(Meeting::Pending { candidate, num })
+    }
+
+    /// A keyframe does not confirm a hypothesis; it is kept for a while.
+    fn miss(&mut self, mut pending: Hypothesis, reason: Option<Refusal>) -> Meeting {
+        let num = pending.sightings.len();
+        let reason = reason.unwrap_or(Refusal::NotConsistent { num });
+        let candidate = pending.candidate;
+        pending.num_missed += 1;
+        self.pending = Some(pending).filter(|pending| pending.num_missed <= MOST_MISSED);
+        Meeting::Refused { candidate, reason }
     }
 
     /// Looks for a keyframe around an earlier one: by its descriptors, or where an earlier sighting says.

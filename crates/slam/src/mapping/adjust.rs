@@ -69,7 +69,7 @@ impl WholeAdjustment {
     }
 
     /// Does some iterations; says whether more may help. Outliers are left out from the second time on.
-    pub fn step(&mut self, config: &MappingConfig) -> bool {
+    pub fn step(&mut self) -> bool {
         if self.last_cost.is_some() {
             let bundle = &self.bundle;
             let fits = |o: &BundleObservation| {
@@ -81,7 +81,7 @@ impl WholeAdjustment {
         let report = self.bundle.solve(&settings);
         let gain = (report.first_cost - report.last_cost) / report.first_cost.max(1e-300);
         let is_first = self.last_cost.replace(report.last_cost).is_none();
-        (is_first || gain > LEAST_GAIN) && config.adjust_bundles
+        is_first || gain > LEAST_GAIN
     }
 
     /// The keyframes and their new poses, in order.

@@ -10,7 +10,6 @@ use super::{
     cull::{cull_keyframes, cull_landmarks},
 };
 use crate::{
-    atlas::Meeting,
     config::SlamConfig,
     map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
     timing::StageTimer,
@@ -26,8 +25,6 @@ pub struct MappingReport {
     pub num_promoted: usize,
     /// The adjustment after the keyframe.
     pub adjusted: AdjustReport,
-    /// What came of a place that looks like one that was seen before.
-    pub meeting: Option<Meeting>,
 }
 
 /// Makes keyframes and landmarks.

@@ -24,7 +24,7 @@ const LEAST_AGREEING: usize = 12;
 /// Pairs from which a pose is found: the six numbers of a pose need three, the fourth says which of the solutions it is.
 const SAMPLE: usize = 4;
 /// Most samples.
-const MOST_SAMPLES: usize = 200;
+const MOST_SAMPLES: usize = 120;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
 /// Standard deviation of the place of a corner, pixels of its level.
@@ -167,7 +167,7 @@ fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &
         num_drawn += 1;
         let sample: [PoseObservation; SAMPLE] =
             std::array::from_fn(|_| observations[rng.random_range(0..observations.len())]);
-        let state = refine_pose(&start, &sample, |_| true, f64::INFINITY, 8);
+        let state = refine_pose(&start, &sample, |_| true, f64::INFINITY, 6);
         let num = count(&state);
         if num > best.0 {
             best = (num, state);

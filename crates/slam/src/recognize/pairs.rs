@@ -18,9 +18,9 @@ pub struct Pair {
 }
 
 /// Most different bits of a pair. Thesis: 100 around a predicted place; here the place is not known.
-const MOST_DIFFERENT: u32 = 70;
+const MOST_DIFFERENT: u32 = 64;
 /// Share of the different bits of the second most alike landmark that the most alike one may have at most.
-const LESS_THAN_SECOND: f64 = 0.9;
+const LESS_THAN_SECOND: f64 = 0.85;
 
 /// The most alike converged landmark of some keyframes for each place of an image: clearly more alike than any other, and itself
 /// most like this place.

@@ -55,9 +55,11 @@ impl BackEnd {
                 (pose, frame, self.use_frame(*job, &mut timer))
             }
         };
+        let meeting =
+            report.keyframe.and_then(|keyframe| self.recognizer.look(&mut self.map, keyframe, &mut timer));
         // Never together with the work on a keyframe.
         let has_moved = was_awaited || self.recognizer.adjust(&mut self.map, &mut timer);
-        let mapped = Mapped { frame, report, times: timer.finish() };
+        let mapped = Mapped { frame, report, meeting, times: timer.finish() };
         Update { epoch, map: self.map.clone(), camera_from_world, has_moved, was_awaited, mapped }
     }
 
@@ -93,11 +95,7 @@ impl BackEnd {
             frame.camera_from_world = scaled(&from_anchor, grown) * anchor_now;
         }
         if makes_keyframe {
-            let mut report = self.mapper.add_keyframe(&mut self.map, &frame, &local, timer);
-            if let Some(keyframe) = report.keyframe {
-                report.meeting = self.recognizer.look(&mut self.map, keyframe, timer);
-            }
-            report
+            self.mapper.add_keyframe(&mut self.map, &frame, &local, timer)
         } else {
             let report = self.mapper.add_frame(&mut self.map, &frame);
             timer.end("update points");

@@ -78,8 +78,18 @@ impl Skyline {
     }
 }
 
+/// In four sums, which a processor adds up at once.
+#[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; 4];
+    let (in_fours, others) = (a.chunks_exact(4).zip(b.chunks_exact(4)), a.len() / 4 * 4);
+    for (a, b) in in_fours {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = a[others..].iter().zip(&b[others..]).map(|(a, b)| a * b).sum();
+    sums[0] + sums[1] + sums[2] + sums[3] + rest
 }
 
 #[cfg(test)]
@@ -93,7 +103,7 @@ mod tests {
     #[test]
     fn solves_what_a_dense_solver_solves() {
         let mut rng = RngTree::new(1).stream("skyline", 0);
-        let num = 30;
+        let num = 30_usize;
         let first: Vec<usize> = (0..num).map(|i| if i % 9 == 8 { 0 } else { i.saturating_sub(3) }).collect();
         let mut skyline = Skyline::new(first.clone());
         let mut dense = DMatrix::<f64>::zeros(num, num);

@@ -1,0 +1,72 @@
+//! Loops that tracking closes by itself: it finds landmarks of an earlier visit again, so the way is bent where it meets them.
+
+use crate::map::{KeyframeId, Map};
+
+/// Fewest landmarks that a keyframe shares with one of an earlier visit.
+const LEAST_SHARED: u32 = 20;
+/// Keyframes in a row without a landmark in common that are between two visits.
+const BETWEEN: usize = 10;
+/// Keyframes in a row that must share landmarks with an earlier visit.
+const IN_A_ROW: usize = 3;
+/// Keyframes after which the map is adjusted again while the visit goes on; then after twice as many, and so on.
+const AGAIN_AFTER: usize = 15;
+
+/// What a keyframe says about an earlier visit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RevisitStep {
+    /// It is a new place.
+    New,
+    /// It is a place of an earlier visit.
+    Known,
+    /// The visit is sure to be there: three keyframes in a row say so.
+    Began(KeyframeId),
+    /// The visit goes on, and more is known of it than when the map was adjusted last.
+    GoesOn,
+}
+
+/// Counts keyframes that share landmarks with an earlier visit.
+#[derive(Debug, Clone, Default)]
+pub struct Revisit {
+    num_in_a_row: usize,
+    next_after: usize,
+}
+
+impl Revisit {
+    /// Takes note of a new keyframe.
+    pub fn add(&mut self, map: &Map, keyframe: KeyframeId) -> RevisitStep {
+        let Some(earlier) = earlier_visit(map, keyframe) else {
+            *self = Self::default();
+            return RevisitStep::New;
+        };
+        self.num_in_a_row += 1;
+        if self.num_in_a_row == IN_A_ROW {
+            self.next_after = IN_A_ROW + AGAIN_AFTER;
+            return RevisitStep::Began(earlier);
+        }
+        if self.num_in_a_row == self.next_after {
+            self.next_after *= 2;
+            return RevisitStep::GoesOn;
+        }
+        RevisitStep::Known
+    }
+}
+
+/// The newest keyframe of an earlier visit that shares landmarks with a keyframe.
+fn earlier_visit(map: &Map, keyframe: KeyframeId) -> Option<KeyframeId> {
+    let mut connected = map.connected(keyframe, 1);
+    connected.sort_unstable();
+    let mut num_between = 0;
+    for (id, _) in map.keyframes().rev().filter(|(id, _)| *id < keyframe) {
+        let shared = connected.binary_search_by_key(&id, |(other, _)| *other).map(|i| connected[i].1);
+        match shared {
+            Err(_) => num_between += 1,
+            Ok(shared) if num_between >= BETWEEN => {
+                if shared >= LEAST_SHARED {
+                    return Some(id);
+                }
+            }
+            Ok(_) => num_between = 0,
+        }
+    }
+    None
+}
