@@ -109,3 +109,72 @@ fn neighbors(map: &Map, id: KeyframeId) -> Vec<KeyframeId> {
     neighbors.extend(before.filter(|before| !neighbors.contains(before)));
     neighbors
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::{Rotation3, Vector3};
+    use visloc_core::{GrayImage, Timestamp};
+
+    use super::*;
+    use crate::{image::Pyramid, lie::CameraFromWorld, map::NewKeyframe};
+
+    fn at(x: f64) -> CameraFromWorld {
+        CameraFromWorld::new(Rotation3::identity(), Vector3::new(-x, 0.0, 0.0))
+    }
+
+    /// A corridor: a keyframe every half meter.
+    fn corridor() -> Map {
+        let mut map = Map::new();
+        let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
+        for i in 0..20_usize {
+            map.add_keyframe(NewKeyframe {
+                frame: i,
+                at: Timestamp::default(),
+                pyramid: Arc::clone(&pyramid),
+                camera_from_world: at(0.5 * i as f64),
+                turned_from: None,
+            });
+        }
+        map
+    }
+
+    fn sighting(map: &Map, pose_there: CameraFromWorld) -> Sighting {
+        let keyframe = KeyframeId(19);
+        let own = map.keyframe(keyframe).camera_from_world();
+        Sighting {
+            keyframe,
+            around: KeyframeId(0),
+            pose_there,
+            old_from_new: Similarity::between(own, &pose_there, 1.0),
+            found: (0, 0),
+            features: Vec::new(),
+            same: Vec::new(),
+            depth: 2.0,
+        }
+    }
+
+    #[test]
+    fn a_door_that_looks_like_the_last_one_is_no_loop() {
+        let map = corridor();
+        // The next door is 1.9 m away; to take one for the other would bend a way of 9.5 m by a fifth.
+        let reason = bend(&map, &sighting(&map, at(9.5 - 1.9))).unwrap_err();
+        assert!(
+            matches!(reason, Refusal::Implausible { drift, .. } if (drift - 0.2).abs() < 1e-9),
+            "{reason}"
+        );
+        assert!(reason.to_string().contains("20 %"), "{reason}");
+        assert!(bend(&map, &sighting(&map, at(9.5 - 0.4))).is_ok());
+    }
+
+    #[test]
+    fn the_drift_is_spread_over_the_way() {
+        let mut map = corridor();
+        let found = sighting(&map, at(9.5 - 0.4));
+        spread(&mut map, &[found]);
+        let x = |i: u32| map.keyframe(KeyframeId(i)).center_in_world().x;
+        assert!((x(19) - 9.1).abs() < 0.1 && x(0).abs() < 1e-12, "{}", x(19));
+        assert!((1..20).all(|i| (0.4..0.6).contains(&(x(i) - x(i - 1)))));
+    }
+}

@@ -24,6 +24,8 @@ pub enum Meeting {
         candidate: KeyframeId,
         /// Keyframes that agree so far.
         num: usize,
+        /// Landmarks of the earlier place that the newest of them shows, and places of the image in which they were searched.
+        found: (usize, usize),
     },
     /// Two maps became one.
     Joined {
@@ -56,9 +58,11 @@ impl fmt::Display for Meeting {
             Self::Refused { candidate, reason } => {
                 write!(f, "not the place of keyframe {}: {reason}", candidate.index())
             }
-            Self::Pending { candidate, num } => {
-                write!(f, "perhaps the place of keyframe {}: {num} agree", candidate.index())
-            }
+            Self::Pending { candidate, num, found: (found, searched) } => write!(
+                f,
+                "perhaps the place of keyframe {}: {num} agree; {found} of {searched} landmarks found",
+                candidate.index()
+            ),
             Self::Joined { map, into, scale } => {
                 write!(f, "map {} joined to map {}, scale {scale:.3}", map.index(), into.index())
             }

@@ -30,6 +30,10 @@ const LEAST_SHARED: u32 = 12;
 /// Least score of a candidate, share of the one of the most alike keyframe that sees the same landmarks. Source: Mur-Artal,
 /// Montiel and Tardos, "ORB-SLAM", 2015, section VII-A, takes the least alike of them.
 const LEAST_SCORE: f32 = 0.35;
+/// Keyframes for which a refused candidate is not tried again.
+const REFUSED_FOR: usize = 3;
+/// Keyframes around a refused candidate that are refused with it.
+const NEAR: usize = 3;
 /// The newest keyframes are the same visit.
 const RECENT: usize = 10;
 
@@ -53,6 +57,8 @@ pub struct Recognizer {
     rng: Rng,
     pending: Option<Hypothesis>,
     revisit: Revisit,
+    /// Candidates that were refused lately, and by which keyframe.
+    refused: Vec<(KeyframeId, KeyframeId)>,
     /// The adjustment after the last loop or joining, while it is under way.
     global: Option<GlobalAdjustment>,
 }
@@ -68,6 +74,7 @@ impl Recognizer {
             rng: RngTree::new(seed).stream("places", 0),
             pending: None,
             revisit: Revisit::default(),
+            refused: Vec::new(),
             global: None,
         }
     }
@@ -75,6 +82,7 @@ impl Recognizer {
     /// Drops what was pending: tracking goes on in another map.
     pub fn forget(&mut self) {
         self.pending = None;
+        self.refused.clear();
         self.revisit = Revisit::default();
         self.global = None;
     }
@@ -155,13 +163,22 @@ impl Recognizer {
         let view = Arc::clone(map.keyframe(keyframe).view.as_ref()?);
         let ranked = map.index().query(&view);
         let candidate = candidate(map, keyframe, &ranked)?;
+        // The next keyframes look the same: what was refused just now would be refused again.
+        self.refused.retain(|(by, _)| by.index() + REFUSED_FOR >= keyframe.index());
+        let is_near = |other: KeyframeId| other.index().abs_diff(candidate.index()) <= NEAR;
+        if self.refused.iter().any(|(_, other)| is_near(*other)) {
+            return None;
+        }
         match self.sight(map, keyframe, candidate, None) {
             Ok(sighting) => {
-                let map = map.keyframe(candidate).map;
+                let (map, found) = (map.keyframe(candidate).map, sighting.found);
                 self.pending = Some(Hypothesis { map, candidate, sightings: vec![sighting], num_missed: 0 });
-                Some(Meeting::Pending { candidate, num: 1 })
+                Some(Meeting::Pending { candidate, num: 1, found })
             }
-            Err(reason) => Some(Meeting::Refused { candidate, reason }),
+            Err(reason) => {
+                self.refused.push((keyframe, candidate));
+                Some(Meeting::Refused { candidate, reason })
+            }
         }
     }
 
@@ -182,8 +199,9 @@ impl Recognizer {
             Err(reason) => return Some(self.miss(pending, Some(reason))),
         }
         let num = pending.sightings.len();
+        let found = pending.sightings.last().map_or((0, 0), |sighting| sighting.found);
         self.pending = Some(pending);
-        Some(Meeting::Pending { candidate, num })
+        Some(Meeting::Pending { candidate, num, found })
     }
 
     /// A keyframe does not confirm a hypothesis; it is kept for a while.

@@ -32,6 +32,8 @@ pub struct Sighting {
     pub pose_there: CameraFromWorld,
     /// From the map as the keyframe has it to the one of the earlier place.
     pub old_from_new: Similarity,
+    /// Landmarks that were found there, and places of the image in which they were searched.
+    pub found: (usize, usize),
     /// Landmarks of the earlier place, as the keyframe sees them.
     pub features: Vec<Feature>,
     /// Landmarks that are the same: of the earlier place, and of the keyframe.
@@ -67,7 +69,8 @@ impl Sighting {
         let old_from_new = Similarity::between(own.camera_from_world(), &pose_there, median);
         let depth = crate::track::scene_depth(map, &report.frame);
         let features = report.frame.features.clone();
-        Ok(Self { keyframe, around: *around, pose_there, old_from_new, features, same, depth })
+        let found = (report.num_matched, report.num_searched);
+        Ok(Self { found, keyframe, around: *around, pose_there, old_from_new, features, same, depth })
     }
 
     /// Whether another sighting says the same of how the maps lie to each other.

@@ -45,6 +45,17 @@ impl OrbDescriptor {
         Some(Self { words })
     }
 
+    #[cfg(test)]
+    pub(crate) fn from_words(words: [u64; NUM_BITS / 64]) -> Self {
+        Self { words }
+    }
+
+    /// The descriptor with these bits turned over.
+    #[cfg(test)]
+    pub(crate) fn with_wrong(&self, bits: [u64; NUM_BITS / 64]) -> Self {
+        Self { words: std::array::from_fn(|i| self.words[i] ^ bits[i]) }
+    }
+
     /// A descriptor without a place.
     pub(super) fn none() -> Self {
         Self { words: [0; NUM_BITS / 64] }
@@ -57,16 +68,17 @@ impl OrbDescriptor {
         self.words.iter().zip(&other.words).map(|(a, b)| (a ^ b).count_ones()).sum()
     }
 
-    /// The number of different bits if it is below a limit.
+    /// The number of different bits if it is at most a limit. Pairs that are near to the limit may be missed: where the first
+    /// quarter has more than two fifths of the different bits that are allowed, the rest is not looked at.
     #[inline]
     #[must_use]
-    pub fn distance_below(&self, other: &Self, limit: u32) -> Option<u32> {
+    pub fn distance_up_to(&self, other: &Self, limit: u32) -> Option<u32> {
         let different = |i: usize| (self.words[i] ^ other.words[i]).count_ones();
-        let half = different(0) + different(1);
-        if half >= limit {
+        let first = different(0);
+        if 5 * first > limit.saturating_mul(2) {
             return None;
         }
-        Some(half + different(2) + different(3)).filter(|distance| *distance < limit)
+        Some(first + different(1) + different(2) + different(3)).filter(|distance| *distance <= limit)
     }
 
     /// One of the 256 bits.

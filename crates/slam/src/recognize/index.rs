@@ -12,7 +12,7 @@ use crate::{map::KeyframeId, orb::OrbDescriptor};
 /// one of them.
 const NUM_TABLES: usize = 4;
 /// Bits of a key: as many as keep the lists short for some thousand keyframes.
-const KEY_BITS: usize = 12;
+const KEY_BITS: usize = 13;
 /// Bits of a signature, which tells the descriptors of one list apart.
 const SIGNATURE_BITS: usize = 32;
 /// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
@@ -145,4 +145,85 @@ fn signature(descriptor: &OrbDescriptor) -> u32 {
 
 fn gather(descriptor: &OrbDescriptor, bits: &[u8]) -> u32 {
     bits.iter().fold(0, |gathered, bit| gathered << 1 | u32::from(descriptor.bit(usize::from(*bit))))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+    use rand::{Rng as _, RngExt};
+    use visloc_core::Rng;
+
+    use super::*;
+    use crate::recognize::Described;
+
+    fn random(rng: &mut Rng) -> OrbDescriptor {
+        OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()))
+    }
+
+    fn view(descriptors: impl Iterator<Item = OrbDescriptor>) -> View {
+        let place = |descriptor| Described { px: Point2::origin(), level: 0, descriptor, landmark: None };
+        View { places: descriptors.map(place).collect() }
+    }
+
+    /// A place as it is seen again: a third of it is new, and of the rest each bit is wrong with a probability of an eighth.
+    fn seen_again(view_before: &View, rng: &mut Rng) -> View {
+        let mut again = Vec::new();
+        for place in &view_before.places {
+            if rng.random_range(0..3) == 0 {
+                again.push(random(rng));
+                continue;
+            }
+            let wrong: [u64; 4] = std::array::from_fn(|_| rng.next_u64() & rng.next_u64() & rng.next_u64());
+            again.push(place.descriptor.with_wrong(wrong));
+        }
+        view(again.into_iter())
+    }
+
+    fn index_of(num: u32, rng: &mut Rng) -> (PlaceIndex, Vec<View>) {
+        let mut index = PlaceIndex::default();
+        let views: Vec<View> = (0..num)
+            .map(|_| {
+                let descriptors: Vec<OrbDescriptor> = (0..250).map(|_| random(rng)).collect();
+                view(descriptors.into_iter())
+            })
+            .collect();
+        for (id, view) in (0..).map(KeyframeId).zip(&views) {
+            index.add(id, view);
+        }
+        (index, views)
+    }
+
+    #[test]
+    fn a_place_is_found_among_others_until_it_is_removed() {
+        let mut rng = RngTree::new(3).stream("index", 0);
+        let (mut index, views) = index_of(60, &mut rng);
+        for wanted in [0, 17, 59] {
+            let again = seen_again(&views[wanted], &mut rng);
+            let ranked = index.query(&again);
+            assert_eq!(ranked[0].keyframe.index(), wanted);
+            assert!(ranked[0].num_shared > 50, "{:?}", ranked[0]);
+            assert!(ranked[1].score < 0.2 * ranked[0].score, "{:?}", &ranked[..2]);
+        }
+        index.remove(KeyframeId(17), &views[17]);
+        let again = seen_again(&views[17], &mut rng);
+        assert!(index.query(&again).iter().all(|ranked| ranked.keyframe != KeyframeId(17)));
+        assert_eq!(index.len(), 59);
+    }
+
+    #[test]
+    #[ignore = "measures time"]
+    fn asking_among_2000_keyframes_takes_less_than_a_millisecond() {
+        let mut rng = RngTree::new(3).stream("index", 0);
+        let (index, views) = index_of(2_000, &mut rng);
+        let again: Vec<View> = (0..100).map(|i| seen_again(&views[i * 20], &mut rng)).collect();
+        #[allow(clippy::disallowed_methods)]
+        let start = std::time::Instant::now();
+        let num_right = again.iter().zip((0..).step_by(20)).filter(|(view, wanted)| {
+            index.query(view).first().is_some_and(|ranked| ranked.keyframe.index() == *wanted)
+        });
+        assert_eq!(num_right.count(), 100);
+        let millis = start.elapsed().as_secs_f64() * 1e3 / 100.0;
+        println!("{millis:.3} ms");
+        assert!(millis < 1.0, "{millis}");
+    }
 }

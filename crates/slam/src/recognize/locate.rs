@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Connected keyframes whose landmarks are compared together with those of a candidate.
-const NEIGHBORS: usize = 4;
+const NEIGHBORS: usize = 3;
 /// Fewest landmarks that two keyframes share to be neighbors.
 const NEIGHBORS_SHARE: u32 = 15;
 /// Fewest pairs of places and landmarks that look alike.

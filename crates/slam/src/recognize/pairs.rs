@@ -19,6 +19,8 @@ pub struct Pair {
 
 /// Most different bits of a pair. Thesis: 100 around a predicted place; here the place is not known.
 const MOST_DIFFERENT: u32 = 64;
+/// Different bits from which on a second most alike landmark does not matter.
+const MOST_COMPARED: u32 = 76;
 /// Share of the different bits of the second most alike landmark that the most alike one may have at most.
 const LESS_THAN_SECOND: f64 = 0.85;
 
@@ -52,8 +54,7 @@ fn best(descriptor: &OrbDescriptor, known: &[(LandmarkId, OrbDescriptor)]) -> Op
     let mut best: Option<(LandmarkId, u32)> = None;
     let mut second = u32::MAX;
     for (id, other) in known {
-        // What is farther than the second best changes nothing.
-        let Some(distance) = descriptor.distance_below(other, second) else { continue };
+        let Some(distance) = descriptor.distance_up_to(other, second.min(MOST_COMPARED)) else { continue };
         match best {
             Some((known, least)) if distance >= least => {
                 if known != *id {

@@ -64,10 +64,10 @@ impl BackEnd {
     }
 
     fn adopt(&mut self, started: &StartedMap, is_only: bool) {
+        self.mapper.forget_candidates(&mut self.map);
         if is_only {
             self.map = Map::new();
         }
-        self.mapper.forget_candidates(&mut self.map);
         self.recognizer.forget();
         let offsets = self.map.append(&started.map);
         let (first, second) = (offsets.keyframe(started.first), offsets.keyframe(started.second));

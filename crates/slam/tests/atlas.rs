@@ -1,0 +1,111 @@
+//! Losing the camera, several maps, recognizing a place: on the rendered clip of a desk, cut and put together.
+
+#![allow(clippy::unwrap_used)]
+
+use std::{path::PathBuf, sync::Arc};
+
+use visloc_core::{Clock, GrayImage, ImageSource, RngTree, Timestamp, geom::Camera};
+use visloc_io::sequence::{SequenceRange, open_tum};
+use visloc_slam::{
+    FrameOutcome, Schedule, Slam, SlamConfig, StageTimer, TrackingState,
+    atlas::Meeting,
+    image::Pyramid,
+    recognize::{Locator, Refusal, View},
+    track::{FrameWork, Incoming},
+};
+
+fn clip() -> (Camera, Vec<GrayImage>) {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
+    let mut source = open_tum(&folder, SequenceRange::default()).unwrap();
+    let camera = *source.camera();
+    let mut images = Vec::new();
+    while let Some(frame) = source.next_image() {
+        images.push(frame.unwrap().image);
+    }
+    (camera, images)
+}
+
+/// A part of the clip there and back; darkness; then the clip from its end, which begins at a place that was not seen and comes
+/// to what was.
+fn cut() -> (Camera, Vec<GrayImage>) {
+    let (camera, images) = clip();
+    let dark = GrayImage::new(images[0].width(), images[0].height());
+    let there = images[..22].iter().cloned();
+    let first = there.clone().chain(there.rev());
+    let back = images.iter().rev().cloned();
+    let again = images[1..30].iter().cloned();
+    (camera, first.chain((0..40).map(|_| dark.clone())).chain(back).chain(again).collect())
+}
+
+fn run(schedule: Schedule) -> (Slam, Vec<FrameOutcome>, Vec<Meeting>) {
+    let (camera, images) = cut();
+    let mut slam = Slam::with_schedule(&camera, &SlamConfig::default(), 1, schedule).unwrap();
+    let (mut outcomes, mut meetings) = (Vec::new(), Vec::new());
+    for (i, image) in images.into_iter().enumerate() {
+        let outcome = slam.add_frame(Timestamp::from_secs(i as f64 / 30.0), image).unwrap();
+        meetings.extend(outcome.mapped.iter().filter_map(|mapped| mapped.meeting));
+        meetings.extend(slam.finish().iter().filter_map(|mapped| mapped.meeting));
+        outcomes.push(outcome);
+    }
+    slam.map().check().unwrap();
+    (slam, outcomes, meetings)
+}
+
+#[test]
+fn a_lost_camera_starts_another_map_and_both_become_one() {
+    let (slam, outcomes, meetings) = run(Schedule::Sequential);
+    assert!(outcomes[70].state == TrackingState::Lost && outcomes[70].camera_from_world.is_none());
+    let maps: Vec<usize> = outcomes.iter().filter_map(|o| Some(o.map?.index())).collect();
+    assert_eq!(maps.first(), Some(&0));
+    assert!(maps.contains(&1), "a second map was started");
+    assert!(meetings.iter().any(|m| matches!(m, Meeting::Joined { .. })), "{meetings:?}");
+    let trajectory = slam.trajectory();
+    assert!(trajectory.iter().all(|pose| pose.map == trajectory[0].map), "one map in the end");
+    assert!(trajectory.len() > 85, "{}", trajectory.len());
+    assert_eq!(slam.map().maps().len(), 1);
+}
+
+#[test]
+fn the_same_images_give_the_same_bits_with_several_maps() {
+    let bits = |schedule| -> Vec<u64> {
+        let poses = run(schedule).0.trajectory();
+        poses
+            .iter()
+            .flat_map(|p| p.world_from_camera.translation().iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+            .collect()
+    };
+    let in_sequence = bits(Schedule::Sequential);
+    assert_eq!(in_sequence, bits(Schedule::Sequential));
+    assert_eq!(in_sequence, bits(Schedule::Threaded));
+}
+
+#[test]
+fn a_forced_wrong_candidate_is_refused_with_a_reason() {
+    let (camera, images) = clip();
+    let config = SlamConfig::default();
+    let mut slam = Slam::new(&camera, &config, 1).unwrap();
+    for (i, image) in images.iter().enumerate() {
+        slam.add_frame(Timestamp::from_secs(i as f64 / 30.0), image.clone()).unwrap();
+    }
+    let map = slam.map();
+    let candidate = map.keyframes().next().unwrap().0;
+    let locate = |image: &GrayImage| {
+        let pyramid = Arc::new(Pyramid::new(image.clone(), config.features.pyramid_levels));
+        let view = View::of_image(&pyramid, &camera, &config.features);
+        let incoming = Incoming { number: 0, at: Timestamp::default(), pyramid: &pyramid };
+        let (mut rng, mut timer) = (RngTree::new(1).stream("test", 0), StageTimer::start(Clock::still()));
+        let mut work = FrameWork { rng: &mut rng, timer: &mut timer };
+        Locator::new(&camera, &config).locate(map, candidate, (&view, &incoming), &mut work)
+    };
+    // The same room in a mirror is another place.
+    let mut mirrored = images[0].clone();
+    let width = mirrored.width();
+    mirrored.data_mut().chunks_exact_mut(width).for_each(<[u8]>::reverse);
+    let reason = locate(&mirrored).unwrap_err();
+    assert!(matches!(reason, Refusal::FewAlike { .. } | Refusal::NoCommonPose { .. }), "{reason}");
+    assert!(reason.to_string().contains("only"), "{reason}");
+    let found = locate(&images[2]).unwrap();
+    let truth = map.keyframe(candidate).camera_from_world();
+    let there = found.report.frame.camera_from_world;
+    assert!((there * truth.inverse()).translation().norm() < 0.2);
+}
