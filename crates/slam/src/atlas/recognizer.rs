@@ -171,15 +171,34 @@ impl Recognizer {
         }
         match self.sight(map, keyframe, candidate, None) {
             Ok(sighting) => {
-                let (map, found) = (map.keyframe(candidate).map, sighting.found);
-                self.pending = Some(Hypothesis { map, candidate, sightings: vec![sighting], num_missed: 0 });
-                Some(Meeting::Pending { candidate, num: 1, found })
+                let sightings = self.look_back(map, sighting);
+                let num = sightings.len();
+                let found = sightings.last().map_or((0, 0), |newest| newest.found);
+                let map = map.keyframe(candidate).map;
+                self.pending = Some(Hypothesis { map, candidate, sightings, num_missed: 0 });
+                Some(Meeting::Pending { candidate, num, found })
             }
             Err(reason) => {
                 self.refused.push((keyframe, candidate));
                 Some(Meeting::Refused { candidate, reason })
             }
         }
+    }
+
+    /// The keyframes just before one may show the earlier place, too.
+    fn look_back(&mut self, map: &Map, newest: Sighting) -> Vec<Sighting> {
+        let mut sightings = vec![newest];
+        let before: Vec<KeyframeId> =
+            map.keyframes().map(|(id, _)| id).rev().filter(|id| *id < sightings[0].keyframe).collect();
+        for keyframe in before.into_iter().take(IN_A_ROW - 1) {
+            let around = sightings[0].around;
+            let next = &sightings[0];
+            match self.sight(map, keyframe, around, Some(next)) {
+                Ok(sighting) if sighting.agrees(map, next) => sightings.insert(0, sighting),
+                _ => break,
+            }
+        }
+        sightings
     }
 
     /// Looks for the earlier place of a hypothesis in a further keyframe.
