@@ -6,8 +6,8 @@ use crate::{
 };
 
 /// Steps of the adjustment.
-const MOST_STEPS: usize = 8;
-/// Keyframes of a map from which on it is too large to be adjusted as a whole: the time of a step grows with their third power.
+const MOST_STEPS: usize = 15;
+/// Keyframes of a map from which on it is too large to be adjusted as a whole: time and memory of a step grow with their square.
 const MOST_KEYFRAMES: usize = 200;
 
 /// An adjustment under way. It works on a copy, and new keyframes follow what it does to the old ones.

@@ -9,7 +9,7 @@ const BETWEEN: usize = 10;
 /// Keyframes in a row that must share landmarks with an earlier visit.
 const IN_A_ROW: usize = 3;
 /// Keyframes after which the map is adjusted again while the visit goes on; then after twice as many, and so on.
-const AGAIN_AFTER: usize = 7;
+const AGAIN_AFTER: usize = 10;
 
 /// What a keyframe says about an earlier visit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

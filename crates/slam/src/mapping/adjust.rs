@@ -58,7 +58,7 @@ pub struct WholeAdjustment {
 }
 
 /// Gain of a step, share of the cost, below which more steps are of no use.
-const LEAST_GAIN: f64 = 1e-3;
+const LEAST_GAIN: f64 = 1e-5;
 
 impl WholeAdjustment {
     /// Of these keyframes, in order, and all that they see.

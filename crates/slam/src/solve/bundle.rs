@@ -5,6 +5,7 @@ use nalgebra::{
     Vector3, Vector6,
 };
 
+use super::Skyline;
 use crate::lie::{CameraFromWorld, image_by_twist, moved};
 
 /// One measurement.
@@ -110,7 +111,7 @@ impl Bundle {
         while report.iterations < settings.max_iterations {
             report.iterations += 1;
             let reduced = self.reduce(&slots, damping, settings.huber);
-            let Some(step) = reduced.matrix.clone().cholesky().map(|c| c.solve(&reduced.vector)) else {
+            let Some(step) = solve_reduced(&reduced.matrix, &reduced.vector) else {
                 damping *= 10.0;
                 continue;
             };
@@ -269,6 +270,16 @@ impl Bundle {
         let points = self.points.iter().zip(steps).map(|(point, step)| point + step).collect();
         (cameras, points)
     }
+}
+
+/// Cameras from which on most of them share no point, so that most blocks are zero.
+const MANY_CAMERAS: usize = 40;
+
+fn solve_reduced(matrix: &DMatrix<f64>, vector: &DVector<f64>) -> Option<DVector<f64>> {
+    if vector.len() > 6 * MANY_CAMERAS {
+        return Skyline::of(matrix).solve(vector);
+    }
+    matrix.clone().cholesky().map(|c| c.solve(vector))
 }
 
 fn assemble(

@@ -1,6 +1,6 @@
 //! Sparse symmetric systems whose entries lie near the diagonal, but for a few rows.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// The lower half of a symmetric matrix: of each row the entries from the first that is not zero to the diagonal. Its Cholesky
 /// factor has the same shape.
@@ -18,6 +18,18 @@ impl Skyline {
     #[must_use]
     pub fn new(first: Vec<usize>) -> Self {
         let rows = first.iter().enumerate().map(|(row, first)| vec![0.0; row + 1 - first]).collect();
+        Self { first, rows }
+    }
+
+    /// The lower half of a matrix.
+    #[must_use]
+    pub fn of(matrix: &DMatrix<f64>) -> Self {
+        let is_some = |row: usize, column: &usize| matrix[(row, *column)] != 0.0;
+        let first = |row: usize| (0..row).find(|column| is_some(row, column)).unwrap_or(row);
+        let first: Vec<usize> = (0..matrix.nrows()).map(first).collect();
+        let row =
+            |(row, first): (usize, &usize)| (*first..=row).map(|column| matrix[(row, column)]).collect();
+        let rows = first.iter().enumerate().map(row).collect();
         Self { first, rows }
     }
 
@@ -94,7 +106,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::DMatrix;
     use rand::RngExt;
     use visloc_core::RngTree;
 
@@ -118,7 +129,8 @@ mod tests {
             dense[(row, row)] = 20.0;
         }
         let right = DVector::from_fn(num, |i, _| i as f64 - 10.0);
-        let expected = dense.cholesky().unwrap().solve(&right);
+        let expected = dense.clone().cholesky().unwrap().solve(&right);
+        assert!((Skyline::of(&dense).solve(&right).unwrap() - &expected).norm() < 1e-10);
         assert!((skyline.solve(&right).unwrap() - expected).norm() < 1e-10);
     }
 
