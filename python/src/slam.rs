@@ -35,6 +35,12 @@ impl SlamOutcome {
         self.0.camera_from_world.as_ref().map(|pose| matrix(py, &pose.inverse()))
     }
 
+    /// Number of the map that the pose is in; `None` without a pose. Maps are joined later when they meet.
+    #[getter]
+    fn map(&self) -> Option<usize> {
+        self.0.map.map(visloc::slam::map::MapId::index)
+    }
+
     /// Landmarks that were recognized, and those that were looked for.
     #[getter]
     fn matches(&self) -> (usize, usize) {

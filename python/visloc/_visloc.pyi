@@ -219,6 +219,9 @@ class SlamOutcome:
     @property
     def world_from_camera(self) -> NDArray[np.float64] | None: ...
     @property
+    def map(self) -> int | None:
+        """Number of the map that the pose is in; `None` without a pose. Maps are joined later when they meet."""
+    @property
     def matches(self) -> tuple[int, int]:
         """Landmarks that were recognized, and those that were looked for."""
 

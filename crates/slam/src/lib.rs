@@ -2,8 +2,8 @@
 //!
 //! A frame flows through the folders in this order: [`image`] (pyramid) -> [`start`] (the first two keyframes) or
 //! [`track`] (pose by image alignment, matching of the local map, robust pose) -> [`mapping`] (new landmarks, depth
-//! filters, bundle adjustment, culling), all on one [`map`]. When the camera is lost, [`recognize`] finds it again. [`Slam`]
-//! ties them together.
+//! filters, bundle adjustment, culling), all on one [`map`]. [`recognize`] finds places that were seen before: for a camera that
+//! is lost, and for [`atlas`], which closes loops and joins maps. [`Slam`] ties them together.
 //!
 //! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
 

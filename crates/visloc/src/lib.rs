@@ -57,8 +57,9 @@ pub use nalgebra;
 #[cfg(feature = "calib")]
 pub use visloc_calib as calib;
 pub use visloc_core::{
-    CameraPose, CameraTrajectory, Clock, Frame, FrameSource, GrayFrame, GrayImage, GroundContact, ImageSource,
-    PlanarTrajectory, RgbImage, Rng, RngTree, SourceError, SourceFrame, StampedPose, Timestamp, Truth, eval,
+    CameraPose, CameraTrajectory, Clock, Frame, FrameSource, GrayFrame, GrayImage, GroundContact,
+    ImageSource, PlanarTrajectory, RgbImage, Rng, RngTree, SourceError, SourceFrame, StampedPose, Timestamp,
+    Truth, eval,
     geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
 };
 #[cfg(feature = "io")]

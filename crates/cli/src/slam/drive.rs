@@ -177,10 +177,7 @@ pub fn run(
     history.add_mapped(num_before, &slam.finish());
     let maps = ways_by_map(&slam);
     let trajectory = maps.first().map(|way| way.trajectory.clone()).unwrap_or_default();
-    let mut map = slam.map().clone();
-    if let Some(way) = maps.first() {
-        map.activate(way.map);
-    }
+    let map = slam.map().with_active(maps.first().map_or(slam.map().active(), |way| way.map));
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);

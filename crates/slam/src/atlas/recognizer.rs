@@ -245,8 +245,7 @@ impl Recognizer {
         let own = map.keyframe(keyframe);
         let pyramid = own.pyramid.as_ref().ok_or(nothing)?;
         let incoming = Incoming { number: own.frame, at: own.at, pyramid };
-        let mut searched = map.clone();
-        searched.activate(map.keyframe(around).map);
+        let mut searched = map.with_active(map.keyframe(around).map);
         // Landmarks of this visit are where the way has drifted to: they would pull the pose there.
         searched.hide(map.connected(keyframe, 1).iter().map(|(id, _)| *id).chain([keyframe]));
         let mut aside = StageTimer::start(Clock::still());

@@ -78,6 +78,12 @@ impl Map {
         self.active = map;
     }
 
+    /// A copy that goes on with another map.
+    #[must_use]
+    pub fn with_active(&self, map: MapId) -> Self {
+        Self { active: map, ..self.clone() }
+    }
+
     /// Appends a map that has just been started and goes on with it.
     pub fn append(&mut self, started: &Self) -> Offsets {
         let offsets =

@@ -48,8 +48,7 @@ impl Relocator {
                 continue;
             }
             tried.push(id);
-            let mut searched = map.clone();
-            searched.activate(map.keyframe(id).map);
+            let searched = map.with_active(map.keyframe(id).map);
             match self.locator.locate(&searched, id, (&view, incoming), work) {
                 Ok(located) => return Ok(located),
                 Err(reason) => refused = refused.or(Some((id, reason))),
