@@ -202,7 +202,8 @@ mod tests {
             let ranked = index.query(&again);
             assert_eq!(ranked[0].keyframe.index(), wanted);
             assert!(ranked[0].num_shared > 50, "{:?}", ranked[0]);
-            assert!(ranked[1].score < 0.2 * ranked[0].score, "{:?}", &ranked[..2]);
+            let is_clear = ranked.get(1).is_none_or(|second| second.score < 0.2 * ranked[0].score);
+            assert!(is_clear, "{ranked:?}");
         }
         index.remove(KeyframeId(17), &views[17]);
         let again = seen_again(&views[17], &mut rng);
