@@ -8,7 +8,7 @@ use super::{
     Meeting,
     closing::{bend, spread},
     global::GlobalAdjustment,
-    revisit::{Revisit, RevisitStep},
+    revisit::{Revisit, RevisitStep, visit_began},
     sighting::Sighting,
 };
 use crate::{
@@ -247,7 +247,8 @@ impl Recognizer {
         let incoming = Incoming { number: own.frame, at: own.at, pyramid };
         let mut searched = map.with_active(map.keyframe(around).map);
         // Landmarks of this visit are where the way has drifted to: they would pull the pose there.
-        searched.hide(map.connected(keyframe, 1).iter().map(|(id, _)| *id).chain([keyframe]));
+        let began = visit_began(map, keyframe);
+        searched.hide(map.keyframes().map(|(id, _)| id).filter(|id| *id >= began));
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let located = match expected {
@@ -288,13 +289,14 @@ fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<Keyfr
     let connected = map.connected(keyframe, 1);
     let is_connected = |id: KeyframeId| connected.iter().any(|(other, _)| *other == id);
     let near = ranked.iter().find(|ranked| ranked.keyframe != keyframe && is_connected(ranked.keyframe));
+    let began = visit_began(map, keyframe);
     let least = near.map_or(0.0, |near| LEAST_SCORE * near.score);
     ranked
         .iter()
         .filter(|ranked| ranked.num_shared >= LEAST_SHARED && ranked.score >= least)
         .map(|ranked| ranked.keyframe)
         .find(|id| {
-            let is_old = id.index() + RECENT < keyframe.index() && !is_connected(*id);
+            let is_old = id.index() + RECENT < keyframe.index() && *id < began;
             map.keyframe(*id).map != own || is_old
         })
 }

@@ -53,20 +53,26 @@ impl Revisit {
 
 /// The newest keyframe of an earlier visit that shares landmarks with a keyframe.
 fn earlier_visit(map: &Map, keyframe: KeyframeId) -> Option<KeyframeId> {
-    let mut connected = map.connected(keyframe, 1);
+    let began = visit_began(map, keyframe);
+    let connected = map.connected(keyframe, LEAST_SHARED);
+    let earlier = connected.iter().map(|(id, _)| *id).filter(|id| *id < began);
+    earlier.filter(|id| map.keyframe(*id).map == map.active()).max()
+}
+
+/// The first keyframe of the visit that a keyframe belongs to: before it, many keyframes in a row share no landmark with it.
+pub fn visit_began(map: &Map, keyframe: KeyframeId) -> KeyframeId {
+    let mut connected: Vec<KeyframeId> = map.connected(keyframe, 1).into_iter().map(|(id, _)| id).collect();
     connected.sort_unstable();
-    let mut num_between = 0;
+    let (mut began, mut num_between) = (keyframe, 0);
     for (id, _) in map.keyframes().rev().filter(|(id, _)| *id < keyframe) {
-        let shared = connected.binary_search_by_key(&id, |(other, _)| *other).map(|i| connected[i].1);
-        match shared {
-            Err(_) => num_between += 1,
-            Ok(shared) if num_between >= BETWEEN => {
-                if shared >= LEAST_SHARED {
-                    return Some(id);
-                }
-            }
-            Ok(_) => num_between = 0,
+        if connected.binary_search(&id).is_ok() {
+            (began, num_between) = (id, 0);
+        } else {
+            num_between += 1;
+        }
+        if num_between >= BETWEEN {
+            break;
         }
     }
-    None
+    began
 }
