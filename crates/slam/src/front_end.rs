@@ -8,6 +8,7 @@ use visloc_core::{
 };
 
 use crate::{
+    backfill::Backfill,
     config::SlamConfig,
     frame_log::FrameLog,
     image::Pyramid,
@@ -37,6 +38,8 @@ enum Phase {
 #[derive(Debug)]
 pub(crate) struct FrontEnd {
     camera: Camera,
+    /// The camera as it was at first.
+    calibrated: Camera,
     config: SlamConfig,
     rng: Rng,
     clock: Clock,
@@ -47,6 +50,7 @@ pub(crate) struct FrontEnd {
     initializer: Initializer,
     tracker: Tracker,
     relocator: Relocator,
+    backfill: Backfill,
     rule: KeyframeRule,
     frames: FrameLog,
     phase: Phase,
@@ -70,6 +74,7 @@ impl FrontEnd {
     pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {
         Self {
             camera: *camera,
+            calibrated: *camera,
             config: config.clone(),
             rng: RngTree::new(seed).stream("slam", 0),
             clock: Clock::still(),
@@ -78,6 +83,7 @@ impl FrontEnd {
             initializer: Initializer::new(camera, config),
             tracker: Tracker::new(camera, &config.tracking, &config.features),
             relocator: Relocator::new(camera, config),
+            backfill: Backfill::new(camera, config),
             rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
             frames: FrameLog::default(),
             phase: Phase::Starting,
@@ -96,6 +102,10 @@ impl FrontEnd {
 
     pub fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    pub fn calibrated(&self) -> &Camera {
+        &self.calibrated
     }
 
     pub fn remember_frames(&mut self, least: usize) {
@@ -174,6 +184,7 @@ impl FrontEnd {
         timer.end("start map");
         match step {
             StartStep::Waiting(wait) => {
+                self.backfill.keep(incoming);
                 outcome.state = TrackingState::Starting(wait);
                 None
             }
@@ -197,6 +208,7 @@ impl FrontEnd {
         for (number, pose) in between {
             self.place(*number, (first_id, *pose * world_from_first));
         }
+        self.backfill.start(first_id, second_id);
         let number = self.number();
         for earlier in std::iter::once(map.keyframe(*first).frame).chain(between.iter().map(|b| b.0)) {
             if let Some(pose) = self.frames.get_mut(earlier) {
@@ -262,16 +274,34 @@ impl FrontEnd {
         if let KeyframeDecision::GoBackTo(earlier) = decision {
             self.anchor = earlier;
         }
-        let makes_keyframe = decision == KeyframeDecision::Make && report.quality == Quality::Good;
+        let makes_keyframe = decision == KeyframeDecision::Make;
         self.anchor_scale = self.map.scale_of(self.anchor);
         let anchor_from_world = self.map.pose_of(self.anchor);
         let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
         self.place(report.frame.number, (self.anchor, from_anchor));
         self.tracker.accept(report.frame.clone());
         self.awaits_keyframe |= makes_keyframe;
+        self.fill_back();
         timer.end("keyframe decision");
         let (anchor, anchor_scale) = (self.anchor, self.anchor_scale);
         Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale }))
+    }
+
+    /// Finds the pose of one of the frames before the start, once the map has proved to be right.
+    fn fill_back(&mut self) {
+        if self.number() < self.started_at + PROBATION_FRAMES / 2 {
+            return;
+        }
+        if let Some((number, place)) = self.backfill.next(&self.map, &mut self.rng)
+            && self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none())
+        {
+            let scale = std::mem::replace(&mut self.anchor_scale, self.map.scale_of(place.0));
+            self.place(number, place);
+            self.anchor_scale = scale;
+            if let Some(frame) = self.frames.get_mut(number) {
+                frame.is_filled_in = true;
+            }
+        }
     }
 
     /// Gives up the pose. A map that has only just been started is given up with it.
@@ -350,6 +380,7 @@ impl FrontEnd {
 
     /// Takes over what the mapper has finished. What belongs to a map that was given up is left out.
     pub fn apply(&mut self, update: Update) -> Option<Mapped> {
+        self.set_camera(&update.camera);
         if update.epoch != self.epoch {
             return None;
         }
@@ -374,6 +405,17 @@ impl FrontEnd {
             self.correct_last(first, made);
         }
         Some(update.mapped)
+    }
+
+    /// Takes over a camera that is known better.
+    fn set_camera(&mut self, camera: &Camera) {
+        if *camera != self.camera {
+            self.camera = *camera;
+            self.tracker.set_camera(camera);
+            self.relocator.set_camera(camera);
+            self.initializer.set_camera(camera);
+            self.backfill.set_camera(camera);
+        }
     }
 
     /// Hangs a frame that has become a keyframe on itself, and the frames tracked since then on it, too.

@@ -8,6 +8,7 @@
 //! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
 
 pub mod atlas;
+mod backfill;
 pub mod config;
 pub mod diagnosis;
 pub mod feature;

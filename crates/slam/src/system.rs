@@ -63,10 +63,19 @@ impl Slam {
         self.front_end.set_clock(clock);
     }
 
-    /// The camera.
+    /// The camera as it is known now.
     #[must_use]
     pub fn camera(&self) -> &Camera {
         self.front_end.camera()
+    }
+
+    /// How far the first radial coefficient of the lens, as the map tells it, is from the calibration; 0 as long as the map agrees
+    /// with the calibration.
+    #[must_use]
+    pub fn lens_change(&self) -> f64 {
+        let coefficient =
+            |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
+        coefficient(self.front_end.camera()) - coefficient(self.front_end.calibrated())
     }
 
     /// The map so far, as tracking sees it.

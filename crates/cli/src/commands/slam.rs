@@ -153,6 +153,12 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
             report.unmapped
         );
     }
+    if report.lens_change != 0.0 {
+        say::line!(
+            "  the lens is not as calibrated: {:+.4} on the first radial coefficient make the views agree",
+            report.lens_change
+        );
+    }
     if let Some(ate) = &report.ate_m {
         say::line!("  ATE RMSE {:.4} m, median {:.4} m, max {:.4} m", ate.rmse, ate.median, ate.max);
     }

@@ -34,6 +34,8 @@ pub struct SlamReport {
     pub keyframes: usize,
     /// Landmarks in the map at the end.
     pub points: usize,
+    /// What the map adds to the first radial coefficient of the calibration.
+    pub lens_change: f64,
     /// Loops that were closed.
     pub loops: usize,
     /// Maps that were joined to others.
@@ -147,6 +149,7 @@ impl SlamReport {
             lost_spells: run.history.num_lost_spells,
             relocalizations: run.history.num_relocalized,
             keyframes: map.keyframes().count(),
+            lens_change: run.slam.lens_change(),
             points: map.landmarks().filter(|(_, landmark)| landmark.is_converged()).count(),
             loops: run.history.num_loops,
             joins: run.history.num_joins,

@@ -64,6 +64,12 @@ pub struct Recognizer {
 }
 
 impl Recognizer {
+    /// Takes over a camera that is known better.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        self.camera = *camera;
+        self.locator.set_camera(camera);
+    }
+
     /// For one camera. The seed fixes every random choice.
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {

@@ -79,7 +79,8 @@ pub struct StartConfig {
     /// Median shift of the corners before a start is tried, pixels. Thesis: 10 to 20.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub min_shift_px: f64,
-    /// Least parallax, degrees; a quarter of the corners must have it. By trial; the thesis has no such gate.
+    /// Least parallax, degrees; a quarter of the corners must have it. By trial; the thesis has no such gate. Images before a later
+    /// start get their poses afterwards.
     #[schemars(range(min = 0.01, max = 45.0))]
     pub min_parallax_deg: f64,
     /// Least share of corners that must agree on one motion. By trial.
@@ -174,6 +175,9 @@ pub struct MappingConfig {
     pub max_depth_deviation: f64,
     /// Whether bundles are adjusted; one of the three switches of the thesis' configurations, section 7.2.1.
     pub adjust_bundles: bool,
+    /// Whether the first radial coefficient of the lens is estimated with the map. An addition: a calibration that is a little off
+    /// changes the scale in every turn.
+    pub adjust_lens: bool,
     /// Keyframes adjusted together. Program: 11.
     #[schemars(range(min = 2, max = 100))]
     pub bundle_keyframes: usize,
@@ -243,7 +247,7 @@ impl Default for StartConfig {
         Self {
             min_points: 50,
             min_shift_px: 8.0,
-            min_parallax_deg: 0.9,
+            min_parallax_deg: 1.2,
             min_inlier_ratio: 0.6,
             min_followed_ratio: 0.25,
             inlier_px: 1.0,
@@ -285,6 +289,7 @@ impl Default for MappingConfig {
             max_candidate_age: 6,
             max_depth_deviation: 0.03,
             adjust_bundles: true,
+            adjust_lens: true,
             bundle_keyframes: 12,
             bundle_first_iterations: 5,
             bundle_last_iterations: 10,

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Point3, Rotation3};
-use visloc_core::{Timestamp, geom::Rigid3};
+use visloc_core::{
+    Timestamp,
+    geom::{Camera, Rigid3},
+};
 
 use super::{
     Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, MapId, Observation, keyframe::Anchor,
@@ -141,6 +144,29 @@ impl Map {
                 self.landmarks[index].point_in_world = world_from_camera.transform(&point.into());
             }
         }
+    }
+
+    /// Makes the rays of all observations anew, for a camera that is known better.
+    pub(crate) fn look_through(&mut self, camera: &Camera) {
+        for index in 0..self.landmarks.len() {
+            for observation in &mut self.landmarks[index].observations {
+                observation.ray = camera.bearing(&observation.px);
+            }
+        }
+    }
+
+    /// The surroundings of a keyframe have grown by a factor: its candidates and the frames that hang on it follow.
+    pub(crate) fn note_growth(&mut self, id: KeyframeId, factor: f64) {
+        let candidates: Vec<usize> = self.keyframes[id.index()].landmarks.iter().map(|l| l.index()).collect();
+        for index in candidates {
+            let landmark = &mut self.landmarks[index];
+            if landmark.state == LandmarkState::Candidate && landmark.host().keyframe == id {
+                landmark.filter = landmark.filter.with_depths_times(factor);
+            }
+        }
+        self.keyframes[id.index()].scale *= factor;
+        let pose = self.keyframes[id.index()].camera_from_world;
+        self.set_pose(id, pose);
     }
 
     /// Appends a landmark that one keyframe sees.

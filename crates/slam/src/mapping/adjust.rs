@@ -26,9 +26,9 @@ pub struct AdjustReport {
 
 /// Which keyframe and landmark each index of a bundle is.
 #[derive(Debug)]
-struct Index {
-    keyframes: Vec<KeyframeId>,
-    landmarks: Vec<LandmarkId>,
+pub(super) struct Index {
+    pub keyframes: Vec<KeyframeId>,
+    pub landmarks: Vec<LandmarkId>,
 }
 
 /// Adjusts a keyframe, the keyframes most connected to it and their landmarks; other observers stay where they are.
@@ -132,7 +132,7 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
     AdjustReport { num_free: free.len(), num_points: index.landmarks.len(), num_dropped }
 }
 
-fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
+pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
     let mut camera_of = vec![None; map.num_keyframe_ids()];
     let mut bundle = Bundle::default();
     let mut index = Index { keyframes: free.to_vec(), landmarks: Vec::new() };

@@ -3,7 +3,7 @@
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
-    track::{Frame, Quality, TrackReport},
+    track::{Feature, Frame, Quality, TrackReport},
 };
 
 /// What to do about keyframes after a tracked frame.
@@ -46,7 +46,10 @@ impl KeyframeRule {
                 self.since = report.frame.number;
                 KeyframeDecision::GoBackTo(earlier)
             }
-            None => KeyframeDecision::Make,
+            None if report.quality == Quality::Good || report.num_matched >= LEAST_MATCHES => {
+                KeyframeDecision::Make
+            }
+            None => KeyframeDecision::Stay,
         }
     }
 
@@ -90,12 +93,16 @@ const RETURN_SHIFT: f64 = 0.7;
 /// Share of the landmarks in view that an earlier keyframe must see, to count as the same view: not all, since it was made before
 /// many of them.
 const RETURN_SHARE: f64 = 0.5;
+/// Fewest matches of a frame whose pose is good enough for a keyframe. Thesis, section 6.9: the fewest of a frame that is not bad.
+const LEAST_MATCHES: usize = 20;
 
 /// The keyframe that sees most of what the frame sees, from nearly the same place: space that is seen again needs no more
 /// keyframes, or a robot that goes round would fill its memory.
 fn covering(map: &Map, reference: KeyframeId, report: &TrackReport, max_shift_px: f64) -> Option<KeyframeId> {
     let seen: Vec<LandmarkId> = report.frame.features.iter().map(|feature| feature.landmark).collect();
+    // A camera that goes ahead shares most with the reference, one that comes back with where it comes to.
     let min_shared = (RETURN_SHARE * report.num_converged as f64).ceil().max(10.0) as u32;
+    let min_shared = min_shared.max(num_shared(map, reference, report));
     let shift = |id: &KeyframeId| mean_shift_px(map, *id, &report.frame).unwrap_or(f64::INFINITY);
     // A camera that goes ahead leaves its reference, but earlier keyframes even more.
     let max_shift_px = max_shift_px.min(shift(&reference));
@@ -107,6 +114,15 @@ fn covering(map: &Map, reference: KeyframeId, report: &TrackReport, max_shift_px
         .filter(|(px, _)| *px < max_shift_px)
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, id)| id)
+}
+
+/// How many landmarks a frame shares with a keyframe.
+fn num_shared(map: &Map, id: KeyframeId, report: &TrackReport) -> u32 {
+    let is_shared = |feature: &&Feature| {
+        let landmark = map.landmark(feature.landmark);
+        landmark.is_converged() && landmark.observation_in(id).is_some()
+    };
+    report.frame.features.iter().filter(is_shared).count() as u32
 }
 
 /// Mean shift of the landmarks that both see, pixels; `None` if they share fewer than ten.
@@ -132,7 +148,7 @@ mod tests {
         lie::CameraFromWorld,
         map::{LandmarkState, NewKeyframe, Observation},
         mapping::DepthFilter,
-        track::{Feature, LocalMap},
+        track::LocalMap,
     };
 
     const WIDTH_PX: f64 = 640.0;
@@ -220,5 +236,7 @@ mod tests {
         // It has lost landmarks; the older keyframe is near, but farther behind than the newer one.
         assert_eq!(decision(&[4, 6], 1, 8, 400), KeyframeDecision::Make);
         assert_eq!(decision(&[8, 6], 1, 8, 400), KeyframeDecision::GoBackTo(KeyframeId(0)));
+        // It has lost landmarks without moving: an older keyframe that sees less of what is left is no help.
+        assert_eq!(decision(&[1, 8], 1, 6, 400), KeyframeDecision::Make);
     }
 }

@@ -8,6 +8,7 @@ use super::{
     adjust_local,
     candidate::{Verdict, add_candidates, judge, measure, new_corners},
     cull::{cull_keyframes, cull_landmarks},
+    lens::LensEstimator,
 };
 use crate::{
     config::SlamConfig,
@@ -15,6 +16,9 @@ use crate::{
     timing::StageTimer,
     track::{Frame, Matcher, focal_px, scene_depth},
 };
+
+/// Keyframes in which a new candidate is missed before it is left to the next frames, where it is searched anyway.
+const MOST_MISSED: usize = 2;
 
 /// What the mapper did with a frame.
 #[derive(Debug, Clone, Default)]
@@ -33,13 +37,32 @@ pub struct Mapper {
     camera: Camera,
     config: SlamConfig,
     candidates: Vec<LandmarkId>,
+    lens: LensEstimator,
 }
 
 impl Mapper {
     /// A mapper for a map that has just been started.
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
-        Self { camera: *camera, config: config.clone(), candidates: Vec::new() }
+        Self {
+            camera: *camera,
+            config: config.clone(),
+            candidates: Vec::new(),
+            lens: LensEstimator::new(camera),
+        }
+    }
+
+    /// The camera as it is known now.
+    #[must_use]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Starts over with a new map; what is known of the camera stays.
+    pub fn restart(&mut self, map: &mut Map) {
+        self.candidates.clear();
+        self.lens.restart();
+        map.look_through(&self.camera);
     }
 
     /// Makes candidates in the two keyframes of a map that has just been started, and adjusts it.
@@ -123,6 +146,12 @@ impl Mapper {
             report.adjusted = adjust_local(map, id, &self.config.mapping, focal_px(&self.camera));
         }
         timer.end("bundle adjustment");
+        if self.config.mapping.adjust_bundles
+            && let Some(camera) = self.lens.settle(map, &self.camera, &self.config.mapping)
+        {
+            self.camera = camera;
+        }
+        timer.end("settle");
         cull_landmarks(map, id);
         cull_keyframes(map, id, &self.config.mapping);
         self.forget_old_candidates(map, id);
@@ -197,6 +226,7 @@ impl Mapper {
             .collect();
         let mut promoted = Vec::new();
         for candidate in added {
+            let mut num_missed = 0;
             for other in &others {
                 let keyframe = map.keyframe(*other);
                 let Some(pyramid) = keyframe.pyramid.clone() else { continue };
@@ -208,8 +238,12 @@ impl Mapper {
                     recognition: config.features.recognition(),
                 };
                 let other_center = *keyframe.center_in_world();
-                if let Some(found) = measure(map, candidate, &view) {
-                    map.add_observation(candidate, found.in_keyframe(*other));
+                match measure(map, candidate, &view) {
+                    Some(found) => map.add_observation(candidate, found.in_keyframe(*other)),
+                    None => num_missed += 1,
+                }
+                if num_missed >= MOST_MISSED {
+                    break;
                 }
                 if judge(map, candidate, &other_center, &config.mapping) == Verdict::Promote {
                     promoted.push(candidate);

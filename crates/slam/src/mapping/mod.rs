@@ -6,6 +6,7 @@ mod cull;
 mod depth_filter;
 mod epipolar;
 mod keyframes;
+mod lens;
 mod mapper;
 
 pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};

@@ -32,6 +32,12 @@ pub struct Aligned {
     pub covariance: Matrix2<f64>,
 }
 
+/// Gains between two images of the same thing that are believed: exposure and shadow.
+const GAINS: std::ops::Range<f32> = 0.2..5.0;
+/// Gains that an alignment starts with; a patch that is not yet in its place has another contrast.
+const FIRST_GAINS: (f32, f32) = (0.5, 2.0);
+/// Gray level from which on a pixel is saturated.
+const SATURATED: f32 = 254.5;
 /// Least error of an alignment, pixels: what interpolation and the flat patch leave.
 const LEAST_SIGMA_PX: f64 = 0.15;
 /// Error along a direction in which a patch has no structure, pixels.
@@ -58,28 +64,37 @@ pub fn align(
     for iteration in 0..limits.max_iterations {
         sample(image, x, y, &mut sampled)?;
         if iteration == 0 {
-            offset = mean(&sampled) - mean(&problem.values);
+            (gain, offset) = problem.light(&sampled);
         }
         let step = problem.step(&sampled, gain, offset);
-        x -= step[0];
-        y -= step[1];
+        // The image's gradients are those of the template times the gain.
+        let (dx, dy) = (step[0] / gain, step[1] / gain);
+        x -= dx;
+        y -= dy;
         gain += step[2];
         offset += step[3];
         let shift2 = (f64::from(x) - start.x).powi(2) + (f64::from(y) - start.y).powi(2);
         // Written so that NaN ends the search.
-        if !(shift2 <= limits.max_shift_px * limits.max_shift_px && (0.3..3.0).contains(&gain)) {
+        if !(shift2 <= limits.max_shift_px * limits.max_shift_px && GAINS.contains(&gain)) {
             return None;
         }
-        if step[0] * step[0] + step[1] * step[1] < 0.03 * 0.03 {
+        if dx * dx + dy * dy < 0.03 * 0.03 {
             sample(image, x, y, &mut sampled)?;
             let residual = problem.residual(&sampled, gain, offset);
             let allowed = limits.noise.max(limits.max_unexplained * problem.variance * gain * gain);
             let at = Point2::new(f64::from(x), f64::from(y));
-            let covariance = problem.covariance(residual);
+            let covariance = problem.covariance(residual / (gain * gain));
             return (residual <= allowed).then_some(Aligned { at, residual, covariance });
         }
     }
     None
+}
+
+/// What a pixel differs from the template under a gain and an offset. Of a saturated pixel only a lower bound is known.
+#[inline]
+fn difference(sampled: f32, template: f32, gain: f32, offset: f32) -> f32 {
+    let error = sampled - (gain * template + offset).min(255.0);
+    if template >= SATURATED { error.min(0.0) } else { error }
 }
 
 /// The template with what does not change over the iterations.
@@ -114,6 +129,14 @@ impl Problem {
         Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
     }
 
+    /// Gain and offset that make the contrast and the mean of the patch those of the image, before it is aligned.
+    fn light(&self, sampled: &[f32; NUM]) -> (f32, f32) {
+        let center = mean(sampled);
+        let variance = sampled.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
+        let gain = (variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
+        (gain, center - gain * mean(&self.values))
+    }
+
     /// Gauss-Newton step in shift, gain and offset.
     #[inline]
     fn step(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> Vector4<f32> {
@@ -121,7 +144,7 @@ impl Problem {
         for row in 0..PATCH_PX {
             for lane in 0..8 {
                 let i = row * PATCH_PX + lane;
-                let error = sampled[i] - gain * self.values[i] - offset;
+                let error = difference(sampled[i], self.values[i], gain, offset);
                 ex[lane] += error * self.dx[i];
                 ey[lane] += error * self.dy[i];
                 et[lane] += error * self.values[i];
@@ -144,7 +167,7 @@ impl Problem {
     }
 
     fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
-        let squares = sampled.iter().zip(&self.values).map(|(s, t)| (s - gain * t - offset).powi(2));
+        let squares = sampled.iter().zip(&self.values).map(|(s, t)| difference(*s, *t, gain, offset).powi(2));
         squares.sum::<f32>() / NUM as f32
     }
 }
@@ -219,6 +242,33 @@ mod tests {
             let found = align(&template, &current, &start, &LIMITS).unwrap();
             let error = (found.at - Point2::new(30.0 + dx, 31.0 + dy)).norm();
             assert!(error < 0.05, "{dx} {dy}: {error}");
+        }
+    }
+
+    #[test]
+    fn light_that_doubles_is_no_obstacle() {
+        let reference = image(0.0, 0.0, 0.6, 0.0);
+        let start = Point2::new(30.0, 31.0);
+        let template = Template::from_image(&reference, &start, 0.0).unwrap();
+        for (gain, offset) in [(1.3, 0.0), (0.3, 10.0), (1.2, 60.0)] {
+            let current = image(1.1, -0.8, gain, offset);
+            let found = align(&template, &current, &start, &LIMITS).unwrap();
+            let error = (found.at - Point2::new(31.1, 30.2)).norm();
+            assert!(error < 0.1, "{gain} {offset}: {error}");
+        }
+    }
+
+    #[test]
+    fn saturated_pixels_do_not_pull() {
+        // About a third of the patch is brighter than the image can tell.
+        let reference = image(0.0, 0.0, 1.0, 0.0);
+        let current = image(0.6, 0.4, 1.9, -10.0);
+        let start = Point2::new(30.0, 31.0);
+        for (from, to, sign) in [(&reference, &current, 1.0), (&current, &reference, -1.0)] {
+            let template = Template::from_image(from, &start, 0.0).unwrap();
+            let found = align(&template, to, &start, &LIMITS).unwrap();
+            let error = (found.at - Point2::new(30.0 + 0.6 * sign, 31.0 + 0.4 * sign)).norm();
+            assert!(error < 0.15, "{error}");
         }
     }
 

@@ -58,6 +58,14 @@ pub struct Locator {
 }
 
 impl Locator {
+    /// Takes over a camera that is known better.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        if *camera != self.camera {
+            self.camera = *camera;
+            self.tracker.set_camera(camera);
+        }
+    }
+
     /// For one camera.
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
@@ -190,7 +198,7 @@ fn needed(share: f64) -> usize {
 }
 
 /// A keyframe as a frame with its converged landmarks.
-pub(super) fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
+pub(crate) fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
     let keyframe = map.keyframe(id);
     let feature = |landmark: &LandmarkId| {
         let observation = map.landmark(*landmark).observation_in(id)?;

@@ -12,6 +12,7 @@ mod relocator;
 mod view;
 
 pub use index::{PlaceIndex, Ranked};
+pub(crate) use locate::frame_of;
 pub use locate::{Located, Locator};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;

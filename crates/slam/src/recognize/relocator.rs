@@ -18,6 +18,12 @@ pub struct Relocator {
 }
 
 impl Relocator {
+    /// Takes over a camera that is known better.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        self.camera = *camera;
+        self.locator.set_camera(camera);
+    }
+
     /// For one camera.
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig) -> Self {

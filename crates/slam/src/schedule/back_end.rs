@@ -55,12 +55,14 @@ impl BackEnd {
                 (pose, frame, self.use_frame(*job, &mut timer))
             }
         };
+        self.recognizer.set_camera(self.mapper.camera());
         let meeting =
             report.keyframe.and_then(|keyframe| self.recognizer.look(&mut self.map, keyframe, &mut timer));
         // Never together with the work on a keyframe.
         let has_moved = was_awaited || self.recognizer.adjust(&mut self.map, &mut timer);
         let mapped = Mapped { frame, report, meeting, times: timer.finish() };
-        Update { epoch, map: self.map.clone(), camera_from_world, has_moved, was_awaited, mapped }
+        let (camera, map) = (*self.mapper.camera(), self.map.clone());
+        Update { epoch, camera, map, camera_from_world, has_moved, was_awaited, mapped }
     }
 
     fn adopt(&mut self, started: &StartedMap, is_only: bool) {
@@ -71,6 +73,7 @@ impl BackEnd {
         self.recognizer.forget();
         let offsets = self.map.append(&started.map);
         let (first, second) = (offsets.keyframe(started.first), offsets.keyframe(started.second));
+        self.mapper.restart(&mut self.map);
         self.mapper.populate(&mut self.map, second, first);
         for keyframe in [first, second] {
             self.recognizer.describe(&mut self.map, keyframe);

@@ -1,6 +1,6 @@
 //! What tracking and mapping send each other.
 
-use visloc_core::Clock;
+use visloc_core::{Clock, geom::Camera};
 
 use crate::{
     lie::CameraFromWorld,
@@ -67,6 +67,8 @@ pub(crate) struct FrameJob {
 pub(crate) struct Update {
     /// The number of the order.
     pub epoch: usize,
+    /// The camera as it is known now.
+    pub camera: Camera,
     /// The map as it is now.
     pub map: Map,
     /// Pose of the frame as tracking had it.

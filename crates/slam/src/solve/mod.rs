@@ -6,7 +6,7 @@ mod pose;
 mod skyline;
 mod triangulate;
 
-pub use bundle::{Bundle, BundleObservation, BundleReport, BundleSettings, BundleTie};
+pub use bundle::{Bundle, BundleLens, BundleObservation, BundleReport, BundleSettings, BundleTie};
 pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, refine_turn, robust_pose};
 pub use skyline::Skyline;
 pub use triangulate::{cos_parallax, triangulate};

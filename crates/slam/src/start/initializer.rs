@@ -89,6 +89,12 @@ impl Initializer {
         }
     }
 
+    /// Takes over a camera that is known better.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        self.camera = *camera;
+        self.rotation_aligner = RotationAligner::new(camera, 4);
+    }
+
     /// Looks at the next frame.
     pub fn add(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> StartStep {
         let Some(attempt) = &mut self.attempt else {

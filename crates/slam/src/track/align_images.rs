@@ -15,6 +15,9 @@ use crate::{
 const SIDE: usize = 4;
 const NUM: usize = SIDE * SIDE;
 
+/// Gains between two images that an alignment starts with.
+const FIRST_GAINS: (f32, f32) = (0.4, 2.5);
+
 /// A point of the reference image.
 #[derive(Debug, Clone, Copy)]
 pub struct AlignFeature {
@@ -132,7 +135,8 @@ impl Level<'_> {
             if !step.iter().all(|v| v.is_finite()) {
                 break;
             }
-            let twist = Vector6::from_fn(|i, _| step[i]);
+            // The image's gradients are those of the reference times the gain.
+            let twist = Vector6::from_fn(|i, _| step[i]) / f64::from(gain);
             motion = motion * exp::<CameraFrame>(&twist).inverse();
             gain += step[6] as f32;
             offset += step[7] as f32;
@@ -158,16 +162,20 @@ impl Level<'_> {
         offset: &mut f32,
         residuals: &mut Vec<f32>,
     ) -> f32 {
-        *gain = 1.0;
-        *offset = 0.0;
-        let mut signed = Vec::with_capacity(residuals.capacity());
+        let (mut before, mut now) = (Vec::new(), Vec::new());
         let mut sampled = [0.0; NUM];
         for patch in self.patches {
             if self.sample(patch, motion, &mut sampled).is_some() {
-                signed.extend(sampled.iter().zip(&patch.values).map(|(s, t)| s - t));
+                before.extend(patch.values);
+                now.extend(sampled);
             }
         }
-        *offset = if signed.is_empty() { 0.0 } else { median(&mut signed) };
+        let (mut ordered_before, mut ordered_now) = (before.clone(), now.clone());
+        let (center_before, spread_before) = center_and_spread(&mut ordered_before);
+        let (center_now, spread_now) = center_and_spread(&mut ordered_now);
+        *gain = (spread_now / spread_before.max(1.0)).clamp(FIRST_GAINS.0, FIRST_GAINS.1);
+        *offset = center_now - *gain * center_before;
+        let signed: Vec<f32> = now.iter().zip(&before).map(|(now, before)| now - *gain * before).collect();
         residuals.clear();
         residuals.extend(signed.iter().map(|r| (r - *offset).abs()));
         (1.4826 * median(residuals)).clamp(3.0, 40.0)
@@ -339,6 +347,16 @@ fn sample(image: &GrayImage, x: f32, y: f32, out: &mut [f32; NUM]) -> Option<()>
 
 fn sample_wide(image: &GrayImage, x: f32, y: f32, out: &mut [f32]) -> Option<()> {
     sample_square::<{ SIDE + 2 }>(image, x - 3.0, y - 3.0, out)
+}
+
+/// Median of gray levels and median deviation from it; 0 without any.
+fn center_and_spread(values: &mut [f32]) -> (f32, f32) {
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let center = median(values);
+    values.iter_mut().for_each(|value| *value = (*value - center).abs());
+    (center, median(values))
 }
 
 fn median(values: &mut [f32]) -> f32 {

@@ -25,9 +25,9 @@ impl MotionModel {
         exp(&(self.velocity * secs))
     }
 
-    /// Learns from the motion of the last `secs`; a time that is not positive is ignored.
+    /// Learns from the motion of the last `secs`, which are negative where a recording is followed backwards; no time is ignored.
     pub fn update(&mut self, next_from_last: &Rigid3<CameraFrame, CameraFrame>, secs: f64) {
-        if secs > 0.0 {
+        if secs != 0.0 {
             self.velocity = log(next_from_last) / secs;
         }
     }

@@ -82,6 +82,10 @@ pub struct Tracker {
 
 /// Level of the image on which whole views are compared.
 const ROTATION_LEVEL: usize = 4;
+/// Pixels (of its level) around a predicted place that are searched when a frame fails.
+const WIDE_RADIUS: usize = 8;
+/// The same after some frames that have failed.
+const MOST_RADIUS: usize = 16;
 /// Coarsest level of the image alignment.
 const COARSEST_LEVEL: usize = 4;
 
@@ -97,6 +101,15 @@ impl Tracker {
             rotation_aligner: RotationAligner::new(camera, ROTATION_LEVEL),
             motion: MotionModel::default(),
             last: None,
+        }
+    }
+
+    /// Takes over a camera that is known better.
+    pub fn set_camera(&mut self, camera: &Camera) {
+        self.camera = *camera;
+        self.rotation_aligner = RotationAligner::new(camera, ROTATION_LEVEL);
+        for feature in self.last.iter_mut().flat_map(|last| &mut last.features) {
+            feature.ray = camera.bearing(&feature.px);
         }
     }
 
@@ -153,9 +166,36 @@ impl Tracker {
         let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
         work.timer.end("image alignment");
         let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
+        if report.quality == Quality::Bad {
+            report = self.track_wide(map, incoming, &predicted, last, work).unwrap_or(report);
+        }
         self.hold_place(map, &mut report);
         work.timer.end("pose");
         Some(report)
+    }
+
+    /// As [`Tracker::track_near`], but looks around each place first: the farther, the longer ago the last frame is.
+    fn track_wide(
+        &self,
+        map: &Map,
+        incoming: &Incoming<'_>,
+        predicted: &CameraFromWorld,
+        last: &Frame,
+        work: &mut FrameWork<'_>,
+    ) -> Option<TrackReport> {
+        let num_missed = incoming.number.saturating_sub(last.number + 1);
+        let radius = (WIDE_RADIUS + WIDE_RADIUS / 2 * num_missed).min(MOST_RADIUS);
+        let by_velocity = self.motion.predict(incoming.at.secs_since(last.at)) * last.camera_from_world;
+        for start in [predicted, &by_velocity] {
+            let wide = self.track_near(map, incoming, (start, radius), last, work);
+            if wide.num_matched >= self.config.min_matches / 2 {
+                let report = self.track_near(map, incoming, (&wide.frame.camera_from_world, 0), last, work);
+                if report.quality != Quality::Bad {
+                    return Some(report);
+                }
+            }
+        }
+        None
     }
 
     /// Keeps the camera where the newest keyframe is as long as it only turns.

@@ -1,0 +1,301 @@
+//! Normal equations of a bundle.
+
+use nalgebra::{
+    DMatrix, DVector, Matrix2x3, Matrix2x6, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector2, Vector3, Vector6,
+};
+
+use super::{Bundle, BundleObservation, residual_of};
+use crate::{lie::image_by_twist, solve::Skyline};
+
+/// The equations at one state, without damping. Steps of any damping can be had from them.
+pub struct NormalEquations {
+    /// Position of each free camera among the unknowns.
+    slots: Vec<Option<usize>>,
+    cameras: Vec<Matrix6<f64>>,
+    pub(super) camera_gradient: Vec<Vector6<f64>>,
+    /// Blocks of two different cameras, from the ties: row, column and block, row first.
+    between: Vec<(usize, usize, Matrix6<f64>)>,
+    points: Vec<Matrix3<f64>>,
+    point_gradient: Vec<Vector3<f64>>,
+    /// One for each observation.
+    camera_by_point: Vec<Matrix6x3<f64>>,
+    lens: Option<LensEquations>,
+}
+
+/// What the lens adds.
+struct LensEquations {
+    own: f64,
+    gradient: f64,
+    by_camera: Vec<Vector6<f64>>,
+    by_point: Vec<Vector3<f64>>,
+}
+
+/// A step of all unknowns.
+pub struct Step {
+    /// Twist of each camera; `None` for one that may not move.
+    pub cameras: Vec<Option<Vector6<f64>>>,
+    /// Step of each point.
+    pub points: Vec<Vector3<f64>>,
+    /// Change of the lens.
+    pub lens: f64,
+}
+
+/// A residual with its derivatives, weighted.
+pub struct Linearized {
+    error: Vector2<f64>,
+    pub by_camera: Matrix2x6<f64>,
+    pub by_point: Matrix2x3<f64>,
+    by_lens: Vector2<f64>,
+    weight: f64,
+}
+
+/// Cameras from which on most of them share no point, so that most blocks are zero.
+const MANY_CAMERAS: usize = 40;
+
+/// Solves the equations of the cameras, of which the lower triangle is given.
+fn solve_reduced(matrix: DMatrix<f64>, vector: &DVector<f64>) -> Option<DVector<f64>> {
+    if vector.len() > 6 * MANY_CAMERAS {
+        return Skyline::of(&matrix).solve(vector);
+    }
+    Some(matrix.cholesky()?.solve(vector))
+}
+
+impl NormalEquations {
+    /// Linearizes all residuals.
+    pub fn of(bundle: &Bundle, huber: f64) -> Self {
+        let slots = slots(&bundle.is_free);
+        let num_free = slots.iter().flatten().count();
+        let num_points = bundle.points.len();
+        let lens = bundle.lens.as_ref().map(|lens| {
+            let information = 1.0 / (lens.sigma * lens.sigma);
+            LensEquations {
+                own: information,
+                gradient: (lens.expected - lens.change) * information,
+                by_camera: vec![Vector6::zeros(); num_free],
+                by_point: vec![Vector3::zeros(); num_points],
+            }
+        });
+        let mut equations = Self {
+            slots,
+            cameras: vec![Matrix6::zeros(); num_free],
+            camera_gradient: vec![Vector6::zeros(); num_free],
+            between: Vec::new(),
+            points: vec![Matrix3::zeros(); num_points],
+            point_gradient: vec![Vector3::zeros(); num_points],
+            camera_by_point: vec![Matrix6x3::zeros(); bundle.observations.len()],
+            lens,
+        };
+        for (i, observation) in bundle.observations.iter().enumerate() {
+            if let Some(linearized) = linearize(bundle, i, observation, huber) {
+                equations.add(i, observation, &linearized);
+            }
+        }
+        equations.add_ties(bundle);
+        equations
+    }
+
+    #[inline]
+    fn add(&mut self, i: usize, observation: &BundleObservation, l: &Linearized) {
+        let point = observation.point;
+        self.points[point] += l.by_point.transpose() * l.by_point * l.weight;
+        self.point_gradient[point] -= l.by_point.transpose() * l.error * l.weight;
+        let slot = self.slots[observation.camera];
+        if let Some(slot) = slot {
+            self.cameras[slot] += l.by_camera.transpose() * l.by_camera * l.weight;
+            self.camera_gradient[slot] -= l.by_camera.transpose() * l.error * l.weight;
+            self.camera_by_point[i] = l.by_camera.transpose() * l.by_point * l.weight;
+        }
+        if let Some(lens) = &mut self.lens {
+            lens.own += l.by_lens.norm_squared() * l.weight;
+            lens.gradient -= l.by_lens.dot(&l.error) * l.weight;
+            lens.by_point[point] += l.by_point.transpose() * l.by_lens * l.weight;
+            if let Some(slot) = slot {
+                lens.by_camera[slot] += l.by_camera.transpose() * l.by_lens * l.weight;
+            }
+        }
+    }
+
+    fn add_ties(&mut self, bundle: &Bundle) {
+        for tie in &bundle.ties {
+            let error = tie.residual(&bundle.cameras);
+            let (first, second) = tie.cameras;
+            let jacobians = [(first, -1.0), (second, 1.0)].map(|(camera, sign)| {
+                // The center moves against the twist's translation: c = -R' t.
+                let mut jacobian = Matrix3x6::zeros();
+                let by_translation = bundle.cameras[camera].rotation().transpose() * (sign / tie.sigma);
+                jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_translation);
+                (self.slots[camera], jacobian)
+            });
+            for (slot, jacobian) in &jacobians {
+                let Some(slot) = *slot else { continue };
+                self.cameras[slot] += jacobian.transpose() * jacobian;
+                self.camera_gradient[slot] -= jacobian.transpose() * error;
+            }
+            if let [(Some(a), by_a), (Some(b), by_b)] = &jacobians {
+                let block = by_a.transpose() * by_b;
+                let block = if a < b { block } else { block.transpose() };
+                self.between.push(((*a).min(*b), (*a).max(*b), block));
+            }
+        }
+    }
+
+    /// The step with a damping, share of the diagonal. `None` if the equations have no solution.
+    pub fn solve(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
+        let inverses: Vec<Matrix3<f64>> =
+            self.points.iter().map(|hessian| damped_inverse(hessian, damping)).collect();
+        let (matrix, vector) = self.reduced(bundle, &inverses, damping);
+        let solution = solve_reduced(matrix, &vector)?;
+        let num_free = self.cameras.len();
+        let twist = |slot: usize| Vector6::from_fn(|i, _| solution[6 * slot + i]);
+        let mut right = self.point_gradient.clone();
+        for (observation, by_point) in bundle.observations.iter().zip(&self.camera_by_point) {
+            if let Some(slot) = self.slots[observation.camera] {
+                right[observation.point] -= by_point.transpose() * twist(slot);
+            }
+        }
+        let change = self.lens.as_ref().map_or(0.0, |_| solution[6 * num_free]);
+        for (right, by_point) in right.iter_mut().zip(self.lens.iter().flat_map(|lens| &lens.by_point)) {
+            *right -= by_point * change;
+        }
+        Some(Step {
+            cameras: self.slots.iter().map(|slot| slot.map(twist)).collect(),
+            points: right.iter().zip(&inverses).map(|(right, inverse)| inverse * right).collect(),
+            lens: change,
+        })
+    }
+
+    /// The equations of cameras and lens, with the points eliminated: the lower triangle of the matrix (the decomposition
+    /// reads nothing else) and the vector.
+    fn reduced(
+        &self,
+        bundle: &Bundle,
+        inverses: &[Matrix3<f64>],
+        damping: f64,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let num_free = self.cameras.len();
+        let mut blocks = vec![Matrix6::zeros(); num_free * num_free];
+        let mut gradient = self.camera_gradient.clone();
+        for (slot, own) in self.cameras.iter().enumerate() {
+            blocks[slot * num_free + slot] = damped(own, damping);
+        }
+        for (row, column, block) in &self.between {
+            blocks[row * num_free + column] += block;
+        }
+        let mut start = 0;
+        for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
+            let point = group[0].point;
+            let by_point = &self.camera_by_point[start..start + group.len()];
+            start += group.len();
+            for (first, first_by_point) in group.iter().zip(by_point) {
+                let Some(slot) = self.slots[first.camera] else { continue };
+                let product = first_by_point * inverses[point];
+                gradient[slot] -= product * self.point_gradient[point];
+                for (second, second_by_point) in group.iter().zip(by_point) {
+                    let Some(other) = self.slots[second.camera].filter(|other| *other >= slot) else {
+                        continue;
+                    };
+                    blocks[slot * num_free + other] -= product * second_by_point.transpose();
+                }
+            }
+        }
+        let size = 6 * num_free + usize::from(self.lens.is_some());
+        let (mut matrix, mut vector) = (DMatrix::zeros(size, size), DVector::zeros(size));
+        for i in 0..num_free {
+            vector.fixed_rows_mut::<6>(6 * i).copy_from(&gradient[i]);
+            for j in i..num_free {
+                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[i * num_free + j].transpose());
+            }
+        }
+        if let Some(lens) = &self.lens {
+            let (row, own, gradient) = self.reduced_lens(lens, bundle, inverses);
+            for (i, by_camera) in row.iter().enumerate() {
+                matrix.fixed_view_mut::<1, 6>(size - 1, 6 * i).copy_from(&by_camera.transpose());
+            }
+            matrix[(size - 1, size - 1)] = own;
+            vector[size - 1] = gradient;
+        }
+        (matrix, vector)
+    }
+
+    /// The equation of the lens with the points eliminated: its blocks with the cameras, its own, and the right side.
+    fn reduced_lens(
+        &self,
+        lens: &LensEquations,
+        bundle: &Bundle,
+        inverses: &[Matrix3<f64>],
+    ) -> (Vec<Vector6<f64>>, f64, f64) {
+        let (mut by_camera, mut own, mut gradient) = (lens.by_camera.clone(), lens.own, lens.gradient);
+        let products: Vec<Vector3<f64>> =
+            lens.by_point.iter().zip(inverses).map(|(by_point, inverse)| inverse * by_point).collect();
+        for (i, product) in products.iter().enumerate() {
+            own -= product.dot(&lens.by_point[i]);
+            gradient -= product.dot(&self.point_gradient[i]);
+        }
+        for (observation, by_point) in bundle.observations.iter().zip(&self.camera_by_point) {
+            if let Some(slot) = self.slots[observation.camera] {
+                by_camera[slot] -= by_point * products[observation.point];
+            }
+        }
+        (by_camera, own, gradient)
+    }
+}
+
+/// Position of each free camera among the unknowns.
+fn slots(is_free: &[bool]) -> Vec<Option<usize>> {
+    let mut next = 0;
+    let mut slot = |is_free: &bool| {
+        is_free.then(|| {
+            next += 1;
+            next - 1
+        })
+    };
+    is_free.iter().map(&mut slot).collect()
+}
+
+fn damped(hessian: &Matrix6<f64>, damping: f64) -> Matrix6<f64> {
+    let mut damped = *hessian;
+    for i in 0..6 {
+        damped[(i, i)] = damped[(i, i)] * (1.0 + damping) + 1e-9;
+    }
+    damped
+}
+
+fn damped_inverse(hessian: &Matrix3<f64>, damping: f64) -> Matrix3<f64> {
+    let mut damped = *hessian;
+    for i in 0..3 {
+        damped[(i, i)] = damped[(i, i)] * (1.0 + damping) + 1e-12;
+    }
+    damped.try_inverse().unwrap_or_else(Matrix3::zeros)
+}
+
+/// Residual and derivatives of the observation of a number; `None` behind the camera.
+#[inline]
+pub fn linearize(
+    bundle: &Bundle,
+    i: usize,
+    observation: &BundleObservation,
+    huber: f64,
+) -> Option<Linearized> {
+    let camera = &bundle.cameras[observation.camera];
+    let mut observation = *observation;
+    let mut by_lens = Vector2::zeros();
+    if let Some(lens) = &bundle.lens {
+        observation.ray += lens.ray_by_change[i] * lens.change;
+        by_lens = -observation.whitening * lens.ray_by_change[i];
+    }
+    let error = residual_of(camera, &bundle.points[observation.point], &observation)?;
+    let point = camera.transform(&bundle.points[observation.point]);
+    let norm = error.norm();
+    let weight = if norm > huber { huber / norm } else { 1.0 };
+    let inv_z = 1.0 / point.z;
+    let (x, y) = (point.x * inv_z, point.y * inv_z);
+    let by_point_in_camera =
+        observation.whitening * Matrix2x3::new(inv_z, 0.0, -x * inv_z, 0.0, inv_z, -y * inv_z);
+    Some(Linearized {
+        error,
+        by_camera: image_by_twist(&by_point_in_camera, &point.coords),
+        by_point: by_point_in_camera * camera.rotation(),
+        by_lens,
+        weight,
+    })
+}
