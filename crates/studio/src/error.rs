@@ -33,16 +33,6 @@ pub enum StudioError {
     /// A message cannot be made or read.
     #[error(transparent)]
     Message(#[from] MessageError),
-    /// A value that a parameter cannot have.
-    #[error("{path} = {value}: {reason}")]
-    Parameter {
-        /// The parameter.
-        path: String,
-        /// The value.
-        value: serde_json::Value,
-        /// What is possible.
-        reason: String,
-    },
     /// A command that makes no sense here.
     #[error("{what}: expected {expected}, found {found}")]
     Command {

@@ -7,7 +7,7 @@ mod drive;
 #[cfg(feature = "ros2")]
 mod live;
 #[cfg(not(feature = "ros2"))]
-#[path = "silent.rs"]
+#[path = "no_ros2.rs"]
 mod live;
 mod live_report;
 mod output;

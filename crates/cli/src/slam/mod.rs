@@ -6,7 +6,7 @@ mod input;
 #[cfg(feature = "ros2")]
 mod live;
 #[cfg(not(feature = "ros2"))]
-#[path = "silent.rs"]
+#[path = "no_ros2.rs"]
 mod live;
 mod pace;
 mod pictures;

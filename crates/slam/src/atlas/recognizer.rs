@@ -64,10 +64,12 @@ pub struct Recognizer {
 }
 
 impl Recognizer {
-    /// Takes over a camera that is known better.
-    pub fn set_camera(&mut self, camera: &Camera) {
+    /// The whole map was adjusted, maybe for a camera that is known better: an adjustment that is under way began with an older state of
+    /// both and is given up.
+    pub fn start_from(&mut self, camera: &Camera) {
         self.camera = *camera;
         self.locator.set_camera(camera);
+        self.global = None;
     }
 
     /// For one camera. The seed fixes every random choice.

@@ -77,15 +77,13 @@ impl Map {
 
     /// The keyframes of the map that is tracked, in order of creation.
     pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
-        let active = self.active;
-        let of_active: Vec<(KeyframeId, &Keyframe)> =
-            self.all_keyframes().filter(|(_, keyframe)| keyframe.map == active).collect();
-        of_active.into_iter()
+        self.all_keyframes().filter(|(_, keyframe)| keyframe.map == self.active)
     }
 
     /// The keyframes of all maps, in order of creation.
-    pub fn all_keyframes(&self) -> impl Iterator<Item = (KeyframeId, &Keyframe)> {
-        (0_u32..).map(KeyframeId).zip(self.keyframes.iter()).filter(|(_, keyframe)| keyframe.is_alive())
+    pub fn all_keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
+        let ids = (0..self.keyframes.len() as u32).map(KeyframeId);
+        ids.map(|id| (id, self.keyframe(id))).filter(|(_, keyframe)| keyframe.is_alive())
     }
 
     /// The landmarks of the map that is tracked, in order of creation.

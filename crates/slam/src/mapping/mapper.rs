@@ -29,6 +29,8 @@ pub struct MappingReport {
     pub num_promoted: usize,
     /// The adjustment after the keyframe.
     pub adjusted: AdjustReport,
+    /// Whether the whole map was adjusted, and the lens with it if need be.
+    pub has_settled: bool,
 }
 
 /// Makes keyframes and landmarks.
@@ -150,6 +152,7 @@ impl Mapper {
             && let Some(camera) = self.lens.settle(map, &self.camera, &self.config.mapping)
         {
             self.camera = camera;
+            report.has_settled = true;
         }
         timer.end("settle");
         cull_landmarks(map, id);

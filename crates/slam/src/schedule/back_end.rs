@@ -55,7 +55,9 @@ impl BackEnd {
                 (pose, frame, self.use_frame(*job, &mut timer))
             }
         };
-        self.recognizer.set_camera(self.mapper.camera());
+        if report.has_settled {
+            self.recognizer.start_from(self.mapper.camera());
+        }
         let meeting =
             report.keyframe.and_then(|keyframe| self.recognizer.look(&mut self.map, keyframe, &mut timer));
         // Never together with the work on a keyframe.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map as JsonMap, Value, json};
 use visloc_core::settings::{Overrides, parameters};
+use visloc_locate::lineup::LineupError;
 use visloc_slam::{ConfigError, PRESETS, SlamConfig};
 
 use crate::{Command, StudioError, tuning::with_defaults};
@@ -64,10 +65,9 @@ impl SlamSettings {
             },
             Command::Parameter { path, value, .. } => {
                 let changed = self.with(self.overrides.with(path, value));
-                changed.map(Some).map_err(|error| StudioError::Parameter {
-                    path: path.clone(),
-                    value: value.clone(),
-                    reason: error.to_string(),
+                changed.map(Some).map_err(|error| {
+                    let (path, value) = (path.clone(), value.clone());
+                    LineupError::Parameter { path, value, reason: error.to_string() }.into()
                 })
             }
             Command::Defaults { .. } => Self::preset(&self.preset).map(Some),
