@@ -54,6 +54,11 @@ impl Color {
         Self::SERIES[index % Self::SERIES.len()]
     }
 
+    /// Which series has this color, if one has.
+    pub(crate) fn series_index(self) -> Option<usize> {
+        Self::SERIES.iter().position(|color| *color == self)
+    }
+
     /// Color of `fraction` in [0, 1] on a scale from dark violet over green to yellow, whose lightness rises evenly.
     /// Fractions outside are clamped; not a number gives the color of 0.
     ///

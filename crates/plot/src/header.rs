@@ -3,6 +3,7 @@
 use crate::{
     Color,
     font::{self, Weight},
+    line_style,
     svg::{Canvas, Paint, TextStyle},
 };
 
@@ -133,7 +134,10 @@ fn entry_width_px(entry: &LegendEntry) -> f64 {
 fn draw_symbol(canvas: &mut Canvas, symbol: Symbol, left: f64, y: f64) {
     let (right, middle) = (left + SYMBOL_PX, left + SYMBOL_PX / 2.0);
     match symbol {
-        Symbol::Line(color) => canvas.line((left, y), (right, y), &Paint::stroke(color, 2.8)),
+        Symbol::Line(color) => {
+            canvas.line((left, y), (right, y), &line_style::stroke(color, 2.8));
+            line_style::draw_mark(canvas, color, (middle, y));
+        }
         Symbol::FaintLine(color) => {
             canvas.line((left, y), (right, y), &Paint::stroke(color, 2.0).opacity(0.45));
         }

@@ -34,6 +34,7 @@ mod header;
 mod heat_map;
 mod histogram;
 mod image_picture;
+mod line_style;
 mod picture;
 mod run_chart;
 mod scatter;

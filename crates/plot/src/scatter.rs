@@ -4,6 +4,7 @@ use crate::{
     Color, Picture,
     field::GroundView,
     header::{Header, LegendEntry, Symbol},
+    line_style,
     svg::{Canvas, Paint},
 };
 
@@ -63,12 +64,15 @@ pub fn scatter(input: &ScatterPicture) -> Picture {
     header.draw(&mut canvas);
     canvas.begin_clip(&rect);
     canvas.rect(&rect, &Paint::fill(Color::WHITE));
-    for series in &input.series {
+    let is_above = |series: &&ScatterSeries| series.is_line && line_style::is_above(series.color);
+    let below = input.series.iter().filter(|series| !is_above(series));
+    for series in below.chain(input.series.iter().filter(is_above)) {
         if series.is_line {
             let is_point = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
             for piece in series.points.split(|point| !is_point(point)) {
                 let line: Vec<_> = piece.iter().map(|(x, y)| view.px(*x, *y)).collect();
-                canvas.polyline(&line, &Paint::stroke(series.color, 2.0));
+                canvas.polyline(&line, &line_style::stroke(series.color, 2.0));
+                line_style::draw_marks(&mut canvas, series.color, &line);
             }
             continue;
         }

@@ -52,7 +52,12 @@ impl Paint {
     }
 
     pub(crate) fn dashed(self) -> Self {
-        Self { dashes: Some("6 4"), ..self }
+        self.with_dashes("6 4")
+    }
+
+    /// With lengths of lines and gaps, pixels, as SVG writes them.
+    pub(crate) fn with_dashes(self, dashes: &'static str) -> Self {
+        Self { dashes: Some(dashes), ..self }
     }
 
     pub(crate) fn opacity(self, opacity: f64) -> Self {

@@ -146,6 +146,30 @@ fn truth_lies_at_its_pixels() {
 }
 
 #[test]
+fn truth_is_dashed_above_the_estimates_which_differ_by_dash_and_mark() {
+    let way = |y: f64| poses(&(0..60).map(|i| (-2.5 + f64::from(i) * 0.08, y)).collect::<Vec<_>>());
+    let estimate = |i: usize| FieldPath::new(&format!("algorithm {i}"), Color::series(i), way(0.1));
+    let picture = field_picture(
+        &field(),
+        &FieldPicture {
+            truth: Some(FieldPath::new("truth", Color::BLACK, way(0.0))),
+            estimates: vec![estimate(0), estimate(1)],
+            ..FieldPicture::default()
+        },
+    );
+    let paths = picture.svg().split("class=\"paths\"").nth(1).unwrap().split("</g>").next().unwrap();
+    let line_of = |color: Color| {
+        let stroke = format!("stroke=\"{color}\"");
+        let at = paths.find(&stroke).unwrap();
+        (at, paths[at..].lines().next().unwrap().contains("stroke-dasharray"))
+    };
+    let [truth, first, second] = [Color::BLACK, Color::series(0), Color::series(1)].map(line_of);
+    assert!(truth.0 > first.0 && truth.0 > second.0, "the truth is drawn last");
+    assert_eq!((truth.1, first.1, second.1), (true, false, true), "dashes");
+    assert!(paths.contains("<circle"), "the first has round marks");
+}
+
+#[test]
 fn goals_have_their_colors_and_the_png_its_size() {
     let picture = field_picture(&field(), &FieldPicture::default());
     let image = pixels(&picture);

@@ -28,7 +28,8 @@ pub fn field_picture<'a>(ground: impl Into<Ground<'a>>, input: &FieldPicture) ->
         paths::draw_cloud(&mut canvas, &view, cloud);
     }
     canvas.begin_part("paths");
-    for path in input.truth.iter().chain(&input.estimates) {
+    // The truth is dashed, and above: so each shows where the other is.
+    for path in input.estimates.iter().chain(&input.truth) {
         paths::draw_path(&mut canvas, &view, path, input.max_step_m);
     }
     canvas.end_group();

@@ -4,7 +4,7 @@ use visloc_core::geom::PlanarPose;
 
 use super::{CovarianceEllipse, FieldPath, GroundView, PathPoint, PoseCloud};
 use crate::{
-    Color,
+    Color, line_style,
     svg::{Canvas, Paint, Point},
 };
 
@@ -25,7 +25,8 @@ struct Piece {
 
 pub(super) fn draw_path(canvas: &mut Canvas, view: &GroundView, path: &FieldPath, max_step_m: f64) {
     let pieces = pieces(view, &path.points, max_step_m);
-    for piece in pieces.iter().filter(|piece| piece.is_localized) {
+    let has_halo = !line_style::is_above(path.color);
+    for piece in pieces.iter().filter(|piece| piece.is_localized && has_halo) {
         canvas.polyline(&piece.points, &Paint::stroke(Color::WHITE, HALO_PX).opacity(0.55));
     }
     for piece in &pieces {
@@ -34,7 +35,10 @@ pub(super) fn draw_path(canvas: &mut Canvas, view: &GroundView, path: &FieldPath
             [point] => {
                 canvas.circle(point, 0.6 * width_px, &Paint::fill(path.color).opacity(opacity));
             }
-            _ => canvas.polyline(&piece.points, &Paint::stroke(path.color, width_px).opacity(opacity)),
+            _ => {
+                canvas.polyline(&piece.points, &line_style::stroke(path.color, width_px).opacity(opacity));
+                line_style::draw_marks(canvas, path.color, &piece.points);
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::{Series, SeriesStyle};
 use crate::{
     chart::PlotArea,
+    line_style,
     svg::{Canvas, Paint, Point},
 };
 
@@ -25,7 +26,8 @@ pub(super) fn draw_series(canvas: &mut Canvas, area: &PlotArea, series: &Series,
     for run in series.points.split(|(secs, value)| !(secs.is_finite() && value.is_finite())) {
         let points: Vec<Point> = run.iter().map(place).collect();
         if series.style == SeriesStyle::Line && points.len() > 1 {
-            canvas.polyline(&points, &Paint::stroke(series.color, LINE_PX));
+            canvas.polyline(&points, &line_style::stroke(series.color, LINE_PX));
+            line_style::draw_marks(canvas, series.color, &points);
         } else {
             for point in points {
                 canvas.circle(point, DOT_PX, &Paint::fill(series.color).opacity(0.75));
