@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! byte 0      kind: 1 scene, 2 state, 3 image, 4 input
-//! byte 1      0, or 1 if what follows byte 8 is packed with DEFLATE; only on the way to a page
+//! byte 1      0, or 1 if what follows byte 8 is packed with DEFLATE; on the way to a page and in recordings
 //! byte 2..4   0
 //! byte 4..8   length of the header, unsigned 32 bit, little endian
 //! header      JSON, padded with spaces so that the arrays begin at a multiple of 4
@@ -230,9 +230,12 @@ impl Message {
     }
 }
 
-/// The same message with less bytes; as it is, if packing gains nothing.
+/// The same message with less bytes; as it is, if it is packed already or packing gains nothing.
 pub(crate) fn packed(message: &[u8]) -> Cow<'_, [u8]> {
     let pack = || {
+        if message.get(PACKING) == Some(&PACKED) {
+            return None;
+        }
         let (prefix, content) = message.split_at_checked(PREFIX)?;
         let mut encoder = DeflateEncoder::new(prefix.to_vec(), Compression::default());
         encoder.write_all(content).ok()?;
@@ -244,6 +247,18 @@ pub(crate) fn packed(message: &[u8]) -> Cow<'_, [u8]> {
         Some(packed) => Cow::Owned(packed),
         None => Cow::Borrowed(message),
     }
+}
+
+/// The same message as it was before it was packed; as it is, if what is packed is damaged.
+pub(crate) fn plain(message: Vec<u8>) -> Vec<u8> {
+    if message.get(PACKING) != Some(&PACKED) {
+        return message;
+    }
+    let Some(content) = unpacked(&message) else { return message };
+    let mut plain = message[..PREFIX].to_vec();
+    plain[PACKING] = 0;
+    plain.extend_from_slice(&content);
+    plain
 }
 
 /// Header and arrays; `None` if what is packed is damaged.
@@ -310,6 +325,8 @@ mod tests {
         let packed = packed(&bytes).into_owned();
         assert!(packed.len() < bytes.len() / 4);
         assert_eq!(Message::read(&packed).unwrap(), Message::read(&bytes).unwrap());
+        assert_eq!(super::packed(&packed).as_ref(), packed, "packed once");
+        assert_eq!((plain(packed.clone()), plain(bytes.clone())), (bytes.clone(), bytes));
         for end in 0..packed.len() / 2 {
             assert!(Message::read(&packed[..end]).is_err(), "cut after {end}");
         }

@@ -20,7 +20,7 @@ use visloc_io::{
 };
 
 use super::input::{CameraInput, read_camera_input, read_input};
-use crate::{Message, MessageError};
+use crate::{Message, MessageError, message::plain};
 
 /// Topics of a recording.
 pub(super) const SCENE_TOPIC: &str = "/studio/scene";
@@ -163,7 +163,7 @@ impl RecordingIndex {
     /// As [`RecordingIndex::scene`].
     pub fn image(&mut self, frame: usize) -> Result<Option<Vec<u8>>, RecordingError> {
         let place = self.entries[self.within(frame)].image;
-        place.map(|place| self.bytes(place)).transpose()
+        place.map(|place| self.bytes(place).map(plain)).transpose()
     }
 
     /// What the algorithms were given for a frame, and the truth; `None` if the recording does not hold it, or it is damaged.

@@ -12,7 +12,7 @@ use super::{
     index::{IMAGE_TOPIC, INPUT_TOPIC, RecordingError, SCENE_TOPIC, STATE_TOPIC},
     input::{Input, input_message},
 };
-use crate::Update;
+use crate::{Update, message::packed};
 
 /// What the messages are, for other tools.
 const ENCODING: &str = "visloc-studio";
@@ -73,16 +73,16 @@ impl Recorder {
     /// The state comes last and ends the moment.
     fn write(&mut self, update: &Update, at: Timestamp, input: Option<&Input<'_>>) -> Result<(), BagError> {
         if !self.scene.as_ref().is_some_and(|known| Arc::ptr_eq(known, &update.scene)) {
-            self.writer.write_raw((SCENE_TOPIC, ENCODING), at, &update.scene)?;
+            self.writer.write_raw((SCENE_TOPIC, ENCODING), at, &packed(&update.scene))?;
             self.scene = Some(Arc::clone(&update.scene));
         }
         if let Some(input) = input {
             self.write_input(input)?;
         }
         if let Some(bytes) = &update.image {
-            self.writer.write_raw((IMAGE_TOPIC, ENCODING), at, bytes)?;
+            self.writer.write_raw((IMAGE_TOPIC, ENCODING), at, &packed(bytes))?;
         }
-        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &update.state)?;
+        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &packed(&update.state))?;
         self.writer.end_moment(at)
     }
 
