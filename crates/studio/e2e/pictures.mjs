@@ -1,6 +1,6 @@
 // The pictures of the documents.
 //
-//     node pictures.mjs PATH_TO_VISLOC FOLDER_FOR_PICTURES
+//     node pictures.mjs PATH_TO_VISLOC FOLDER_FOR_PICTURES [ONE_OF_THEM]
 //
 // Needs playwright-core and Chromium, as run.mjs.
 
@@ -8,9 +8,10 @@ import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
+import { SCREENS } from "./screens.mjs";
 import { BROWSER, Programs, open as openPage, send, until } from "./visloc.mjs";
 
-const [visloc, folder] = process.argv.slice(2);
+const [visloc, folder, only] = process.argv.slice(2);
 const programs = new Programs(visloc);
 const errors = [];
 
@@ -38,6 +39,27 @@ async function firstMinute(open) {
   await shot(2);
   await until(page, () => !window.studio.store.state.controls.is_held);
   await localized(page);
+  await shot(3);
+  await page.context().close();
+}
+
+/** The same on a phone. */
+async function phone(open) {
+  const page = await open(await programs.studio(), SCREENS["390x844"]);
+  const shot = (number) => page.screenshot({ path: join(folder, `studio-phone-${number}.jpg`), type: "jpeg", quality: 80 });
+  await localized(page);
+  await page.waitForTimeout(5000);
+  await shot(1);
+  await page.tap("#kidnap");
+  await until(page, () => window.studio.store.state.contenders.every((c) => !c.is_localized));
+  await page.waitForTimeout(600);
+  await shot(2);
+  await until(page, () => !window.studio.store.state.controls.is_held);
+  await page.tap("#tab-algorithms");
+  await page.fill("input[type=search]", "num");
+  await page.waitForTimeout(500);
+  await page.evaluate(() => scrollTo(0, document.querySelector(".tabs").getBoundingClientRect().top - document.querySelector(".stage").getBoundingClientRect().bottom - 8));
+  await page.waitForTimeout(500);
   await shot(3);
   await page.context().close();
 }
@@ -122,7 +144,8 @@ async function slam(open) {
 const browser = await chromium.launch(BROWSER);
 try {
   const open = (url, options) => openPage(browser, url, errors, options);
-  for (const task of [firstMinute, field, office, recording, connected, slam]) await task(open);
+  const tasks = { firstMinute, phone, field, office, recording, connected, slam };
+  for (const [name, task] of Object.entries(tasks)) if (!only || name === only) await task(open);
   if (errors.length > 0) throw new Error(errors.join("; "));
 } finally {
   await browser.close();

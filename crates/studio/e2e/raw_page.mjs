@@ -60,7 +60,7 @@ export class RawPage {
       if (frame.body[0] === STATE) {
         const content = frame.body[1] === 1 ? inflateRawSync(frame.body.subarray(8)) : frame.body.subarray(8);
         const header = JSON.parse(content.subarray(0, frame.body.readUInt32LE(4)));
-        this.updates.push({ at: performance.now() / 1000, number: header.number, secs: header.secs, isStale: header.is_stale });
+        this.updates.push({ at: performance.now() / 1000, number: header.number, secs: header.secs, isStale: header.is_stale, notice: header.notice });
         this.send("drawn");
       } else if (frame.body[0] === 3) {
         this.firstImageAt ??= performance.now() / 1000;

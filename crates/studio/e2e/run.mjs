@@ -9,7 +9,11 @@ import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
+import { goesThrough, looksBack, parameters } from "./course.mjs";
+import { slow, wrongToken } from "./far.mjs";
+import { keys, touches } from "./hands.mjs";
 import { measure } from "./measure.mjs";
+import { look, scenesOf } from "./screens.mjs";
 import { BROWSER, Programs, open as openPage, send, state, until } from "./visloc.mjs";
 
 const [visloc, pictures] = process.argv.slice(2);
@@ -17,7 +21,7 @@ const programs = new Programs(visloc);
 const { folder } = programs;
 const errors = [];
 const studio = (...more) => programs.studio(...more);
-const open = (browser, url) => openPage(browser, url, errors);
+const open = (browser, url, options) => openPage(browser, url, errors, options);
 
 function check(isTrue, text) {
   if (!isTrue) throw new Error(`expected: ${text}`);
@@ -325,6 +329,17 @@ async function sources(browser, bag) {
   }
 }
 
+/** Every scene on a phone, a phone that lies across, and a tablet. */
+async function screens(browser) {
+  for (const scene of Object.entries(scenesOf(programs, visloc))) {
+    const faults = [];
+    for (const [screen, light] of [["360x740", "dark"], ["740x360", "light"], ["1024x768", "light"]]) {
+      faults.push(...await look(browser, scene, [screen], [light]));
+    }
+    check(faults.length === 0, `${scene[0]} fits on small screens, and axe finds nothing serious ${faults.join("\n")}`);
+  }
+}
+
 async function main() {
   const browser = await chromium.launch(BROWSER);
   try {
@@ -339,13 +354,21 @@ async function main() {
     await twoPages(browser, url, page);
     if (process.env.MEASURE) await measure(page, send, until);
     await page.context().close();
+    await touches((options) => open(browser, url, options), check);
+    await keys(() => open(browser, url), check);
+    await looksBack(() => open(browser, url), check);
+    await parameters(() => open(browser, url), visloc, folder, check);
     await renderers(browser, url);
     await maps(browser, url);
     await stale(browser);
+    await wrongToken(browser, programs, check);
+    await slow(programs, check);
     const recording = await replays(browser);
+    await goesThrough((address) => open(browser, address), await studio("--replay", recording), check);
     await records(browser);
     await commandsAway(browser);
     await sources(browser, recording);
+    await screens(browser);
     check(errors.length === 0, `no error on the console ${errors.join("; ")}`);
   } finally {
     await browser.close();

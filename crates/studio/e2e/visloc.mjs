@@ -1,7 +1,7 @@
 // visloc and its page in headless Chromium, for tests, measurements and pictures.
 
 import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
@@ -9,7 +9,9 @@ import { createInterface } from "node:readline";
 export const BROWSER = {
   executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
   args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+    "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    // A page from a folder counts as one from elsewhere.
+    ...(process.env.PAGE ? ["--disable-features=LocalNetworkAccessChecks"] : [])],
 };
 
 /** Programs that are started in a folder of their own, and ended with it. */
@@ -50,9 +52,20 @@ export class Programs {
   }
 }
 
+/** With PAGE, a folder, the page's files are taken from there instead of from the program: to try changes without a build. */
+async function usePage(context) {
+  const { PAGE } = process.env;
+  if (!PAGE) return;
+  await context.route((url) => existsSync(join(PAGE, url.pathname === "/" ? "index.html" : url.pathname)), (route) => {
+    const { pathname } = new URL(route.request().url());
+    return route.fulfill({ path: join(PAGE, pathname === "/" ? "index.html" : pathname) });
+  });
+}
+
 /** Opens a page that shows something; what goes wrong in it is added to `errors`. */
 export async function open(browser, url, errors, options = {}) {
   const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, colorScheme: "dark", ...options });
+  await usePage(context);
   const page = await context.newPage();
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));

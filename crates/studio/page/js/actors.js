@@ -1,13 +1,18 @@
 // What moves in the world of a robot: the robot itself, what algorithms believe, other robots.
 
+import { LANES, markOf } from "./lanes.js";
 import { Mesh } from "./mesh.js";
 import { isLight, rgba } from "./theme.js";
 
-export const LANES = ["c0", "c1", "c2", "c3"];
 /** Length of a robot's arrow, meters: its tip is the handle to turn it. */
 export const ARROW_M = 0.42;
 const BODY_M = 0.13;
 const TRAIL_FRAMES = 450;
+/** Frames of a piece of a trail. */
+const PIECE_FRAMES = 4;
+/** Which pieces of a trail are drawn, for each lane over and over: its dash. */
+const TRAIL_DASHES = [[1], [1, 1, 0], [1, 0], [1, 1, 1, 0, 1, 0]];
+const TRUTH_DASH = [1, 1, 0, 0];
 
 export class Actors {
   constructor() {
@@ -19,17 +24,21 @@ export class Actors {
   build(store, ghost) {
     this.flat.clear();
     this.upright.clear();
-    const { state, arrays, past } = store;
+    const { state, arrays } = store;
     if (!state?.contenders) return;
     this.likelihood(arrays.likelihood);
-    this.trails(past);
+    this.trails(store.pastUntilShown());
     state.contenders.forEach((_, i) => this.individuals(arrays[`individuals${i}`], rgba(LANES[i])));
     state.contenders.forEach((contender, i) => this.estimate(contender, rgba(LANES[i]), i));
+    state.contenders.forEach((contender, i) => this.estimateMark(contender, i));
     const truth = ghost ? { pose: ghost, height_m: 0.35 } : state.truth;
     if (truth) this.robot(truth, state.camera);
     for (const pose of state.others ?? []) this.body(pose, 0, [0.45, 0.48, 0.52, 1]);
     const target = state.controls?.target;
     if (target) this.target(target);
+    if (store.aim) this.aim(store.aim);
+    for (const [k, pose] of (store.pointed?.lanes ?? []).entries()) if (pose) this.mark(k, pose[0], pose[1], 0.014, rgba(LANES[k]));
+    if (store.pointed?.truth) this.target(store.pointed.truth);
   }
 
   /** How well every place explains the image: the better, the brighter. */
@@ -51,22 +60,29 @@ export class Actors {
 
   trails(past) {
     const recent = past.slice(-TRAIL_FRAMES);
-    const truth = rgba("truth", isLight() ? 0.55 : 0.4);
-    for (let i = 4; i < recent.length; i += 4) {
-      const [a, b] = [recent[i - 4], recent[i]];
-      const isCut = a.isCarried || b.isCarried;
-      if (a.truth && b.truth && !isCut) this.piece(a.truth, b.truth, 0.02, truth);
+    // Pieces begin at the same frames as the time goes on, so that dashes stay where they are.
+    const first = recent.length ? (PIECE_FRAMES - recent[0].number % PIECE_FRAMES) % PIECE_FRAMES : 0;
+    const pieces = [];
+    for (let i = first + PIECE_FRAMES; i < recent.length; i += PIECE_FRAMES) pieces.push([recent[i - PIECE_FRAMES], recent[i]]);
+    const isDrawn = (dash, { number }) => dash[Math.floor(number / PIECE_FRAMES) % dash.length] === 1;
+    for (const [a, b] of pieces) {
       b.lanes.forEach((lane, k) => {
         const before = a.lanes[k];
-        if (before?.name !== lane.name || lane.reliability < 0.3 || before.reliability < 0.3) return;
-        this.piece(before.pose, lane.pose, 0.014, rgba(LANES[k], 0.7));
+        if (!lane.pose || before?.name !== lane.name || lane.reliability < 0.3 || before.reliability < 0.3) return;
+        if (isDrawn(TRAIL_DASHES[k], b)) this.piece(before.pose, lane.pose, 0.018, 0.004, rgba(LANES[k], 0.7));
       });
+    }
+    // The truth lies dashed above the estimates, which hide it otherwise.
+    const truth = rgba("truth", isLight() ? 0.8 : 0.65);
+    for (const [a, b] of pieces) {
+      const isCut = a.isCarried || b.isCarried;
+      if (a.truth && b.truth && !isCut && isDrawn(TRUTH_DASH, b)) this.piece(a.truth, b.truth, 0.014, 0.005, truth);
     }
   }
 
-  piece(a, b, width, color) {
+  piece(a, b, width, z, color) {
     const length = Math.hypot(b[0] - a[0], b[1] - a[1]);
-    if (length > 0.002 && length < 0.5) this.flat.strip(a[0], a[1], b[0], b[1], width, 0.004, color);
+    if (length > 0.002 && length < 0.5) this.flat.strip(a[0], a[1], b[0], b[1], width, z, color);
   }
 
   /** Particles as small arrows; brighter where the image fits better. */
@@ -110,6 +126,18 @@ export class Actors {
     this.arrow(x, y, yaw, radius + 0.02, radius + 0.17, 0.075, z, solid);
   }
 
+  /** The mark of an estimate, at the back of its ring, each a little further around. */
+  estimateMark({ pose: [x, y, yaw], reliability }, lane) {
+    const distance = 0.29 + 0.05 * lane + 0.6 * (1 - reliability);
+    const bearing = yaw + Math.PI + 0.55 * (lane - 1);
+    this.mark(lane, x + distance * Math.cos(bearing), y + distance * Math.sin(bearing), 0.013, rgba(LANES[lane]));
+  }
+
+  /** The mark of a lane. */
+  mark(lane, x, y, z, color) {
+    this.flat.fan(markOf(lane).map(([dx, dy]) => [x + 0.07 * dx, y - 0.07 * dy]), z, color);
+  }
+
   /** A pointer at the border of a circle. */
   arrow(x, y, yaw, from, to, half, z, color) {
     const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
@@ -137,6 +165,16 @@ export class Actors {
     const [c, s] = [Math.cos(yaw), Math.sin(yaw)];
     const dark = isLight() ? [0.92, 0.95, 0.97, 1] : [0.1, 0.13, 0.17, 1];
     this.upright.bar([x + 0.055 * c, y + 0.055 * s, z + 0.43], [x + 0.1 * c, y + 0.1 * s, z + 0.43], 0.024, dark);
+  }
+
+  /** The cross by which keys choose a place. */
+  aim([x, y, yaw]) {
+    const color = rgba("danger");
+    this.flat.ring(x, y, 0.015, 0.2, 0.23, color, 0, 2 * Math.PI, 32);
+    for (const [dx, dy] of [[1, 0], [0, 1]]) {
+      this.flat.strip(x - 0.3 * dx, y - 0.3 * dy, x + 0.3 * dx, y + 0.3 * dy, 0.025, 0.015, color);
+    }
+    this.arrow(x, y, yaw, 0.25, 0.45, 0.09, 0.015, color);
   }
 
   target([x, y]) {

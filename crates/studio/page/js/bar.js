@@ -8,21 +8,23 @@ import { toggleTheme } from "./theme.js";
 const HINT_MS = 25000;
 
 export class Bar {
-  constructor(store, socket, view, drive) {
-    Object.assign(this, { store, socket, view, drive });
+  constructor(store, socket, view, drive, aim, time) {
+    Object.assign(this, { store, socket, view, drive, aim, time });
     setIcon(byId("step"), "step");
     setIcon(byId("theme"), "theme");
+    setIcon(byId("more"), "more");
+    byId("more").onclick = () => this.more();
     byId("play").onclick = () => this.toggle("is_playing", "pause", "play");
     byId("step").onclick = () => socket.send("step");
     byId("speed").onchange = (event) => socket.send("speed", { factor: Number(event.target.value) });
     byId("scene").onchange = (event) => socket.send("open", { scene: event.target.value });
     byId("reset").onclick = () => this.reset();
     byId("seed").onchange = () => this.reset();
-    byId("record").onclick = () => socket.send("record", { is_on: !this.store.state?.recorder?.is_on });
+    byId("record").onclick = () => socket.send("record", { is_on: !this.store.latest?.recorder?.is_on });
     byId("theme").onclick = toggleTheme;
     byId("help").onclick = () => byId("help-dialog").showModal();
     byId("kidnap").onclick = () => socket.send("kidnap");
-    byId("lift").onclick = () => socket.send(this.store.state?.controls?.is_held ? "put_down" : "lift");
+    byId("lift").onclick = () => socket.send(this.store.latest?.controls?.is_held ? "put_down" : "lift");
     byId("cover").onclick = () => this.flip("cover", "is_covered");
     byId("likelihood").onclick = () => this.flip("likelihood", "has_likelihood");
     byId("autopilot").onclick = () => this.flip("autopilot", "is_autopilot");
@@ -30,7 +32,8 @@ export class Bar {
       button.onclick = () => this.setView(button.dataset.view);
     }
     store.on("scene", () => this.scenes());
-    store.on("state", () => this.follow());
+    store.on("latest", () => this.follow());
+    store.on("state", () => setText(byId("time"), `${store.state.secs.toFixed(1)} s`));
     const hide = () => { byId("hint").dataset.done = ""; };
     byId("world").addEventListener("pointerdown", hide, { once: true });
     setTimeout(hide, HINT_MS);
@@ -39,11 +42,17 @@ export class Bar {
   }
 
   toggle(name, whenSet, otherwise) {
-    this.socket.send(this.store.state?.[name] ? whenSet : otherwise);
+    this.socket.send(this.store.latest?.[name] ? whenSet : otherwise);
   }
 
   flip(command, name) {
-    this.socket.send(command, { is_on: !this.store.state?.controls?.[name] });
+    this.socket.send(command, { is_on: !this.store.latest?.controls?.[name] });
+  }
+
+  /** On small screens a part of the bar is shown on demand. */
+  more() {
+    const isOpen = byId("bar").toggleAttribute("data-more");
+    byId("more").setAttribute("aria-expanded", String(isOpen));
   }
 
   reset() {
@@ -96,11 +105,10 @@ export class Bar {
   }
 
   follow() {
-    const { state } = this.store;
+    const state = this.store.latest;
     const isPlaying = state.is_playing;
     setIcon(byId("play"), isPlaying ? "pause" : "play");
     byId("play").setAttribute("aria-label", isPlaying ? "Pause" : "Play");
-    setText(byId("time"), `${state.secs.toFixed(1)} s`);
     if (document.activeElement !== byId("speed")) byId("speed").value = String(state.speed ?? 1);
     this.notice(state.is_waiting ? "Waiting for the first image of the source." : state.notice);
     this.recorder(state.recorder);
@@ -147,20 +155,28 @@ export class Bar {
     const isTyping = target.matches?.("input:not([type=range]):not([type=checkbox]), select, textarea");
     if (isTyping || event.ctrlKey || event.metaKey || event.altKey || byId("help-dialog").open) return;
     const isPlayground = this.store.scene?.mode === "playground";
-    if (target.matches?.("input[type=range]") && event.code.startsWith("Arrow")) return;
-    if (isPlayground && this.drive.press(event.code, isDown)) {
+    if (target.matches?.("input[type=range], [role=tab], [role=tabpanel]") && /^(Arrow|Page|Home|End)/.test(event.code)) return;
+    const isPress = target.matches?.("button, input") && ["Enter", "Space"].includes(event.code);
+    if (isDown && !isPress && (this.aim.key(event, this.view.camera.azimuth) || this.view.key(event))) {
+      event.preventDefault();
+      return;
+    }
+    if (isPlayground && !event.shiftKey && this.drive.press(event.code, isDown)) {
       event.preventDefault();
       return;
     }
     if (!isDown || event.repeat) return;
-    const ids = { Space: "play", Period: "step", KeyT: "theme", Slash: "help", Minus: "help" };
+    const view = { Digit1: "slant", Digit2: "top", Digit3: "follow" }[event.code];
+    if (view) this.setView(view);
+    if (event.code === "Comma") this.time.step(-1);
+    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now" };
     const inHands = { KeyK: "kidnap", KeyC: "cover" };
     const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
     const isReplay = this.store.scene?.mode === "replay";
     const id = event.key === "?" ? "help" : ids[event.code] ?? (this.hasHands() ? inHands[event.code] : undefined)
       ?? (isPlayground ? onPlayground[event.code] : undefined)
       ?? (isReplay ? undefined : { KeyR: "reset", KeyV: "record" }[event.code]);
-    if (!id || (event.code === "Space" && target.matches?.("button, input"))) return;
+    if (!id || (event.code === "Space" && isPress)) return;
     event.preventDefault();
     byId(id).click();
   }

@@ -31,9 +31,14 @@ export class OrbitCamera {
     this.elevation = Math.min(Math.max(this.elevation + dy * 0.006, LOWEST), ELEVATIONS.top * Math.PI / 180);
   }
 
+  /** Size of a pixel at the distance of the target, for a canvas of this height. */
+  metersPerPixel(height) {
+    return 2 * this.distance * Math.tan(FIELD_OF_VIEW / 2) / height;
+  }
+
   /** Moves over the ground by pixels of a canvas of this height. */
   pan(dx, dy, height) {
-    const scale = 2 * this.distance * Math.tan(FIELD_OF_VIEW / 2) / height;
+    const scale = this.metersPerPixel(height);
     const [c, s] = [Math.cos(this.azimuth), Math.sin(this.azimuth)];
     const ahead = dy * scale / Math.max(Math.sin(this.elevation), 0.3);
     this.target[0] += s * dx * scale - c * ahead;

@@ -1,7 +1,7 @@
 // One card for each algorithm, over the world; and the table of numbers.
 
-import { LANES } from "./actors.js";
 import { byId, make, setText } from "./dom.js";
+import { LANES, laneIcon } from "./lanes.js";
 
 export class Cards {
   constructor(store) {
@@ -21,10 +21,11 @@ export class Cards {
     this.cards = contenders.map((contender, i) => {
       const status = make("span");
       const bar = make("i");
-      const error = make("dd", { className: "number" });
-      const ms = make("dd", { className: "number" });
+      const error = make("span", { className: "number", title: "Error of place and heading" });
+      const ms = make("span", { className: "number", title: "Time for a frame" });
       const box = make("article", { className: "card", vars: { "--card": `var(--${LANES[i]})` } },
-        make("h3", {}, contender.name, status), make("div", { className: "meter" }, bar), make("dl", {}, error, ms));
+        make("h2", {}, laneIcon(i), make("b", { textContent: contender.name }), status),
+        make("div", { className: "meter" }, bar), make("p", {}, error, ms));
       return { box, status, bar, error, ms };
     });
     byId("cards").replaceChildren(...this.cards.map((card) => card.box));

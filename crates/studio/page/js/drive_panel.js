@@ -11,9 +11,11 @@ const KEYS = {
   KeyQ: [0, 1, 0], KeyE: [0, -1, 0],
 };
 
+const isEnter = ({ code }) => code === "Enter" || code === "Space";
+
 export class DrivePanel {
-  constructor(store, socket) {
-    Object.assign(this, { store, socket });
+  constructor(store, socket, aim) {
+    Object.assign(this, { store, socket, aim });
     this.down = new Set();
     const buttons = PAD.map(([, text, label, code]) => this.button(text, label, code));
     this.head = this.slider("Head to the left", "°", -90, 90, 1);
@@ -28,8 +30,9 @@ export class DrivePanel {
         make("label", { className: "check" }, this.auto, "Head scans by itself"), this.head.row, this.tilt.row)),
     make("label", { className: "check", title: "If not, pressure under the feet stays normal: the robot has to notice by its images" },
       this.felt, "Feet notice that the robot is carried"),
-    make("p", { className: "small" }, "Keys: W A S D or arrows drive, Q and E go sideways, K kidnaps."));
-    store.on("state", () => this.follow());
+    aim.form(),
+    make("p", { className: "small only-keys" }, "Keys: W A S D or arrows drive, Q and E go sideways, K kidnaps, X aims at a place."));
+    store.on("latest", () => this.follow());
     addEventListener("blur", () => this.releaseAll());
   }
 
@@ -43,9 +46,10 @@ export class DrivePanel {
       button.setPointerCapture(event.pointerId);
       press(true);
     };
-    button.onpointerup = button.onpointercancel = () => press(false);
-    button.onkeydown = (event) => event.code === "Enter" && !event.repeat && press(true);
-    button.onkeyup = (event) => event.code === "Enter" && press(false);
+    button.onpointerup = button.onpointercancel = button.onlostpointercapture = () => press(false);
+    button.oncontextmenu = (event) => event.preventDefault();
+    button.onkeydown = (event) => isEnter(event) && !event.repeat && press(true);
+    button.onkeyup = (event) => isEnter(event) && press(false);
     return button;
   }
 
@@ -88,12 +92,12 @@ export class DrivePanel {
   }
 
   follow() {
-    const controls = this.store.state.controls;
+    const controls = this.store.latest.controls;
     if (this.store.scene?.mode !== "playground" || !controls) return;
     this.felt.checked = controls.is_felt;
     const isActive = [this.head.input, this.tilt.input].includes(document.activeElement);
     if (!isActive) this.auto.checked = controls.head === null;
-    const camera = this.store.state.camera;
+    const { camera } = this.store.latest;
     const angles = controls.head ?? [camera ? camera[0] * 180 / Math.PI : 0, Number(this.tilt.input.value)];
     [this.head, this.tilt].forEach((slider, i) => {
       if (document.activeElement !== slider.input) slider.input.value = angles[i];

@@ -31,7 +31,7 @@ export class Freshness {
     this.isOpen = false;
     this.hear(0);
     this.stateAt = this.heardAt;
-    store.on("state", () => {
+    store.on("latest", () => {
       this.stateAt = performance.now();
       this.show();
     });
@@ -56,7 +56,7 @@ export class Freshness {
     const now = performance.now();
     const since = (at) => (now - at) / 1000;
     const times = { sinceHeard: since(this.heardAt), busy: this.busySecs, sinceState: since(this.stateAt) };
-    const is = this.isOpen && this.store.state ? freshness(this.store.state, times) : null;
+    const is = this.isOpen && this.store.latest ? freshness(this.store.latest, times) : null;
     const isStale = is?.state === "stale";
     document.body.toggleAttribute("data-stale", isStale);
     const box = byId("stale");

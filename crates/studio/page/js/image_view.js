@@ -1,7 +1,7 @@
 // The camera image with what belongs on it.
 
-import { LANES } from "./actors.js";
 import { byId, make, setPressed } from "./dom.js";
+import { LANES, setDash } from "./lanes.js";
 import { css, onTheme } from "./theme.js";
 
 /** One color for each reason to drop a pixel, in the order of the filters. */
@@ -33,7 +33,7 @@ export class ImageView {
   chips() {
     const names = this.store.scene.world.kind === "space"
       ? { landmarks: "landmarks", candidates: "candidates", missed: "not found" }
-      : { kept: "kept pixels", dropped: "dropped pixels", theory: "map as expected" };
+      : { kept: "kept pixels", dropped: "dropped", theory: "expected map" };
     const key = Object.keys(names).join();
     if (this.chipKey === key) return;
     this.chipKey = key;
@@ -143,7 +143,12 @@ export class ImageView {
       }
       context.stroke();
     };
-    LANES.forEach((lane, i) => arrays[`theory${i}`] && draw(arrays[`theory${i}`], css(lane), 1.5));
+    LANES.forEach((lane, i) => {
+      if (!arrays[`theory${i}`]) return;
+      setDash(context, i, 1.5);
+      draw(arrays[`theory${i}`], css(lane), 1.5);
+    });
+    context.setLineDash([]);
     const [left, right] = header.horizon ?? [null, null];
     if (left !== null && right !== null) {
       context.setLineDash([5, 5]);

@@ -1,5 +1,7 @@
 // Puts the page together.
 
+import { Aim } from "./aim.js";
+import { Announcer } from "./announcer.js";
 import { Bar } from "./bar.js";
 import { Cards, Facts } from "./cards.js";
 import { byId } from "./dom.js";
@@ -7,11 +9,14 @@ import { DrivePanel } from "./drive_panel.js";
 import { Freshness } from "./freshness.js";
 import { ImageView } from "./image_view.js";
 import { AlgorithmsPanel } from "./parameters.js";
+import { followLink } from "./permalink.js";
 import { Plots } from "./plots.js";
+import { PlotTools } from "./plot_tools.js";
 import { Socket } from "./socket.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
 import { startTheme } from "./theme.js";
+import { Time } from "./time.js";
 import { Timeline } from "./timeline.js";
 import { showStatus } from "./veil.js";
 import { View3d } from "./view3d.js";
@@ -28,6 +33,7 @@ let isRequested = false;
 let slowAt = 0;
 let isSlowDue = false;
 let slowTimer = 0;
+let cardsAreDue = false;
 
 const socket = new Socket({
   message(message) {
@@ -50,11 +56,23 @@ const view = new View3d(byId("world"), store, socket, requestDraw);
 const image = new ImageView(store);
 const cards = new Cards(store);
 const facts = new Facts(store);
-const plots = new Plots(store);
-const drive = new DrivePanel(store, socket);
-const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store, requestSlowDraw),
-  new Timeline(store, socket)];
-const bar = new Bar(store, socket, view, drive);
+const time = new Time(store, socket, timeChanged);
+const plots = new Plots(store, time);
+const timeline = new Timeline(store, socket, time);
+const tools = new PlotTools(store, time, view, image, plots);
+const aim = new Aim(store, socket);
+const drive = new DrivePanel(store, socket, aim);
+const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store, requestSlowDraw), new Announcer(store)];
+const bar = new Bar(store, socket, view, drive, aim, time);
+followLink(store, socket);
+
+/** Another moment is shown or pointed at, or another span of time. */
+function timeChanged() {
+  view.touch();
+  slowAt = 0;
+  cardsAreDue = true;
+  requestSlowDraw();
+}
 
 /** Draws in the next frame: nothing is drawn while nothing is new. */
 function requestDraw() {
@@ -72,7 +90,8 @@ function requestSlowDraw() {
 function draw() {
   isRequested = false;
   view.draw();
-  if (numToDraw > 0) {
+  if (numToDraw > 0 || cardsAreDue) {
+    cardsAreDue = false;
     cards.draw();
     for (; numToDraw > 0; numToDraw -= 1) socket.drawn();
   }
@@ -90,8 +109,10 @@ function drawSlow() {
   slowAt = performance.now();
   isSlowDue = false;
   plots.draw();
+  timeline.draw();
+  tools.draw();
   facts.draw();
 }
 
 /** For tests, and for the curious in the console. */
-window.studio = { store, socket, view, image, bar, panels, freshness };
+window.studio = { store, socket, view, image, bar, panels, freshness, time };

@@ -1,34 +1,65 @@
 // Algorithms, and every parameter with unit, default and meaning.
 
-import { LANES } from "./actors.js";
-import { byId, make } from "./dom.js";
+import { byId, make, setPressed } from "./dom.js";
+import { save } from "./export.js";
+import { LANES, laneIcon } from "./lanes.js";
 import { RunControls } from "./run_controls.js";
 
 const MAX_LANES = 4;
+
+/** What parameters belong to, besides one algorithm. */
+const SHARED = "Image, map, tracks";
 
 export class AlgorithmsPanel {
   constructor(store, socket) {
     Object.assign(this, { store, socket });
     this.part = 0;
+    /** What was sent last and what of it was refused: `{part, path, value, reason}`. */
+    this.sent = null;
+    this.refused = null;
     this.lanes = make("div", { className: "lanes" });
-    this.filter = make("input", { type: "search", placeholder: "Find a parameter", "aria-label": "Find a parameter" });
+    this.filter = make("input", { type: "search", placeholder: "Find a parameter of any algorithm", "aria-label": "Find a parameter of any algorithm" });
     this.filter.oninput = () => this.list();
     this.parts = make("select", { "aria-label": "Whose parameters" });
     this.parts.onchange = () => {
       this.part = this.parts.value === "all" ? null : Number(this.parts.value);
       this.list();
     };
-    this.reset = make("button", { type: "button", textContent: "Defaults", title: "All parameters of this part as they were" });
-    this.reset.onclick = () => socket.send("defaults", this.part === null ? {} : { algorithm: this.part });
+    const button = (id, textContent, title, onclick) => make("button", { type: "button", id, textContent, title, onclick });
+    this.reset = button("defaults", "Defaults", "All parameters of this part as they were",
+      () => socket.send("defaults", this.part === null ? {} : { algorithm: this.part }));
+    this.different = button("changed-only", "Changed", "Everything that differs from its default", () => {
+      setPressed(this.different, this.different.ariaPressed !== "true");
+      this.list();
+    });
+    setPressed(this.different, false);
+    this.save = button("save-toml", "Save as TOML", "What differs from the defaults, as files for --config and --pipeline", () => this.saveToml());
     this.body = make("div", { id: "parameters" });
     this.runControls = new RunControls(store, socket);
     byId("panel-algorithms").replaceChildren(this.runControls.box, this.lanes,
-      make("div", { className: "search" }, this.parts, this.reset, this.filter), this.body);
+      make("div", { className: "search" }, this.parts, this.reset, this.filter, this.different, this.save), this.body);
     store.on("scene", () => this.rebuild());
+    store.on("latest", () => this.follow());
+  }
+
+  /** What was refused stays as it was typed, with the reason. */
+  follow() {
+    const { notice } = this.store.latest;
+    if (!this.sent || !notice) return;
+    this.refused = { ...this.sent, reason: notice };
+    this.sent = null;
+    this.list();
   }
 
   rebuild() {
     const { scene } = this.store;
+    // What was sent has been taken.
+    this.sent = this.refused = null;
+    if (scene.scene !== this.scene) {
+      this.scene = scene.scene;
+      this.filter.value = "";
+      setPressed(this.different, false);
+    }
     if (!scene.pipeline) return;
     this.parts.hidden = Boolean(scene.presets);
     if (scene.presets) {
@@ -39,7 +70,7 @@ export class AlgorithmsPanel {
     }
     this.lanes.replaceChildren(...scene.contenders.map((contender, i) => this.lane(contender, i)), this.adder());
     const names = scene.contenders.map((contender, i) => [String(i), contender.name]);
-    this.parts.replaceChildren(...[...names, ["all", "Image, map, tracks"]]
+    this.parts.replaceChildren(...[...names, ["all", SHARED]]
       .map(([value, textContent]) => make("option", { value, textContent })));
     if (this.part !== null && this.part >= names.length) this.part = 0;
     this.parts.value = this.part === null ? "all" : String(this.part);
@@ -65,9 +96,9 @@ export class AlgorithmsPanel {
       make("option", { value: name, textContent: name, title: summary, selected: name === contender.name }))));
     select.title = this.store.scene.algorithms.find(({ name }) => name === contender.name)?.summary ?? "";
     select.onchange = () => this.choose(this.names().with(i, select.value));
-    const remove = make("button", { type: "button", textContent: "Remove", disabled: this.names().length === 1 });
+    const remove = make("button", { type: "button", textContent: "Remove", "aria-label": `Remove ${contender.name}`, disabled: this.names().length === 1 });
     remove.onclick = () => this.choose(this.names().toSpliced(i, 1));
-    return make("div", { className: "lane", vars: { "--card": `var(--${LANES[i]})` } }, make("i"), select, remove);
+    return make("div", { className: "lane", vars: { "--card": `var(--${LANES[i]})` } }, laneIcon(i), select, remove);
   }
 
   adder() {
@@ -85,49 +116,93 @@ export class AlgorithmsPanel {
     this.socket.send("algorithms", { names });
   }
 
-  list() {
+  /** All parts with their title and number; `null` is what all algorithms share. */
+  everyPart() {
     const { scene } = this.store;
-    const part = this.part === null ? scene.pipeline : scene.contenders[this.part];
-    if (!part) return;
-    const words = this.filter.value.toLowerCase().split(/\s+/);
-    const isWanted = (p) => words.every((word) => `${p.path} ${p.meaning}`.toLowerCase().includes(word));
-    const shown = part.parameters.filter(isWanted);
-    const focus = document.activeElement?.dataset?.path;
-    let table = "";
+    const own = (scene.contenders ?? []).map((part, i) => ({ part, index: i, title: part.name }));
+    return [...own, { part: scene.pipeline, index: null, title: scene.presets ? "SLAM" : SHARED }].filter(({ part }) => part);
+  }
+
+  /** The chosen part, or with words or on demand what of all parts has these words or differs. */
+  list() {
+    const words = this.filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const isDifferent = this.different.ariaPressed === "true";
+    const isWide = words.length > 0 || isDifferent;
+    const isWanted = (part, p) => words.every((word) => `${p.path.replaceAll("_", " ")} ${p.path} ${p.meaning}`.toLowerCase().includes(word))
+      && (!isDifferent || part.changed.includes(p.path));
+    const focus = document.activeElement?.dataset;
     const children = [];
-    for (const parameter of shown) {
+    for (const { part, index, title } of this.everyPart()) {
+      if (!isWide && index !== this.part) continue;
+      const entries = this.entries(part, index, part.parameters.filter((p) => isWanted(part, p)));
+      if (isWide && entries.length) children.push(make("h3", { className: "part-title", textContent: title }));
+      children.push(...entries);
+    }
+    const none = isDifferent && !words.length ? "Everything is at its default." : "No parameter has these words.";
+    if (!children.length) children.push(make("p", { className: "small", textContent: none }));
+    this.body.replaceChildren(...children);
+    if (!focus?.path) return;
+    const again = [...this.body.querySelectorAll("[data-path]")].find(({ dataset }) => dataset.path === focus.path && dataset.part === focus.part);
+    again?.focus({ preventScroll: true });
+  }
+
+  /** Entries with the titles of their tables. */
+  entries(part, index, parameters) {
+    const children = [];
+    let table = "";
+    for (const parameter of parameters) {
       const group = parameter.path.includes(".") ? parameter.path.slice(0, parameter.path.lastIndexOf(".")) : "";
       if (group !== table) children.push(make("h4", { className: "group-title", textContent: group }));
       table = group;
-      children.push(this.entry(parameter, part.changed.includes(parameter.path)));
+      children.push(this.entry(parameter, index, part.changed.includes(parameter.path)));
     }
-    if (!shown.length) children.push(make("p", { className: "small", textContent: "No parameter has these words." }));
-    this.body.replaceChildren(...children);
-    if (focus) this.body.querySelector(`[data-path="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
+    return children;
   }
 
-  entry(parameter, isChanged) {
+  entry(parameter, index, isChanged) {
     const { path, value, unit, meaning } = parameter;
     const name = path.slice(path.lastIndexOf(".") + 1);
-    const input = field(parameter);
-    input.dataset.path = path;
-    input.onchange = () => this.send(path, read(input, parameter));
+    const refused = this.refused?.path === path && this.refused.part === index ? this.refused : null;
+    const input = field(refused ? { ...parameter, value: refused.value } : parameter);
+    Object.assign(input.dataset, { path, part: String(index) });
+    input.onchange = () => this.send(index, path, read(input, parameter));
     const range = parameter.range ? ` ${parameter.range[0]} to ${parameter.range[1]}.` : "";
     const choice = parameter.choices.find((option) => option.name === value)?.meaning;
     const text = make("p", {}, [meaning, choice, range].filter(Boolean).join(" "), ` Default: ${shown(parameter.default)} `);
     if (isChanged) {
-      const undo = make("button", { type: "button", textContent: "default" });
-      undo.onclick = () => this.send(path, parameter.default);
+      const undo = make("button", { type: "button", textContent: "default", "aria-label": `${name.replaceAll("_", " ")}: default` });
+      undo.onclick = () => this.send(index, path, parameter.default);
       text.append(undo);
     }
-    return make("div", { className: `parameter${isChanged ? " is-changed" : ""}` },
+    const lines = [text];
+    if (refused) {
+      const reason = make("p", { className: "refusal", id: "refusal", textContent: `Refused: ${refused.reason}. It is still ${shown(value)}.` });
+      input.setAttribute("aria-invalid", "true");
+      input.setAttribute("aria-describedby", "refusal");
+      lines.unshift(reason);
+    }
+    return make("div", { className: `parameter${isChanged ? " is-changed" : ""}${refused ? " is-refused" : ""}` },
       make("label", {}, make("span", { textContent: name.replaceAll("_", " "), title: path }), input,
-        make("span", { className: "unit", textContent: unit ?? "" })), text);
+        make("span", { className: "unit", textContent: unit ?? "" })), ...lines);
   }
 
-  send(path, value) {
+  send(part, path, value) {
     if (value === undefined || value === null) return;
-    this.socket.send("parameter", { ...(this.part === null ? {} : { algorithm: this.part }), path, value });
+    this.refused = null;
+    this.sent = { part, path, value };
+    this.socket.send("parameter", { ...(part === null ? {} : { algorithm: part }), path, value });
+  }
+
+  /** A file for each part that differs; nothing differs in an empty one. */
+  saveToml() {
+    const { run, slam_run: slam, preset } = this.store.scene;
+    const parts = slam ? [[preset, slam.parameters, `# visloc slam --preset ${preset} --config ${preset}.toml`]]
+      : [...(run?.algorithms ?? []).map(([name, text]) => [name, text, `# visloc localize --algorithm ${name} --config ${name}.toml`]),
+        ["pipeline", run?.pipeline ?? "", "# visloc localize --pipeline pipeline.toml"]];
+    const differing = parts.filter(([, text]) => text.trim());
+    for (const [name, text, use] of differing.length ? differing : parts.slice(0, 1)) {
+      save(`${name}.toml`, new Blob([`${use}\n${text}`], { type: "application/toml" }));
+    }
   }
 }
 

@@ -22,7 +22,7 @@ export class RunControls {
     this.note = make("p", { className: "small" });
     this.box = make("div", { className: "run-controls" }, this.replay, this.watch, this.progress, this.note);
     store.on("scene", () => this.fit());
-    store.on("state", () => this.follow());
+    store.on("latest", () => this.follow());
   }
 
   send(command) {
@@ -48,7 +48,7 @@ export class RunControls {
   }
 
   follow() {
-    const running = this.store.state.recomputing;
+    const running = this.store.latest.recomputing;
     this.progress.hidden = !running;
     if (running) this.progress.value = running.done / Math.max(running.all, 1);
     setText(this.compute, running ? "Computing" : "Recompute");

@@ -26,9 +26,10 @@ export class SpaceActors {
     }
     this.pairs(candidates, 3, rgba("c0", isLight() ? 0.3 : 0.22));
     this.pairs(links, 3, rgba("c2", 0.35));
-    this.path(truth, 0.012, rgba("accent", 0.9));
-    this.path(recorded, 0.014, rgba("c3", 0.9));
+    this.path(recorded, 0.014, rgba("c3", 0.9), 3);
     this.path(trajectory, 0.02, rgba("c1"));
+    // Dashed and thicker, so that it is seen on both.
+    this.path(truth, 0.026, rgba("accent", 0.9), 2);
     for (let i = 0; i + 11 < keyframes.length; i += 12) this.frustum(keyframes.subarray(i, i + 12), 0.09, rgba("c2", 0.8));
     if (arrays.camera?.length === 12) this.frustum(arrays.camera, 0.2, rgba("c1"));
   }
@@ -39,10 +40,12 @@ export class SpaceActors {
     }
   }
 
-  path(values, radius, color) {
+  /** A way through space; of `dash` groups of pieces one is left out. */
+  path(values, radius, color, dash = Infinity) {
     if (!values) return;
     const step = Math.max(1, Math.floor(values.length / 3 / 700));
-    for (let i = 0; i + 3 * step + 2 < values.length; i += 3 * step) {
+    for (let i = 0, k = 0; i + 3 * step + 2 < values.length; i += 3 * step, k += 1) {
+      if (Math.floor(k / 6) % dash === dash - 1) continue;
       const [a, b] = [values.subarray(i, i + 3), values.subarray(i + 3 * step, i + 3 * step + 3)];
       if (Number.isNaN(a[0] + b[0])) continue;
       this.ribbon(a, b, radius, color);

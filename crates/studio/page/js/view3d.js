@@ -12,6 +12,20 @@ import { worldMeshes } from "./world_mesh.js";
 const GRAB_M = 0.3;
 /** A pointer that moves less than this is a click, pixels. */
 const CLICK_PX = 5;
+/** A finger is less sure, pixels. */
+const TAP_PX = 12;
+/** A finger covers so much of the ground that it may miss the robot by this, pixels. */
+const FINGER_PX = 26;
+/** A key zooms by this factor. */
+const ZOOM_STEP = 1.25;
+/** Most pixels of the world without a graphics card. */
+const MAX_SOFTWARE_PIXELS = 2.5e6;
+
+/** Pixels that are drawn for each of the layout: software draws no more of them than a large window has. */
+function pixelRatio({ clientWidth, clientHeight, dataset }) {
+  const most = dataset.renderer === "2D" ? Math.sqrt(MAX_SOFTWARE_PIXELS / Math.max(clientWidth * clientHeight, 1)) : 2;
+  return Math.min(devicePixelRatio, 2, most);
+}
 
 export class View3d {
   /** `requestDraw` has this view drawn in the next frame. */
@@ -49,6 +63,8 @@ export class View3d {
     this.worldKey = key;
     this.rebuild();
     this.setView(this.view === "follow" ? "slant" : this.view);
+    const what = { playground: "arrows drive the robot, X aims at a place", replay: "arrows step through the recording" }[this.store.scene.mode];
+    this.canvas.setAttribute("aria-label", `World in 3D${what ? `: ${what}` : ""}; ? tells all keys`);
   }
 
   rebuild() {
@@ -65,7 +81,7 @@ export class View3d {
   }
 
   resize() {
-    const ratio = Math.min(devicePixelRatio, 2);
+    const ratio = pixelRatio(this.canvas);
     const { clientWidth, clientHeight } = this.canvas;
     const size = [clientWidth, clientHeight].map((value) => Math.max(1, Math.round(value * ratio)));
     if (size[0] === this.canvas.width && size[1] === this.canvas.height) return;
@@ -112,6 +128,22 @@ export class View3d {
     }, { passive: false });
   }
 
+  /** Takes a key; tells whether it moves the view. */
+  key({ key, code, shiftKey }) {
+    const { camera } = this;
+    const height = this.canvas.clientHeight;
+    const pan = shiftKey && { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[code];
+    const orbit = { "[": [40, 0], "]": [-40, 0], PageUp: [0, 30], PageDown: [0, -30] }[key];
+    const zoom = { "+": 1 / ZOOM_STEP, "-": ZOOM_STEP }[key];
+    if (pan && this.store.scene?.mode !== "replay") camera.pan(0.08 * height * pan[0], 0.08 * height * pan[1], height);
+    else if (orbit) camera.orbit(...orbit);
+    else if (zoom) camera.zoom(zoom);
+    else if (key === "Home") this.setView(this.view);
+    else return false;
+    this.touch();
+    return true;
+  }
+
   /** The point of the ground under a pointer. */
   ground(event, height = 0) {
     const box = this.canvas.getBoundingClientRect();
@@ -122,14 +154,15 @@ export class View3d {
 
   /** What of the robot is under a pointer: its body, its arrow, or nothing. */
   under(event) {
-    const pose = this.store.state?.truth?.pose;
-    if (!pose || this.store.scene.mode !== "playground") return null;
+    const pose = this.store.latest?.truth?.pose;
+    if (!pose || this.store.isBack || this.store.scene.mode !== "playground") return null;
     const tip = [pose[0] + ARROW_M * Math.cos(pose[2]), pose[1] + ARROW_M * Math.sin(pose[2])];
     const distance = (place, to) => (place ? Math.hypot(place[0] - to[0], place[1] - to[1]) : Infinity);
     const onFloor = this.ground(event);
     const body = Math.min(distance(onFloor, pose), distance(this.ground(event, 0.3), pose));
-    if (distance(onFloor, tip) < Math.min(0.14, body)) return "arrow";
-    return body < GRAB_M ? "body" : null;
+    const fingerM = event.pointerType === "touch" ? FINGER_PX * this.camera.metersPerPixel(this.canvas.clientHeight) : 0;
+    if (distance(onFloor, tip) < Math.min(Math.max(0.14, 0.7 * fingerM), body)) return "arrow";
+    return body < Math.max(GRAB_M, fingerM) ? "body" : null;
   }
 
   down(event) {
@@ -137,8 +170,10 @@ export class View3d {
     this.canvas.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
     this.moved = 0;
+    this.clickPx = event.pointerType === "touch" ? TAP_PX : CLICK_PX;
+    if (this.pointers.size === 2 && this.grab && !this.grab.hasMoved) this.grab = null;
     const part = this.pointers.size === 1 && event.button === 0 && !event.shiftKey ? this.under(event) : null;
-    if (part) this.grab = { part, pose: [...this.store.state.truth.pose], hasMoved: false };
+    if (part) this.grab = { part, pose: [...this.store.latest.truth.pose], hasMoved: false };
     this.canvas.dataset.over = part ? "robot" : "drag";
   }
 
@@ -155,7 +190,7 @@ export class View3d {
       this.drag(event);
     } else if (this.pointers.size === 2) {
       this.pinch(event, dx, dy);
-    } else if (this.moved > CLICK_PX) {
+    } else if (this.moved > this.clickPx) {
       if (event.buttons & 2 || event.shiftKey) this.camera.pan(dx, dy, this.canvas.clientHeight);
       else if (this.view !== "top") this.camera.orbit(dx, dy);
       else this.camera.pan(dx, dy, this.canvas.clientHeight);
@@ -166,7 +201,7 @@ export class View3d {
   /** Hands hold the robot over the pointer. */
   drag(event) {
     const { grab } = this;
-    if (!grab.hasMoved && this.moved <= CLICK_PX) return;
+    if (!grab.hasMoved && this.moved <= this.clickPx) return;
     grab.hasMoved = true;
     const place = this.ground(event);
     if (!place) return;
@@ -190,7 +225,7 @@ export class View3d {
     if (this.grab) {
       if (this.grab.hasMoved) this.socket.send("put_down");
       this.grab = null;
-    } else if (event.type === "pointerup" && event.button === 0 && this.moved <= CLICK_PX) {
+    } else if (event.type === "pointerup" && event.button === 0 && this.moved <= this.clickPx) {
       const place = this.ground(event);
       if (place && this.store.scene?.mode === "playground") {
         this.socket.send("walk_to", { x_m: place[0], y_m: place[1] });

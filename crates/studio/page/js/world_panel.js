@@ -19,11 +19,11 @@ export class WorldPanel {
     byId("panel-world").replaceChildren(
       make("div", { className: "column" }, ...Object.values(this.rows).map((entry) => entry.box)),
       make("p", { className: "small" }, "Usual is an odometry whose scales are off by 5 to 10 %, and whose heading drifts by a degree a meter."));
-    store.on("state", () => this.follow());
+    store.on("latest", () => this.follow());
   }
 
   follow() {
-    const controls = this.store.state.controls;
+    const controls = this.store.latest.controls;
     if (this.store.scene?.mode !== "playground" || !controls) return;
     for (const [name, entry] of Object.entries(this.rows)) {
       if (document.activeElement !== entry.input || !entry.isDown) entry.input.value = controls[name];
