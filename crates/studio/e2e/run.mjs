@@ -10,6 +10,7 @@ import { join } from "node:path";
 import { chromium } from "playwright-core";
 
 import { goesThrough, looksBack, parameters } from "./course.mjs";
+import { drops } from "./drops.mjs";
 import { slow, wrongToken } from "./far.mjs";
 import { keys, touches } from "./hands.mjs";
 import { measure } from "./measure.mjs";
@@ -365,6 +366,7 @@ async function main() {
     await slow(programs, check);
     const recording = await replays(browser);
     await goesThrough((address) => open(browser, address), await studio("--replay", recording), check);
+    await drops((address) => open(browser, address), programs, visloc, recording, check);
     await records(browser);
     await commandsAway(browser);
     await sources(browser, recording);

@@ -153,6 +153,12 @@ pub enum Command {
     },
     /// Shows what was recorded only.
     Recorded {},
+    /// Opens a file that a page has handed over; only the server says so.
+    #[serde(skip)]
+    OpenFile {
+        /// Where it is.
+        path: std::path::PathBuf,
+    },
     /// Goes to a moment of a recording.
     Seek {
         /// Number of the frame, from 0.
@@ -187,6 +193,7 @@ mod tests {
             r#"{"type":"play","now":true}"#,
             r#"{"type":"walk_to","x_m":"here","y_m":0}"#,
             r#"{"type":"seek","frame":-1}"#,
+            r#"{"type":"open_file","path":"/etc/passwd"}"#,
         ] {
             assert!(read(wrong).is_err(), "{wrong}");
         }

@@ -1,7 +1,7 @@
 //! Runs a session: commands as they come, steps at their pace, and nothing at all while nobody watches.
 
 use std::{
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::mpsc::{Receiver, RecvTimeoutError},
     time::Duration,
 };
@@ -30,6 +30,14 @@ pub trait Engine: Send {
 
     /// Takes in a recording that has been made; the id by which it can be opened.
     fn add_recording(&mut self, path: PathBuf) -> String;
+
+    /// Takes in a file that somebody at a page has handed over; the id by which it can be opened.
+    ///
+    /// # Errors
+    /// If it is of no known kind, or says only how others are to be opened, as a map does.
+    fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
+        Err(StudioError::input(path.display(), "nothing is opened here"))
+    }
 }
 
 /// What is shown: a session, with what the people there should know besides.
@@ -111,11 +119,10 @@ impl Stage<'_> {
     fn handle(&mut self, command: &Command) -> Result<(), StudioError> {
         match command {
             Command::Hello {} => Ok(()),
-            Command::Open { scene } => {
-                let opened = self.engine.open(scene)?;
-                self.stop_tape();
-                self.session = opened;
-                Ok(())
+            Command::Open { scene } => self.open(scene),
+            Command::OpenFile { path } => {
+                let scene = self.engine.add_file(path)?;
+                self.open(&scene)
             }
             Command::Record { is_on: true } => {
                 let scene = Message::read(&self.session.update(None)?.scene)?.header;
@@ -129,6 +136,13 @@ impl Stage<'_> {
             }
             command => self.session.handle(command),
         }
+    }
+
+    fn open(&mut self, scene: &str) -> Result<(), StudioError> {
+        let opened = self.engine.open(scene)?;
+        self.stop_tape();
+        self.session = opened;
+        Ok(())
     }
 
     fn stop_tape(&mut self) {

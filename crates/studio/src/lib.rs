@@ -31,7 +31,7 @@ pub use engine::{Engine, run_engine};
 pub use error::StudioError;
 pub use message::{Message, MessageBuilder, MessageError, MessageKind};
 pub use new_file::new_file;
-pub use scenes::{NamedSource, Scenes, SourceOpener};
+pub use scenes::{FileOpener, GivenFile, NamedSource, Scenes, SourceOpener};
 pub use server::hub::Hub;
 pub use session::Session;
 pub use update::Update;

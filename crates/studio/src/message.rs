@@ -102,6 +102,21 @@ impl MessageBuilder {
         self.note(name, offset, values.len(), "u8");
     }
 
+    /// Adds arrays of another message.
+    fn copy(&mut self, from: &Message, is_wanted: impl Fn(&str) -> bool) {
+        for name in from.arrays.keys().filter(|name| is_wanted(name)) {
+            match from.floats(name) {
+                Some(values) if from.is_floats(name) => self.floats(name, values.into_iter().map(f64::from)),
+                _ => self.bytes(name, from.bytes(name).unwrap_or_default()),
+            }
+        }
+    }
+
+    /// Adds to the header.
+    pub(crate) fn field(&mut self, name: &str, value: Value) {
+        self.header.insert(name.to_owned(), value);
+    }
+
     fn note(&mut self, name: &str, offset: usize, count: usize, kind: &str) {
         self.arrays.insert(name.to_owned(), serde_json::json!([offset, count, kind]));
     }
@@ -177,22 +192,32 @@ impl Message {
     /// The bytes of the same message with another content of one of its arrays of bytes, and without some of the others.
     #[must_use]
     pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8], without: &[&str]) -> Vec<u8> {
+        let mut builder = self.without(&[without, &[name]].concat());
+        builder.bytes(name, bytes);
+        builder.finish()
+    }
+
+    /// The same message without some of its arrays.
+    #[must_use]
+    pub(crate) fn without(&self, names: &[&str]) -> MessageBuilder {
         let mut builder = MessageBuilder {
             kind: self.kind,
             header: self.header.clone(),
             arrays: Map::new(),
             body: Vec::new(),
         };
-        builder.bytes(name, bytes);
-        for other in self.arrays.keys().filter(|other| *other != name && !without.contains(&other.as_str())) {
-            match self.floats(other) {
-                Some(values) if self.is_floats(other) => {
-                    builder.floats(other, values.into_iter().map(f64::from));
-                }
-                _ => builder.bytes(other, self.bytes(other).unwrap_or_default()),
-            }
-        }
-        builder.finish()
+        builder.copy(self, |name| !names.contains(&name));
+        builder
+    }
+
+    /// The same message with those arrays of another one that it lacks.
+    #[must_use]
+    pub(crate) fn completed_by(self, other: &Self) -> Self {
+        let known = self.arrays.clone();
+        let mut builder = self.into_builder();
+        builder.copy(other, |name| !known.contains_key(name));
+        let MessageBuilder { kind, header, arrays, body } = builder;
+        Self { kind, header, arrays, body }
     }
 
     fn is_floats(&self, name: &str) -> bool {
@@ -314,6 +339,11 @@ mod tests {
         let numbers = replaced.floats("numbers").unwrap();
         assert!(numbers[0] == 0.5 && numbers[1].is_nan() && numbers[2] == -2.0);
         assert_eq!((replaced.floats("unused"), &replaced.header), (None, &message.header));
+        let short = Message::read(&message.without(&["jpeg", "numbers"]).finish()).unwrap();
+        assert_eq!((short.bytes("jpeg"), short.bytes("other")), (None, Some(&[4, 5][..])));
+        let whole = short.completed_by(&message);
+        assert_eq!(whole.bytes("jpeg"), message.bytes("jpeg"));
+        assert_eq!(Message::read(&whole.clone().write()).unwrap(), whole);
     }
 
     #[test]

@@ -15,11 +15,19 @@ const MAX_FILES: u32 = 100_000;
 /// # Errors
 /// If the folder cannot be written to, or no number is free.
 pub fn new_file(folder: &Path, stem: &str, extension: &str) -> io::Result<PathBuf> {
+    open_new_file(folder, stem, extension).map(|(path, _)| path)
+}
+
+/// The same, open to be written.
+///
+/// # Errors
+/// As [`new_file`].
+pub(crate) fn open_new_file(folder: &Path, stem: &str, extension: &str) -> io::Result<(PathBuf, File)> {
     fs::create_dir_all(folder)?;
     for number in 1..MAX_FILES {
         let path = folder.join(format!("{stem}-{number:03}.{extension}"));
         match File::create_new(&path) {
-            Ok(_) => return Ok(path),
+            Ok(file) => return Ok((path, file)),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             Err(error) => return Err(error),
         }

@@ -1,6 +1,9 @@
 //! What pages can choose to see.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use serde_json::{Value, json};
 use visloc_core::Clock;
@@ -44,6 +47,17 @@ pub enum SourceOpener {
     Images(ImagesOpener),
 }
 
+/// What a file is that somebody at a page has handed over.
+pub enum GivenFile {
+    /// A recording of the studio.
+    Recording(PathBuf),
+    /// A source.
+    Source(NamedSource),
+}
+
+/// Says what a file is; what only tells how others are to be opened is kept, and refused with a sentence that says what is missing.
+pub type FileOpener = Arc<dyn Fn(&Path) -> Result<GivenFile, StudioError> + Send + Sync>;
+
 /// Opens playgrounds, cameras without a map, sources, recordings, and a robot elsewhere.
 #[derive(Clone)]
 pub struct Scenes {
@@ -54,6 +68,7 @@ pub struct Scenes {
     folder: PathBuf,
     sources: Vec<NamedSource>,
     robot: Option<Remote>,
+    files: Option<FileOpener>,
     log: fn(&str),
 }
 
@@ -69,6 +84,7 @@ impl Scenes {
             folder: std::env::temp_dir(),
             sources: Vec::new(),
             robot: None,
+            files: None,
             log: |_| {},
         }
     }
@@ -95,6 +111,12 @@ impl Scenes {
     #[must_use]
     pub fn with_robot(self, robot: Remote, log: fn(&str)) -> Self {
         Self { robot: Some(robot), log, ..self }
+    }
+
+    /// Files that pages hand over, too.
+    #[must_use]
+    pub fn with_files(self, files: FileOpener) -> Self {
+        Self { files: Some(files), ..self }
     }
 
     /// The id of what is shown first: what the user has named, if anything.
@@ -175,6 +197,20 @@ impl Engine for Scenes {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()));
         }
         Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), self.list())?))
+    }
+
+    fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
+        let open = self
+            .files
+            .as_ref()
+            .ok_or_else(|| StudioError::input(path.display(), "nothing is opened here"))?;
+        Ok(match open(path)? {
+            GivenFile::Recording(path) => self.add_recording(path),
+            GivenFile::Source(source) => {
+                self.sources.push(source);
+                format!("{SOURCE}{}", self.sources.len() - 1)
+            }
+        })
     }
 
     fn add_recording(&mut self, path: PathBuf) -> String {

@@ -26,7 +26,7 @@ use visloc_studio::{
 };
 use visloc_world::Map;
 
-use super::broadcast::Recording;
+use super::{broadcast::Recording, files::file_opener};
 use crate::{
     args::StudioArgs,
     host::{another, host, stop_at_signals},
@@ -96,6 +96,13 @@ fn start_engine(
         .with_sources(named_sources(args, host)?);
     if let Some(robot) = robot {
         scenes = scenes.with_robot(robot, log);
+    }
+    // Elsewhere nobody hands over files.
+    if args.listen.is_none() {
+        let options = source_options(&args.options, topic_options(&args.topics)?)?;
+        let options = SourceOptions { honored_elsewhere: vec![SourceOption::Seed], ..options };
+        scenes = scenes.with_files(file_opener(args.map.as_deref(), options, host));
+        hub.take_files(args.recordings());
     }
     let tape = Tape::new(args.recordings());
     let first = args.scene.clone().unwrap_or_else(|| scenes.first());
@@ -168,7 +175,7 @@ fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     Ok(sources)
 }
 
-fn frames_opener(
+pub(super) fn frames_opener(
     name: &str,
     map: Option<&str>,
     options: &SourceOptions,
@@ -185,7 +192,7 @@ fn frames_opener(
     }))
 }
 
-fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
+pub(super) fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
         let options = SourceOptions { seed: Some(seed), ..options.clone() };
@@ -195,7 +202,7 @@ fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpen
     })
 }
 
-fn refused(name: &str, reason: &dyn std::fmt::Display) -> StudioError {
+pub(super) fn refused(name: &str, reason: &dyn std::fmt::Display) -> StudioError {
     StudioError::Input { origin: name.to_owned(), reason: reason.to_string() }
 }
 

@@ -2,6 +2,7 @@
 
 mod broadcast;
 mod command;
+mod files;
 mod show;
 mod slam_show;
 

@@ -13,6 +13,7 @@ export class Bar {
     setIcon(byId("step"), "step");
     setIcon(byId("theme"), "theme");
     setIcon(byId("more"), "more");
+    setIcon(byId("open-file"), "open");
     byId("more").onclick = () => this.more();
     byId("play").onclick = () => this.toggle("is_playing", "pause", "play");
     byId("step").onclick = () => socket.send("step");
@@ -169,14 +170,14 @@ export class Bar {
     const view = { Digit1: "slant", Digit2: "top", Digit3: "follow" }[event.code];
     if (view) this.setView(view);
     if (event.code === "Comma") this.time.step(-1);
-    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now" };
+    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now", KeyO: "open-file" };
     const inHands = { KeyK: "kidnap", KeyC: "cover" };
     const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
     const isReplay = this.store.scene?.mode === "replay";
     const id = event.key === "?" ? "help" : ids[event.code] ?? (this.hasHands() ? inHands[event.code] : undefined)
       ?? (isPlayground ? onPlayground[event.code] : undefined)
       ?? (isReplay ? undefined : { KeyR: "reset", KeyV: "record" }[event.code]);
-    if (!id || (event.code === "Space" && isPress)) return;
+    if (!id || byId(id).hidden || (event.code === "Space" && isPress)) return;
     event.preventDefault();
     byId(id).click();
   }

@@ -4,6 +4,7 @@ const PATHS = {
   play: "M4 2.5v11l9-5.5z",
   pause: "M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z",
   step: "M3 2.5v11l7-5.5zM11 2.5h2v11h-2z",
+  open: "M1 3h5l1.5 2H15v8H1zM3 7v4h10V7z",
   more: "M2 3h12v2H2zM2 7h12v2H2zM2 11h12v2H2z",
   theme: "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 2v10A5 5 0 0 1 8 3z",
 };

@@ -6,6 +6,7 @@ import { Bar } from "./bar.js";
 import { Cards, Facts } from "./cards.js";
 import { byId } from "./dom.js";
 import { DrivePanel } from "./drive_panel.js";
+import { Files } from "./files.js";
 import { Freshness } from "./freshness.js";
 import { ImageView } from "./image_view.js";
 import { AlgorithmsPanel } from "./parameters.js";
@@ -65,6 +66,7 @@ const drive = new DrivePanel(store, socket, aim);
 const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket), new Tabs(store, requestSlowDraw), new Announcer(store)];
 const bar = new Bar(store, socket, view, drive, aim, time);
 followLink(store, socket);
+new Files((text) => bar.notice(text));
 
 /** Another moment is shown or pointed at, or another span of time. */
 function timeChanged() {

@@ -83,12 +83,14 @@ export class Timeline {
 export function courseOf({ header, arrays }) {
   const { recording, plots } = header;
   const known = (value) => (Number.isNaN(value) ? null : value);
+  const pose = (values, i) => (values && !Number.isNaN(values[3 * i]) ? values.subarray(3 * i, 3 * i + 3) : null);
   const rows = Array.from(arrays.secs, (secs, i) => ({
     secs,
+    truth: pose(arrays.places, i),
     isCarried: arrays.carried[i] > 0,
     lanes: recording.lanes.map((name, k) => {
       const [error, reliability, quality, image, ms] = arrays[`lane${k}`].subarray(5 * i, 5 * i + 5);
-      return { name, error: known(error), reliability, quality, image, ms };
+      return { name, pose: pose(arrays[`pose${k}`], i), error: known(error), reliability, quality, image, ms };
     }),
     values: plots?.map(({ series }, k) => series.map((_, s) => known(arrays[`plot${k}`]?.[series.length * i + s] ?? NaN))),
   }));

@@ -28,6 +28,14 @@ pub(super) const IMAGE_TOPIC: &str = "/studio/image";
 pub(super) const STATE_TOPIC: &str = "/studio/state";
 pub(super) const INPUT_TOPIC: &str = "/studio/input";
 
+/// Arrays of a state that a recording has only from time to time, the landmarks first, and the field that says in which moment.
+pub(super) const MAP_ARRAYS: [&str; 6] =
+    ["landmarks", "candidates", "keyframes", "links", "trajectory", "truth"];
+pub(super) const MAP_MOMENT: &str = "map_moment";
+/// The array of an image message that is left out where the input has the same picture, and the quality with which it is made again.
+pub(super) const PICTURE: &str = "jpeg";
+const PICTURE_QUALITY: u8 = 85;
+
 const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', 0x30, b'\r', b'\n'];
 const OP_CHANNEL: u8 = 0x04;
 const OP_MESSAGE: u8 = 0x05;
@@ -81,7 +89,8 @@ struct Place {
 #[derive(Debug, Clone, Copy)]
 struct Entry {
     scene: Place,
-    image: Option<Place>,
+    /// With the picture of the input at that moment.
+    image: Option<(Place, Option<Place>)>,
     state: Place,
     /// Numbers and image that the algorithms were given.
     input: Option<(Place, Place)>,
@@ -153,6 +162,20 @@ impl RecordingIndex {
     /// # Errors
     /// As [`RecordingIndex::scene`].
     pub fn state(&mut self, frame: usize) -> Result<Message, RecordingError> {
+        let mut state = self.short_state(frame)?;
+        let moment =
+            state.header.remove(MAP_MOMENT).and_then(|moment| usize::try_from(moment.as_u64()?).ok());
+        Ok(match moment {
+            Some(moment) => state.completed_by(&self.short_state(moment)?),
+            None => state,
+        })
+    }
+
+    /// The state of a frame without what was written for another one: numbers, but not the map.
+    ///
+    /// # Errors
+    /// As [`RecordingIndex::scene`].
+    pub(crate) fn short_state(&mut self, frame: usize) -> Result<Message, RecordingError> {
         let place = self.entries[self.within(frame)].state;
         self.message(place)
     }
@@ -162,8 +185,19 @@ impl RecordingIndex {
     /// # Errors
     /// As [`RecordingIndex::scene`].
     pub fn image(&mut self, frame: usize) -> Result<Option<Vec<u8>>, RecordingError> {
-        let place = self.entries[self.within(frame)].image;
-        place.map(|place| self.bytes(place).map(plain)).transpose()
+        let Some((place, picture)) = self.entries[self.within(frame)].image else { return Ok(None) };
+        let bytes = plain(self.bytes(place)?);
+        let Some(picture) = picture else { return Ok(Some(bytes)) };
+        let Ok(message) = Message::read(&bytes) else { return Ok(Some(bytes)) };
+        if message.bytes(PICTURE).is_some() {
+            return Ok(Some(bytes));
+        }
+        let input = self.bytes(picture)?;
+        let jpeg = from_cdr::<CompressedImage>(&input)
+            .ok()
+            .and_then(|image| image_codec::decode(&image.data).ok())
+            .and_then(|image| image_codec::encode_jpeg(&image, PICTURE_QUALITY).ok());
+        Ok(Some(jpeg.map_or(bytes, |jpeg| message.with_bytes(PICTURE, &jpeg, &[]))))
     }
 
     /// What the algorithms were given for a frame, and the truth; `None` if the recording does not hold it, or it is damaged.
@@ -241,7 +275,7 @@ struct Walk {
     topics: [String; 5],
     channels: [Option<u16>; 5],
     scene: Option<Place>,
-    image: Option<Place>,
+    image: Option<(Place, Option<Place>)>,
     /// Of the next state.
     numbers: Option<Place>,
     picture: Option<Place>,
@@ -346,7 +380,7 @@ impl Walk {
         let place = Place { offset: self.at + MESSAGE_PREFIX - 2, num_bytes: length - MESSAGE_PREFIX };
         match self.channels.iter().position(|known| *known == Some(channel)) {
             Some(0) => self.scene = Some(place),
-            Some(1) => self.image = Some(place),
+            Some(1) => self.image = Some((place, self.picture)),
             Some(2) => {
                 let input = self.numbers.take().zip(self.picture.take());
                 let entry = |scene| Entry { scene, image: self.image, state: place, input };

@@ -43,6 +43,14 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
+    /// Width and height of the image.
+    pub(super) fn size_px(&self) -> (usize, usize) {
+        match self {
+            Self::Robot { frame, .. } => (frame.image.width() as usize, frame.image.height() as usize),
+            Self::Camera { image, .. } => (image.width(), image.height()),
+        }
+    }
+
     /// When the image was taken.
     #[must_use]
     pub fn at(&self) -> Timestamp {

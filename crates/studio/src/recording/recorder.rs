@@ -5,23 +5,36 @@ use std::{
     sync::Arc,
 };
 
+use serde_json::json;
 use visloc_core::Timestamp;
 use visloc_io::bag::{BagError, BagTopics, BagWriter, BagWriterOptions, ImageEncoding};
 
 use super::{
-    index::{IMAGE_TOPIC, INPUT_TOPIC, RecordingError, SCENE_TOPIC, STATE_TOPIC},
+    index::{
+        IMAGE_TOPIC, INPUT_TOPIC, MAP_ARRAYS, MAP_MOMENT, PICTURE, RecordingError, SCENE_TOPIC, STATE_TOPIC,
+    },
     input::{Input, input_message},
 };
-use crate::{Update, message::packed};
+use crate::{Message, Update, message::packed};
 
 /// What the messages are, for other tools.
 const ENCODING: &str = "visloc-studio";
+/// A map of landmarks is written once in so many moments, or when the number of its landmarks has changed by this share.
+const MAP_EVERY: usize = 15;
+const MAP_GROWTH: f64 = 0.1;
+
+/// The map that was written last.
+struct WrittenMap {
+    moment: usize,
+    num_numbers: usize,
+}
 
 /// Writes updates to a file, with what the algorithms were given.
 pub struct Recorder {
     path: PathBuf,
     writer: BagWriter,
     scene: Option<Arc<[u8]>>,
+    map: Option<WrittenMap>,
     num_updates: usize,
 }
 
@@ -39,7 +52,7 @@ impl Recorder {
         };
         let writer = BagWriter::create_file(path, BagTopics::default(), options)
             .map_err(|error| refused(error.to_string()))?;
-        Ok(Self { path: path.to_path_buf(), writer, scene: None, num_updates: 0 })
+        Ok(Self { path: path.to_path_buf(), writer, scene: None, map: None, num_updates: 0 })
     }
 
     /// The file.
@@ -75,15 +88,44 @@ impl Recorder {
         if !self.scene.as_ref().is_some_and(|known| Arc::ptr_eq(known, &update.scene)) {
             self.writer.write_raw((SCENE_TOPIC, ENCODING), at, &packed(&update.scene))?;
             self.scene = Some(Arc::clone(&update.scene));
+            self.map = None;
         }
         if let Some(input) = input {
             self.write_input(input)?;
         }
         if let Some(bytes) = &update.image {
-            self.writer.write_raw((IMAGE_TOPIC, ENCODING), at, &packed(bytes))?;
+            let thinned = input.and_then(|input| without_picture(bytes, input));
+            self.writer.write_raw(
+                (IMAGE_TOPIC, ENCODING),
+                at,
+                &packed(thinned.as_deref().unwrap_or(bytes)),
+            )?;
         }
-        self.writer.write_raw((STATE_TOPIC, ENCODING), at, &packed(&update.state))?;
+        let thinned = self.without_map(&update.state);
+        self.writer.write_raw(
+            (STATE_TOPIC, ENCODING),
+            at,
+            &packed(thinned.as_deref().unwrap_or(&update.state)),
+        )?;
         self.writer.end_moment(at)
+    }
+
+    /// The state of a camera without its map, if that was written a moment ago; `None` if it is to be written as it is.
+    fn without_map(&mut self, state: &[u8]) -> Option<Vec<u8>> {
+        let state = Message::read(state).ok()?;
+        let num_numbers = state.floats(MAP_ARRAYS[0])?.len();
+        let fresh = self.map.as_ref().filter(|map| {
+            #[allow(clippy::cast_precision_loss)]
+            let growth = num_numbers.abs_diff(map.num_numbers) as f64 / num_numbers.max(1) as f64;
+            self.num_updates - map.moment < MAP_EVERY && growth < MAP_GROWTH
+        });
+        let Some(map) = fresh else {
+            self.map = Some(WrittenMap { moment: self.num_updates, num_numbers });
+            return None;
+        };
+        let mut thinned = state.without(&MAP_ARRAYS);
+        thinned.field(MAP_MOMENT, map.moment.into());
+        Some(thinned.finish())
     }
 
     fn write_input(&mut self, input: &Input<'_>) -> Result<(), BagError> {
@@ -103,4 +145,12 @@ impl Recorder {
         let Self { path, writer, .. } = self;
         writer.finish().map_err(|error| RecordingError::Write { path, reason: error.to_string() })
     }
+}
+
+/// An image message without its picture, which stands in the recording as input as well; `None` if that is another one.
+fn without_picture(message: &[u8], input: &Input<'_>) -> Option<Vec<u8>> {
+    let message = Message::read(message).ok()?;
+    let (width, height) = input.size_px();
+    (message.header.get("size_px") == Some(&json!([width, height])))
+        .then(|| message.without(&[PICTURE]).finish())
 }

@@ -78,7 +78,7 @@ impl Recompute {
     }
 
     fn compute(&mut self) -> Result<(), StudioError> {
-        let secs = row_of(&self.index.state(self.frame)?.header).secs;
+        let secs = row_of(&self.index.short_state(self.frame)?.header).secs;
         let update = match &mut self.method {
             Method::Robot(lineup) => localized(lineup, &mut self.index, self.frame, secs)?,
             Method::Camera(run) => run.step(&mut self.index, self.frame)?,
@@ -166,7 +166,7 @@ impl Recomputed {
         if self.is_camera {
             return Ok(with_picture(&Message::read(recorded)?, Message::read(&new)?));
         }
-        let num_new = crate::recording::row_of(&self.index.state(frame)?.header).lanes.len();
+        let num_new = crate::recording::row_of(&self.index.short_state(frame)?.header).lanes.len();
         let merged =
             with_arrays(Message::read(recorded)?, &Message::read(&new)?, "theory", num_kept, num_new)?;
         Ok(merged.write())

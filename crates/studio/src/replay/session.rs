@@ -149,8 +149,11 @@ impl Replay {
                 [error_m, lane.reliability, lane.quality, lane.ms[0], lane.ms[0] + lane.ms[1]]
             })
         };
+        let pose = |row: &Row, lane: usize| row.lanes.get(lane).map_or([f64::NAN; 3], |lane| lane.pose);
+        message.floats("places", rows.iter().flat_map(|row| row.truth.unwrap_or([f64::NAN; 3])));
         for lane in 0..self.rows[self.frame].lanes.len() {
             message.floats(&format!("lane{lane}"), rows.iter().flat_map(|row| lane_values(row, lane)));
+            message.floats(&format!("pose{lane}"), rows.iter().flat_map(|row| pose(row, lane)));
         }
         for plot in 0..self.rows[self.frame].values.len() {
             let width = self.rows[self.frame].values[plot].len();
@@ -270,7 +273,7 @@ fn double_series(header: &mut Value) {
 
 /// All frames in short.
 fn rows_of(index: &mut RecordingIndex) -> Result<Vec<Row>, RecordingError> {
-    (0..index.num_frames()).map(|frame| Ok(row_of(&index.state(frame)?.header))).collect()
+    (0..index.num_frames()).map(|frame| Ok(row_of(&index.short_state(frame)?.header))).collect()
 }
 
 impl Session for Replay {

@@ -37,6 +37,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/dom.js", SCRIPT, "js/dom.js"),
     asset!("/js/drive_panel.js", SCRIPT, "js/drive_panel.js"),
     asset!("/js/export.js", SCRIPT, "js/export.js"),
+    asset!("/js/files.js", SCRIPT, "js/files.js"),
     asset!("/js/freshness.js", SCRIPT, "js/freshness.js"),
     asset!("/js/icons.js", SCRIPT, "js/icons.js"),
     asset!("/js/image_view.js", SCRIPT, "js/image_view.js"),

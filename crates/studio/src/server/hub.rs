@@ -2,8 +2,9 @@
 
 use std::{
     fmt,
+    path::{Path, PathBuf},
     sync::{
-        Arc,
+        Arc, OnceLock,
         atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{Receiver, SyncSender, sync_channel},
     },
@@ -25,6 +26,8 @@ pub struct Hub {
     clock: Clock,
     log: Box<dyn Fn(&str) + Send + Sync>,
     is_closed: AtomicBool,
+    /// Where files of pages go.
+    files: OnceLock<PathBuf>,
     /// When the engine began to work, seconds as bits; NaN while it waits.
     busy_since: AtomicU64,
     num_malformed: AtomicU64,
@@ -45,6 +48,7 @@ impl Hub {
             clock,
             log: Box::new(log),
             is_closed: AtomicBool::new(false),
+            files: OnceLock::new(),
             busy_since: AtomicU64::new(f64::NAN.to_bits()),
             num_malformed: AtomicU64::new(0),
             num_left_out: AtomicU64::new(0),
@@ -52,6 +56,15 @@ impl Hub {
             num_complaints: AtomicU64::new(0),
         };
         (Arc::new(hub), receiver)
+    }
+
+    /// Lets pages on this computer hand over files, which go below a folder.
+    pub fn take_files(&self, folder: &Path) {
+        let _ = self.files.set(folder.to_path_buf());
+    }
+
+    pub(crate) fn files_folder(&self) -> Option<&Path> {
+        self.files.get().map(PathBuf::as_path)
     }
 
     /// Shows something to all pages.

@@ -2,6 +2,7 @@
 
 mod access;
 mod assets;
+mod files;
 mod guests;
 pub mod hub;
 mod link;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use axum::{
     Router,
-    extract::{State, WebSocketUpgrade},
+    body::Body,
+    extract::{DefaultBodyLimit, State, WebSocketUpgrade},
     http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
     response::{IntoResponse, Response},
     routing::get,
@@ -14,6 +15,7 @@ use tokio::sync::Semaphore;
 use super::{
     access::{Access, Refusal},
     assets,
+    files::take_file,
     hub::Hub,
     socket::attend,
 };
@@ -39,6 +41,7 @@ pub(super) fn router(hub: Arc<Hub>, access: Access, num_pages: usize) -> Router 
     Router::new()
         .route("/socket", get(open_socket))
         .route("/access", get(may_open))
+        .route("/files", get(takes_files).post(open_file).layer(DefaultBodyLimit::disable()))
         .fallback(get(page))
         .with_state(Shared { hub, access, places })
 }
@@ -69,6 +72,19 @@ fn with_headers(mut response: Response) -> Response {
 async fn may_open(State(shared): State<Shared>, uri: Uri, headers: HeaderMap) -> Response {
     with_headers(match check(&shared, &uri, &headers) {
         Ok(()) => StatusCode::NO_CONTENT.into_response(),
+        Err(refused) => refused,
+    })
+}
+
+/// Tells a page whether it may hand over files.
+async fn takes_files(State(shared): State<Shared>) -> Response {
+    let is_so = shared.access.token().is_none() && shared.hub.files_folder().is_some();
+    with_headers(if is_so { "yes" } else { "no" }.into_response())
+}
+
+async fn open_file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap, body: Body) -> Response {
+    with_headers(match check(&shared, &uri, &headers) {
+        Ok(()) => take_file(&shared.hub, shared.access.token().is_none(), &uri, body).await,
         Err(refused) => refused,
     })
 }

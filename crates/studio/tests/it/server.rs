@@ -111,6 +111,46 @@ fn other_origins_cannot_open_the_socket() {
     assert!(is_forbidden(open(&server, Some("null"), "")));
 }
 
+/// Hands over a file, as a page of an origin does; the answer's first line.
+fn post(server: &Server, name: &str, origin: &str, content: &str) -> String {
+    let mut stream = TcpStream::connect(server.address()).unwrap();
+    let length = content.len();
+    write!(
+        stream,
+        "POST /files?name={name} HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: {origin}\r\nContent-Length: {length}\r\n\
+         Connection: close\r\n\r\n{content}"
+    )
+    .unwrap();
+    let mut answer = Vec::new();
+    let _ = stream.read_to_end(&mut answer);
+    String::from_utf8_lossy(&answer).lines().next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn only_pages_on_this_computer_hand_over_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let (hub, commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    assert!(
+        post(&server, "a.toml", "http://127.0.0.1", "x").contains("403"),
+        "nobody said that files are taken"
+    );
+    hub.take_files(folder.path());
+    let content = "x".repeat(300_000);
+    assert!(post(&server, "../a.toml", "http://127.0.0.1", &content).contains("202"));
+    let Ok(Command::OpenFile { path }) = commands.try_recv() else { panic!("it is opened") };
+    assert!(path.starts_with(folder.path()) && path.ends_with("opened/a-001.toml"), "{path:?}");
+    assert_eq!(std::fs::read_to_string(path).unwrap(), content);
+    assert!(post(&server, "a.toml", "http://example.org", "x").contains("403"));
+    assert!(post(&server, "a.sh", "http://127.0.0.1", "x").contains("415"));
+    let guarded = serve(&hub, "127.0.0.1:0", Some("secret"));
+    assert!(
+        post(&guarded, "a.toml&token=secret", "http://127.0.0.1", "x").contains("403"),
+        "others can be there"
+    );
+    assert!(commands.try_recv().is_err());
+}
+
 #[test]
 fn without_the_token_nobody_comes_in() {
     let (hub, commands) = hub();

@@ -7,7 +7,7 @@ use visloc_core::Clock;
 use visloc_sim::CameraTour;
 use visloc_studio::{
     Message, Session, StudioError,
-    recording::Recorder,
+    recording::{Recorder, RecordingIndex},
     replay::Replay,
     slam::{OpenCamera, SequenceSource, SlamSession},
 };
@@ -89,6 +89,30 @@ fn a_recording_gives_the_same_map_again_with_the_same_settings() {
         (&scene["seed"], &scene["pipeline"]["changed"]),
         (&json!(3), &json!(["tracking.max_matches"]))
     );
+}
+
+/// Most of what the studio adds to the input, a frame, bytes.
+const MAX_ADDED: u64 = 40_000;
+
+#[test]
+fn a_recording_holds_the_map_and_the_picture_of_a_moment_once_and_shows_them_always() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.mcap");
+    record(&path, 120, 3);
+    let bytes = std::fs::read(&path).unwrap();
+    let messages = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap);
+    let is_input = |topic: &str| topic == "/camera/image/compressed";
+    let added: u64 = messages.filter(|m| !is_input(&m.channel.topic)).map(|m| m.data.len() as u64).sum();
+    assert!(added / 120 < MAX_ADDED, "{} bytes a frame", added / 120);
+    let mut index = RecordingIndex::open(&path).unwrap();
+    for frame in [40, 60, 71, 119] {
+        let state = index.state(frame).unwrap();
+        assert!(SHOWN.iter().all(|name| state.floats(name).is_some()), "frame {frame}");
+        assert!(!state.header.contains_key("map_moment"));
+        let image = Message::read(&index.image(frame).unwrap().unwrap()).unwrap();
+        assert_eq!(image.bytes("jpeg").unwrap()[..2], [0xff, 0xd8], "a JPEG at frame {frame}");
+    }
+    assert!(index.state(119).unwrap().floats("landmarks").unwrap().len() > 3 * 500);
 }
 
 #[test]

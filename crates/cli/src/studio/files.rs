@@ -1,0 +1,89 @@
+//! Files that somebody drops on the studio's page: recordings, sources, and maps and calibrations for them.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use visloc_io::{
+    camera_file::read_calibration,
+    sources::{Host, Purpose, SourceAddress, SourceOptions},
+};
+use visloc_studio::{
+    FileOpener, GivenFile, NamedSource, SourceOpener, StudioError, recording::RecordingIndex,
+};
+use visloc_world::Map;
+
+use super::command::{frames_opener, images_opener, refused};
+
+/// Endings of maps and calibrations.
+const TEXTS: [&str; 6] = ["toml", "yaml", "yml", "svg", "dxf", "json"];
+
+/// What was dropped last.
+struct Given {
+    map: Option<String>,
+    camera: Option<PathBuf>,
+    source: Option<String>,
+}
+
+/// Opens what is dropped: a recording is replayed, a source is followed, on the map if there is one. A map or a calibration counts for
+/// the source that was dropped before, and for those that come.
+pub(super) fn file_opener(map: Option<&str>, options: SourceOptions, host: &Host) -> FileOpener {
+    let given =
+        Mutex::new(Given { map: map.map(str::to_owned), camera: options.camera.clone(), source: None });
+    let host = host.clone();
+    Arc::new(move |path| {
+        if RecordingIndex::open(path).is_ok() {
+            return Ok(GivenFile::Recording(path.to_path_buf()));
+        }
+        let mut given = given.lock().unwrap_or_else(PoisonError::into_inner);
+        let name = path.display().to_string();
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        if TEXTS.contains(&ending) {
+            given.learn(path, &name)?;
+        } else {
+            given.source = Some(name);
+        }
+        let options = SourceOptions { camera: given.camera.clone(), ..options.clone() };
+        given.open(&options, &host).map(GivenFile::Source)
+    })
+}
+
+impl Given {
+    /// Takes in a map or a calibration.
+    fn learn(&mut self, path: &Path, name: &str) -> Result<(), StudioError> {
+        let no_map = match Map::load(name) {
+            Ok(_) => {
+                self.map = Some(name.to_owned());
+                return Ok(());
+            }
+            Err(error) => error,
+        };
+        match read_calibration(path) {
+            Ok(_) => self.camera = Some(path.to_path_buf()),
+            Err(no_camera) => {
+                let reason = format!("no map ({no_map}) and no calibration ({no_camera})");
+                return Err(refused(name, &reason));
+            }
+        }
+        Ok(())
+    }
+
+    fn open(&self, options: &SourceOptions, host: &Host) -> Result<NamedSource, StudioError> {
+        let Some(name) = &self.source else {
+            return Err(refused("taken", &"now drop the recording, bag or video that it is for"));
+        };
+        let purpose = if self.map.is_some() { Purpose::Frames } else { Purpose::Images };
+        let wrong = |error: &dyn std::fmt::Display| refused(name, error);
+        let address = SourceAddress::parse(name).map_err(|error| wrong(&error))?;
+        address.check(options, purpose).map_err(|error| wrong(&error))?;
+        let opener = match &self.map {
+            Some(map) => {
+                let opener = frames_opener(name, Some(map), options, host);
+                SourceOpener::Frames(opener.map_err(|error| wrong(&error))?)
+            }
+            None => SourceOpener::Images(images_opener(name, options, host)),
+        };
+        Ok(NamedSource { name: name.clone(), is_live: address.kind().is_live, opener })
+    }
+}
