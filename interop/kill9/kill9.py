@@ -22,7 +22,7 @@ COMMANDS = {
     "simulate": "simulate tour --frames 250 --out {out}/sim.mcap --json {out}/sim.json",
     "localize": "localize sim:tour --frames 200 --bag-out {out}/bag --record {out}/studio.mcap --estimates {out}/r.csv "
     "--trajectory {out}/r.tum --json {out}/r.json --plots {out}/plots",
-    "slam": "slam sim:room --end 120 --points {out}/map.ply --record {out}/slam.mcap --trajectory {out}/s.tum "
+    "slam": "slam sim:room --end 120 --points {out}/map.ply --save {out}/room.vmap --record {out}/slam.mcap --trajectory {out}/s.tum "
     "--log {out}/s.csv --json {out}/s.json --plots {out}/plots",
 }
 
@@ -64,6 +64,9 @@ def check_whole(path):
         count = sum(int(line.split()[2]) for line in head.split(b"\n") if line.startswith(b"element "))
         found = body.count(b"\n")
         assert found == count, f"{path}: {found} of {count} points and edges"
+    elif path.suffix in (".vmap", ".vmap~"):
+        length = int.from_bytes(data[-8:], "little")
+        assert data[:length] == data[-8 - length : -8], f"{path}: the head at the end is another one"
     elif path.suffix == ".png":
         assert data.endswith(b"IEND\xaeB`\x82"), f"{path}: cut"
     elif path.suffix == ".svg":

@@ -6,6 +6,7 @@ mod calibration;
 mod claims;
 mod commands;
 mod host;
+mod in_map;
 mod live_view;
 mod report;
 mod run;

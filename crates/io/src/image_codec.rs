@@ -147,6 +147,17 @@ pub fn encode_jpeg(image: &RgbImage, quality: u8) -> Result<Vec<u8>, ImageCodecE
     Ok(bytes)
 }
 
+/// As [`encode_jpeg`], of one channel.
+///
+/// # Errors
+/// As [`encode_jpeg`].
+pub fn encode_gray_jpeg(image: &GrayImage, quality: u8) -> Result<Vec<u8>, ImageCodecError> {
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, quality.clamp(1, 100));
+    write_gray(encoder, image)?;
+    Ok(bytes)
+}
+
 /// Encodes as PNG.
 ///
 /// # Errors
@@ -162,13 +173,17 @@ pub fn encode_png(image: &RgbImage) -> Result<Vec<u8>, ImageCodecError> {
 /// # Errors
 /// If the image is empty.
 pub fn encode_gray_png(image: &GrayImage) -> Result<Vec<u8>, ImageCodecError> {
+    let mut bytes = Vec::new();
+    write_gray(image::codecs::png::PngEncoder::new(&mut bytes), image)?;
+    Ok(bytes)
+}
+
+fn write_gray(encoder: impl ImageEncoder, image: &GrayImage) -> Result<(), ImageCodecError> {
     let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
     let (width, height) = (side(image.width()), side(image.height()));
-    let mut bytes = Vec::new();
-    image::codecs::png::PngEncoder::new(&mut bytes)
+    encoder
         .write_image(image.data(), width, height, ExtendedColorType::L8)
-        .map_err(|error| ImageCodecError::Encode { width, height, reason: error.to_string() })?;
-    Ok(bytes)
+        .map_err(|error| ImageCodecError::Encode { width, height, reason: error.to_string() })
 }
 
 fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), ImageCodecError> {

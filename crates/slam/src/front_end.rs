@@ -13,7 +13,7 @@ use crate::{
     frame_log::FrameLog,
     image::Pyramid,
     lie::CameraFromWorld,
-    map::{KeyframeId, Map},
+    map::{KeyframeId, Map, MapId, SessionCamera},
     mapping::{KeyframeDecision, KeyframeRule},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
     recognize::Relocator,
@@ -56,6 +56,10 @@ pub(crate) struct FrontEnd {
     phase: Phase,
     num_bad: usize,
     started_at: usize,
+    /// The map that was started then.
+    started_map: Option<MapId>,
+    /// Whether the maps stay as they are.
+    is_fixed: bool,
     /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
     anchor: KeyframeId,
     /// Scale of that keyframe in the map as tracking sees it.
@@ -89,11 +93,20 @@ impl FrontEnd {
             phase: Phase::Starting,
             num_bad: 0,
             started_at: 0,
+            started_map: None,
+            is_fixed: false,
             anchor: KeyframeId::default(),
             anchor_scale: 1.0,
             awaits_keyframe: false,
             lost_at: Timestamp::default(),
         }
+    }
+
+    /// With maps of an earlier session, in which the camera is to be found, and what they know of it. Fixed maps stay as they are.
+    pub fn resume(map: &Map, known: &SessionCamera, config: &SlamConfig, seed: u64, is_fixed: bool) -> Self {
+        let calibrated = known.calibrated;
+        let phase = Phase::Lost;
+        Self { calibrated, map: map.clone(), phase, is_fixed, ..Self::new(&known.camera, config, seed) }
     }
 
     pub fn set_clock(&mut self, clock: Clock) {
@@ -146,6 +159,9 @@ impl FrontEnd {
         let mut timer = StageTimer::start(self.clock.clone());
         let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
         timer.end("pyramid");
+        if self.frames.poses().is_empty() {
+            self.lost_at = at;
+        }
         self.frames.push(FramePose::unknown(at));
         let incoming = Incoming { number: self.number(), at, pyramid: &pyramid };
         let mut outcome = FrameOutcome::new();
@@ -229,6 +245,7 @@ impl FrontEnd {
         self.anchor = second_id;
         self.awaits_keyframe = true;
         self.started_at = number;
+        self.started_map = Some(self.map.active());
         self.num_bad = 0;
         self.phase = Phase::Tracking;
     }
@@ -249,6 +266,14 @@ impl FrontEnd {
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.num_bad += 1;
+                if self.is_fixed {
+                    // The camera may have been carried away: there is nothing that could be lost by looking elsewhere.
+                    let found = self.relocalize(incoming, outcome, timer);
+                    if found.is_some() {
+                        return found;
+                    }
+                    outcome.state = TrackingState::Tracking(Quality::Bad);
+                }
                 if self.num_bad < self.config.tracking.max_bad_frames {
                     return None;
                 }
@@ -262,11 +287,18 @@ impl FrontEnd {
     fn accept(&mut self, report: TrackReport, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
         outcome.state = TrackingState::Tracking(report.quality);
         outcome.camera_from_world = Some(report.frame.camera_from_world);
+        outcome.covariance = report.covariance;
         outcome.map = Some(self.map.active());
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
-        let decision = if self.awaits_keyframe {
+        let decision = if self.is_fixed {
+            report
+                .local_map
+                .keyframes
+                .first()
+                .map_or(KeyframeDecision::Stay, |id| KeyframeDecision::GoBackTo(*id))
+        } else if self.awaits_keyframe {
             KeyframeDecision::Stay
         } else {
             self.rule.decide(&self.map, self.anchor, &report)
@@ -310,7 +342,8 @@ impl FrontEnd {
         self.lost_at = at;
         self.initializer.reset();
         let was_active = self.map.active();
-        let is_young = self.number() < self.started_at + PROBATION_FRAMES;
+        let is_young =
+            self.started_map == Some(was_active) && self.number() < self.started_at + PROBATION_FRAMES;
         self.phase = Phase::Lost;
         if !is_young {
             return None;
@@ -341,6 +374,7 @@ impl FrontEnd {
         match found {
             Ok(located) => {
                 self.phase = Phase::Tracking;
+                self.num_bad = 0;
                 outcome.is_relocalized = true;
                 self.tracker.forget();
                 self.initializer.reset();
@@ -352,7 +386,7 @@ impl FrontEnd {
             Err(refused) => {
                 // While the mapper is at work, the numbers of new keyframes are not known yet.
                 let is_time = incoming.at.secs_since(self.lost_at) >= self.config.relocation.new_map_secs;
-                let job = if is_time && !self.awaits_keyframe {
+                let job = if is_time && !self.awaits_keyframe && !self.is_fixed {
                     self.start(incoming, outcome, timer)
                 } else {
                     None

@@ -1,5 +1,6 @@
 //! What comes of a frame.
 
+use nalgebra::Matrix6;
 use thiserror::Error;
 use visloc_core::{
     GrayImage, Timestamp,
@@ -57,6 +58,9 @@ pub struct FrameOutcome {
     pub state: TrackingState,
     /// Pose as known at this moment; `None` unless the frame is tracked.
     pub camera_from_world: Option<CameraFromWorld>,
+    /// Covariance of the pose over a twist in the frame of the camera: translation first, map units and radians. What the map itself
+    /// is off by is not in it.
+    pub covariance: Option<Matrix6<f64>>,
     /// The map that the pose is in; `None` unless the frame is tracked. Maps are joined later when they meet.
     pub map: Option<MapId>,
     /// Places searched and landmarks found.
@@ -79,6 +83,7 @@ impl FrameOutcome {
         Self {
             state: TrackingState::Lost,
             camera_from_world: None,
+            covariance: None,
             map: None,
             matches: (0, 0),
             refusal: None,

@@ -5,7 +5,7 @@ use visloc_core::{Clock, GrayImage, Timestamp, geom::Camera};
 use crate::{
     config::{ConfigError, SlamConfig},
     front_end::FrontEnd,
-    map::Map,
+    map::{Map, SessionCamera},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
     schedule::{BackEnd, Order, Schedule, Worker},
 };
@@ -20,10 +20,24 @@ pub struct Slam {
 /// Where mapping is done.
 #[derive(Debug)]
 enum Mapping {
+    /// Nowhere: the maps are fixed.
+    Never,
     /// Here, frame by frame.
     Here(Box<BackEnd>),
     /// On a thread of its own. An order that must be done waits here while too many others are under way.
     There { worker: Worker, waiting: Option<Box<Order>>, num_left_out: usize },
+}
+
+impl Mapping {
+    fn new(back_end: BackEnd, schedule: Schedule) -> Result<Self, ConfigError> {
+        match schedule {
+            Schedule::Sequential => Ok(Self::Here(Box::new(back_end))),
+            Schedule::Threaded => {
+                let worker = Worker::start(back_end).map_err(|e| ConfigError::Thread(e.to_string()))?;
+                Ok(Self::There { worker, waiting: None, num_left_out: 0 })
+            }
+        }
+    }
 }
 
 impl Slam {
@@ -47,15 +61,43 @@ impl Slam {
         schedule: Schedule,
     ) -> Result<Self, ConfigError> {
         config.check()?;
-        let back_end = BackEnd::new(camera, config, seed);
-        let mapping = match schedule {
-            Schedule::Sequential => Mapping::Here(Box::new(back_end)),
-            Schedule::Threaded => {
-                let worker = Worker::start(back_end).map_err(|e| ConfigError::Thread(e.to_string()))?;
-                Mapping::There { worker, waiting: None, num_left_out: 0 }
-            }
-        };
+        let mapping = Mapping::new(BackEnd::new(camera, config, seed), schedule)?;
         Ok(Self { front_end: FrontEnd::new(camera, config, seed), mapping })
+    }
+
+    /// A system that goes on in maps of an earlier session: it is lost in them at first. What a camera of the same calibration has
+    /// learned of itself then is taken over.
+    ///
+    /// # Errors
+    /// As [`Slam::with_schedule`].
+    pub fn resume(
+        mut map: Map,
+        camera: &Camera,
+        config: &SlamConfig,
+        seed: u64,
+        schedule: Schedule,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let known = map.take_over(camera);
+        let back_end = BackEnd::resume(&map, &known, config, seed);
+        let front_end = FrontEnd::resume(&map, &known, config, seed, false);
+        Ok(Self { front_end, mapping: Mapping::new(back_end, schedule)? })
+    }
+
+    /// A system that only finds the camera in maps of an earlier session and follows it there. The maps stay as they are.
+    ///
+    /// # Errors
+    /// If a parameter is out of range.
+    pub fn in_fixed_map(
+        mut map: Map,
+        camera: &Camera,
+        config: &SlamConfig,
+        seed: u64,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let known = map.take_over(camera);
+        let front_end = FrontEnd::resume(&map, &known, config, seed, true);
+        Ok(Self { front_end, mapping: Mapping::Never })
     }
 
     /// Measures times with a clock.
@@ -76,6 +118,12 @@ impl Slam {
         let coefficient =
             |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
         coefficient(self.front_end.camera()) - coefficient(self.front_end.calibrated())
+    }
+
+    /// The camera as calibrated and as it is known now.
+    #[must_use]
+    pub fn session_camera(&self) -> SessionCamera {
+        SessionCamera { calibrated: *self.front_end.calibrated(), camera: *self.front_end.camera() }
     }
 
     /// The map so far, as tracking sees it.
@@ -112,7 +160,7 @@ impl Slam {
     #[must_use]
     pub fn num_left_out(&self) -> usize {
         match &self.mapping {
-            Mapping::Here(_) => 0,
+            Mapping::Never | Mapping::Here(_) => 0,
             Mapping::There { num_left_out, .. } => *num_left_out,
         }
     }
@@ -155,6 +203,7 @@ impl Slam {
     /// Does an order, or leaves it to the thread.
     fn hand_over(&mut self, order: Order) -> Option<Mapped> {
         match &mut self.mapping {
+            Mapping::Never => None,
             Mapping::Here(back_end) => {
                 self.front_end.release_map();
                 let update = back_end.process(order);

@@ -13,6 +13,7 @@ fn outcome(state: TrackingState) -> FrameOutcome {
     FrameOutcome {
         state,
         camera_from_world: None,
+        covariance: None,
         map: None,
         matches: (0, 0),
         refusal: None,

@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 
-use super::{InputName, JsonArg, OutputFolder};
+use super::{InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap};
 
 /// Arguments of `visloc config`.
 #[derive(Debug, Args)]
@@ -37,12 +37,39 @@ pub enum ConfigCommand {
     arg_required_else_help = true,
     long_about = "Checks a map: prints its dimensions, or says what is wrong with it and where, what was passed over in a file of \
                   another format, and what hinders a robot from being found in it.",
-    after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml"
+    after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml\n  \
+                       visloc map info room.vmap --plots out/room\n  \
+                       visloc map align room.vmap --to truth.tum --out room.vmap\n  \
+                       visloc map export room.vmap --colmap out/colmap"
 )]
 pub struct MapArgs {
     /// What to do.
     #[command(subcommand)]
     pub command: MapCommand,
+}
+
+/// Arguments of `visloc map align`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("by").required(true).args(["to", "distance", "camera_height"])))]
+pub struct MapAlignArgs {
+    /// Map of visloc slam (.vmap)
+    #[arg(value_name = "FILE")]
+    pub map: InputMap,
+    /// True places of the camera while the map was made, TUM format or EuRoC's CSV
+    #[arg(long, value_name = "FILE")]
+    pub to: Option<InputPath>,
+    /// Distance between the places of the camera at the two times of --between, meters
+    #[arg(long, value_name = "METERS", requires = "between")]
+    pub distance: Option<f64>,
+    /// Height of the camera above the ground that it saw while the map was made, meters
+    #[arg(long, value_name = "METERS")]
+    pub camera_height: Option<f64>,
+    /// Two times of the images that the map was made of, seconds
+    #[arg(long, value_name = "SECONDS", num_args = 2, requires = "distance")]
+    pub between: Option<Vec<f64>>,
+    /// Where the aligned map goes; it may be the same file, which is kept as FILE~ then
+    #[arg(long, value_name = "FILE")]
+    pub out: OutputMap,
 }
 
 /// Commands of `visloc map`.
@@ -71,5 +98,34 @@ pub enum MapCommand {
         /// Built-in map
         #[arg(value_name = "NAME")]
         map: String,
+    },
+    /// Say what a map of visloc slam (.vmap) has: keyframes, landmarks, scale, where it comes from; draw it
+    Info {
+        /// Map of visloc slam
+        #[arg(value_name = "FILE")]
+        map: InputPath,
+        /// Draw the map from above and aside into this folder
+        #[arg(long, value_name = "DIR")]
+        plots: Option<OutputFolder>,
+        /// Where the findings go
+        #[command(flatten)]
+        json: JsonArg,
+    },
+    /// Give a map of visloc slam (.vmap) the frame and the meters of known places, or its scale
+    Align(MapAlignArgs),
+    /// Write a map of visloc slam (.vmap) for other programs
+    Export {
+        /// Map of visloc slam
+        #[arg(value_name = "FILE")]
+        map: InputPath,
+        /// Write the landmarks and the ways of the cameras to this file, PLY
+        #[arg(long, value_name = "FILE")]
+        points: Option<OutputFile>,
+        /// Write the model of COLMAP (cameras.txt, images.txt, points3D.txt) and the images into this folder
+        #[arg(long, value_name = "DIR")]
+        colmap: Option<OutputFolder>,
+        /// Write transforms.json of nerfstudio and the images into this folder
+        #[arg(long, value_name = "DIR")]
+        nerfstudio: Option<OutputFolder>,
     },
 }

@@ -26,14 +26,15 @@ use super::{
                        visloc localize sim:kidnaps --plots out/kidnaps\n  \
                        visloc localize ros2:/camera/image_raw --map my-field.toml\n  \
                        visloc localize clip.mp4 --map my-field.toml --camera camera.toml --camera-height 0.5 --camera-tilt 15\n  \
-                       visloc localize sim:tour-2024 --start half:positive\n\n\
+                       visloc localize sim:tour-2024 --start half:positive\n  \
+                       visloc localize clip.mp4 --camera camera.toml --map room.vmap --trajectory camera.tum\n\n\
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
 pub struct LocalizeArgs {
     /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ros2:TOPIC, video, v4l2:DEVICE, ... (see: visloc sources)
     #[arg(value_name = "SOURCE")]
     pub source: InputName,
-    /// Built-in map or TOML file; may be left out with sim:SCENARIO
+    /// Built-in map, TOML file, or a map of visloc slam (.vmap); may be left out with sim:SCENARIO
     #[arg(long, value_name = "NAME|FILE")]
     pub map: Option<InputName>,
     /// Name of the algorithm (see: visloc algorithms)

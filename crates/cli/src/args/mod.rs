@@ -34,11 +34,13 @@ pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use experiment::{
     ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
 };
-pub use inspect::{ConfigArgs, ConfigCommand, MapArgs, MapCommand};
+pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand};
 #[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{LocalizeArgs, TopicArgs};
-pub use paths::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording, OverwriteArg};
+pub use paths::{
+    InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording, OverwriteArg,
+};
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
 pub use source::{ExtractArgs, ExtractFormat, ImageFormat, RecordArgs, SourceArgs, SourcesArgs};

@@ -57,6 +57,14 @@ path_type! {
     OutputFile
 }
 path_type! {
+    /// A map of SLAM that is read, and may become another one in the course of it: [`OutputMap`] may have the same name.
+    InputMap
+}
+path_type! {
+    /// A map of SLAM that is written. One that was there is kept beside it.
+    OutputMap
+}
+path_type! {
     /// A folder that files are written into.
     OutputFolder
 }

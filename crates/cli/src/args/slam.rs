@@ -4,8 +4,8 @@ use clap::{Args, ValueEnum};
 use visloc_io::sequence::Bound;
 
 use super::{
-    BroadcastArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OverwriteArg, SeedArg,
-    SourceArgs, TopicArgs,
+    BroadcastArgs, InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap,
+    OverwriteArg, SeedArg, SourceArgs, TopicArgs,
 };
 
 /// Parameters of SLAM.
@@ -47,6 +47,8 @@ pub enum ScheduleArg {
                        visloc slam desk --plots out/desk --json out/desk.json\n  \
                        visloc slam MH_01_easy --start 40s --stride 2 --scale 0.5\n  \
                        visloc slam sim:room --plots out/room\n  \
+                       visloc slam clip.mp4 --camera camera.toml --save room.vmap\n  \
+                       visloc slam later.mp4 --camera camera.toml --load room.vmap --save room.vmap\n  \
                        visloc slam clip.mp4 --camera camera.toml --points clip.ply\n  \
                        visloc slam v4l2:/dev/video0 --camera camera.toml --points desk.ply"
 )]
@@ -84,6 +86,15 @@ pub struct SlamArgs {
     /// Publish nothing
     #[arg(long, conflicts_with = "publish_ros")]
     pub no_publish_ros: bool,
+    /// Go on in this map of an earlier run (.vmap): the camera is looked for in it at first
+    #[arg(long, value_name = "FILE")]
+    pub load: Option<InputMap>,
+    /// Keep the map in this file (.vmap); one that was there is kept as FILE~
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<OutputMap>,
+    /// Only find the camera in the map of --load and follow it there; the map stays as it is
+    #[arg(long, requires = "load", conflicts_with = "save")]
+    pub fixed: bool,
     /// Write the pose of every frame to this file, TUM format
     #[arg(long, value_name = "FILE")]
     pub trajectory: Option<OutputFile>,

@@ -62,11 +62,20 @@ fn is_same_output(a: &Output, b: &Output) -> bool {
 
 fn check_input(input: &Input, output: &Output) -> Result<()> {
     let (read, written) = (&input.identity, &output.identity);
+    if output.use_as == UseAs::Map {
+        let kept = files::kept_path(&output.path);
+        if Identity::of(&kept).is(read) {
+            bail!("{}: it is kept as {}, which is read", output.text, kept.display());
+        }
+        if input.is_map && written.is(read) {
+            return Ok(());
+        }
+    }
     if written.is(read) {
         bail!("{}: expected something else than {}, which is read", output.text, input.text);
     }
     let is_refused = match output.use_as {
-        UseAs::File => written.kind() != Kind::Missing && written.is_inside(read),
+        UseAs::File | UseAs::Map => written.kind() != Kind::Missing && written.is_inside(read),
         // A new part of a recording would belong to it.
         UseAs::Recording => written.is_inside(read) || read.is_inside(written),
         UseAs::Folder => has_harm(written, read),
@@ -120,7 +129,7 @@ fn is_recording(path: &Path) -> bool {
 fn check_writable(output: &Output) -> Result<()> {
     let path: PathBuf = output.path.clone();
     let tried = match output.use_as {
-        UseAs::File => files::try_file(&path),
+        UseAs::File | UseAs::Map => files::try_file(&path),
         UseAs::Folder => files::try_folder(&path),
         UseAs::Recording if output.identity.kind() == Kind::Folder => files::try_folder(&path),
         UseAs::Recording => files::try_file(&path),

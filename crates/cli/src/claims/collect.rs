@@ -9,7 +9,7 @@ use clap::{Arg, ArgMatches, Command};
 use visloc_core::files;
 
 use super::identity::{Identity, Kind};
-use crate::args::{InputName, InputPath, OutputFile, OutputFolder, OutputRecording};
+use crate::args::{InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording};
 
 /// Most bytes of a file of settings that is searched for names of other files.
 const MAX_SETTINGS_BYTES: u64 = 1 << 16;
@@ -29,6 +29,8 @@ pub(super) struct Input {
     /// The argument and its value, for people.
     pub text: String,
     pub identity: Identity,
+    /// Whether it may become what is written of its kind.
+    pub is_map: bool,
 }
 
 /// Something that is written.
@@ -45,6 +47,7 @@ pub(super) struct Output {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum UseAs {
     File,
+    Map,
     Folder,
     Recording,
 }
@@ -63,8 +66,13 @@ impl Claims {
             let (id, name) = (arg.get_id().as_str(), name_of(arg));
             values::<InputPath>(matches, id)
                 .for_each(|path| claims.add_input(&name, &path.to_string_lossy()));
+            for path in values::<InputMap>(matches, id) {
+                let text = format!("{name} {}", path.display());
+                claims.inputs.push(Input { text, identity: Identity::of(&path), is_map: true });
+            }
             values::<InputName>(matches, id).for_each(|text| claims.add_input(&name, &text));
             values::<OutputFile>(matches, id).for_each(|path| claims.add_output(&name, &path, UseAs::File));
+            values::<OutputMap>(matches, id).for_each(|path| claims.add_output(&name, &path, UseAs::Map));
             values::<OutputFolder>(matches, id)
                 .for_each(|path| claims.add_output(&name, &path, UseAs::Folder));
             values::<OutputRecording>(matches, id)
@@ -93,7 +101,7 @@ impl Claims {
         let named =
             named_in(path).into_iter().map(|path| (format!("{}, named in {text}", path.display()), path));
         let all = std::iter::once((text.clone(), path.to_path_buf())).chain(named);
-        let inputs = all.map(|(text, path)| Input { text, identity: Identity::of(&path) });
+        let inputs = all.map(|(text, path)| Input { text, identity: Identity::of(&path), is_map: false });
         // What is not there, the name of a built-in map for instance, cannot be harmed.
         self.inputs.extend(inputs.filter(|input| input.identity.kind() != Kind::Missing));
     }

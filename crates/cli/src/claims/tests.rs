@@ -10,7 +10,9 @@ use clap::{Arg, Command, CommandFactory};
 use tempfile::TempDir;
 
 use super::Claims;
-use crate::args::{Cli, InputName, InputPath, OutputFile, OutputFolder, OutputRecording};
+use crate::args::{
+    Cli, InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording,
+};
 
 /// Names of values that are texts without a path in them.
 const OTHER_TEXTS: [&str; 6] = ["NAME", "TOPIC", "FRAME", "TOKEN", "HOST:PORT", "KEY=VALUE"];
@@ -20,11 +22,11 @@ fn is<T: 'static>(arg: &Arg) -> bool {
 }
 
 fn is_input(arg: &Arg) -> bool {
-    is::<InputPath>(arg) || is::<InputName>(arg)
+    is::<InputPath>(arg) || is::<InputName>(arg) || is::<InputMap>(arg)
 }
 
 fn is_output(arg: &Arg) -> bool {
-    is::<OutputFile>(arg) || is::<OutputFolder>(arg) || is::<OutputRecording>(arg)
+    is::<OutputFile>(arg) || is::<OutputFolder>(arg) || is::<OutputMap>(arg) || is::<OutputRecording>(arg)
 }
 
 /// All commands that have no further ones, with the words that call them.
@@ -127,6 +129,10 @@ fn no_output_of_any_command_may_be_one_of_its_inputs() {
         for (input, output) in
             inputs.iter().flat_map(|input| outputs.iter().map(move |output| (*input, *output)))
         {
+            if is::<InputMap>(input) && is::<OutputMap>(output) {
+                // A map may become another one; it is kept.
+                continue;
+            }
             for way in
                 ways.into_iter().filter(|way| cfg!(unix) || !matches!(way, Way::SymbolicLink | Way::HardLink))
             {
@@ -211,4 +217,21 @@ fn outputs_keep_apart_and_folders_may_be_shared() {
     fs::write(path("grid.yaml"), "image: map.png\nresolution: 0.05\n").unwrap();
     let error = check(&line(&["visloc", "map", "check", &path("grid.yaml"), "--plots", all])).unwrap_err();
     assert!(error.to_string().contains("map.png") && error.to_string().contains("grid.yaml"), "{error}");
+}
+
+#[test]
+fn a_map_may_become_another_one_but_what_is_kept_of_it_may_not_be_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in ["a.vmap", "a.vmap~"] {
+        fs::write(path(name), "precious").unwrap();
+    }
+    let line = |load: &str, save: &str| {
+        let [load, save] = [load, save].map(|name| path(name).to_str().unwrap().to_owned());
+        ["visloc", "slam", "sim:room", "--load", &load, "--save", &save].map(str::to_owned)
+    };
+    check(&line("a.vmap", "a.vmap")).unwrap();
+    check(&line("a.vmap", "b.vmap")).unwrap();
+    let error = check(&line("a.vmap~", "a.vmap")).unwrap_err().to_string();
+    assert!(error.contains("a.vmap~, which is read"), "{error}");
 }

@@ -9,6 +9,7 @@ use visloc_world::Map;
 use crate::{
     args::LocalizeArgs,
     host::host,
+    in_map,
     report::{
         AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
         comparison_table, diagnosis_lines, measure, percent, save_json,
@@ -29,6 +30,9 @@ use crate::{
 /// If an input cannot be used, an output not be written, or the bag is cut off: then all results until there are
 /// written first.
 pub fn execute(args: &LocalizeArgs) -> Result<()> {
+    if in_map::is_wanted(args) {
+        return in_map::execute(args);
+    }
     let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
     if let Some(features) = args.features {
         pipeline.features = features.choice();

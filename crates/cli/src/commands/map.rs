@@ -7,6 +7,7 @@ use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
 use visloc_world::{BUILT_IN_MAPS, Hindrance, Map, field::Field, import::ImportNote, office::Office};
 
+use super::visual_map;
 use crate::{
     args::{MapArgs, MapCommand},
     report::{ground, save_json},
@@ -49,6 +50,16 @@ pub fn execute(args: &MapArgs) -> Result<()> {
             for hindrance in Map::Office(office).what_hinders_localization() {
                 eprintln!("note: {hindrance}");
             }
+        }
+        MapCommand::Info { map, plots, json } => visual_map::info(map, plots.as_deref(), json)?,
+        MapCommand::Align(args) => visual_map::align(args)?,
+        MapCommand::Export { map, points, colmap, nerfstudio } => {
+            let wanted = visual_map::Wanted {
+                points: points.as_deref(),
+                colmap: colmap.as_deref(),
+                nerfstudio: nerfstudio.as_deref(),
+            };
+            visual_map::export(map, &wanted)?;
         }
         MapCommand::Show { map } => {
             let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);

@@ -26,5 +26,6 @@ mod slam;
 mod sources;
 #[cfg(feature = "experiments")]
 mod study;
+mod visual_map;
 
 pub use execute::execute;

@@ -16,7 +16,7 @@ use crate::{
     settings::{slam_config, topic_options},
     slam::{
         FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
-        SlamWatcher, draw, open_input, run, write_log, write_ply,
+        SlamWatcher, draw, load_map, open_input, run, save_map, write_log, write_ply,
     },
     studio::{Shown, SlamShow},
 };
@@ -30,6 +30,7 @@ const PICTURE_EVERY: usize = 50;
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
+    let loaded = args.load.as_deref().map(load_map).transpose()?;
     let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
     for warning in &warnings {
         say::note!("{warning}");
@@ -42,13 +43,19 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
         show: show.as_mut().map(|show| show as &mut dyn SlamAudience),
     };
-    let run = run(source.as_mut(), &config, run_options(args)?, lookers)?;
+    let options = RunOptions {
+        maps: loaded.as_ref().map(|loaded| &loaded.map),
+        is_fixed: args.fixed,
+        ..run_options(args)?
+    };
+    let run = run(source.as_mut(), &config, options, lookers)?;
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     // Numbers first, pictures last.
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     write_files(args, &run, &mut saving);
+    saving.save_if(args.save.as_deref(), |path| save_map(path, args, &run, loaded));
     saving.save_if(show, SlamShow::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
         draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
@@ -87,7 +94,7 @@ fn open_show(
     SlamShow::open(&args.broadcast, &shown)
 }
 
-fn run_options(args: &SlamArgs) -> Result<RunOptions> {
+fn run_options(args: &SlamArgs) -> Result<RunOptions<'static>> {
     // A live source does not wait for the mapping.
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
@@ -100,7 +107,7 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions> {
     let is_asked_for =
         args.trajectory.is_some() || args.log.is_some() || args.plots.is_some() || args.json.json.is_some();
     let most_records = Records::<SlamRecord>::most_of(is_live, is_asked_for);
-    Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records, is_quiet: false })
+    Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records, ..RunOptions::default() })
 }
 
 fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {

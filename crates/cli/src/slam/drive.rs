@@ -16,7 +16,7 @@ const MOST_REFUSED: usize = 10_000;
 
 /// How to run.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct RunOptions {
+pub struct RunOptions<'a> {
     /// Seed of everything random.
     pub seed: u64,
     /// When tracking and mapping run.
@@ -25,6 +25,10 @@ pub struct RunOptions {
     pub is_realtime: bool,
     /// Most frames that are remembered one by one; `None` remembers all.
     pub most_records: Option<usize>,
+    /// Maps of an earlier run to go on in.
+    pub maps: Option<&'a Map>,
+    /// Whether they stay as they are.
+    pub is_fixed: bool,
     /// Whether there is no bar that shows how far it is.
     pub is_quiet: bool,
 }
@@ -99,12 +103,16 @@ pub struct Lookers<'a> {
 pub fn run(
     source: &mut dyn ImageSource,
     config: &SlamConfig,
-    options: RunOptions,
+    options: RunOptions<'_>,
     lookers: Lookers<'_>,
 ) -> Result<SlamRun> {
     let Lookers { mut pictures, mut watcher, mut show } = lookers;
     let start = |camera: &Camera, config: &SlamConfig, seed: u64| -> Result<Slam> {
-        let mut slam = Slam::with_schedule(camera, config, seed, options.schedule)?;
+        let mut slam = match options.maps {
+            Some(maps) if options.is_fixed => Slam::in_fixed_map(maps.clone(), camera, config, seed)?,
+            Some(maps) => Slam::resume(maps.clone(), camera, config, seed, options.schedule)?,
+            None => Slam::with_schedule(camera, config, seed, options.schedule)?,
+        };
         slam.set_clock(Clock::new(thread_cpu_secs));
         if let Some(most) = options.most_records {
             slam.remember_frames(most);

@@ -8,6 +8,7 @@ mod live;
 #[cfg(not(feature = "ros2"))]
 #[path = "no_ros2.rs"]
 mod live;
+mod map_file;
 mod pace;
 mod pictures;
 mod ply;
@@ -18,6 +19,7 @@ pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher,
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 pub use live::SlamLive;
+pub use map_file::{load_map, save_map};
 pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;

@@ -48,6 +48,7 @@ fn ply_text(map: &Map, camera: &Camera) -> String {
     for keyframe in &keyframes {
         let world_from_camera = keyframe.camera_from_world().inverse();
         vertex(keyframe.center_in_world(), KEYFRAME_COLOR, 0);
+        let camera = keyframe.camera(camera);
         for corner in corners(camera) {
             let ray = camera.bearing(&corner);
             vertex(&world_from_camera.transform(&(ray * depth).into()), KEYFRAME_COLOR, 0);
@@ -74,7 +75,7 @@ fn corners(camera: &Camera) -> [Point2<f64>; 4] {
 /// Gray of the image at the place where a landmark was made; middle gray if that image is gone.
 fn gray_of(map: &Map, landmark: &Landmark) -> u8 {
     let seen = landmark.observations.iter().find_map(|observation| {
-        let pyramid = map.keyframe(observation.keyframe).pyramid.as_ref()?;
+        let pyramid = map.keyframe(observation.keyframe).pyramid()?;
         let image = pyramid.level(0);
         let [column, row] = [observation.px.x, observation.px.y].map(|value| value.round().max(0.0) as usize);
         let is_inside = column < image.width() && row < image.height();

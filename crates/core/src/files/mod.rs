@@ -14,7 +14,7 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{NewFile, part_path, try_file, try_folder, write};
+pub use write::{NewFile, kept_path, part_path, try_file, try_folder, write};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;

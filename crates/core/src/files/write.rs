@@ -79,6 +79,17 @@ impl NewFile {
         Ok(Self { path, sink })
     }
 
+    /// As [`NewFile::finish`]. A file that had the name before is kept as [`kept_path`].
+    ///
+    /// # Errors
+    /// As [`NewFile::finish`].
+    pub fn finish_and_keep(self) -> io::Result<()> {
+        if !matches!(self.sink, Sink::Direct(_)) {
+            keep(&self.path)?;
+        }
+        self.finish()
+    }
+
     /// Gives the complete file its name.
     ///
     /// # Errors
@@ -97,6 +108,27 @@ impl NewFile {
             }
         }
     }
+}
+
+/// Where the file that had a name before is kept: `NAME~`.
+#[must_use]
+pub fn kept_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push("~");
+    name.into()
+}
+
+/// Gives a file a second name, and makes a copy where a file can have only one. At any moment it has its first name.
+fn keep(path: &Path) -> io::Result<()> {
+    let kept = kept_path(path);
+    if !fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        return Ok(());
+    }
+    match fs::remove_file(&kept) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    fs::hard_link(path, &kept).or_else(|_| fs::copy(path, &kept).map(drop))
 }
 
 /// Where a file that grows is until it is complete: `NAME.part`.

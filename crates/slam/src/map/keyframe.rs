@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use visloc_core::{
     Timestamp,
-    geom::{CameraFrame, Rigid3},
+    geom::{Camera, CameraFrame, Rigid3},
 };
 
-use super::LandmarkId;
+use super::{KeyframePicture, LandmarkId};
 use crate::{image::Pyramid, lie::CameraFromWorld, recognize::View};
 
 /// Number of a keyframe, in order of creation.
@@ -37,15 +37,26 @@ impl MapId {
     }
 }
 
+/// The camera of an earlier session.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SessionCamera {
+    /// As calibrated.
+    pub calibrated: Camera,
+    /// As the map knew it in the end.
+    pub camera: Camera,
+}
+
 /// A frame that the map keeps.
 #[derive(Debug, Clone)]
 pub struct Keyframe {
-    /// Number of the frame in the sequence.
+    /// Number of the frame in the sequence; 0 for a keyframe of an earlier session.
     pub frame: usize,
     /// When it was taken.
     pub at: Timestamp,
-    /// Its images; dropped when the keyframe is culled.
-    pub pyramid: Option<Arc<Pyramid>>,
+    /// The camera, if it was taken by another one than the camera that is followed now.
+    pub foreign: Option<Arc<SessionCamera>>,
+    /// Its image; dropped when the keyframe is culled.
+    pub picture: Option<KeyframePicture>,
     /// What the place is recognized by; nothing until it was described, and once culled.
     pub view: Option<Arc<View>>,
     /// The map that it belongs to.
@@ -90,6 +101,19 @@ impl Keyframe {
     #[must_use]
     pub fn center_in_world(&self) -> &Point3<f64> {
         &self.center_in_world
+    }
+
+    /// Its image and the halvings of it; `None` once culled.
+    #[must_use]
+    pub fn pyramid(&self) -> Option<Arc<Pyramid>> {
+        self.picture.as_ref().and_then(KeyframePicture::pyramid)
+    }
+
+    /// The camera that took it, where `own` is the one that is followed now.
+    #[inline]
+    #[must_use]
+    pub fn camera<'a>(&'a self, own: &'a Camera) -> &'a Camera {
+        self.foreign.as_ref().map_or(own, |foreign| &foreign.camera)
     }
 
     /// Whether it is still part of the map.

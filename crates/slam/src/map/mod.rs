@@ -3,11 +3,15 @@
 
 mod keyframe;
 mod landmark;
+mod picture;
 mod several;
 mod shared_vec;
 mod store;
+mod stored;
 
-pub use keyframe::{Keyframe, KeyframeId, MapId};
+pub use keyframe::{Keyframe, KeyframeId, MapId, SessionCamera};
 pub use landmark::{Landmark, LandmarkId, LandmarkState, Observation};
+pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};
 pub use several::{Correction, Offsets};
 pub use store::{Map, NewKeyframe, scaled};
+pub use stored::{RestoreError, StoredKeyframe, StoredLandmark, StoredMap, StoredObservation};

@@ -119,7 +119,7 @@ impl Map {
             }
             let keyframe = &mut self.keyframes[id.index()];
             keyframe.is_given_up = true;
-            keyframe.pyramid = None;
+            keyframe.picture = None;
         }
     }
 

@@ -9,8 +9,8 @@ use visloc_core::{
 };
 
 use super::{
-    Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, MapId, Observation, keyframe::Anchor,
-    shared_vec::SharedVec,
+    Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, MapId, Observation,
+    keyframe::Anchor, shared_vec::SharedVec,
 };
 use crate::{
     feature::gradient_noise, image::Pyramid, lie::CameraFromWorld, mapping::DepthFilter,
@@ -117,7 +117,8 @@ impl Map {
             view: None,
             map: self.active,
             gradient_noise: gradient_noise(&new.pyramid, usize::MAX),
-            pyramid: Some(new.pyramid),
+            foreign: None,
+            picture: Some(KeyframePicture::Here(new.pyramid)),
             landmarks: Vec::new(),
             camera_from_world: new.camera_from_world,
             center_in_world: center(&new.camera_from_world),
@@ -144,10 +145,12 @@ impl Map {
         }
     }
 
-    /// Makes the rays of all observations anew, for a camera that is known better.
+    /// Makes the rays of all observations of the camera that is followed anew: it is known better.
     pub(crate) fn look_through(&mut self, camera: &Camera) {
+        let is_own: Vec<bool> = self.keyframes.iter().map(|keyframe| keyframe.foreign.is_none()).collect();
         for index in 0..self.landmarks.len() {
-            for observation in &mut self.landmarks[index].observations {
+            let of_own = |observation: &&mut Observation| is_own[observation.keyframe.index()];
+            for observation in self.landmarks[index].observations.iter_mut().filter(of_own) {
                 observation.ray = camera.bearing(&observation.px);
             }
         }
@@ -241,7 +244,7 @@ impl Map {
         let keyframe = &mut self.keyframes[id.index()];
         let camera_from_anchor = keyframe.camera_from_world * anchor_from_world.inverse();
         keyframe.anchor = Some(Anchor { keyframe: anchor, camera_from_anchor, scale });
-        keyframe.pyramid = None;
+        keyframe.picture = None;
         for landmark in std::mem::take(&mut keyframe.landmarks) {
             let is_hosted_candidate = {
                 let landmark = &self.landmarks[landmark.index()];

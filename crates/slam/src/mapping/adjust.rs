@@ -7,7 +7,7 @@ use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
     solve::{Bundle, BundleObservation, BundleSettings, BundleTie},
-    track::whitening,
+    track::{focal_px, whitening},
 };
 
 /// 95 % limit of chi-square with two degrees of freedom.
@@ -163,13 +163,18 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
                 point,
                 camera,
                 ray: Vector2::new(observation.ray.x, observation.ray.y),
-                whitening: whitening(focal_px, &observation.covariance_px),
+                whitening: whitening(focal_of(map, keyframe, focal_px), &observation.covariance_px),
             });
         }
     }
     tie_turned(map, &mut bundle, &mut index, &mut camera_of);
     fix_gauge(&mut bundle, &index);
     (bundle, index)
+}
+
+/// Focal length of the camera of a keyframe, where that of the camera that is followed is known, pixels.
+fn focal_of(map: &Map, keyframe: KeyframeId, own_focal_px: f64) -> f64 {
+    map.keyframe(keyframe).foreign.as_ref().map_or(own_focal_px, |foreign| focal_px(&foreign.camera))
 }
 
 /// Distance of two keyframes between which the camera only turned, share of the depth of the scene.

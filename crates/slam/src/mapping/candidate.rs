@@ -26,14 +26,14 @@ pub fn new_corners(
     max: usize,
 ) -> Vec<Corner> {
     let frame = map.keyframe(keyframe);
-    let Some(pyramid) = &frame.pyramid else { return Vec::new() };
+    let Some(pyramid) = frame.pyramid() else { return Vec::new() };
     let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
     for id in &frame.landmarks {
         if let Some(observation) = map.landmark(*id).observation_in(keyframe) {
             grid.take(grid.cell(&observation.px));
         }
     }
-    let mut corners = corners_in_two_passes(pyramid, &mut grid, features);
+    let mut corners = corners_in_two_passes(&pyramid, &mut grid, features);
     corners.truncate(max);
     corners
 }

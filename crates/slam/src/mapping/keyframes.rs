@@ -3,7 +3,7 @@
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
-    track::{Feature, Frame, Quality, TrackReport},
+    track::{Feature, Frame, Quality, TrackReport, focal_px},
 };
 
 /// What to do about keyframes after a tracked frame.
@@ -127,9 +127,13 @@ fn num_shared(map: &Map, id: KeyframeId, report: &TrackReport) -> u32 {
 
 /// Mean shift of the landmarks that both see, pixels; `None` if they share fewer than ten.
 fn mean_shift_px(map: &Map, keyframe: KeyframeId, frame: &Frame) -> Option<f64> {
+    let foreign = map.keyframe(keyframe).foreign.as_ref();
     let shift = |feature: &crate::track::Feature| {
-        let landmark = map.landmark(feature.landmark);
-        landmark.observation_in(keyframe).map(|observation| (observation.px - feature.px).norm())
+        let observation = map.landmark(feature.landmark).observation_in(keyframe)?;
+        Some(match foreign {
+            None => (observation.px - feature.px).norm(),
+            Some(foreign) => (observation.ray - feature.ray).xy().norm() * focal_px(&foreign.camera),
+        })
     };
     let shifts: Vec<f64> = frame.features.iter().filter_map(shift).collect();
     (shifts.len() >= 10).then(|| shifts.iter().sum::<f64>() / shifts.len() as f64)
@@ -215,6 +219,7 @@ mod tests {
             num_matched: num_converged,
             num_converged,
             local_map: LocalMap::default(),
+            covariance: None,
         };
         let reference = KeyframeId(reference as u32);
         let mut rule =

@@ -60,6 +60,13 @@ impl LensEstimator {
         Self { calibrated: *calibrated, change: 0.0, next_at: LEAST_KEYFRAMES }
     }
 
+    /// For a camera that an earlier session knows better than its calibration does, and a map that was settled then.
+    pub fn resume(calibrated: &Camera, camera: &Camera, num_keyframes: usize) -> Self {
+        let first = |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
+        let next_at = LEAST_KEYFRAMES.max((num_keyframes as f64 * SETTLED_WAIT).ceil() as usize);
+        Self { calibrated: *calibrated, change: first(camera) - first(calibrated), next_at }
+    }
+
     /// Starts over with a new map; what is known of the lens stays.
     pub fn restart(&mut self) {
         self.next_at = LEAST_KEYFRAMES;
@@ -120,9 +127,11 @@ fn estimate(
     (expected, sigma): (f64, f64),
 ) -> Option<f64> {
     let (mut bundle, index) = collect(map, keyframes, focal_px(camera));
+    // What another camera sees does not depend on this lens.
     let px = |o: &BundleObservation| {
-        let landmark = map.landmark(index.landmarks[o.point]);
-        landmark.observation_in(index.keyframes[o.camera]).map(|observation| observation.px)
+        let (landmark, keyframe) = (map.landmark(index.landmarks[o.point]), index.keyframes[o.camera]);
+        let observation = landmark.observation_in(keyframe)?;
+        Some(map.keyframe(keyframe).foreign.is_none().then_some(observation.px))
     };
     let px = bundle.observations.iter().map(px).collect::<Option<Vec<_>>>()?;
     let ray_by_change = derivatives(&bundle, camera, &px)?;
@@ -143,10 +152,10 @@ fn sigma_of(calibrated: &Camera) -> f64 {
 }
 
 /// Derivatives of the ray of each observation by the change of the lens.
-fn derivatives(bundle: &Bundle, camera: &Camera, px: &[Point2<f64>]) -> Option<Vec<Vector2<f64>>> {
+fn derivatives(bundle: &Bundle, camera: &Camera, px: &[Option<Point2<f64>>]) -> Option<Vec<Vector2<f64>>> {
     let camera = changed(camera, STEP)?;
-    let of_one = |(observation, px): (&BundleObservation, &Point2<f64>)| {
-        (camera.bearing(px).xy() - observation.ray) / STEP
+    let of_one = |(observation, px): (&BundleObservation, &Option<Point2<f64>>)| {
+        px.map_or_else(Vector2::zeros, |px| (camera.bearing(&px).xy() - observation.ray) / STEP)
     };
     Some(bundle.observations.iter().zip(px).map(of_one).collect())
 }

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     config::SlamConfig,
-    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera},
     timing::StageTimer,
     track::{Frame, Matcher, focal_px, scene_depth},
 };
@@ -52,6 +52,14 @@ impl Mapper {
             candidates: Vec::new(),
             lens: LensEstimator::new(camera),
         }
+    }
+
+    /// A mapper for maps of an earlier session.
+    #[must_use]
+    pub fn resume(map: &Map, known: &SessionCamera, config: &SlamConfig) -> Self {
+        let num_keyframes = map.all_keyframes().count();
+        let lens = LensEstimator::resume(&known.calibrated, &known.camera, num_keyframes);
+        Self { lens, ..Self::new(&known.camera, config) }
     }
 
     /// The camera as it is known now.
@@ -232,9 +240,10 @@ impl Mapper {
             let mut num_missed = 0;
             for other in &others {
                 let keyframe = map.keyframe(*other);
-                let Some(pyramid) = keyframe.pyramid.clone() else { continue };
+                let Some(pyramid) = keyframe.pyramid() else { continue };
+                let camera = *keyframe.camera(&self.camera);
                 let view = View {
-                    camera: &self.camera,
+                    camera: &camera,
                     pyramid: &pyramid,
                     camera_from_world: *keyframe.camera_from_world(),
                     num_levels: config.features.search_levels,
@@ -272,8 +281,10 @@ impl Mapper {
         let host = map.landmark(id).host().keyframe;
         let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).copied().collect();
         for observation in observers {
-            let seen = map.keyframe(observation.keyframe).camera_from_world().transform(&point);
-            let error = (seen.coords / seen.z - observation.ray).xy().norm() * focal_px(&self.camera);
+            let keyframe = map.keyframe(observation.keyframe);
+            let seen = keyframe.camera_from_world().transform(&point);
+            let focal = focal_px(keyframe.camera(&self.camera));
+            let error = (seen.coords / seen.z - observation.ray).xy().norm() * focal;
             if error.is_nan() || error >= 2.0 * f64::from(1_u32 << observation.level) {
                 map.remove_candidate_observation(id, observation.keyframe);
             }
@@ -290,8 +301,11 @@ impl Mapper {
                 continue;
             }
             let frame = map.keyframe(keyframe);
-            let Some(pyramid) = frame.pyramid.clone() else { continue };
-            let matcher = self.matcher(&pyramid, *frame.camera_from_world());
+            let Some(pyramid) = frame.pyramid() else { continue };
+            let matcher = Matcher {
+                camera: frame.camera(&self.camera),
+                ..self.matcher(&pyramid, *frame.camera_from_world())
+            };
             if let Some(observation) = self.observe(map, id, keyframe, &matcher) {
                 map.add_observation(id, observation);
             }

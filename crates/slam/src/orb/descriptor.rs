@@ -50,6 +50,19 @@ impl OrbDescriptor {
         Self { words }
     }
 
+    /// As bytes.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; NUM_BITS / 8] {
+        std::array::from_fn(|i| self.words[i / 8].to_le_bytes()[i % 8])
+    }
+
+    /// From bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; NUM_BITS / 8]) -> Self {
+        let byte = |i: usize, shift: usize| u64::from(bytes[8 * i + shift]) << (8 * shift);
+        Self { words: std::array::from_fn(|i| (0..8).map(|shift| byte(i, shift)).sum()) }
+    }
+
     /// The descriptor with these bits turned over.
     #[cfg(test)]
     pub(crate) fn with_wrong(&self, bits: [u64; NUM_BITS / 64]) -> Self {

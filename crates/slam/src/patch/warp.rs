@@ -21,8 +21,10 @@ pub struct Template {
 /// What decides how a patch looks: where it was seen and from where it is looked at now.
 #[derive(Debug, Clone, Copy)]
 pub struct WarpGeometry<'a> {
-    /// The camera of both images.
+    /// The camera of the current image.
     pub camera: &'a Camera,
+    /// The camera of the reference image.
+    pub reference_camera: &'a Camera,
     /// Center of the patch in the reference image, pixels of level 0.
     pub reference_px: Point2<f64>,
     /// The same on the plane z = 1 of the reference camera.
@@ -140,7 +142,7 @@ fn current_by_reference(geometry: &WarpGeometry<'_>) -> Option<Matrix2<f64>> {
     };
     let moved_ray = |dx: f64, dy: f64| {
         let px = Point2::new(geometry.reference_px.x + dx, geometry.reference_px.y + dy);
-        geometry.camera.bearing(&px)
+        geometry.reference_camera.bearing(&px)
     };
     let center = current_px(geometry.reference_ray)?;
     let right = current_px(moved_ray(step_px, 0.0))?;

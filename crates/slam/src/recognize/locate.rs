@@ -213,7 +213,7 @@ pub(crate) fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
     Some(Frame {
         number: keyframe.frame,
         at: keyframe.at,
-        pyramid: keyframe.pyramid.clone()?,
+        pyramid: keyframe.pyramid()?,
         camera_from_world: *keyframe.camera_from_world(),
         features: keyframe.landmarks.iter().filter_map(feature).collect(),
         turned_from: None,

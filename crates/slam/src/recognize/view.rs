@@ -40,10 +40,10 @@ impl View {
     #[must_use]
     pub fn of_keyframe(map: &Map, id: KeyframeId) -> Self {
         let keyframe = map.keyframe(id);
-        let Some(pyramid) = keyframe.pyramid.as_deref() else { return Self::default() };
+        let Some(pyramid) = keyframe.pyramid() else { return Self::default() };
         let described = |landmark: &LandmarkId| {
             let observation = map.landmark(*landmark).observation_in(id)?;
-            describe(pyramid, &observation.px, observation.level, Some(*landmark))
+            describe(&pyramid, &observation.px, observation.level, Some(*landmark))
         };
         Self { places: keyframe.landmarks.iter().filter_map(described).collect() }
     }

@@ -7,7 +7,7 @@ use crate::{
     atlas::Recognizer,
     config::SlamConfig,
     lie::CameraFromWorld,
-    map::{Map, scaled},
+    map::{Map, SessionCamera, scaled},
     mapping::{Mapper, MappingReport},
     outcome::Mapped,
     start::StartedMap,
@@ -29,6 +29,15 @@ impl BackEnd {
             map: Map::new(),
             mapper: Mapper::new(camera, config),
             recognizer: Recognizer::new(camera, config, seed),
+        }
+    }
+
+    /// With maps of an earlier session and what they know of the camera.
+    pub fn resume(map: &Map, known: &SessionCamera, config: &SlamConfig, seed: u64) -> Self {
+        Self {
+            map: map.clone(),
+            mapper: Mapper::resume(map, known, config),
+            recognizer: Recognizer::new(&known.camera, config, seed),
         }
     }
 

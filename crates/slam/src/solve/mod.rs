@@ -7,6 +7,9 @@ mod skyline;
 mod triangulate;
 
 pub use bundle::{Bundle, BundleLens, BundleObservation, BundleReport, BundleSettings, BundleTie};
-pub use pose::{PoseObservation, RansacSettings, RobustPose, State, refine_pose, refine_turn, robust_pose};
+pub use pose::{
+    PoseObservation, RansacSettings, RobustPose, State, pose_covariance, refine_pose, refine_turn,
+    robust_pose,
+};
 pub use skyline::Skyline;
 pub use triangulate::{cos_parallax, triangulate};

@@ -1,6 +1,6 @@
 //! The pose of one camera from points that it sees.
 
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point3, SMatrix, SVector, Vector2, Vector3, Vector6};
 use rand::RngExt;
 use visloc_core::Rng;
 
@@ -103,6 +103,23 @@ impl State {
     pub fn new(pose: &CameraFromWorld) -> Self {
         Self { pose: *pose, log_scale: 0.0 }
     }
+}
+
+/// Covariance of a pose over the twist that [`moved`] applies: translation first, map units and radians, in the frame of the camera. It
+/// grows where the observations disagree more than their own covariances say. `None` if they do not fix the pose.
+#[must_use]
+pub fn pose_covariance(pose: &CameraFromWorld, observations: &[PoseObservation]) -> Option<Matrix6<f64>> {
+    let state = State::new(pose);
+    let (mut information, mut chi2, mut num) = (Matrix6::zeros(), 0.0, 0_u32);
+    for (error, jacobian) in observations.iter().filter_map(|observation| observation.linearize(&state)) {
+        let by_twist = jacobian.fixed_view::<2, 6>(0, 0);
+        information += by_twist.transpose() * by_twist;
+        chi2 += error.norm_squared();
+        num += 1;
+    }
+    let freedoms = (2.0 * f64::from(num) - 6.0).max(1.0);
+    let covariance = information.cholesky()?.inverse() * (chi2 / freedoms).max(1.0);
+    covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 
 /// Standard deviation of the logarithm of the candidates' common scale before anything is seen.

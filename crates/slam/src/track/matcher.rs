@@ -36,7 +36,7 @@ impl Found {
 /// One image to search, with its pose.
 #[derive(Debug, Clone, Copy)]
 pub struct Matcher<'a> {
-    /// The camera of all images.
+    /// The camera of the image.
     pub camera: &'a Camera,
     /// The image.
     pub pyramid: &'a Pyramid,
@@ -75,6 +75,7 @@ impl Matcher<'_> {
         let pose = keyframe.camera_from_world();
         let geometry = WarpGeometry {
             camera: self.camera,
+            reference_camera: keyframe.camera(self.camera),
             reference_px: reference.px,
             reference_ray: reference.ray,
             reference_level: reference.level,
@@ -82,7 +83,7 @@ impl Matcher<'_> {
             current_from_reference: self.camera_from_world * pose.inverse(),
         };
         let warp = PatchWarp::new(&geometry, self.num_levels.min(self.pyramid.num_levels()))?;
-        let template = warp.take(keyframe.pyramid.as_deref()?, &reference.px, &keyframe.gradient_noise)?;
+        let template = warp.take(&*keyframe.pyramid()?, &reference.px, &keyframe.gradient_noise)?;
         Some((template, warp))
     }
 
@@ -128,7 +129,7 @@ impl Matcher<'_> {
     #[must_use]
     pub fn descriptor(&self, map: &Map, landmark: &Landmark, search: &OrbSearch) -> Option<OrbDescriptor> {
         let reference = self.reference(map, landmark)?;
-        let pyramid = map.keyframe(reference.keyframe).pyramid.as_deref()?;
+        let pyramid = map.keyframe(reference.keyframe).pyramid()?;
         pyramid.describe(reference.level, &reference.px, search)
     }
 
@@ -176,7 +177,7 @@ impl Matcher<'_> {
         let mut best: Option<(f64, &Observation)> = None;
         for observation in &landmark.observations {
             let keyframe = map.keyframe(observation.keyframe);
-            if keyframe.pyramid.is_none() {
+            if keyframe.picture.is_none() {
                 continue;
             }
             let other = landmark.point_in_world - keyframe.center_in_world();

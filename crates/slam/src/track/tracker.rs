@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Rotation3, Vector2};
+use nalgebra::{Matrix6, Rotation3, Vector2};
 use visloc_core::{
     Timestamp,
     geom::{Camera, CameraFrame, Rigid3},
@@ -19,7 +19,7 @@ use crate::{
     map::{Landmark, LandmarkId, LandmarkState, Map},
     orb::Recognition,
     patch::AlignLimits,
-    solve::{PoseObservation, RansacSettings, robust_pose},
+    solve::{PoseObservation, RansacSettings, pose_covariance, robust_pose},
 };
 
 /// When the alignment of a landmark's patch counts.
@@ -66,6 +66,8 @@ pub struct TrackReport {
     pub num_converged: usize,
     /// The part of the map that was searched.
     pub local_map: LocalMap,
+    /// Covariance of the pose, see [`crate::solve::pose_covariance`].
+    pub covariance: Option<Matrix6<f64>>,
 }
 
 /// Follows the camera over a map.
@@ -274,6 +276,10 @@ impl Tracker {
         let mut features = search.features;
         let mut keep = robust.is_inlier.iter();
         features.retain(|_| *keep.next().unwrap_or(&false));
+        let mut agreeing = observations;
+        let mut keep = robust.is_inlier.iter();
+        agreeing.retain(|_| *keep.next().unwrap_or(&false));
+        let covariance = pose_covariance(&robust.camera_from_world, &agreeing);
         let num_converged = features.iter().filter(|f| map.landmark(f.landmark).is_converged()).count();
         let quality = self.quality(search.num_searched, features.len());
         work.timer.end("pose");
@@ -284,6 +290,7 @@ impl Tracker {
             tried: search.tried,
             quality,
             local_map,
+            covariance,
             frame: Frame {
                 number,
                 at,

@@ -2,7 +2,7 @@
 
 use super::kinds::{
     Kind,
-    Nature::{Lines, Messages, Picture, Table, Text},
+    Nature::{Lines, Messages, Picture, Sections, Table, Text},
 };
 
 /// What can be wrong.
@@ -164,6 +164,7 @@ pub fn verdict(kind: Kind, damage: Damage) -> Option<Verdict> {
         D::AsPicture | D::AsBag | D::AsProse | D::AsZip | D::AsGzip | D::AsJson => Refused,
         D::Half | D::Middle if nature == Messages => Kept,
         D::LastByte if nature == Messages => Told,
+        D::Half | D::Middle if nature == Sections => Told,
         D::Half if nature == Lines => Told,
         // What JPEG decoders make of missing bytes in the middle cannot be told from a picture.
         D::Middle if kind == Kind::Jpeg => return None,

@@ -57,6 +57,7 @@ pub enum Kind {
     Robot,
     Recording,
     Experiment,
+    VisualMap,
 }
 
 /// How a kind stands damage.
@@ -72,6 +73,8 @@ pub enum Nature {
     Table,
     /// A picture.
     Picture,
+    /// Sections, of which some can be spared.
+    Sections,
 }
 
 /// An input: what the command is told, and its files, the one that is damaged first.
@@ -117,6 +120,7 @@ impl Kind {
             Self::Scenario | Self::Algorithm | Self::Pipeline | Self::Slam | Self::Topics | Self::Robot => {
                 Nature::Table
             }
+            Self::VisualMap => Nature::Sections,
             _ => Nature::Text,
         }
     }
@@ -186,6 +190,7 @@ impl Kind {
                 "[camera]\npitch_down_deg = 0.5\n[odometry]\nscale = [1.01, 1.0, 1.0]\n",
             ),
             Self::Recording => Input::one("input.mcap", recording()),
+            Self::VisualMap => Input::one("input.vmap", seed("map_of_slam", 0)),
             Self::Experiment => Input {
                 name: "input",
                 files: vec![
@@ -330,6 +335,7 @@ pub fn write_good_files(folder: &Path) {
         write(&name.replacen("input", "tum", 1), &bytes);
     }
     write("bag.mcap", &bag());
+    write("room.vmap", Kind::VisualMap.good().main().1);
     write("camera.toml", CAMERA.as_bytes());
     write("robot.tum", TRUTH.as_bytes());
     write("camera.tum", TRUTH.as_bytes());

@@ -10,6 +10,7 @@ mod pictures;
 mod settings;
 mod studio;
 mod tables;
+mod visual_maps;
 
 use std::{fs, path::Path};
 
@@ -77,6 +78,7 @@ pub const PARSERS: &[Parser] = &[
     Parser { name: "map_list", max_bytes: TEXT, seeds: maps::list_seeds, read: maps::list },
     Parser { name: "map_grid", max_bytes: TEXT, seeds: maps::grid_seeds, read: maps::grid },
     Parser { name: "map_grid_picture", max_bytes: PICTURE, seeds: maps::picture_seeds, read: maps::picture },
+    Parser { name: "map_of_slam", max_bytes: BINARY, seeds: visual_maps::seeds, read: visual_maps::read },
     Parser { name: "scenario", max_bytes: TEXT, seeds: settings::scenario_seeds, read: settings::scenario },
     Parser {
         name: "parameters",

@@ -1,0 +1,262 @@
+//! `visloc map info | align | export`, for maps of SLAM.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail};
+use serde::Serialize;
+use visloc_core::{Timestamp, files, geom::Camera};
+use visloc_io::sequence::read_camera_trajectory;
+use visloc_slam::map::{MapId, SessionCamera};
+use visloc_vmap::{VisualMap, load, picture_name, save};
+
+use crate::{
+    args::{JsonArg, MapAlignArgs},
+    in_map::draw,
+    report::save_json,
+    run::Saving,
+    say,
+    slam::{load_map, write_ply},
+};
+
+/// What `--json` of `map info` has.
+#[derive(Serialize)]
+struct Findings {
+    keyframes: usize,
+    landmarks: usize,
+    bytes: u64,
+    maps: Vec<MapFindings>,
+    cameras: Vec<(u32, u32)>,
+    sessions: Vec<SessionFindings>,
+    damages: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct MapFindings {
+    keyframes: usize,
+    landmarks: usize,
+    /// Longest side of the box of its keyframes, map units.
+    extent: f64,
+    scale: &'static str,
+    scale_sigma: f64,
+}
+
+#[derive(Serialize)]
+struct SessionFindings {
+    source: String,
+    program: String,
+    images: u64,
+    seed: u64,
+}
+
+/// Says what a map has.
+///
+/// # Errors
+/// If it cannot be read or an output not be written.
+pub fn info(path: &Path, plots: Option<&Path>, json: &JsonArg) -> Result<()> {
+    let opened = load(path).with_context(|| path.display().to_string())?;
+    let map = &opened.map;
+    let findings = Findings {
+        keyframes: map.map.all_keyframes().count(),
+        landmarks: map.map.all_landmarks().count(),
+        bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
+        maps: map.map.maps().into_iter().map(|id| findings_of(map, id)).collect(),
+        cameras: cameras_of(map).iter().map(|camera| camera.camera.size_px()).collect(),
+        sessions: map
+            .sessions
+            .iter()
+            .map(|session| SessionFindings {
+                source: session.source.clone(),
+                program: session.program.clone(),
+                images: session.num_images,
+                seed: session.seed,
+            })
+            .collect(),
+        damages: opened.damages.iter().map(ToString::to_string).collect(),
+    };
+    print(path, &findings);
+    let mut saving = Saving::default();
+    saving.save_if(json.json.as_deref(), |path| save_json(path, &findings));
+    saving.save_if(plots, |folder| {
+        draw(folder, &path.display().to_string(), map, &[])?;
+        say::line!("pictures: {}", folder.display());
+        Ok(())
+    });
+    saving.end()
+}
+
+fn print(path: &Path, findings: &Findings) {
+    let each = findings.bytes as f64 / findings.keyframes.max(1) as f64 / 1e3;
+    say::line!(
+        "{}: {} keyframes, {} landmarks, {:.1} MB, {each:.1} kB a keyframe",
+        path.display(),
+        findings.keyframes,
+        findings.landmarks,
+        findings.bytes as f64 / 1e6
+    );
+    for (number, map) in findings.maps.iter().enumerate() {
+        let sigma = if map.scale_sigma > 0.0 {
+            format!(", to {:.2} %", map.scale_sigma * 100.0)
+        } else {
+            String::new()
+        };
+        say::line!(
+            "  map {number}        {} keyframes, {} landmarks, {:.2} wide; scale: {}{sigma}",
+            map.keyframes,
+            map.landmarks,
+            map.extent,
+            map.scale
+        );
+    }
+    for (width, height) in &findings.cameras {
+        say::line!("  camera       {width} x {height} px");
+    }
+    for session in &findings.sessions {
+        say::line!("  made from    {}, {} images ({})", session.source, session.images, session.program);
+    }
+    for damage in &findings.damages {
+        say::line!("  damaged      {damage}");
+    }
+}
+
+fn findings_of(map: &VisualMap, id: MapId) -> MapFindings {
+    let shown = map.map.with_active(id);
+    let centers: Vec<_> = shown.keyframes().map(|(_, keyframe)| *keyframe.center_in_world()).collect();
+    let extent = (0..3).map(|axis| {
+        let along = centers.iter().map(|center| center[axis]);
+        along.clone().fold(f64::NEG_INFINITY, f64::max) - along.fold(f64::INFINITY, f64::min)
+    });
+    let scale = map.scale(id);
+    MapFindings {
+        keyframes: centers.len(),
+        landmarks: shown.landmarks().count(),
+        extent: extent.fold(0.0, f64::max),
+        scale: scale.source.name(),
+        scale_sigma: scale.relative_sigma,
+    }
+}
+
+fn cameras_of(map: &VisualMap) -> Vec<SessionCamera> {
+    let mut cameras: Vec<SessionCamera> = Vec::new();
+    for camera in map.map.all_keyframes().filter_map(|(_, keyframe)| keyframe.foreign.as_deref()) {
+        if !cameras.contains(camera) {
+            cameras.push(*camera);
+        }
+    }
+    cameras
+}
+
+/// Every keyframe of a map that was read has a camera of its own.
+fn nobody() -> SessionCamera {
+    SessionCamera { calibrated: Camera::default(), camera: Camera::default() }
+}
+
+fn largest(map: &VisualMap, path: &Path) -> Result<MapId> {
+    map.largest().ok_or_else(|| anyhow!("{}: expected a map with keyframes, found none", path.display()))
+}
+
+/// Gives a map the frame and the meters of known places.
+///
+/// # Errors
+/// If an input cannot be used, they do not fix the map, or the map cannot be written.
+pub fn align(args: &MapAlignArgs) -> Result<()> {
+    let mut map = load_map(&args.map)?;
+    let id = largest(&map, &args.map)?;
+    if let Some(path) = &args.to {
+        let truth = read_camera_trajectory(path)?;
+        let Some(aligned) = map.align(id, &truth) else {
+            bail!(
+                "{}: expected the places of at least four keyframes of {}, not all on a line; are the times those of its images?",
+                path.display(),
+                args.map.display()
+            );
+        };
+        say::line!(
+            "{} keyframes with known places: a map unit is {:.5} m, to {:.2} %; {:.4} m are left (RMSE)",
+            aligned.num_pairs,
+            aligned.scale,
+            aligned.relative_sigma * 100.0,
+            aligned.rmse_m
+        );
+    }
+    if let (Some(meters), Some([first, second])) = (args.distance, args.between.as_deref()) {
+        check_length("--distance", meters)?;
+        let times = (Timestamp::from_secs(*first), Timestamp::from_secs(*second));
+        let Some(scale) = map.scale_by_distance(id, times, meters) else {
+            bail!("--between: the camera was at the same place at both times");
+        };
+        say::line!("a map unit is {scale:.5} m");
+    }
+    if let Some(meters) = args.camera_height {
+        check_length("--camera-height", meters)?;
+        let Some((scale, ground)) = map.scale_by_height(id, meters) else {
+            bail!("{}: no ground is seen below the camera", args.map.display());
+        };
+        let share = ground.spread / ground.height * 100.0;
+        say::line!(
+            "a ground of {} landmarks: a map unit is {scale:.5} m; the camera's height differs by {share:.1} %",
+            ground.num_points
+        );
+    }
+    save(&args.out, &map, &nobody()).with_context(|| args.out.display().to_string())?;
+    say::line!("map: {}", args.out.display());
+    Ok(())
+}
+
+fn check_length(option: &str, meters: f64) -> Result<()> {
+    if !(meters.is_finite() && meters > 0.0) {
+        bail!("{option}: expected more than 0 m, found {meters}");
+    }
+    Ok(())
+}
+
+/// Where an export goes.
+pub struct Wanted<'a> {
+    /// PLY.
+    pub points: Option<&'a Path>,
+    /// Folder of a model of COLMAP.
+    pub colmap: Option<&'a Path>,
+    /// Folder of nerfstudio.
+    pub nerfstudio: Option<&'a Path>,
+}
+
+/// Writes a map for other programs.
+///
+/// # Errors
+/// If it cannot be read or an output not be written.
+pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
+    if wanted.points.is_none() && wanted.colmap.is_none() && wanted.nerfstudio.is_none() {
+        bail!("expected --points, --colmap or --nerfstudio");
+    }
+    let map = load_map(path)?;
+    let id = largest(&map, path)?;
+    let mut saving = Saving::default();
+    saving.save_if(wanted.points, |out| {
+        write_ply(out, &map.map.with_active(id), &Camera::default())?;
+        say::line!("landmarks: {}", out.display());
+        Ok(())
+    });
+    saving.save_if(wanted.colmap, |folder| {
+        let model = map.to_colmap(id);
+        write(&folder.join("cameras.txt"), model.cameras)?;
+        write(&folder.join("images.txt"), model.images)?;
+        write(&folder.join("points3D.txt"), model.points)?;
+        write_pictures(&map, id, folder)
+    });
+    saving.save_if(wanted.nerfstudio, |folder| {
+        save_json(&folder.join("transforms.json"), &map.to_nerfstudio(id))?;
+        write_pictures(&map, id, folder)
+    });
+    saving.end()
+}
+
+fn write_pictures(map: &VisualMap, id: MapId, folder: &Path) -> Result<()> {
+    for (keyframe, bytes) in map.pictures_of(id) {
+        write(&folder.join(picture_name(keyframe)), bytes)?;
+    }
+    say::line!("model: {}", folder.display());
+    Ok(())
+}
+
+fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<()> {
+    files::write(path, bytes).with_context(|| path.display().to_string())
+}

@@ -1,0 +1,188 @@
+//! The run.
+
+use std::path::Path;
+
+use anyhow::{Result, anyhow, bail};
+use visloc_core::{CameraTrajectory, Clock, SkippedInput};
+use visloc_io::{
+    sequence::write_camera_trajectory,
+    sources::{SourceOption, SourceOptions},
+};
+use visloc_slam::SlamConfig;
+use visloc_vmap::{MapLocalizer, ScaleSource, VisualMap};
+
+use super::{
+    frames::MapFrames,
+    report::{InMapReport, MapRecord, draw, summarize, trajectory, write_estimates},
+};
+use crate::{
+    args::LocalizeArgs,
+    host::host,
+    report::{SkippedReport, save_json},
+    run::{Progress, Saving, prepare, source_options},
+    say,
+    settings::{read_text, topic_options},
+    slam::load_map,
+    stopwatch::thread_cpu_secs,
+};
+
+/// Finds a camera in a map of SLAM.
+///
+/// # Errors
+/// If an input cannot be used or an output not be written.
+pub fn execute(args: &LocalizeArgs) -> Result<()> {
+    refuse_others(args)?;
+    let name = args.map.as_deref().unwrap_or_default();
+    let config = match args.config.as_deref().map(read_text).transpose()? {
+        Some(text) => SlamConfig::from_toml(&text)?,
+        None => SlamConfig::default(),
+    };
+    let map = load_map(Path::new(name))?;
+    let mut options = SourceOptions {
+        seed: args.seed.given,
+        num_threads: args.threads.given(),
+        honored_elsewhere: vec![SourceOption::Seed],
+        ..source_options(&args.options, topic_options(&args.topics)?)?
+    };
+    options.usual.max_frames = args.frames.map(|frames| frames as usize);
+    prepare(&args.source)?;
+    let (mut frames, truth, warnings) = MapFrames::open(&args.source, &options, &args.corrections)?;
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
+    let run = run(args, &map, &config, &mut frames)?;
+    finish(args, name, &map, &run, truth.as_ref())
+}
+
+/// What came of the images.
+struct Run {
+    records: Vec<MapRecord>,
+    skipped: Vec<SkippedInput>,
+    broken: Option<String>,
+}
+
+fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut MapFrames) -> Result<Run> {
+    let progress = Progress::new(frames.num());
+    let mut localizer: Option<MapLocalizer> = None;
+    let mut run = Run { records: Vec::new(), skipped: Vec::new(), broken: None };
+    let most = args.frames.map_or(usize::MAX, |frames| frames as usize);
+    while run.records.len() < most {
+        let (frame, camera) = match frames.next() {
+            Some(Ok(next)) => next,
+            Some(Err(broken)) => {
+                run.broken = Some(broken.to_string());
+                break;
+            }
+            None => break,
+        };
+        let localizer = match &mut localizer {
+            Some(localizer) => localizer,
+            none => {
+                let scale = map.largest().map(|largest| map.scale(largest).source).unwrap_or_default();
+                let meters = (scale != ScaleSource::Unknown).then_some(1.0);
+                let made = MapLocalizer::new(&map.map, meters, &camera, config, args.seed.value())?;
+                none.insert(made)
+            }
+        };
+        localizer.set_clock(Clock::new(thread_cpu_secs));
+        let started = thread_cpu_secs();
+        match localizer.step(frame.at, frame.image, frame.motion) {
+            Ok(estimate) => {
+                let secs = thread_cpu_secs() - started;
+                run.records.push(MapRecord { at: frame.at, estimate, secs });
+            }
+            Err(reason) => run.skipped.push(SkippedInput {
+                at: Some(frame.at),
+                origin: "images".to_owned(),
+                reason: reason.to_string(),
+            }),
+        }
+        progress.advance();
+    }
+    progress.clear();
+    run.skipped.extend(frames.skipped().iter().cloned());
+    Ok(run)
+}
+
+fn finish(
+    args: &LocalizeArgs,
+    name: &str,
+    map: &VisualMap,
+    run: &Run,
+    truth: Option<&CameraTrajectory>,
+) -> Result<()> {
+    let skipped = SkippedReport::new(run.skipped.iter());
+    let report = summarize((&args.source, name), map, &run.records, truth, skipped, run.broken.clone());
+    print(&report, map, truth.is_some());
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(args.trajectory.as_deref(), |path| {
+        Ok(write_camera_trajectory(path, &trajectory(&run.records))?)
+    });
+    saving.save_if(args.estimates.as_deref(), |path| write_estimates(path, &run.records));
+    saving.save_if(args.plots.as_deref(), |folder| {
+        draw(folder, &args.source, map, &run.records)?;
+        say::line!("pictures: {}", folder.display());
+        Ok(())
+    });
+    saving.save_if(run.broken.as_ref(), |broken| {
+        bail!("{broken} (the {} frames before are done)", run.records.len())
+    });
+    if run.records.is_empty() && run.broken.is_none() && !host().is_stopped() {
+        saving.save(Err(anyhow!("{}: no frame that can be used", args.source)));
+    }
+    saving.end()
+}
+
+fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
+    say::line!("{}: {} frames in {}", report.source, report.frames, report.map);
+    say::line!(
+        "  localized in {:.1} % ({:.1} % carried on by odometry), found from nothing {} times",
+        report.localized * 100.0,
+        report.carried * 100.0,
+        report.found
+    );
+    if let Some(secs) = report.first_after_s {
+        say::line!("  for the first time after {secs:.1} s");
+    }
+    if let (Some(median), Some(max)) = (report.median_ms, report.max_ms) {
+        say::line!("  {median:.1} ms an image, {max:.1} at most");
+    }
+    match &report.error {
+        Some(error) => say::line!(
+            "  position error {:.4} m median, {:.4} m p95, {:.4} m at most; orientation {:.3} deg median",
+            error.median_m,
+            error.p95_m,
+            error.max_m,
+            error.median_deg
+        ),
+        None if has_truth => {
+            say::line!("  the truth has another frame than the map: visloc map align gives it the same");
+        }
+        None => {}
+    }
+    if let Some(largest) = map.largest() {
+        let scale = map.scale(largest);
+        say::line!("  lengths in {}; scale: {}", report.unit, scale.source.name());
+    }
+    for line in report.skipped.lines() {
+        say::line!("{line}");
+    }
+}
+
+/// Options that make no difference in a map of SLAM.
+fn refuse_others(args: &LocalizeArgs) -> Result<()> {
+    let others = [
+        ("--pipeline", args.pipeline.is_some()),
+        ("--features", args.features.is_some()),
+        ("--start", !args.start.is_empty()),
+        ("--bag-out", args.bag_out.is_some()),
+        ("--publish-ros", args.publish_ros),
+        ("--picture-at", args.picture_at.is_some()),
+        ("--record", args.broadcast.record.is_some()),
+        ("--publish", args.broadcast.publish.is_some()),
+        ("--algorithm", args.algorithm != "evolutionary"),
+    ];
+    match others.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => bail!("{option}: it makes no difference in a map of SLAM (.vmap)"),
+        None => Ok(()),
+    }
+}

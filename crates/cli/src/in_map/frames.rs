@@ -1,0 +1,85 @@
+//! Images, and what a robot knows beside them.
+
+use anyhow::{Context, Result, bail};
+use visloc_core::{
+    CameraTrajectory, FrameSource, GrayImage, ImageSource, SkippedInput, SourceError, Timestamp, geom::Camera,
+};
+use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
+use visloc_vmap::RobotMotion;
+
+use crate::{args::CorrectionArgs, host::host, run::corrected};
+
+/// One moment.
+pub struct MapFrame {
+    /// When.
+    pub at: Timestamp,
+    /// What the camera sees.
+    pub image: GrayImage,
+    /// Where the camera is on the robot and the robot by odometry, if that is known.
+    pub motion: Option<RobotMotion>,
+}
+
+/// Where frames come from: a camera alone, or one on a robot.
+pub enum MapFrames {
+    /// A camera alone.
+    Images(Box<dyn ImageSource>),
+    /// A camera on a robot; its calibration comes with the first frame.
+    Robot(Box<dyn FrameSource>),
+}
+
+impl MapFrames {
+    /// Opens a source, with a robot if it has one, and the camera's true way if that is known.
+    ///
+    /// # Errors
+    /// If the source cannot be used.
+    pub fn open(
+        name: &str,
+        options: &SourceOptions,
+        corrections: &CorrectionArgs,
+    ) -> Result<(Self, Option<CameraTrajectory>, Vec<String>)> {
+        if options.mount.is_some() || SourceAddress::parse(name)?.has_robot() {
+            let open = open_frames(name, options, host())?;
+            return Ok((Self::Robot(corrected(open.frames, corrections)?), None, open.warnings));
+        }
+        if corrections.robot.is_some() {
+            bail!("--robot: there is no robot in {name}");
+        }
+        let open = open_images(name, options, host()).with_context(|| format!("{name} in a map of SLAM"))?;
+        Ok((Self::Images(open.images), open.truth, open.warnings))
+    }
+
+    /// The next frame with its camera.
+    pub fn next(&mut self) -> Option<Result<(MapFrame, Camera), SourceError>> {
+        Some(match self {
+            Self::Images(images) => {
+                let frame = images.next_image()?;
+                let camera = *images.camera();
+                frame.map(|frame| (MapFrame { at: frame.at, image: frame.image, motion: None }, camera))
+            }
+            Self::Robot(frames) => frames.next_frame()?.map(|source| {
+                let frame = source.frame;
+                let motion = frame
+                    .odometry
+                    .map(|odometry| RobotMotion { robot_from_camera: frame.robot_from_camera, odometry });
+                let image = GrayImage::from_rgb(&frame.image);
+                (MapFrame { at: frame.at, image, motion }, frame.camera)
+            }),
+        })
+    }
+
+    /// How many there are, if that is known.
+    pub fn num(&self) -> Option<usize> {
+        match self {
+            Self::Images(images) => images.num_images(),
+            Self::Robot(frames) => frames.num_frames(),
+        }
+    }
+
+    /// What was left out.
+    pub fn skipped(&self) -> &[SkippedInput] {
+        match self {
+            Self::Images(images) => images.skipped(),
+            Self::Robot(frames) => frames.skipped(),
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! What came of a camera in a map.
+
+use std::{io::Write, path::Path};
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile};
+use visloc_plot::{Color, SpacePath, SpaceViews, space_views};
+use visloc_vmap::{CameraEstimate, ScaleSource, VisualMap};
+
+use crate::report::SkippedReport;
+
+/// Largest difference of stamps that belong together, seconds.
+const TOLERANCE_SECS: f64 = 0.01;
+/// First line of the table of estimates. Seconds, map units (meters where the scale is known), radians.
+const HEADER: &str =
+    "t,x,y,z,qx,qy,qz,qw,map,reliability,sigma_x,sigma_y,sigma_z,sigma_angle,localized,carried,found";
+
+/// One image.
+#[derive(Debug, Clone, Copy)]
+pub struct MapRecord {
+    /// When.
+    pub at: Timestamp,
+    /// What is known then.
+    pub estimate: Option<CameraEstimate>,
+    /// Time that it took, seconds of the processor.
+    pub secs: f64,
+}
+
+impl MapRecord {
+    fn localized(&self) -> Option<&CameraEstimate> {
+        self.estimate.as_ref().filter(|estimate| estimate.is_localized())
+    }
+}
+
+/// What `--json` has.
+#[derive(Debug, Serialize)]
+pub struct InMapReport {
+    /// The source.
+    pub source: String,
+    /// The map.
+    pub map: String,
+    /// What a unit of length is.
+    pub unit: &'static str,
+    /// Images that were used.
+    pub frames: usize,
+    /// Share of them in which the camera was localized, 0 to 1.
+    pub localized: f64,
+    /// Share of them in which the place was carried on by odometry.
+    pub carried: f64,
+    /// How often the camera was found from nothing.
+    pub found: usize,
+    /// From the first image to the first place, seconds.
+    pub first_after_s: Option<f64>,
+    /// Time of an image, milliseconds of the processor: median and longest.
+    pub median_ms: Option<f64>,
+    /// See above.
+    pub max_ms: Option<f64>,
+    /// Against the truth, where map and truth have the same frame.
+    pub error: Option<InMapError>,
+    /// What was left out.
+    pub skipped: SkippedReport,
+    /// Why the source ended early.
+    pub broken: Option<String>,
+}
+
+/// Errors of the localized images.
+#[derive(Debug, Serialize)]
+pub struct InMapError {
+    /// Localized images with a truth.
+    pub compared: usize,
+    /// Median of the position, meters.
+    pub median_m: f64,
+    /// 95 % are below, meters.
+    pub p95_m: f64,
+    /// Largest, meters.
+    pub max_m: f64,
+    /// Median of the orientation, degrees.
+    pub median_deg: f64,
+}
+
+/// The numbers of a run.
+pub fn summarize(
+    names: (&str, &str),
+    map: &VisualMap,
+    records: &[MapRecord],
+    truth: Option<&CameraTrajectory>,
+    skipped: SkippedReport,
+    broken: Option<String>,
+) -> InMapReport {
+    let share = |num: usize| num as f64 / records.len().max(1) as f64;
+    let localized: Vec<&CameraEstimate> = records.iter().filter_map(MapRecord::localized).collect();
+    let mut times: Vec<f64> = records.iter().map(|record| record.secs * 1e3).collect();
+    times.sort_by(f64::total_cmp);
+    let first = records.first().zip(localized.first()).map(|(start, first)| first.at.secs_since(start.at));
+    InMapReport {
+        source: names.0.to_owned(),
+        map: names.1.to_owned(),
+        unit: unit(map),
+        frames: records.len(),
+        localized: share(localized.len()),
+        carried: share(localized.iter().filter(|estimate| estimate.is_carried).count()),
+        found: records.iter().filter(|r| r.estimate.is_some_and(|e| e.is_found)).count(),
+        first_after_s: first,
+        median_ms: times.get(times.len() / 2).copied(),
+        max_ms: times.last().copied(),
+        error: truth.and_then(|truth| error(map, &localized, truth)),
+        skipped,
+        broken,
+    }
+}
+
+/// What a length of the largest map is measured in.
+pub fn unit(map: &VisualMap) -> &'static str {
+    let scale = map.largest().map(|largest| map.scale(largest).source).unwrap_or_default();
+    if scale == ScaleSource::Unknown { "map units" } else { "m" }
+}
+
+/// Against the truth, if a map was aligned to its frame.
+fn error(map: &VisualMap, localized: &[&CameraEstimate], truth: &CameraTrajectory) -> Option<InMapError> {
+    let of_one = |estimate: &&CameraEstimate| {
+        if map.scale(estimate.map).source != ScaleSource::Aligned {
+            return None;
+        }
+        let truth = truth.nearest(estimate.at, TOLERANCE_SECS)?.world_from_camera;
+        let apart = truth.inverse() * estimate.world_from_camera;
+        Some((apart.translation().norm(), apart.rotation_angle_rad().to_degrees()))
+    };
+    let errors: Vec<(f64, f64)> = localized.iter().filter_map(of_one).collect();
+    let sorted = |value: fn(&(f64, f64)) -> f64| {
+        let mut values: Vec<f64> = errors.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let (meters, degrees) = (sorted(|e| e.0), sorted(|e| e.1));
+    Some(InMapError {
+        compared: errors.len(),
+        median_m: *meters.get(meters.len() / 2)?,
+        p95_m: *meters.get(meters.len() * 95 / 100)?,
+        max_m: *meters.last()?,
+        median_deg: *degrees.get(degrees.len() / 2)?,
+    })
+}
+
+/// The poses of localized images.
+pub fn trajectory(records: &[MapRecord]) -> Vec<CameraPose> {
+    let localized = records.iter().filter_map(MapRecord::localized);
+    localized.map(|e| CameraPose { at: e.at, world_from_camera: e.world_from_camera }).collect()
+}
+
+/// Writes a line for each image in which something is known.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_estimates(path: &Path, records: &[MapRecord]) -> Result<()> {
+    let write = || -> std::io::Result<()> {
+        let mut out = NewFile::create(path)?;
+        writeln!(out, "{HEADER}")?;
+        for estimate in records.iter().filter_map(|record| record.estimate.as_ref()) {
+            let place = estimate.world_from_camera.translation();
+            let [qx, qy, qz, qw] = estimate.world_from_camera.quaternion_xyzw();
+            let turned = estimate.world_from_camera.rotation();
+            let of_place = turned * estimate.covariance.fixed_view::<3, 3>(0, 0) * turned.transpose();
+            let sigma = |i: usize| of_place[(i, i)].max(0.0).sqrt();
+            let angle = (3..6).map(|i| estimate.covariance[(i, i)]).sum::<f64>().max(0.0).sqrt();
+            writeln!(
+                out,
+                "{},{:.6},{:.6},{:.6},{qx:.7},{qy:.7},{qz:.7},{qw:.7},{},{:.4},{:.6},{:.6},{:.6},{angle:.6},{},{},{}",
+                estimate.at,
+                place.x,
+                place.y,
+                place.z,
+                estimate.map.index(),
+                estimate.reliability,
+                sigma(0),
+                sigma(1),
+                sigma(2),
+                u8::from(estimate.is_localized()),
+                u8::from(estimate.is_carried),
+                u8::from(estimate.is_found)
+            )?;
+        }
+        out.finish()
+    };
+    write().with_context(|| path.display().to_string())
+}
+
+/// Draws the way over the map, from above and aside.
+///
+/// # Errors
+/// If a picture cannot be written.
+pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) -> Result<()> {
+    let Some(largest) = map.largest() else { return Ok(()) };
+    let is_up = map.scale(largest).source == ScaleSource::Aligned;
+    let place = |point: &nalgebra::Vector3<f64>| {
+        // A frame of its own has x to the right, y down and z ahead; one that a map was aligned to has z up.
+        if is_up { [point.x, point.y, point.z] } else { [point.x, point.z, -point.y] }
+    };
+    let shown = map.map.with_active(largest);
+    let landmarks = shown.landmarks().map(|(_, landmark)| place(&landmark.point_in_world.coords));
+    let taught = shown.keyframes().map(|(_, keyframe)| place(&keyframe.center_in_world().coords));
+    let of_map = |carried: bool| {
+        let wanted = records.iter().filter_map(MapRecord::localized);
+        let wanted = wanted.filter(move |e| e.map == largest && e.is_carried == carried);
+        wanted.map(|e| place(e.world_from_camera.translation())).collect()
+    };
+    let path = |label: &str, color, is_cloud, points| SpacePath {
+        label: label.to_owned(),
+        color,
+        is_cloud,
+        points,
+        ..SpacePath::default()
+    };
+    let mut paths = vec![
+        path("map", Color::GRAY, true, landmarks.collect()),
+        path("taught", Color::BLUISH_GREEN, false, taught.collect()),
+    ];
+    if !records.is_empty() {
+        paths.push(path("camera", Color::BLUE, true, of_map(false)));
+        paths.push(path("carried on by odometry", Color::ORANGE, true, of_map(true)));
+    }
+    paths.retain(|path| !path.points.is_empty());
+    let names = if is_up { ["x", "y", "height"] } else { ["x", "ahead", "height"] };
+    let views = SpaceViews {
+        title: title.to_owned(),
+        names: names.map(str::to_owned),
+        unit: unit(map).to_owned(),
+        paths,
+        shows_clouds: true,
+        ..SpaceViews::default()
+    };
+    let [above, side] = space_views(&views);
+    above.save(folder, "map")?;
+    side.save(folder, "map-side")?;
+    Ok(())
+}

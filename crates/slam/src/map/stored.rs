@@ -1,0 +1,345 @@
+//! Maps as plain numbers, to be kept beyond the program: what is alive, numbered anew.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix2, Matrix3, Point2, Point3, Rotation3, Vector3};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+use visloc_core::{
+    Timestamp,
+    geom::{Camera, Rigid3},
+};
+
+use super::{
+    Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, Map, MapId, Observation,
+    SessionCamera, store::center,
+};
+use crate::{lie::CameraFromWorld, mapping::DepthFilter, orb::OrbDescriptor, recognize::Described};
+
+/// Levels that an observation may be on: an image of 2^16 px has no more halvings.
+const MOST_LEVELS: u8 = 16;
+/// Steps of a correlation.
+const CORRELATIONS: f64 = 128.0;
+/// Error of a rotation matrix that is rounding, not damage.
+const ROTATION_ERROR: f64 = 1e-6;
+
+/// Maps as plain numbers. Keyframes and landmarks are numbered from 0 in their order.
+#[derive(Debug, Clone, Default)]
+pub struct StoredMap {
+    /// The cameras of the keyframes.
+    pub cameras: Vec<SessionCamera>,
+    /// Keyframes, in order of creation.
+    pub keyframes: Vec<StoredKeyframe>,
+    /// Their images; `None` where one is lost.
+    pub pictures: Vec<Option<KeyframePicture>>,
+    /// Converged landmarks, in order of creation.
+    pub landmarks: Vec<StoredLandmark>,
+}
+
+/// A keyframe as plain numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredKeyframe {
+    /// When it was taken, by the clock of its session.
+    pub at: Timestamp,
+    /// Number of its map.
+    pub map: u32,
+    /// Number of its camera.
+    pub camera: u32,
+    /// Rotation of its pose, camera from world, column by column.
+    pub rotation: [f64; 9],
+    /// Translation of its pose, map units.
+    pub translation: [f64; 3],
+    /// Gradient noise of its levels.
+    pub gradient_noise: Vec<f32>,
+    /// The keyframe that it has only turned from.
+    pub turned_from: Option<u32>,
+}
+
+/// A landmark as plain numbers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredLandmark {
+    /// Place, map units.
+    pub point: [f64; 3],
+    /// Frames in which it should have been seen.
+    pub num_visible: u32,
+    /// Frames in which it was found.
+    pub num_found: u32,
+    /// Where keyframes see it; the first is its host.
+    pub observations: Vec<StoredObservation>,
+}
+
+/// What a keyframe sees of a landmark.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StoredObservation {
+    /// Number of the keyframe.
+    pub keyframe: u32,
+    /// Pixel of level 0.
+    pub px: [f32; 2],
+    /// Level on which it was measured.
+    pub level: u8,
+    /// Variance of the place along both axes, squared pixels of level 0: the upper half of the bits of a number of 32 bits.
+    pub variance_px: [u16; 2],
+    /// Their correlation, from -127 to 127 for -127/128 to 127/128.
+    pub correlation: i8,
+    /// What it looks like; `None` near the border.
+    pub descriptor: Option<[u8; 32]>,
+}
+
+/// Numbers that are no map.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum RestoreError {
+    /// A keyframe.
+    #[error("keyframe {number}: expected {expected}")]
+    Keyframe {
+        /// Its number.
+        number: usize,
+        /// What it should have.
+        expected: &'static str,
+    },
+    /// A landmark.
+    #[error("landmark {number}: expected {expected}")]
+    Landmark {
+        /// Its number.
+        number: usize,
+        /// What it should have.
+        expected: &'static str,
+    },
+}
+
+impl Map {
+    /// The maps as plain numbers, for a camera that is followed now. Candidates and culled keyframes are left out.
+    #[must_use]
+    #[allow(clippy::cast_possible_truncation)]
+    pub fn stored(&self, own: &SessionCamera) -> StoredMap {
+        let mut stored = StoredMap::default();
+        // In order of their first keyframes.
+        let mut maps: Vec<MapId> = Vec::new();
+        let mut number_of = vec![None; self.num_keyframe_ids()];
+        for (number, (id, _)) in (0_u32..).zip(self.all_keyframes()) {
+            number_of[id.index()] = Some(number);
+        }
+        let number_of = |id: KeyframeId| number_of[id.index()];
+        for (id, keyframe) in self.all_keyframes() {
+            let camera = keyframe.foreign.as_deref().unwrap_or(own);
+            let known = stored.cameras.iter().position(|known| known == camera);
+            let camera = known.unwrap_or_else(|| {
+                stored.cameras.push(*camera);
+                stored.cameras.len() - 1
+            });
+            let map = maps.iter().position(|map| *map == keyframe.map).unwrap_or_else(|| {
+                maps.push(keyframe.map);
+                maps.len() - 1
+            });
+            let pose = keyframe.camera_from_world();
+            stored.keyframes.push(StoredKeyframe {
+                at: keyframe.at,
+                map: map as u32,
+                camera: camera as u32,
+                rotation: std::array::from_fn(|i| pose.rotation()[i]),
+                translation: (*pose.translation()).into(),
+                gradient_noise: keyframe.gradient_noise.clone(),
+                turned_from: self.turned_from(id).and_then(number_of),
+            });
+            stored.pictures.push(keyframe.picture.clone());
+        }
+        for (id, landmark) in self.all_landmarks().filter(|(_, landmark)| landmark.is_converged()) {
+            let observations = landmark.observations.iter();
+            stored.landmarks.push(StoredLandmark {
+                point: landmark.point_in_world.coords.into(),
+                num_visible: landmark.num_visible,
+                num_found: landmark.num_found,
+                observations: observations
+                    .filter_map(|o| Some(self.stored_observation(id, o, number_of(o.keyframe)?)))
+                    .collect(),
+            });
+        }
+        stored
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn stored_observation(&self, id: LandmarkId, seen: &Observation, keyframe: u32) -> StoredObservation {
+        let view = self.keyframe(seen.keyframe).view.as_deref();
+        let place = view.and_then(|view| view.places.iter().find(|place| place.landmark == Some(id)));
+        let covariance = &seen.covariance_px;
+        StoredObservation {
+            keyframe,
+            px: [seen.px.x as f32, seen.px.y as f32],
+            level: seen.level as u8,
+            variance_px: [covariance[(0, 0)], covariance[(1, 1)]].map(upper_half),
+            correlation: correlation(covariance),
+            descriptor: place.map(|place| place.descriptor.to_bytes()),
+        }
+    }
+
+    /// Maps of plain numbers, whoever wrote them. All keyframes are of foreign cameras until [`Map::take_over`] says that one of these
+    /// is followed.
+    ///
+    /// # Errors
+    /// The first number that no map has.
+    pub fn restored(stored: StoredMap) -> Result<Self, RestoreError> {
+        let StoredMap { cameras, keyframes, pictures, landmarks } = stored;
+        let cameras: Vec<Arc<SessionCamera>> = cameras.into_iter().map(Arc::new).collect();
+        let mut map = Self::new();
+        let mut pictures = pictures.into_iter();
+        for (number, keyframe) in keyframes.iter().enumerate() {
+            let wrong = |expected| RestoreError::Keyframe { number, expected };
+            let camera = cameras.get(keyframe.camera as usize).ok_or(wrong("one of the cameras"))?;
+            let picture = pictures.next().flatten();
+            map.keyframes.push(restored_keyframe(number, keyframe, camera, picture).map_err(wrong)?);
+            map.num_maps = map.num_maps.max(keyframe.map + 1);
+        }
+        for (number, landmark) in landmarks.iter().enumerate() {
+            let wrong = |expected| RestoreError::Landmark { number, expected };
+            let descriptors = landmark.observations.iter().map(|seen| (seen.keyframe, seen.descriptor));
+            map.add_restored(landmark).map_err(wrong)?;
+            let id = LandmarkId(number as u32);
+            for (keyframe, descriptor) in descriptors {
+                let Some(descriptor) = descriptor else { continue };
+                let seen = map.landmark(id).observation_in(KeyframeId(keyframe)).copied();
+                if let Some(Observation { px, level, .. }) = seen {
+                    let descriptor = OrbDescriptor::from_bytes(&descriptor);
+                    let place = Described { px, level, descriptor, landmark: Some(id) };
+                    let view = map.keyframes[keyframe as usize].view.get_or_insert_default();
+                    Arc::make_mut(view).places.push(place);
+                }
+            }
+        }
+        map.index_views();
+        Ok(map)
+    }
+
+    fn add_restored(&mut self, stored: &StoredLandmark) -> Result<(), &'static str> {
+        if !stored.point.iter().all(|value| value.is_finite()) {
+            return Err("a place");
+        }
+        let id = LandmarkId(self.landmarks.len() as u32);
+        let point_in_world = Point3::from(stored.point);
+        let mut observations: Vec<Observation> = Vec::with_capacity(stored.observations.len());
+        for seen in &stored.observations {
+            let index = seen.keyframe as usize;
+            if index >= self.keyframes.len() {
+                return Err("keyframes that there are");
+            }
+            let camera = self.keyframes[index].foreign.as_deref().ok_or("a camera")?.camera;
+            let observation = restored_observation(seen, &camera)?;
+            if observations.iter().all(|other| other.keyframe != observation.keyframe) {
+                observations.push(observation);
+                self.keyframes[index].landmarks.push(id);
+            }
+        }
+        let host = observations.first().ok_or("at least one observation")?.keyframe;
+        let depth = self.keyframe(host).camera_from_world.transform(&point_in_world).z;
+        let inverse_depth = 1.0 / depth.abs().max(f64::MIN_POSITIVE.sqrt());
+        self.landmarks.push(Landmark {
+            state: LandmarkState::Converged,
+            point_in_world,
+            observations,
+            filter: DepthFilter::new(inverse_depth, inverse_depth),
+            num_visible: stored.num_visible,
+            num_found: stored.num_found,
+            num_missed: 0,
+            made_at: 0,
+        });
+        Ok(())
+    }
+
+    /// Lists all keyframes that were described in the index.
+    fn index_views(&mut self) {
+        let index = Arc::make_mut(&mut self.index);
+        for (id, keyframe) in (0..).map(KeyframeId).zip(self.keyframes.iter()) {
+            if let Some(view) = &keyframe.view {
+                index.add(id, view);
+            }
+        }
+    }
+
+    /// Follows a camera from now on: keyframes that a camera with the same calibration took are its own. Answers the camera as these
+    /// maps know it.
+    pub fn take_over(&mut self, calibrated: &Camera) -> SessionCamera {
+        let of_same = |keyframe: &Keyframe| {
+            keyframe.foreign.as_deref().filter(|foreign| foreign.calibrated == *calibrated).copied()
+        };
+        let known = self.keyframes.iter().rev().find_map(of_same);
+        let camera = known.unwrap_or(SessionCamera { calibrated: *calibrated, camera: *calibrated });
+        for index in 0..self.keyframes.len() {
+            if of_same(&self.keyframes[index]).is_some() {
+                self.keyframes[index].foreign = None;
+            }
+        }
+        self.look_through(&camera.camera);
+        camera
+    }
+}
+
+/// The upper half of the bits of a number, rounded: three digits are enough for a covariance.
+#[allow(clippy::cast_possible_truncation)]
+fn upper_half(value: f64) -> u16 {
+    ((value as f32).to_bits().saturating_add(1 << 15) >> 16) as u16
+}
+
+#[allow(clippy::cast_possible_truncation)]
+fn correlation(covariance: &Matrix2<f64>) -> i8 {
+    let share = covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt();
+    // Conversion keeps within the range, and makes zero of what is no number.
+    (share * CORRELATIONS).round().clamp(1.0 - CORRELATIONS, CORRELATIONS - 1.0) as i8
+}
+
+fn restored_keyframe(
+    number: usize,
+    stored: &StoredKeyframe,
+    camera: &Arc<SessionCamera>,
+    picture: Option<KeyframePicture>,
+) -> Result<Keyframe, &'static str> {
+    let rotation = Matrix3::from_column_slice(&stored.rotation);
+    let error = (rotation * rotation.transpose() - Matrix3::identity()).norm();
+    // Written so that a value that is no number fails, too.
+    if !(error < ROTATION_ERROR && rotation.determinant() > 0.0) {
+        return Err("a rotation");
+    }
+    let is_finite = stored.translation.iter().all(|value| value.is_finite())
+        && stored.gradient_noise.iter().all(|value| value.is_finite());
+    if !is_finite {
+        return Err("finite numbers");
+    }
+    if stored.map as usize > number {
+        return Err("maps that are numbered in order");
+    }
+    let camera_from_world: CameraFromWorld =
+        Rigid3::new(Rotation3::from_matrix_unchecked(rotation), Vector3::from(stored.translation));
+    Ok(Keyframe {
+        frame: 0,
+        at: stored.at,
+        foreign: Some(Arc::clone(camera)),
+        picture,
+        view: None,
+        map: MapId(stored.map),
+        gradient_noise: stored.gradient_noise.clone(),
+        landmarks: Vec::new(),
+        turned_from: stored.turned_from.filter(|other| (*other as usize) < number).map(KeyframeId),
+        camera_from_world,
+        center_in_world: center(&camera_from_world),
+        scale: 1.0,
+        anchor: None,
+        is_given_up: false,
+    })
+}
+
+fn restored_observation(stored: &StoredObservation, camera: &Camera) -> Result<Observation, &'static str> {
+    let px = Point2::new(f64::from(stored.px[0]), f64::from(stored.px[1]));
+    let [xx, yy] = stored.variance_px.map(|half| f64::from(f32::from_bits(u32::from(half) << 16)));
+    let xy = f64::from(stored.correlation) / CORRELATIONS * (xx * yy).sqrt();
+    if !camera.contains(&px) || stored.level >= MOST_LEVELS {
+        return Err("places inside of the images");
+    }
+    if !(xx > 0.0 && xx * yy > xy * xy && (xx + yy).is_finite()) {
+        return Err("places with a covariance");
+    }
+    Ok(Observation {
+        keyframe: KeyframeId(stored.keyframe),
+        px,
+        ray: camera.bearing(&px),
+        level: usize::from(stored.level),
+        covariance_px: Matrix2::new(xx, xy, xy, yy),
+    })
+}

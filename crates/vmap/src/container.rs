@@ -1,0 +1,234 @@
+//! Sections with check sums. `docs/map-files.md` has the layout.
+//!
+//! Nothing is allocated because a file asks for it: what is stored lies in the file, and what is unpacked has a bound.
+
+use std::io::Read;
+
+use flate2::{Compression, read::DeflateDecoder, write::DeflateEncoder};
+
+use crate::VmapError;
+
+/// The newest version of the layout that is read, and the one that is written.
+pub const FORMAT_VERSION: u32 = 1;
+/// Longest file that is read, bytes: some ten thousand keyframes.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+/// Longest section, unpacked, bytes.
+const MAX_SECTION_BYTES: u64 = 1 << 28;
+
+/// First bytes of a file. A transfer that changes the ends of lines changes them.
+const MAGIC: [u8; 8] = *b"\x8fVMAP\r\n\x1a";
+/// Bytes of a head without its entries: magic, version, number of entries.
+const HEAD_BYTES: usize = 16;
+/// Bytes of an entry.
+const ENTRY_BYTES: usize = 40;
+/// Most bytes that one packed byte unpacks to. Source: RFC 1951, matches of 258 bytes take at least two bits.
+const MAX_RATIO: u64 = 1032;
+
+/// What a section holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Kind(pub [u8; 4]);
+
+/// A section to be written.
+pub struct Section {
+    /// What it holds.
+    pub kind: Kind,
+    /// Its number among those of the kind.
+    pub number: u32,
+    /// What is written.
+    pub stored: Vec<u8>,
+    /// Length of the content.
+    num_bytes: usize,
+    is_packed: bool,
+}
+
+impl Section {
+    /// A section of numbers, which is packed.
+    pub fn of_numbers(kind: Kind, number: u32, content: &[u8]) -> Self {
+        Self { kind, number, num_bytes: content.len(), stored: pack(content), is_packed: true }
+    }
+
+    /// A section that is packed in a way of its own.
+    pub fn as_it_is(kind: Kind, number: u32, stored: Vec<u8>) -> Self {
+        Self { kind, number, num_bytes: stored.len(), stored, is_packed: false }
+    }
+}
+
+/// Puts a file together.
+#[allow(clippy::cast_possible_truncation)]
+pub fn assemble(sections: Vec<Section>) -> Vec<u8> {
+    let head_bytes = HEAD_BYTES + sections.len() * ENTRY_BYTES + 4;
+    let (mut head, mut body) = (Vec::with_capacity(head_bytes), Vec::new());
+    head.extend(MAGIC);
+    head.extend(FORMAT_VERSION.to_le_bytes());
+    head.extend((sections.len() as u32).to_le_bytes());
+    for section in sections {
+        head.extend(section.kind.0);
+        head.extend(section.number.to_le_bytes());
+        head.extend(((head_bytes + body.len()) as u64).to_le_bytes());
+        head.extend((section.stored.len() as u64).to_le_bytes());
+        head.extend((section.num_bytes as u64).to_le_bytes());
+        head.extend(u32::from(section.is_packed).to_le_bytes());
+        head.extend(crc32fast::hash(&section.stored).to_le_bytes());
+        body.extend(section.stored);
+    }
+    head.extend(crc32fast::hash(&head).to_le_bytes());
+    // The head again, for the case that the first one is damaged.
+    let mut file = head.clone();
+    file.extend(body);
+    file.extend(&head);
+    file.extend((head.len() as u64).to_le_bytes());
+    file
+}
+
+fn pack(content: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
+    // Writing into memory does not fail.
+    let _ = encoder.write_all(content);
+    encoder.finish().unwrap_or_default()
+}
+
+/// A section of a file.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    /// What it holds.
+    pub kind: Kind,
+    /// Its number among those of the kind.
+    pub number: u32,
+    offset: u64,
+    stored_bytes: u64,
+    content_bytes: u64,
+    is_packed: bool,
+    crc: u32,
+}
+
+/// The sections of a file.
+pub struct Sections<'a> {
+    file: &'a [u8],
+    /// In the order of the file.
+    pub entries: Vec<Entry>,
+    /// What is wrong with the first head, if the second one had to be used.
+    pub head_damage: Option<String>,
+}
+
+impl<'a> Sections<'a> {
+    /// The sections of a file.
+    pub fn read(file: &'a [u8]) -> Result<Self, VmapError> {
+        let first = read_head(file);
+        let (entries, head_damage) = match first {
+            Ok(entries) => (entries, None),
+            Err(HeadError::TooNew(found)) => {
+                return Err(VmapError::TooNew { known: FORMAT_VERSION, found });
+            }
+            Err(HeadError::Damaged(reason)) => match second_head(file).map(read_head) {
+                Some(Ok(entries)) => (entries, Some(reason)),
+                _ if file.starts_with(&MAGIC) => {
+                    return Err(VmapError::Section { section: "head".to_owned(), reason });
+                }
+                _ => return Err(VmapError::Foreign),
+            },
+        };
+        Ok(Self { file, entries, head_damage })
+    }
+
+    /// The content of a section, or what is wrong with it.
+    pub fn content(&self, entry: &Entry) -> Result<Vec<u8>, String> {
+        let end = entry.offset.checked_add(entry.stored_bytes);
+        let range = end.and_then(|end| Some(usize::try_from(entry.offset).ok()?..usize::try_from(end).ok()?));
+        let stored = range.and_then(|range| self.file.get(range)).ok_or("it lies outside of the file")?;
+        if crc32fast::hash(stored) != entry.crc {
+            return Err("its check sum is wrong".to_owned());
+        }
+        let most =
+            if entry.is_packed { entry.stored_bytes.saturating_mul(MAX_RATIO) } else { entry.stored_bytes };
+        if entry.content_bytes > most.min(MAX_SECTION_BYTES) {
+            return Err(format!(
+                "expected at most {} bytes, found {}",
+                most.min(MAX_SECTION_BYTES),
+                entry.content_bytes
+            ));
+        }
+        if !entry.is_packed {
+            return Ok(stored.to_vec());
+        }
+        let mut content = Vec::new();
+        let unpacked = DeflateDecoder::new(stored).take(entry.content_bytes + 1).read_to_end(&mut content);
+        match unpacked {
+            Ok(_) if content.len() as u64 == entry.content_bytes => Ok(content),
+            Ok(_) => Err("it has another length than expected".to_owned()),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+enum HeadError {
+    TooNew(u32),
+    Damaged(String),
+}
+
+/// The copy of the head at the end of a file.
+fn second_head(file: &[u8]) -> Option<&[u8]> {
+    let (rest, length) = file.split_last_chunk::<8>()?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    rest.get(rest.len().checked_sub(length)?..)
+}
+
+fn read_head(file: &[u8]) -> Result<Vec<Entry>, HeadError> {
+    let damaged = |reason: &str| HeadError::Damaged(reason.to_owned());
+    let mut fields = Fields(file);
+    if fields.take::<8>() != Some(MAGIC) {
+        return Err(damaged("its mark is wrong"));
+    }
+    let (Some(version), Some(count)) = (fields.u32(), fields.u32()) else {
+        return Err(damaged("it is cut off"));
+    };
+    let num_bytes = (count as usize).saturating_mul(ENTRY_BYTES).saturating_add(HEAD_BYTES);
+    let Some((head, rest)) = file.split_at_checked(num_bytes) else {
+        return Err(damaged("it is cut off"));
+    };
+    if Fields(rest).u32() != Some(crc32fast::hash(head)) {
+        return Err(damaged("its check sum is wrong"));
+    }
+    if version > FORMAT_VERSION {
+        return Err(HeadError::TooNew(version));
+    }
+    let entries: Option<Vec<Entry>> = (0..count).map(|_| fields.entry()).collect();
+    let entries = entries.ok_or(damaged("it is cut off"))?;
+    let total = entries.iter().try_fold(0_u64, |sum, entry| sum.checked_add(entry.stored_bytes));
+    // Sections that lie in each other could be unpacked to anything.
+    if total.is_none_or(|total| total > file.len() as u64) {
+        return Err(damaged("its sections are longer than the file"));
+    }
+    Ok(entries)
+}
+
+/// Fields of fixed lengths, one after the other.
+struct Fields<'a>(&'a [u8]);
+
+impl Fields<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (field, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(*field)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.take().map(u32::from_le_bytes)
+    }
+
+    fn u64(&mut self) -> Option<u64> {
+        self.take().map(u64::from_le_bytes)
+    }
+
+    fn entry(&mut self) -> Option<Entry> {
+        Some(Entry {
+            kind: Kind(self.take()?),
+            number: self.u32()?,
+            offset: self.u64()?,
+            stored_bytes: self.u64()?,
+            content_bytes: self.u64()?,
+            is_packed: self.u32()? != 0,
+            crc: self.u32()?,
+        })
+    }
+}

@@ -1,0 +1,191 @@
+//! What the sections hold, in the wire format of `postcard` (version 1).
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use visloc_core::geom::{Camera, Distortion};
+use visloc_slam::map::{Map, PictureShelf, SessionCamera, StoredKeyframe, StoredLandmark, StoredMap};
+
+use crate::{
+    Damage, MapScale, OpenedMap, Session, VisualMap, VmapError,
+    container::{Entry, Kind, Section, Sections, assemble},
+    image::{SHELF_PICTURES, budget, packed, unpacked},
+};
+
+const SESSIONS: Kind = Kind(*b"SESS");
+const SCALES: Kind = Kind(*b"SCAL");
+const CAMERAS: Kind = Kind(*b"CAMS");
+const KEYFRAMES: Kind = Kind(*b"KEYF");
+const LANDMARKS: Kind = Kind(*b"LAND");
+const PICTURE: Kind = Kind(*b"PICT");
+
+/// Landmarks of a section: what one damaged byte costs.
+const LANDMARKS_A_SECTION: usize = 512;
+/// Most keyframes and cameras. Far more than a file has room for.
+const MOST_KEYFRAMES: usize = 1 << 20;
+
+/// A camera as plain numbers.
+#[derive(Debug, Serialize, Deserialize)]
+struct PlainCamera {
+    size_px: (u32, u32),
+    focal_px: (f64, f64),
+    center_px: (f64, f64),
+    lens: Distortion,
+}
+
+impl PlainCamera {
+    fn new(camera: &Camera) -> Self {
+        let (focal_px, center_px) = (camera.focal_px(), camera.center_px());
+        Self { size_px: camera.size_px(), focal_px, center_px, lens: camera.distortion() }
+    }
+
+    fn camera(&self) -> Result<Camera, String> {
+        Camera::checked(self.size_px, self.focal_px, self.center_px, self.lens).map_err(|e| e.to_string())
+    }
+}
+
+/// The file of a map.
+#[allow(clippy::cast_possible_truncation)]
+pub fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
+    let stored = map.map.stored(own);
+    let plain =
+        |camera: &SessionCamera| (PlainCamera::new(&camera.calibrated), PlainCamera::new(&camera.camera));
+    let cameras: Vec<(PlainCamera, PlainCamera)> = stored.cameras.iter().map(plain).collect();
+    let mut sections = vec![
+        section(SESSIONS, 0, &map.sessions),
+        section(SCALES, 0, &map.scales),
+        section(CAMERAS, 0, &cameras),
+        section(KEYFRAMES, 0, &stored.keyframes),
+    ];
+    for (number, landmarks) in (0..).zip(stored.landmarks.chunks(LANDMARKS_A_SECTION)) {
+        sections.push(section(LANDMARKS, number, &landmarks));
+    }
+    let others: usize = sections.iter().map(|section| section.stored.len()).sum();
+    let most_bytes = budget(others / stored.keyframes.len().max(1));
+    for (number, picture) in (0..).zip(&stored.pictures) {
+        if let Some(bytes) = picture.as_ref().and_then(|picture| packed(picture, most_bytes)) {
+            sections.push(Section::as_it_is(PICTURE, number, bytes));
+        }
+    }
+    assemble(sections)
+}
+
+fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Section {
+    // Numbers, lists and names have no value that cannot be written.
+    let content = postcard::to_stdvec(content).unwrap_or_default();
+    Section::of_numbers(kind, number, &content)
+}
+
+/// Reads a file.
+pub fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
+    let mut reader = Reader { sections: Sections::read(file)?, damages: Vec::new() };
+    if let Some(reason) = reader.sections.head_damage.take() {
+        reader.damages.push(Damage { section: "head".to_owned(), reason, loss: "nothing, there is a copy" });
+    }
+    let cameras: Vec<(PlainCamera, PlainCamera)> = reader.needed(CAMERAS)?;
+    let session = |(calibrated, camera): &(PlainCamera, PlainCamera)| {
+        Ok(SessionCamera { calibrated: calibrated.camera()?, camera: camera.camera()? })
+    };
+    let cameras: Result<Vec<SessionCamera>, String> = cameras.iter().map(session).collect();
+    let cameras =
+        cameras.map_err(|reason| VmapError::Section { section: name(CAMERAS, None).to_owned(), reason })?;
+    let keyframes: Vec<StoredKeyframe> = reader.needed(KEYFRAMES)?;
+    let sessions: Vec<Session> = reader.spared(SESSIONS, "where the map comes from is not known");
+    let scales: Vec<MapScale> = reader.spared(SCALES, "the scale is not known");
+    let landmarks = reader.landmarks();
+    let pictures = reader.pictures(&cameras, &keyframes);
+    let Reader { damages, .. } = reader;
+    let map = Map::restored(StoredMap { cameras, keyframes, pictures, landmarks })?;
+    Ok(OpenedMap { map: VisualMap { map, scales, sessions }, damages })
+}
+
+/// The name of a section, for people.
+fn name(kind: Kind, number: Option<u32>) -> String {
+    let name = match kind {
+        SESSIONS => "sessions",
+        SCALES => "scales",
+        CAMERAS => "cameras",
+        KEYFRAMES => "keyframes",
+        LANDMARKS => "landmarks",
+        PICTURE => "picture",
+        _ => "unknown",
+    };
+    number.map_or_else(|| name.to_owned(), |number| format!("{name} {number}"))
+}
+
+struct Reader<'a> {
+    sections: Sections<'a>,
+    damages: Vec<Damage>,
+}
+
+impl Reader<'_> {
+    fn decoded<T: DeserializeOwned>(&self, entry: &Entry) -> Result<T, String> {
+        let content = self.sections.content(entry)?;
+        match postcard::take_from_bytes(&content) {
+            Ok((value, [])) => Ok(value),
+            Ok(_) => Err("there is more in it than expected".to_owned()),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    fn only<T: DeserializeOwned>(&self, kind: Kind) -> Result<T, String> {
+        let entry = self.sections.entries.iter().find(|entry| entry.kind == kind);
+        self.decoded(entry.ok_or("it is missing")?)
+    }
+
+    /// A section without which there is no map.
+    fn needed<T: DeserializeOwned>(&self, kind: Kind) -> Result<T, VmapError> {
+        self.only(kind).map_err(|reason| VmapError::Section { section: name(kind, None), reason })
+    }
+
+    /// A section that can be spared.
+    fn spared<T: DeserializeOwned + Default>(&mut self, kind: Kind, loss: &'static str) -> T {
+        self.only(kind).unwrap_or_else(|reason| {
+            self.damages.push(Damage { section: name(kind, None), reason, loss });
+            T::default()
+        })
+    }
+
+    fn of_kind(&self, kind: Kind) -> Vec<Entry> {
+        self.sections.entries.iter().filter(|entry| entry.kind == kind).copied().collect()
+    }
+
+    fn landmarks(&mut self) -> Vec<StoredLandmark> {
+        let mut landmarks = Vec::new();
+        for entry in self.of_kind(LANDMARKS) {
+            match self.decoded::<Vec<StoredLandmark>>(&entry) {
+                Ok(more) => landmarks.extend(more),
+                Err(reason) => {
+                    let (section, loss) = (name(LANDMARKS, Some(entry.number)), "its landmarks are lost");
+                    self.damages.push(Damage { section, reason, loss });
+                }
+            }
+        }
+        landmarks
+    }
+
+    /// The images by the numbers of their keyframes.
+    fn pictures(
+        &mut self,
+        cameras: &[SessionCamera],
+        keyframes: &[StoredKeyframe],
+    ) -> Vec<Option<visloc_slam::map::KeyframePicture>> {
+        let shelf = Arc::new(PictureShelf::new(SHELF_PICTURES));
+        let mut pictures = vec![None; keyframes.len().min(MOST_KEYFRAMES)];
+        for entry in self.of_kind(PICTURE) {
+            let number = entry.number as usize;
+            let camera = keyframes.get(number).and_then(|keyframe| cameras.get(keyframe.camera as usize));
+            match (self.sections.content(&entry), camera, pictures.get_mut(number)) {
+                (Ok(bytes), Some(camera), Some(picture)) => {
+                    *picture = Some(unpacked(bytes, camera.camera.size_px(), &shelf));
+                }
+                (content, _, _) => {
+                    let section = name(PICTURE, Some(entry.number));
+                    let reason = content.err().unwrap_or_else(|| "it has no keyframe".to_owned());
+                    self.damages.push(Damage { section, reason, loss: "nothing is searched in its image" });
+                }
+            }
+        }
+        pictures
+    }
+}

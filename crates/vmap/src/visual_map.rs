@@ -1,0 +1,105 @@
+//! What a file holds.
+
+use serde::{Deserialize, Serialize};
+use visloc_slam::map::{Map, MapId, SessionCamera};
+
+use crate::Damage;
+
+/// Maps of a place.
+#[derive(Debug, Clone, Default)]
+pub struct VisualMap {
+    /// Keyframes and landmarks.
+    pub map: Map,
+    /// The scale of each map, in order of their numbers. Those that are not listed are unknown.
+    pub scales: Vec<MapScale>,
+    /// What it was made of, oldest first.
+    pub sessions: Vec<Session>,
+}
+
+/// A map that was read.
+#[derive(Debug, Clone, Default)]
+pub struct OpenedMap {
+    /// The map.
+    pub map: VisualMap,
+    /// What is damaged.
+    pub damages: Vec<Damage>,
+}
+
+/// How long a map unit is.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct MapScale {
+    /// Where it comes from.
+    pub source: ScaleSource,
+    /// Standard deviation of the scale as a share of it; 0 where nobody has said.
+    pub relative_sigma: f64,
+}
+
+/// Where the scale of a map comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum ScaleSource {
+    /// A map unit is anything.
+    #[default]
+    Unknown,
+    /// Aligned to places that are known: a map unit is a meter.
+    Aligned,
+    /// Two points at a known distance: a map unit is a meter.
+    TwoPoints,
+    /// The height of the camera above the ground: a map unit is a meter.
+    CameraHeight,
+}
+
+impl ScaleSource {
+    /// The words for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unknown => "unknown",
+            Self::Aligned => "aligned to known places",
+            Self::TwoPoints => "two points of known distance",
+            Self::CameraHeight => "height of the camera",
+        }
+    }
+}
+
+/// A run that made or extended a map.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Session {
+    /// The source of the images, as it was named.
+    pub source: String,
+    /// The program and its version.
+    pub program: String,
+    /// Images that were used.
+    pub num_images: u64,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl VisualMap {
+    /// The scale of one of the maps.
+    #[must_use]
+    pub fn scale(&self, map: MapId) -> MapScale {
+        self.scales.get(map.index()).copied().unwrap_or_default()
+    }
+
+    /// The map that has most keyframes; `None` if there is none.
+    #[must_use]
+    pub fn largest(&self) -> Option<MapId> {
+        let count = |map: &MapId| self.map.all_keyframes().filter(|(_, k)| k.map == *map).count();
+        // The oldest of equals.
+        self.map.maps().into_iter().rev().max_by_key(count)
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
+        crate::sections::write(self, own)
+    }
+
+    /// Reads a file, whatever the bytes are.
+    ///
+    /// # Errors
+    /// If it is no map, of a newer version, or damaged where nothing can be spared.
+    pub fn from_bytes(file: &[u8]) -> Result<OpenedMap, crate::VmapError> {
+        crate::sections::read(file)
+    }
+}

@@ -1,0 +1,103 @@
+//! A camera in a map of the rendered clip of a desk that was aligned to the truth.
+
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use visloc_core::{CameraTrajectory, GrayImage, ImageSource, Timestamp, geom::Camera};
+use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
+use visloc_slam::{Slam, SlamConfig};
+use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, VisualMap};
+
+struct Clip {
+    camera: Camera,
+    images: Vec<(Timestamp, GrayImage)>,
+    truth: CameraTrajectory,
+}
+
+fn clip() -> Clip {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
+    let mut source = open_tum(&folder, SequenceRange::default()).unwrap();
+    let camera = *source.camera();
+    let image = || source.next_image().map(Result::unwrap).map(|frame| (frame.at, frame.image));
+    let images = std::iter::from_fn(image).collect();
+    Clip { camera, images, truth: read_camera_trajectory(&folder.join("groundtruth.txt")).unwrap() }
+}
+
+fn config() -> SlamConfig {
+    let mut config = SlamConfig::default();
+    // The clip is short: keyframes have to be near to each other.
+    config.mapping.max_shift_ratio = 0.02;
+    config
+}
+
+/// A map of every second image, in the frame of the truth.
+fn taught(clip: &Clip) -> VisualMap {
+    let mut slam = Slam::new(&clip.camera, &config(), 1).unwrap();
+    for (at, image) in clip.images.iter().step_by(2) {
+        slam.add_frame(*at, image.clone()).unwrap();
+    }
+    let map = VisualMap { map: slam.map().clone(), ..VisualMap::default() };
+    let mut map = VisualMap::from_bytes(&map.to_bytes(&slam.session_camera())).unwrap().map;
+    let largest = map.largest().unwrap();
+    let aligned = map.align(largest, &clip.truth).unwrap();
+    assert!(aligned.rmse_m < 0.01, "{aligned:?}");
+    assert!(aligned.relative_sigma < 0.05, "{aligned:?}");
+    assert_eq!(map.scale(largest).source, ScaleSource::Aligned);
+    map.map.check().unwrap();
+    map
+}
+
+/// Position error in meters, and orientation error in radians.
+fn errors(clip: &Clip, estimate: &CameraEstimate) -> (f64, f64) {
+    let truth = clip.truth.nearest(estimate.at, 0.01).unwrap().world_from_camera;
+    let apart = truth.inverse() * estimate.world_from_camera;
+    (apart.translation().norm(), apart.rotation_angle_rad())
+}
+
+#[test]
+fn new_images_are_localized_in_the_frame_of_the_truth() {
+    let clip = clip();
+    let map = taught(&clip);
+    let mut localizer = MapLocalizer::new(&map.map, Some(1.0), &clip.camera, &config(), 3).unwrap();
+    let (mut num, mut last_reliability) = (0, 0.0);
+    for (at, image) in clip.images.iter().skip(1).step_by(2) {
+        let Some(estimate) = localizer.step(*at, image.clone(), None).unwrap() else { continue };
+        let (meters, radians) = errors(&clip, &estimate);
+        assert!(meters < 0.02 && radians < 0.01, "{meters} m, {radians} rad at {at}");
+        assert!(estimate.covariance.iter().all(|value| value.is_finite()));
+        last_reliability = estimate.reliability;
+        num += usize::from(estimate.is_localized());
+    }
+    let total = clip.images.len() / 2;
+    assert!(num + 2 >= total, "{num} of {total}");
+    assert!(last_reliability > 0.95);
+}
+
+#[test]
+fn a_camera_that_is_carried_away_is_found_again_within_two_images() {
+    let clip = clip();
+    let map = taught(&clip);
+    let mut localizer = MapLocalizer::new(&map.map, None, &clip.camera, &config(), 3).unwrap();
+    let (first, last) = (&clip.images[..12], &clip.images[clip.images.len() - 12..]);
+    let mut lost = 0;
+    for (number, (_, image)) in first.iter().chain(last).chain(first).enumerate() {
+        let at = Timestamp::from_secs(number as f64 / 30.0);
+        let estimate = localizer.step(at, image.clone(), None).unwrap();
+        lost += usize::from(estimate.is_none_or(|estimate| !estimate.is_localized()));
+    }
+    assert!(lost <= 6, "{lost} images without a place");
+}
+
+#[test]
+fn what_is_dark_has_no_place() {
+    let clip = clip();
+    let map = taught(&clip);
+    let mut localizer = MapLocalizer::new(&map.map, Some(1.0), &clip.camera, &config(), 3).unwrap();
+    let (width, height) = clip.camera.size_px();
+    for number in 0..5 {
+        let at = Timestamp::from_secs(f64::from(number) / 30.0);
+        let dark = GrayImage::new(width as usize, height as usize);
+        assert!(localizer.step(at, dark, None).unwrap().is_none());
+    }
+}
