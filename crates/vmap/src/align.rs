@@ -97,7 +97,7 @@ impl VisualMap {
         let ground = find_ground(&self.map.with_active(map))?;
         let scale = meters / ground.height;
         let similarity = Similarity { scale, rotation: Matrix3::identity(), translation: Vector3::zeros() };
-        let relative_sigma = ground.spread / ground.height;
+        let relative_sigma = ground.spread / ground.height / (ground.num_keyframes as f64).sqrt();
         self.transform(map, &similarity, MapScale { source: ScaleSource::CameraHeight, relative_sigma });
         Some((scale, ground))
     }

@@ -193,8 +193,8 @@ pub fn align(args: &MapAlignArgs) -> Result<()> {
         };
         let share = ground.spread / ground.height * 100.0;
         say::line!(
-            "a ground of {} landmarks: a map unit is {scale:.5} m; the camera's height differs by {share:.1} %",
-            ground.num_points
+            "a ground below {} keyframes: a map unit is {scale:.5} m; the camera's height differs by {share:.1} %",
+            ground.num_keyframes
         );
     }
     save(&args.out, &map, &nobody()).with_context(|| args.out.display().to_string())?;
