@@ -114,19 +114,21 @@ pub struct Sections<'a> {
 impl<'a> Sections<'a> {
     /// The sections of a file.
     pub fn read(file: &'a [u8]) -> Result<Self, VmapError> {
-        let first = read_head(file);
+        let first = read_head(file, file.len());
         let (entries, head_damage) = match first {
             Ok(entries) => (entries, None),
             Err(HeadError::TooNew(found)) => {
                 return Err(VmapError::TooNew { known: FORMAT_VERSION, found });
             }
-            Err(HeadError::Damaged(reason)) => match second_head(file).map(read_head) {
-                Some(Ok(entries)) => (entries, Some(reason)),
-                _ if file.starts_with(&MAGIC) => {
-                    return Err(VmapError::Section { section: "head".to_owned(), reason });
+            Err(HeadError::Damaged(reason)) => {
+                match second_head(file).map(|head| read_head(head, file.len())) {
+                    Some(Ok(entries)) => (entries, Some(reason)),
+                    _ if file.starts_with(&MAGIC) => {
+                        return Err(VmapError::Section { section: "head".to_owned(), reason });
+                    }
+                    _ => return Err(VmapError::Foreign),
                 }
-                _ => return Err(VmapError::Foreign),
-            },
+            }
         };
         Ok(Self { file, entries, head_damage })
     }
@@ -173,9 +175,10 @@ fn second_head(file: &[u8]) -> Option<&[u8]> {
     rest.get(rest.len().checked_sub(length)?..)
 }
 
-fn read_head(file: &[u8]) -> Result<Vec<Entry>, HeadError> {
+/// Reads the head at the start of some bytes of a file of a length.
+fn read_head(bytes: &[u8], file_bytes: usize) -> Result<Vec<Entry>, HeadError> {
     let damaged = |reason: &str| HeadError::Damaged(reason.to_owned());
-    let mut fields = Fields(file);
+    let mut fields = Fields(bytes);
     if fields.take::<8>() != Some(MAGIC) {
         return Err(damaged("its mark is wrong"));
     }
@@ -183,7 +186,7 @@ fn read_head(file: &[u8]) -> Result<Vec<Entry>, HeadError> {
         return Err(damaged("it is cut off"));
     };
     let num_bytes = (count as usize).saturating_mul(ENTRY_BYTES).saturating_add(HEAD_BYTES);
-    let Some((head, rest)) = file.split_at_checked(num_bytes) else {
+    let Some((head, rest)) = bytes.split_at_checked(num_bytes) else {
         return Err(damaged("it is cut off"));
     };
     if Fields(rest).u32() != Some(crc32fast::hash(head)) {
@@ -194,9 +197,13 @@ fn read_head(file: &[u8]) -> Result<Vec<Entry>, HeadError> {
     }
     let entries: Option<Vec<Entry>> = (0..count).map(|_| fields.entry()).collect();
     let entries = entries.ok_or(damaged("it is cut off"))?;
-    let total = entries.iter().try_fold(0_u64, |sum, entry| sum.checked_add(entry.stored_bytes));
+    // Of a file that was cut off, what is left can be used.
+    let ends_inside =
+        |e: &&Entry| e.offset.checked_add(e.stored_bytes).is_some_and(|end| end <= file_bytes as u64);
+    let lengths = entries.iter().filter(ends_inside).map(|entry| entry.stored_bytes);
+    let total = lengths.into_iter().try_fold(0_u64, u64::checked_add);
     // Sections that lie in each other could be unpacked to anything.
-    if total.is_none_or(|total| total > file.len() as u64) {
+    if total.is_none_or(|total| total > file_bytes as u64) {
         return Err(damaged("its sections are longer than the file"));
     }
     Ok(entries)

@@ -114,7 +114,7 @@ fn print(path: &Path, findings: &Findings) {
         say::line!("  made from    {}, {} images ({})", session.source, session.images, session.program);
     }
     for damage in &findings.damages {
-        say::line!("  damaged      {damage}");
+        say::note!("{}: {damage}", path.display());
     }
 }
 
