@@ -200,8 +200,8 @@ fn read_head(bytes: &[u8], file_bytes: usize) -> Result<Vec<Entry>, HeadError> {
     // Of a file that was cut off, what is left can be used.
     let ends_inside =
         |e: &&Entry| e.offset.checked_add(e.stored_bytes).is_some_and(|end| end <= file_bytes as u64);
-    let lengths = entries.iter().filter(ends_inside).map(|entry| entry.stored_bytes);
-    let total = lengths.into_iter().try_fold(0_u64, u64::checked_add);
+    let mut lengths = entries.iter().filter(ends_inside).map(|entry| entry.stored_bytes);
+    let total = lengths.try_fold(0_u64, u64::checked_add);
     // Sections that lie in each other could be unpacked to anything.
     if total.is_none_or(|total| total > file_bytes as u64) {
         return Err(damaged("its sections are longer than the file"));

@@ -44,9 +44,25 @@ impl PlainCamera {
     }
 }
 
+impl VisualMap {
+    /// The file.
+    #[must_use]
+    pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
+        write(self, own)
+    }
+
+    /// Reads a file, whatever the bytes are.
+    ///
+    /// # Errors
+    /// If it is no map, of a newer version, or damaged where nothing can be spared.
+    pub fn from_bytes(file: &[u8]) -> Result<OpenedMap, VmapError> {
+        read(file)
+    }
+}
+
 /// The file of a map.
 #[allow(clippy::cast_possible_truncation)]
-pub fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
+fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
     let stored = map.map.stored(own);
     let plain =
         |camera: &SessionCamera| (PlainCamera::new(&camera.calibrated), PlainCamera::new(&camera.camera));
@@ -77,7 +93,7 @@ fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Secti
 }
 
 /// Reads a file.
-pub fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
+fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
     let mut reader = Reader { sections: Sections::read(file)?, damages: Vec::new() };
     if let Some(reason) = reader.sections.head_damage.take() {
         reader.damages.push(Damage { section: "head".to_owned(), reason, loss: "nothing, there is a copy" });

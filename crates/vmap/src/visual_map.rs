@@ -1,7 +1,7 @@
 //! What a file holds.
 
 use serde::{Deserialize, Serialize};
-use visloc_slam::map::{Map, MapId, SessionCamera};
+use visloc_slam::map::{Map, MapId};
 
 use crate::Damage;
 
@@ -87,19 +87,5 @@ impl VisualMap {
         let count = |map: &MapId| self.map.all_keyframes().filter(|(_, k)| k.map == *map).count();
         // The oldest of equals.
         self.map.maps().into_iter().rev().max_by_key(count)
-    }
-
-    /// The file.
-    #[must_use]
-    pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
-        crate::sections::write(self, own)
-    }
-
-    /// Reads a file, whatever the bytes are.
-    ///
-    /// # Errors
-    /// If it is no map, of a newer version, or damaged where nothing can be spared.
-    pub fn from_bytes(file: &[u8]) -> Result<OpenedMap, crate::VmapError> {
-        crate::sections::read(file)
     }
 }
