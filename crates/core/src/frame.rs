@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::{
     RgbImage, Timestamp,
-    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot},
+    geom::{Camera, CameraFrame, Odom, PlanarPose, Rigid3, Robot},
 };
 
 /// What the feet say about the ground.
@@ -43,6 +43,12 @@ impl Frame {
         robot_from_camera: Rigid3<Robot, CameraFrame>,
     ) -> Self {
         Self { at, image, camera, robot_from_camera, odometry: None, ground_contact: None }
+    }
+
+    /// Pose of the camera by odometry and kinematics; `None` without odometry.
+    #[must_use]
+    pub fn odom_from_camera(&self) -> Option<Rigid3<Odom, CameraFrame>> {
+        Some(self.odometry?.to_odom_from_robot() * self.robot_from_camera)
     }
 }
 

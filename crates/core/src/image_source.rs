@@ -1,14 +1,29 @@
 //! Where the images of one camera come from.
 
-use crate::{GrayImage, SkippedInput, SourceError, Timestamp, geom::Camera};
+use crate::{
+    GrayImage, SkippedInput, SourceError, Timestamp,
+    geom::{Camera, CameraFrame, Odom, Rigid3, World},
+};
 
-/// One gray image with its time.
+/// One gray image with its time, and what a robot knows of its camera.
 #[derive(Debug, Clone)]
 pub struct GrayFrame {
     /// When it was taken.
     pub at: Timestamp,
     /// The image; its size is the camera's.
     pub image: GrayImage,
+    /// Pose of the camera by the robot's odometry and kinematics, meters; `None` for a camera that is not on a robot.
+    pub odom_from_camera: Option<Rigid3<Odom, CameraFrame>>,
+    /// Where the camera really was, where the source says so with every image. Goes to evaluation and pictures only.
+    pub truth: Option<Rigid3<World, CameraFrame>>,
+}
+
+impl GrayFrame {
+    /// An image of a camera of which nothing else is known.
+    #[must_use]
+    pub fn new(at: Timestamp, image: GrayImage) -> Self {
+        Self { at, image, odom_from_camera: None, truth: None }
+    }
 }
 
 /// Everything that delivers the images of one calibrated camera: a dataset, a folder, a live camera.

@@ -72,7 +72,7 @@ impl Backfill {
     /// The next frame backwards and where it was. `None` if there is none, or it cannot be followed any farther.
     pub fn next(&mut self, map: &Map, rng: &mut Rng) -> Option<(usize, Place)> {
         let (number, at, pyramid) = self.waiting.pop()?;
-        let placed = self.follow(map, &Incoming { number, at, pyramid: &pyramid }, rng);
+        let placed = self.follow(map, &Incoming { number, at, pyramid: &pyramid, odometry: None }, rng);
         if placed.is_none() {
             self.waiting.clear();
             self.tracker = None;

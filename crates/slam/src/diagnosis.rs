@@ -154,7 +154,7 @@ impl RunCounters {
                 self.count_corners(wait);
                 of_light(brightness).unwrap_or_else(|| of_wait(wait, step_secs))
             }
-            TrackingState::Tracking(_) | TrackingState::Lost => {
+            TrackingState::Tracking(_) | TrackingState::Carried | TrackingState::Lost => {
                 self.lost_at_secs.get_or_insert(at.secs_since(first));
                 of_light(brightness).unwrap_or(Cause::Lost)
             }

@@ -8,6 +8,7 @@ use visloc_core::{
 };
 
 use crate::{
+    atlas::Similarity,
     backfill::Backfill,
     config::SlamConfig,
     frame_log::FrameLog,
@@ -15,12 +16,13 @@ use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, Map, MapId, SessionCamera},
     mapping::{KeyframeDecision, KeyframeRule},
+    odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
     recognize::Relocator,
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
-    track::{FrameWork, Incoming, Quality, TrackReport, Tracker},
+    track::{FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
 };
 
 /// What tracking is at.
@@ -68,6 +70,8 @@ pub(crate) struct FrontEnd {
     awaits_keyframe: bool,
     /// When the camera was lost.
     lost_at: Timestamp,
+    /// Number of the stretch of odometry.
+    stretch: usize,
 }
 
 /// Frames within which a loss means that the start was wrong.
@@ -99,6 +103,7 @@ impl FrontEnd {
             anchor_scale: 1.0,
             awaits_keyframe: false,
             lost_at: Timestamp::default(),
+            stretch: 0,
         }
     }
 
@@ -138,7 +143,8 @@ impl FrontEnd {
         let pose = |frame: &FramePose| {
             let world_from_camera = self.camera_from_world(frame)?.inverse();
             let map = self.map.map_of(frame.place?.0)?;
-            Some(TrajectoryPose { at: frame.at, world_from_camera, map, is_filled_in: frame.is_filled_in })
+            let FramePose { at, is_filled_in, is_carried, .. } = *frame;
+            Some(TrajectoryPose { at, world_from_camera, map, is_filled_in, is_carried })
         };
         self.frames.poses().iter().filter_map(pose).collect()
     }
@@ -154,6 +160,7 @@ impl FrontEnd {
         &mut self,
         at: Timestamp,
         image: GrayImage,
+        odom_from_camera: Option<OdomFromCamera>,
     ) -> Result<(FrameOutcome, Option<Order>), FrameError> {
         self.check_frame(at, &image)?;
         let mut timer = StageTimer::start(self.clock.clone());
@@ -162,8 +169,13 @@ impl FrontEnd {
         if self.frames.poses().is_empty() {
             self.lost_at = at;
         }
-        self.frames.push(FramePose::unknown(at));
-        let incoming = Incoming { number: self.number(), at, pyramid: &pyramid };
+        self.stretch += usize::from(odom_from_camera.is_none());
+        let stretch = self.stretch;
+        let odometry = odom_from_camera
+            .filter(|_| self.is_in_meters())
+            .map(|odom_from_camera| OdomPose { odom_from_camera, stretch });
+        self.frames.push(FramePose { odometry, ..FramePose::unknown(at) });
+        let incoming = Incoming { number: self.number(), at, pyramid: &pyramid, odometry };
         let mut outcome = FrameOutcome::new();
         let job = match self.phase {
             Phase::Starting => self.start(&incoming, &mut outcome, &mut timer),
@@ -190,13 +202,33 @@ impl FrontEnd {
         self.frames.len() - 1
     }
 
+    /// Whether the map that is tracked was made with odometry, or there is none yet: the unit of length of any other is not known.
+    fn is_in_meters(&self) -> bool {
+        self.map.maps().is_empty() || self.map.keyframe(self.anchor).odometry.is_some()
+    }
+
+    /// Motion of the camera from one frame to another by odometry, meters.
+    fn odometry(&self, first: usize, second: usize) -> Option<CameraMotion> {
+        let pose = |number| self.frames.get(number)?.odometry;
+        pose(first)?.motion_to(&pose(second)?)
+    }
+
+    /// Brings all maps that were made with odometry to meters by the whole of it.
+    pub fn make_metric(&mut self) {
+        for map in self.map.maps() {
+            if let Some(scale) = MetricScale::of_map(&self.map, map) {
+                self.map.enlarge(map, 1.0 / scale.units_per_meter);
+            }
+        }
+    }
+
     fn start(
         &mut self,
         incoming: &Incoming<'_>,
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
-        let step = self.initializer.add(incoming.number, incoming.at, incoming.pyramid, &mut self.rng);
+        let step = self.initializer.add(incoming, &mut self.rng);
         timer.end("start map");
         match step {
             StartStep::Waiting(wait) => {
@@ -204,11 +236,23 @@ impl FrontEnd {
                 outcome.state = TrackingState::Starting(wait);
                 None
             }
-            StartStep::Started(started) => {
+            StartStep::Started(mut started) => {
                 let is_only = self.map.maps().is_empty();
+                self.measure_start(&mut started);
                 self.adopt(&started, outcome);
                 Some(Job::Adopt { started, is_only })
             }
+        }
+    }
+
+    /// Brings a started map to meters if odometry tells how long its baseline is.
+    fn measure_start(&self, started: &mut StartedMap) {
+        let first = started.map.keyframe(started.first);
+        let pose = *first.camera_from_world();
+        let units = (started.map.keyframe(started.second).center_in_world() - first.center_in_world()).norm();
+        if let Some(motion) = self.odometry(first.frame, started.frame.number) {
+            let meters_per_unit = motion.translation().norm() / units.max(f64::MIN_POSITIVE);
+            started.move_by(&Similarity::between(&pose, &pose, meters_per_unit));
         }
     }
 
@@ -217,8 +261,8 @@ impl FrontEnd {
         let StartedMap { map, first, second, frame, between } = started;
         let offsets = self.map.append(map);
         self.epoch += 1;
-        self.anchor_scale = 1.0;
         let (first_id, second_id) = (offsets.keyframe(*first), offsets.keyframe(*second));
+        self.anchor_scale = self.map.scale_of(second_id);
         self.place(map.keyframe(*first).frame, (first_id, Rigid3::identity()));
         let world_from_first = map.keyframe(*first).camera_from_world().inverse();
         for (number, pose) in between {
@@ -262,6 +306,10 @@ impl FrontEnd {
                 self.num_bad = 0;
                 Some(self.accept(report, outcome, timer))
             }
+            Some(report) if let Some(moved) = self.tracker.moved(incoming) => {
+                self.num_bad = 0;
+                Some(self.carry(report, &moved, outcome, timer))
+            }
             report => {
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
@@ -283,6 +331,29 @@ impl FrontEnd {
         }
     }
 
+    /// Lets odometry carry the pose of the last frame on, where the image tells too little. Mapping goes on: what comes into view is
+    /// known soon.
+    fn carry(
+        &mut self,
+        mut report: TrackReport,
+        moved: &CameraMotion,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Job {
+        let number = report.frame.number;
+        if let Some(last) = self.tracker.last() {
+            report.frame.camera_from_world = *moved * last.camera_from_world;
+        }
+        report.frame.features.clear();
+        (report.num_matched, report.num_converged) = (0, 0);
+        let job = self.accept(report, outcome, timer);
+        outcome.state = TrackingState::Carried;
+        if let Some(frame) = self.frames.get_mut(number) {
+            frame.is_carried = true;
+        }
+        job
+    }
+
     /// Takes over a tracked frame and decides whether it should become a keyframe.
     fn accept(&mut self, report: TrackReport, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
         outcome.state = TrackingState::Tracking(report.quality);
@@ -301,7 +372,7 @@ impl FrontEnd {
         } else if self.awaits_keyframe {
             KeyframeDecision::Stay
         } else {
-            self.rule.decide(&self.map, self.anchor, &report)
+            self.rule.decide(&self.map, self.anchor, &report, focal_px(&self.camera))
         };
         if let KeyframeDecision::GoBackTo(earlier) = decision {
             self.anchor = earlier;
@@ -325,7 +396,7 @@ impl FrontEnd {
             return;
         }
         if let Some((number, place)) = self.backfill.next(&self.map, &mut self.rng)
-            && self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none())
+            && self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none() || frame.is_carried)
         {
             let scale = std::mem::replace(&mut self.anchor_scale, self.map.scale_of(place.0));
             self.place(number, place);
@@ -471,6 +542,7 @@ impl FrontEnd {
         if let Some(frame) = self.frames.get_mut(number) {
             frame.place = Some(place);
             frame.scale = scale;
+            frame.is_carried = false;
         }
     }
 

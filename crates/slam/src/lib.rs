@@ -5,7 +5,7 @@
 //! filters, bundle adjustment, culling), all on one [`map`]. [`recognize`] finds places that were seen before: for a camera that
 //! is lost, and for [`atlas`], which closes loops and joins maps. [`Slam`] ties them together.
 //!
-//! Lengths are in map units: a monocular map has no scale. Pixels have their centers at integers.
+//! Lengths are in map units: a monocular map has no scale, unless [`odometry`] gives it one. Pixels have their centers at integers.
 
 pub mod atlas;
 mod backfill;
@@ -18,6 +18,7 @@ pub mod image;
 pub mod lie;
 pub mod map;
 pub mod mapping;
+pub mod odometry;
 pub mod orb;
 mod outcome;
 pub mod patch;

@@ -3,7 +3,7 @@
 //! A twist is `[v; w]`: translation first, rotation (radians) after it. Source: Blanco, "A tutorial on SE(3)
 //! transformation parameterizations and on-manifold optimization", 2010, section 9.
 
-use nalgebra::{Matrix2x3, Matrix2x6, Matrix3, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix2x3, Matrix2x6, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 use visloc_core::geom::{CameraFrame, Rigid3, World};
 
 /// Where a camera is: takes points of the world to the camera.
@@ -66,6 +66,16 @@ pub fn moved<A, B>(twist: &Vector6<f64>, pose: &Rigid3<A, B>) -> Rigid3<A, B> {
     Rigid3::new(rotation, *product.translation())
 }
 
+/// Takes a twist of the source frame of a motion to its destination: `motion * exp(twist) = exp(adjoint * twist) * motion`.
+#[must_use]
+pub fn adjoint<A, B>(motion: &Rigid3<A, B>) -> Matrix6<f64> {
+    let mut adjoint = Matrix6::zeros();
+    adjoint.fixed_view_mut::<3, 3>(0, 0).copy_from(motion.rotation());
+    adjoint.fixed_view_mut::<3, 3>(3, 3).copy_from(motion.rotation());
+    adjoint.fixed_view_mut::<3, 3>(0, 3).copy_from(&(skew(motion.translation()) * motion.rotation()));
+    adjoint
+}
+
 /// Jacobian of a camera point's image by a twist applied from the left, given the Jacobian of the image by the point.
 #[inline]
 #[must_use]
@@ -91,6 +101,15 @@ mod tests {
             prop_assert!((log(&exp::<World>(&twist)) - twist).norm() < 1e-9);
             let small = twist * 1e-7;
             prop_assert!((log(&exp::<World>(&small)) - small).norm() < 1e-13);
+        }
+
+        #[test]
+        fn a_twist_from_behind_is_one_in_front(v in prop::array::uniform6(-1.0..1.0f64), w in prop::array::uniform6(-1.0..1.0f64)) {
+            let (motion, twist) = (exp::<World>(&Vector6::from(v)), Vector6::from(w));
+            let behind = motion * exp::<World>(&twist);
+            let in_front = exp::<World>(&(adjoint(&motion) * twist)) * motion;
+            prop_assert!((behind.rotation() - in_front.rotation()).norm() < 1e-9);
+            prop_assert!((behind.translation() - in_front.translation()).norm() < 1e-9);
         }
 
         #[test]

@@ -12,6 +12,7 @@ use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, MapId},
     mapping::MappingReport,
+    odometry::OdomPose,
     recognize::Refusal,
     start::StartWait,
     timing::StageTimes,
@@ -47,6 +48,8 @@ pub enum TrackingState {
     Starting(StartWait),
     /// The camera is tracked.
     Tracking(Quality),
+    /// The image shows too little of the map; the robot's odometry carries the pose on.
+    Carried,
     /// The camera is lost in its map.
     Lost,
 }
@@ -56,12 +59,12 @@ pub enum TrackingState {
 pub struct FrameOutcome {
     /// What the system knows now.
     pub state: TrackingState,
-    /// Pose as known at this moment; `None` unless the frame is tracked.
+    /// Pose as known at this moment; `None` unless the frame is tracked or carried.
     pub camera_from_world: Option<CameraFromWorld>,
     /// Covariance of the pose over a twist in the frame of the camera: translation first, map units and radians. What the map itself
     /// is off by is not in it.
     pub covariance: Option<Matrix6<f64>>,
-    /// The map that the pose is in; `None` unless the frame is tracked. Maps are joined later when they meet.
+    /// The map that the pose is in; `None` without a pose. Maps are joined later when they meet.
     pub map: Option<MapId>,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
@@ -119,13 +122,17 @@ pub struct FramePose {
     pub scale: f64,
     /// Whether the frame had no pose when it was taken: the start of a map found it afterwards.
     pub is_filled_in: bool,
+    /// Whether the pose is that of the last tracked frame, carried on by odometry.
+    pub is_carried: bool,
+    /// Where the odometry has it.
+    pub odometry: Option<OdomPose>,
 }
 
 impl FramePose {
     /// A frame without a pose.
     #[must_use]
     pub fn unknown(at: Timestamp) -> Self {
-        Self { at, place: None, scale: 1.0, is_filled_in: false }
+        Self { at, place: None, scale: 1.0, is_filled_in: false, is_carried: false, odometry: None }
     }
 }
 
@@ -140,6 +147,8 @@ pub struct TrajectoryPose {
     pub map: MapId,
     /// Whether the frame had no pose when it was taken: the start of a map found it afterwards.
     pub is_filled_in: bool,
+    /// Whether the image told nothing: the pose is that of the last tracked frame, carried on by odometry.
+    pub is_carried: bool,
 }
 
 /// A frame that the system has taken in, for those who look on.

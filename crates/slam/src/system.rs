@@ -5,7 +5,8 @@ use visloc_core::{Clock, GrayImage, Timestamp, geom::Camera};
 use crate::{
     config::{ConfigError, SlamConfig},
     front_end::FrontEnd,
-    map::{Map, SessionCamera},
+    map::{Map, MapId, SessionCamera},
+    odometry::{MetricScale, OdomFromCamera},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
     schedule::{BackEnd, Order, Schedule, Worker},
 };
@@ -165,19 +166,40 @@ impl Slam {
         }
     }
 
+    /// The unit of length of the map with the given number, as odometry tells it; `None` without odometry, or if the camera has
+    /// hardly moved.
+    #[must_use]
+    pub fn metric_scale(&self, map: MapId) -> Option<MetricScale> {
+        MetricScale::of_map(self.front_end.map(), map)
+    }
+
     /// Takes the next frame.
     ///
     /// # Errors
     /// If the frame cannot be used; it is left out.
     pub fn add_frame(&mut self, at: Timestamp, image: GrayImage) -> Result<FrameOutcome, FrameError> {
+        self.add_frame_of_robot(at, image, None)
+    }
+
+    /// Takes the next frame of a camera on a robot. Its odometry predicts the motion, gives the map its unit of length, and carries the
+    /// pose on where the image shows too little. Without odometry the frame is that of any camera.
+    ///
+    /// # Errors
+    /// If the frame cannot be used; it is left out.
+    pub fn add_frame_of_robot(
+        &mut self,
+        at: Timestamp,
+        image: GrayImage,
+        odom_from_camera: Option<OdomFromCamera>,
+    ) -> Result<FrameOutcome, FrameError> {
         let mut mapped = self.collect();
-        let (mut outcome, order) = self.front_end.add_frame(at, image)?;
+        let (mut outcome, order) = self.front_end.add_frame(at, image, odom_from_camera)?;
         mapped.extend(order.and_then(|order| self.hand_over(order)));
         outcome.mapped = mapped;
         Ok(outcome)
     }
 
-    /// Waits until the mapper has done all its work.
+    /// Waits until the mapper has done all its work. Maps whose unit of length is known by odometry are in meters afterwards.
     pub fn finish(&mut self) -> Vec<Mapped> {
         let mut mapped = self.collect();
         if let Mapping::There { worker, waiting, .. } = &mut self.mapping {
@@ -189,6 +211,7 @@ impl Slam {
             }
             mapped.extend(updates.into_iter().filter_map(|update| self.front_end.apply(update)));
         }
+        self.front_end.make_metric();
         mapped
     }
 

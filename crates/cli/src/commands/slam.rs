@@ -49,6 +49,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         ..run_options(args)?
     };
     let run = run(source.as_mut(), &config, options, lookers)?;
+    let truth = truth.or_else(|| run.truth.clone());
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
     // Numbers first, pictures last.
@@ -144,6 +145,17 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         report.keyframes,
         report.points
     );
+    if report.carried > 0 {
+        say::line!("  {} more images told too little: odometry carried the pose on", report.carried);
+    }
+    if let Some(scale) = report.maps.first().and_then(|map| map.scale.as_ref()) {
+        say::line!(
+            "  lengths are meters: by {} over {:.1} m of way, +-{:.1} %",
+            scale.source,
+            scale.way_m,
+            scale.deviation * 100.0
+        );
+    }
     if report.loops + report.joins > 0 {
         say::line!("  {} loops closed, {} maps joined", report.loops, report.joins);
     }
@@ -168,6 +180,9 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     }
     if let Some(ate) = &report.ate_m {
         say::line!("  ATE RMSE {:.4} m, median {:.4} m, max {:.4} m", ate.rmse, ate.median, ate.max);
+        if report.maps.first().is_some_and(|map| map.scale.is_some()) {
+            say::line!("  lengths are {:+.1} % off the truth", (1.0 / ate.scale - 1.0) * 100.0);
+        }
     }
     if let (Some(rotation), Some(translation)) = (report.rpe_rot_deg, report.rpe_trans_m) {
         say::line!("  frame to frame {rotation:.3} deg, {:.2} mm", translation * 1e3);

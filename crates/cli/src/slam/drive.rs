@@ -6,6 +6,7 @@ use visloc_slam::{
     FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame,
     diagnosis::{RunCounters, mean_brightness},
     map::{Map, MapId},
+    odometry::MetricScale,
 };
 
 use super::{FramePictures, Pace, SlamHistory};
@@ -47,6 +48,8 @@ pub struct SlamRun {
     pub maps: Vec<MapWay>,
     /// The map that has most of the poses.
     pub map: Map,
+    /// Where the camera really was, if the source said so with its images.
+    pub truth: Option<CameraTrajectory>,
     /// Images of the sequence, unusable ones included.
     pub num_images: usize,
     /// Images that came while tracking was busy; 0 unless live or in real time.
@@ -65,6 +68,10 @@ pub struct MapWay {
     pub trajectory: CameraTrajectory,
     /// How many of them were found afterwards.
     pub num_filled_in: usize,
+    /// How many of them odometry carried on, since the image told nothing.
+    pub num_carried: usize,
+    /// Its unit of length by odometry: its lengths are meters.
+    pub scale: Option<MetricScale>,
 }
 
 /// Somebody who looks on while SLAM runs.
@@ -107,20 +114,8 @@ pub fn run(
     lookers: Lookers<'_>,
 ) -> Result<SlamRun> {
     let Lookers { mut pictures, mut watcher, mut show } = lookers;
-    let start = |camera: &Camera, config: &SlamConfig, seed: u64| -> Result<Slam> {
-        let mut slam = match options.maps {
-            Some(maps) if options.is_fixed => Slam::in_fixed_map(maps.clone(), camera, config, seed)?,
-            Some(maps) => Slam::resume(maps.clone(), camera, config, seed, options.schedule)?,
-            None => Slam::with_schedule(camera, config, seed, options.schedule)?,
-        };
-        slam.set_clock(Clock::new(thread_cpu_secs));
-        if let Some(most) = options.most_records {
-            slam.remember_frames(most);
-        }
-        Ok(slam)
-    };
     let (mut config, mut seed) = (config.clone(), options.seed);
-    let mut slam = start(source.camera(), &config, seed)?;
+    let mut slam = start(source.camera(), &config, seed, &options)?;
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
     let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
@@ -129,6 +124,7 @@ pub fn run(
     let mut pace = options.is_realtime.then(Pace::start);
     let mut num_dropped = 0;
     let mut counters = RunCounters::default();
+    let mut truth = CameraTrajectory::new();
     while let Some(next) = source.next_image() {
         let frame = match next {
             Ok(frame) => frame,
@@ -150,13 +146,17 @@ pub fn run(
         }
         if is_reset || is_wished {
             history.add_mapped(num_before, &slam.finish());
-            slam = start(source.camera(), &config, seed)?;
+            slam = start(source.camera(), &config, seed, &options)?;
             num_before = history.records.num_seen();
         }
         let is_shown = pictures.is_some() || show.is_some();
         let kept = is_shown.then(|| frame.image.clone());
         let brightness = mean_brightness(&frame.image);
-        match slam.add_frame(frame.at, frame.image) {
+        if let Some(world_from_camera) = frame.truth {
+            // Times that do not increase are refused below.
+            let _ = truth.push(CameraPose { at: frame.at, world_from_camera });
+        }
+        match slam.add_frame_of_robot(frame.at, frame.image, frame.odom_from_camera) {
             Ok(outcome) => {
                 counters.count(frame.at, brightness, &outcome);
                 if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
@@ -189,7 +189,34 @@ pub fn run(
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
     let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);
-    Ok(SlamRun { slam, history, counters, trajectory, maps, map, num_images, num_dropped, skipped, error })
+    let truth = (!truth.poses().is_empty()).then_some(truth);
+    Ok(SlamRun {
+        slam,
+        history,
+        counters,
+        trajectory,
+        maps,
+        map,
+        truth,
+        num_images,
+        num_dropped,
+        skipped,
+        error,
+    })
+}
+
+/// A system that is as the options say.
+fn start(camera: &Camera, config: &SlamConfig, seed: u64, options: &RunOptions<'_>) -> Result<Slam> {
+    let mut slam = match options.maps {
+        Some(maps) if options.is_fixed => Slam::in_fixed_map(maps.clone(), camera, config, seed)?,
+        Some(maps) => Slam::resume(maps.clone(), camera, config, seed, options.schedule)?,
+        None => Slam::with_schedule(camera, config, seed, options.schedule)?,
+    };
+    slam.set_clock(Clock::new(thread_cpu_secs));
+    if let Some(most) = options.most_records {
+        slam.remember_frames(most);
+    }
+    Ok(slam)
 }
 
 /// The final poses by map, most poses first.
@@ -199,9 +226,16 @@ fn ways_by_map(slam: &Slam) -> Vec<MapWay> {
         let known = ways.iter().position(|way| way.map == pose.map);
         let index = known.unwrap_or(ways.len());
         if known.is_none() {
-            ways.push(MapWay { map: pose.map, trajectory: CameraTrajectory::new(), num_filled_in: 0 });
+            ways.push(MapWay {
+                map: pose.map,
+                trajectory: CameraTrajectory::new(),
+                num_filled_in: 0,
+                num_carried: 0,
+                scale: slam.metric_scale(pose.map),
+            });
         }
         ways[index].num_filled_in += usize::from(pose.is_filled_in);
+        ways[index].num_carried += usize::from(pose.is_carried);
         let pose = CameraPose { at: pose.at, world_from_camera: pose.world_from_camera };
         let _ = ways[index].trajectory.push(pose);
     }

@@ -20,8 +20,10 @@ pub const POSE_TOLERANCE_SECS: f64 = 0.01;
 pub struct SlamReport {
     /// Images of the sequence.
     pub frames: usize,
-    /// Poses in the final trajectory.
+    /// Poses in the final trajectory that an image told.
     pub tracked: usize,
+    /// Poses beside that odometry carried on.
+    pub carried: usize,
     /// Share of the frames with a pose, 0 to 1.
     pub coverage: f64,
     /// From the first image to the first map, seconds.
@@ -75,8 +77,23 @@ pub struct MapReport {
     pub poses: usize,
     /// Of those, found afterwards: by the start of the map.
     pub filled_in: usize,
+    /// Of those, carried on by odometry.
+    pub carried: usize,
+    /// Where its unit of length comes from; `null`: it is not known.
+    pub scale: Option<ScaleReport>,
     /// Root of the mean square of the trajectory error after alignment with scale, meters.
     pub ate_rmse_m: Option<f64>,
+}
+
+/// Where the unit of length of a map comes from. Its lengths are meters then.
+#[derive(Debug, Clone, Serialize)]
+pub struct ScaleReport {
+    /// `odometry`.
+    pub source: &'static str,
+    /// Way that was compared, meters.
+    pub way_m: f64,
+    /// Relative standard deviation; an error that the odometry has all the time comes on top of it.
+    pub deviation: f64,
 }
 
 impl MapReport {
@@ -87,6 +104,12 @@ impl MapReport {
             map: way.map.index(),
             poses: way.trajectory.poses().len(),
             filled_in: way.num_filled_in,
+            carried: way.num_carried,
+            scale: way.scale.map(|scale| ScaleReport {
+                source: "odometry",
+                way_m: scale.way_m,
+                deviation: scale.deviation,
+            }),
             ate_rmse_m: error.map(|error| error.rmse),
         }
     }
@@ -130,10 +153,11 @@ impl SlamReport {
         let error = absolute_error(&pairs, Alignment::Similarity);
         let relative = error.as_ref().and_then(|error| relative_error(&pairs, 1, &error.similarity));
         let SlamHistory { records, tracking, mapping, .. } = &run.history;
+        let carried = run.maps.iter().map(|way| way.num_carried).sum();
         let tracked = if run.slam.has_forgotten_frames() {
             run.history.num_tracked
         } else {
-            run.maps.iter().map(|way| way.trajectory.poses().len()).sum()
+            run.maps.iter().map(|way| way.trajectory.poses().len()).sum::<usize>() - carried
         };
         let start = records.first().map(|record| record.at);
         let first = run.history.first_tracked_at;
@@ -144,6 +168,7 @@ impl SlamReport {
         let report = Self {
             frames: run.num_images,
             tracked,
+            carried,
             coverage,
             initialized_at_s: start.zip(first).map(|(start, first)| first.secs_since(start)),
             lost_spells: run.history.num_lost_spells,

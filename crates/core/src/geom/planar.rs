@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point2, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::geom::{Rigid3, Robot, World, angle};
+use crate::geom::{Odom, Rigid3, Robot, World, angle};
 
 /// Pose of the robot in the ground plane, or the planar motion between two such poses. Plain data: it is the state of
 /// a particle and lives in large arrays. As a transform it is `world_from_robot`.
@@ -86,6 +86,16 @@ impl PlanarPose {
     /// The same pose in space: z = 0, rotation about the vertical.
     #[must_use]
     pub fn to_rigid3(&self) -> Rigid3<World, Robot> {
+        self.to_space()
+    }
+
+    /// The same for a pose of accumulated odometry.
+    #[must_use]
+    pub fn to_odom_from_robot(&self) -> Rigid3<Odom, Robot> {
+        self.to_space()
+    }
+
+    fn to_space<F>(self) -> Rigid3<F, Robot> {
         let (sin, cos) = self.yaw_rad.sin_cos();
         let rotation = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         Rigid3::from_matrix_unchecked(rotation, Vector3::new(self.x_m, self.y_m, 0.0))

@@ -68,7 +68,7 @@ impl ImageSource for FileSequence {
             let reason = match read_gray_image(&file.path) {
                 Ok(image) if (image.width(), image.height()) == (width as usize, height as usize) => {
                     let image = resize_gray(image, self.camera.size_px());
-                    return Some(Ok(GrayFrame { at: file.at, image }));
+                    return Some(Ok(GrayFrame::new(file.at, image)));
                 }
                 Ok(image) => {
                     format!("expected {width} x {height} px, found {} x {}", image.width(), image.height())

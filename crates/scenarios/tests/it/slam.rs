@@ -1,10 +1,10 @@
 //! SLAM on simulated tours: how far it is from the truth, and that the same tour gives the same bits.
 
 use visloc_core::{
-    CameraPose, CameraTrajectory, ImageSource,
+    CameraPose, CameraTrajectory, FrameSource, GrayImage, ImageSource,
     eval::camera::{Alignment, absolute_error, associate},
 };
-use visloc_sim::CameraTour;
+use visloc_sim::{CameraTour, Scenario, Simulation};
 use visloc_slam::{Slam, SlamConfig};
 
 /// Share of the images with a pose, and RMSE after alignment, meters.
@@ -55,4 +55,37 @@ fn images_do_not_depend_on_threads_or_range() {
     assert!(one.iter().zip(&three).all(|(a, b)| a.at == b.at && a.image == b.image));
     let other = images(small(6));
     assert!(other[0].image != one[0].image);
+}
+
+/// A robot that walks over a field with its head panning; its odometry has no error of scale.
+#[test]
+fn odometry_gives_a_robots_map_its_meters_and_carries_it_on() {
+    let mut scenario = Scenario::load("tour").unwrap();
+    scenario.robot.odometry.scale_error = [0.0, 0.0];
+    let mut robot = Simulation::new(&scenario, 1).unwrap().with_num_frames(750).with_threads(2);
+    let mut slam: Option<Slam> = None;
+    let mut truth = CameraTrajectory::new();
+    while let Some(next) = robot.next_frame() {
+        let next = next.unwrap();
+        let world_from_robot = next.truth.unwrap().world_from_robot.to_rigid3();
+        let world_from_camera = world_from_robot * next.frame.robot_from_camera;
+        truth.push(CameraPose { at: next.frame.at, world_from_camera }).unwrap();
+        let slam =
+            slam.get_or_insert_with(|| Slam::new(&next.frame.camera, &SlamConfig::default(), 1).unwrap());
+        let image = GrayImage::from_rgb(&next.frame.image);
+        slam.add_frame_of_robot(next.frame.at, image, next.frame.odom_from_camera()).unwrap();
+    }
+    let mut slam = slam.unwrap();
+    slam.finish();
+    assert_eq!(slam.map().maps().len(), 1);
+    let mut estimate = CameraTrajectory::new();
+    let poses = slam.trajectory();
+    for pose in &poses {
+        estimate.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera }).unwrap();
+    }
+    let num_seen = poses.iter().filter(|pose| !pose.is_carried).count();
+    assert!(num_seen > 350, "{num_seen} of {}", poses.len());
+    let error = absolute_error(&associate(&truth, &estimate, 0.001), Alignment::Similarity).unwrap();
+    assert!((error.similarity.scale - 1.0).abs() < 0.04, "{error:?}");
+    assert!(error.rmse < 0.15, "{error:?}");
 }

@@ -227,7 +227,7 @@ impl CameraTour {
                     noise_seed: tour.random.stream_seed("sensor-noise", stamp.at as u64),
                 };
                 let image = renderer.render(&tour.place.scene, moving, &at(0.0), &shot);
-                GrayFrame { at: START + secs, image: GrayImage::from_rgb(&image) }
+                GrayFrame::new(START + secs, GrayImage::from_rgb(&image))
             })
             .collect();
         self.workers = workers;

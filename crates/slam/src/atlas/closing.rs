@@ -135,6 +135,7 @@ mod tests {
                 pyramid: Arc::clone(&pyramid),
                 camera_from_world: at(0.5 * i as f64),
                 turned_from: None,
+                odometry: None,
             });
         }
         map

@@ -9,7 +9,7 @@ use visloc_core::{
 };
 
 use super::{KeyframePicture, LandmarkId};
-use crate::{image::Pyramid, lie::CameraFromWorld, recognize::View};
+use crate::{image::Pyramid, lie::CameraFromWorld, odometry::OdomPose, recognize::View};
 
 /// Number of a keyframe, in order of creation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -68,6 +68,8 @@ pub struct Keyframe {
     /// The keyframe that it has only turned from: both cameras are at the same place. It may have been culled since, see
     /// [`super::Map::turned_from`].
     pub turned_from: Option<KeyframeId>,
+    /// Where the odometry has it.
+    pub odometry: Option<OdomPose>,
     pub(super) camera_from_world: CameraFromWorld,
     pub(super) center_in_world: Point3<f64>,
     /// Its unit of length, in units of the time when it was made: it changes when loops are closed and maps are joined.

@@ -160,6 +160,20 @@ impl Map {
         }
     }
 
+    /// Multiplies all lengths of a map by a factor.
+    pub fn enlarge(&mut self, map: MapId, factor: f64) {
+        let corrections: Vec<Correction> = self
+            .all_keyframes()
+            .filter(|(_, keyframe)| keyframe.map == map)
+            .map(|(id, keyframe)| Correction {
+                keyframe: id,
+                camera_from_world: scaled(keyframe.camera_from_world(), factor),
+                scale: factor,
+            })
+            .collect();
+        self.correct(&corrections);
+    }
+
     /// Takes keyframes out of the maps, in a copy that is only searched.
     pub fn hide(&mut self, keyframes: impl Iterator<Item = KeyframeId>) {
         for id in keyframes {

@@ -13,7 +13,7 @@ use super::{
     keyframe::Anchor, shared_vec::SharedVec,
 };
 use crate::{
-    feature::gradient_noise, image::Pyramid, lie::CameraFromWorld, mapping::DepthFilter,
+    feature::gradient_noise, image::Pyramid, lie::CameraFromWorld, mapping::DepthFilter, odometry::OdomPose,
     recognize::PlaceIndex, track::TrackReport,
 };
 
@@ -30,6 +30,8 @@ pub struct NewKeyframe {
     pub camera_from_world: CameraFromWorld,
     /// The keyframe that it has only turned from.
     pub turned_from: Option<KeyframeId>,
+    /// Where the odometry has it.
+    pub odometry: Option<OdomPose>,
 }
 
 /// Keyframes and landmarks of one map or of several, each in a frame of its own until they are joined; one of them is tracked.
@@ -126,6 +128,7 @@ impl Map {
             anchor: None,
             is_given_up: false,
             turned_from: new.turned_from,
+            odometry: new.odometry,
         });
         id
     }
@@ -399,6 +402,7 @@ mod tests {
                             pyramid,
                             camera_from_world,
                             turned_from,
+                            odometry: None,
                         });
                     }
                     1 | 2 if is_alive => {

@@ -6,7 +6,8 @@ use crate::{
     config::MappingConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
-    solve::{Bundle, BundleObservation, BundleSettings, BundleTie},
+    odometry::{OdomPose, SURE_WAY_M, deviations},
+    solve::{Bundle, BundleMotion, BundleObservation, BundleSettings, BundleTie},
     track::{focal_px, whitening},
 };
 
@@ -153,12 +154,7 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
         bundle.points.push(landmark.point_in_world);
         for observation in &landmark.observations {
             let keyframe = observation.keyframe;
-            let camera = *camera_of[keyframe.index()].get_or_insert_with(|| {
-                index.keyframes.push(keyframe);
-                bundle.cameras.push(*map.keyframe(keyframe).camera_from_world());
-                bundle.is_free.push(false);
-                index.keyframes.len() - 1
-            });
+            let camera = camera_of_keyframe(map, keyframe, &mut bundle, &mut index, &mut camera_of);
             bundle.observations.push(BundleObservation {
                 point,
                 camera,
@@ -168,6 +164,7 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
         }
     }
     tie_turned(map, &mut bundle, &mut index, &mut camera_of);
+    add_odometry(map, &mut bundle, &mut index, &mut camera_of);
     fix_gauge(&mut bundle, &index);
     (bundle, index)
 }
@@ -189,21 +186,53 @@ fn tie_turned(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut
         if !is_free(id) && !is_free(other) {
             continue;
         }
-        let [first, second] = [id, other].map(|id| {
-            *camera_of[id.index()].get_or_insert_with(|| {
-                index.keyframes.push(id);
-                bundle.cameras.push(*map.keyframe(id).camera_from_world());
-                bundle.is_free.push(false);
-                index.keyframes.len() - 1
-            })
-        });
+        let [first, second] = [id, other].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
         let sigma = TURN_SIGMA * depth_of(map, other).or_else(|| depth_of(map, id)).unwrap_or(1.0);
         bundle.ties.push(BundleTie { cameras: (first, second), sigma });
     }
 }
 
+/// Holds keyframes together by odometry: each with the one before, and with the last one from which it is so far away that the length
+/// of the way is sure. Without the second kind the unit of length would drift.
+fn add_odometry(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
+    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
+    let known: Vec<(KeyframeId, OdomPose)> =
+        map.keyframes().filter_map(|(id, keyframe)| Some((id, keyframe.odometry?))).collect();
+    for (i, (id, odometry)) in known.iter().enumerate() {
+        let before = known[..i].iter().rev();
+        let motions = before.map_while(|(id, pose)| Some((*id, pose.motion_to(odometry)?)));
+        let far = motions.clone().find(|(_, motion)| motion.translation().norm() >= SURE_WAY_M);
+        for (other, second_from_first) in motions.take(1).chain(far) {
+            let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
+            if !is_free(*id) && !is_free(other) {
+                continue;
+            }
+            let [first, second] =
+                [other, *id].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
+            let deviations = deviations(&second_from_first);
+            bundle.motions.push(BundleMotion { cameras: (first, second), second_from_first, deviations });
+        }
+    }
+}
+
+/// Index of a keyframe in a bundle; one that is not in it yet joins it and stays where it is.
+fn camera_of_keyframe(
+    map: &Map,
+    id: KeyframeId,
+    bundle: &mut Bundle,
+    index: &mut Index,
+    camera_of: &mut [Option<usize>],
+) -> usize {
+    *camera_of[id.index()].get_or_insert_with(|| {
+        index.keyframes.push(id);
+        bundle.cameras.push(*map.keyframe(id).camera_from_world());
+        bundle.is_free.push(false);
+        index.keyframes.len() - 1
+    })
+}
+
 /// Median depth of the landmarks of a keyframe, map units.
-fn depth_of(map: &Map, id: KeyframeId) -> Option<f64> {
+pub(super) fn depth_of(map: &Map, id: KeyframeId) -> Option<f64> {
     let keyframe = map.keyframe(id);
     let depth = |id: &LandmarkId| keyframe.camera_from_world().transform(&map.landmark(*id).point_in_world).z;
     let mut depths: Vec<f64> = keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0).collect();

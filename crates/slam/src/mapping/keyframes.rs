@@ -1,5 +1,6 @@
 //! When a frame becomes a keyframe.
 
+use super::adjust::depth_of;
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
@@ -35,7 +36,16 @@ impl KeyframeRule {
     }
 
     /// Takes note of a frame and says what should be done. The reference is the keyframe that the frame hangs on.
-    pub fn decide(&mut self, map: &Map, reference: KeyframeId, report: &TrackReport) -> KeyframeDecision {
+    pub fn decide(
+        &mut self,
+        map: &Map,
+        reference: KeyframeId,
+        report: &TrackReport,
+        focal_px: f64,
+    ) -> KeyframeDecision {
+        if report.quality == Quality::Bad {
+            return self.decide_blindly(map, reference, &report.frame, focal_px);
+        }
         if !self.is_due(map, reference, report) {
             return KeyframeDecision::Stay;
         }
@@ -53,12 +63,27 @@ impl KeyframeRule {
         }
     }
 
+    /// The same for a frame whose pose is not known from its image: by how far it looks elsewhere.
+    fn decide_blindly(
+        &self,
+        map: &Map,
+        reference: KeyframeId,
+        frame: &Frame,
+        focal_px: f64,
+    ) -> KeyframeDecision {
+        let from_reference = frame.camera_from_world * map.keyframe(reference).camera_from_world().inverse();
+        let depth = depth_of(map, reference).unwrap_or(1.0);
+        let shift_px =
+            focal_px * (from_reference.rotation_angle_rad() + from_reference.translation().norm() / depth);
+        if shift_px > self.max_shift_px() { KeyframeDecision::Make } else { KeyframeDecision::Stay }
+    }
+
     fn is_due(&mut self, map: &Map, reference: KeyframeId, report: &TrackReport) -> bool {
         self.most_matched = self.most_matched.max(report.num_converged);
         let config = &self.config;
         let since = self.since.max(map.keyframe(reference).frame);
         let gap = report.frame.number.saturating_sub(since);
-        if report.quality == Quality::Bad || gap < config.min_gap_frames {
+        if gap < config.min_gap_frames {
             return false;
         }
         let lost = 1.0 - report.num_converged as f64 / self.most_matched.max(1) as f64;
@@ -175,6 +200,7 @@ mod tests {
             camera_from_world: CameraFromWorld::identity(),
             features: Vec::new(),
             turned_from: None,
+            odometry: None,
         }
     }
 
@@ -184,7 +210,14 @@ mod tests {
         let mut ids: Vec<Option<LandmarkId>> = vec![None; 1000];
         for (k, column) in columns.iter().enumerate() {
             let Frame { at, pyramid, camera_from_world, .. } = frame(0);
-            let made = NewKeyframe { frame: k * 100, at, pyramid, camera_from_world, turned_from: None };
+            let made = NewKeyframe {
+                frame: k * 100,
+                at,
+                pyramid,
+                camera_from_world,
+                turned_from: None,
+                odometry: None,
+            };
             let keyframe = map.add_keyframe(made);
             for (i, px) in seen_from(*column) {
                 let (ray, covariance_px) = (Vector3::z(), Matrix2::identity());
@@ -224,7 +257,7 @@ mod tests {
         let reference = KeyframeId(reference as u32);
         let mut rule =
             KeyframeRule { most_matched, ..KeyframeRule::new(&MappingConfig::default(), WIDTH_PX) };
-        rule.decide(&map, reference, &report)
+        rule.decide(&map, reference, &report, 500.0)
     }
 
     #[test]

@@ -142,6 +142,7 @@ impl Mapper {
             pyramid: frame.pyramid.clone(),
             camera_from_world: frame.camera_from_world,
             turned_from: frame.turned_from,
+            odometry: frame.odometry,
         });
         for feature in &frame.features {
             map.add_observation(feature.landmark, feature.in_keyframe(id));

@@ -175,7 +175,7 @@ fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &
         num_drawn += 1;
         let sample: [PoseObservation; SAMPLE] =
             std::array::from_fn(|_| observations[rng.random_range(0..observations.len())]);
-        let state = refine_pose(&start, &sample, |_| true, f64::INFINITY, 6);
+        let state = refine_pose(&start, None, &sample, |_| true, f64::INFINITY, 6);
         let num = count(&state);
         if num > best.0 {
             best = (num, state);
@@ -183,7 +183,7 @@ fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &
     }
     for _ in 0..2 {
         let is_agreeing: Vec<bool> = observations.iter().map(|o| o.chi2(&best.1) <= AGREEING_CHI2).collect();
-        let state = refine_pose(&best.1, observations, |i| is_agreeing[i], f64::INFINITY, 5);
+        let state = refine_pose(&best.1, None, observations, |i| is_agreeing[i], f64::INFINITY, 5);
         let num = count(&state);
         if num >= best.0 {
             best = (num, state);
@@ -217,5 +217,6 @@ pub(crate) fn frame_of(map: &Map, id: KeyframeId) -> Option<Frame> {
         camera_from_world: *keyframe.camera_from_world(),
         features: keyframe.landmarks.iter().filter_map(feature).collect(),
         turned_from: None,
+        odometry: None,
     })
 }

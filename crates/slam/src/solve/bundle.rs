@@ -2,10 +2,11 @@
 
 mod equations;
 
-use nalgebra::{Matrix2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, Vector2, Vector3, Vector6};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 use self::equations::{NormalEquations, Step};
-use crate::lie::{CameraFromWorld, moved};
+use crate::lie::{CameraFromWorld, log, moved};
 
 /// One measurement.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +28,34 @@ pub struct BundleTie {
     pub cameras: (usize, usize),
     /// Standard deviation of the distance of their centers along each axis, map units.
     pub sigma: f64,
+}
+
+/// A motion between two cameras that is known from elsewhere.
+#[derive(Debug, Clone, Copy)]
+pub struct BundleMotion {
+    /// Indices of the cameras.
+    pub cameras: (usize, usize),
+    /// The motion.
+    pub second_from_first: Rigid3<CameraFrame, CameraFrame>,
+    /// Standard deviations: map units along each axis, radians about it.
+    pub deviations: (f64, f64),
+}
+
+impl BundleMotion {
+    /// Error in standard deviations: translation, then rotation.
+    fn residual(&self, cameras: &[CameraFromWorld]) -> Vector6<f64> {
+        let twist = log(&(self.between(cameras) * self.second_from_first.inverse()));
+        twist.component_mul(&self.weights())
+    }
+
+    /// The motion as the cameras are now.
+    fn between(&self, cameras: &[CameraFromWorld]) -> Rigid3<CameraFrame, CameraFrame> {
+        cameras[self.cameras.1] * cameras[self.cameras.0].inverse()
+    }
+
+    fn weights(&self) -> Vector6<f64> {
+        Vector6::from_fn(|i, _| 1.0 / if i < 3 { self.deviations.0 } else { self.deviations.1 })
+    }
 }
 
 /// One coefficient of the lens through which all cameras of a bundle look, as a change from what the rays were made with.
@@ -76,6 +105,8 @@ pub struct Bundle {
     pub observations: Vec<BundleObservation>,
     /// Cameras that are known to be at the same place.
     pub ties: Vec<BundleTie>,
+    /// Motions between cameras that are known from elsewhere.
+    pub motions: Vec<BundleMotion>,
     /// The lens, if it is to be estimated too.
     pub lens: Option<BundleLens>,
 }
@@ -179,8 +210,13 @@ impl Bundle {
         };
         let of_ties =
             self.ties.iter().map(|tie| 0.5 * tie.residual(&state.cameras).norm_squared()).sum::<f64>();
+        let of_motions = self
+            .motions
+            .iter()
+            .map(|motion| 0.5 * motion.residual(&state.cameras).norm_squared())
+            .sum::<f64>();
         let of_lens = self.lens.as_ref().zip(state.lens).map_or(0.0, |(lens, change)| lens.cost(change));
-        self.observations.iter().enumerate().map(cost_of).sum::<f64>() + of_ties + of_lens
+        self.observations.iter().enumerate().map(cost_of).sum::<f64>() + of_ties + of_motions + of_lens
     }
 }
 

@@ -6,9 +6,11 @@ mod pose;
 mod skyline;
 mod triangulate;
 
-pub use bundle::{Bundle, BundleLens, BundleObservation, BundleReport, BundleSettings, BundleTie};
+pub use bundle::{
+    Bundle, BundleLens, BundleMotion, BundleObservation, BundleReport, BundleSettings, BundleTie,
+};
 pub use pose::{
-    PoseObservation, RansacSettings, RobustPose, State, pose_covariance, refine_pose, refine_turn,
+    PoseObservation, PosePrior, RansacSettings, RobustPose, State, pose_covariance, refine_pose, refine_turn,
     robust_pose,
 };
 pub use skyline::Skyline;

@@ -5,7 +5,7 @@ use rand::RngExt;
 use visloc_core::Rng;
 
 use super::normal::solve_damped;
-use crate::lie::{CameraFromWorld, moved, skew};
+use crate::lie::{CameraFromWorld, log, moved, skew};
 
 /// One landmark and where the camera sees it.
 ///
@@ -125,6 +125,32 @@ pub fn pose_covariance(pose: &CameraFromWorld, observations: &[PoseObservation])
 /// Standard deviation of the logarithm of the candidates' common scale before anything is seen.
 const SCALE_SIGMA: f64 = 0.7;
 
+/// What is known of a pose before anything is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct PosePrior {
+    expected_from_world: CameraFromWorld,
+    /// Inverse variances along and about each axis.
+    information: [f64; 2],
+}
+
+impl PosePrior {
+    /// An expected pose with standard deviations, map units along each axis of the camera and radians about it.
+    #[must_use]
+    pub fn new(expected_from_world: CameraFromWorld, (length, angle_rad): (f64, f64)) -> Self {
+        Self { expected_from_world, information: [length.powi(-2), angle_rad.powi(-2)] }
+    }
+
+    /// Adds its normal equations.
+    fn add(&self, state: &State, hessian: &mut SMatrix<f64, 7, 7>, gradient: &mut SVector<f64, 7>) {
+        let error = log(&(state.pose * self.expected_from_world.inverse()));
+        for i in 0..6 {
+            let information = self.information[i / 3];
+            hessian[(i, i)] += information;
+            gradient[i] -= information * error[i];
+        }
+    }
+}
+
 /// How outliers are found.
 #[derive(Debug, Clone, Copy)]
 pub struct RansacSettings {
@@ -155,11 +181,12 @@ pub struct RobustPose {
     pub num_inliers: usize,
 }
 
-/// Gauss-Newton on the reprojection error over the selected observations, with Tukey's biweight (cut off at `cutoff` whitened
+/// Gauss-Newton on the reprojection error over the selected observations and the prior, with Tukey's biweight (cut off at `cutoff` whitened
 /// units) or, with an infinite cutoff, plain least squares.
 #[must_use]
 pub fn refine_pose(
     start: &State,
+    prior: Option<&PosePrior>,
     observations: &[PoseObservation],
     is_used: impl Fn(usize) -> bool,
     cutoff: f64,
@@ -177,6 +204,9 @@ pub fn refine_pose(
             let weight = (1.0 - ratio2).powi(2);
             hessian += jacobian.transpose() * jacobian * weight;
             gradient -= jacobian.transpose() * error * weight;
+        }
+        if let Some(prior) = prior {
+            prior.add(&state, &mut hessian, &mut gradient);
         }
         hessian[(6, 6)] += 1.0 / (SCALE_SIGMA * SCALE_SIGMA);
         gradient[6] -= state.log_scale / (SCALE_SIGMA * SCALE_SIGMA);
@@ -235,23 +265,23 @@ pub fn refine_turn(
 #[must_use]
 pub fn robust_pose(
     start: &CameraFromWorld,
-    observations: &[PoseObservation],
-    settings: &RansacSettings,
+    prior: Option<&PosePrior>,
+    (observations, settings): (&[PoseObservation], &RansacSettings),
     rng: &mut Rng,
 ) -> RobustPose {
     let start = &State::new(start);
     if !settings.is_enabled && !settings.has_robust_weights {
-        let pose = refine_pose(start, observations, |_| true, f64::INFINITY, 10).pose;
+        let pose = refine_pose(start, prior, observations, |_| true, f64::INFINITY, 10).pose;
         let num_inliers = observations.len();
         return RobustPose { camera_from_world: pose, is_inlier: vec![true; num_inliers], num_inliers };
     }
     let limit = settings.inlier_chi2;
     let cutoff = if settings.has_robust_weights { 2.0 * limit.sqrt() } else { f64::INFINITY };
     // Wide first: the start may be off by several pixels.
-    let wide = refine_pose(start, observations, |_| true, 4.0 * cutoff, 5);
-    let mut best = refine_pose(&wide, observations, |_| true, cutoff, 5);
+    let wide = refine_pose(start, prior, observations, |_| true, 4.0 * cutoff, 5);
+    let mut best = refine_pose(&wide, prior, observations, |_| true, cutoff, 5);
     let mut best_count = count_inliers(&best, observations, limit);
-    let at_start = refine_pose(start, observations, |_| true, cutoff, 5);
+    let at_start = refine_pose(start, prior, observations, |_| true, cutoff, 5);
     let start_count = count_inliers(&at_start, observations, limit);
     if start_count > best_count {
         (best, best_count) = (at_start, start_count);
@@ -261,7 +291,7 @@ pub fn robust_pose(
         while drawn < needed_hypotheses(settings, best_count as f64 / observations.len() as f64) {
             drawn += 1;
             let sample = draw(settings.sample_size, observations.len(), rng);
-            let pose = refine_pose(start, observations, |i| sample.contains(&i), f64::INFINITY, 5);
+            let pose = refine_pose(start, prior, observations, |i| sample.contains(&i), f64::INFINITY, 5);
             let count = count_inliers(&pose, observations, limit);
             if count > best_count {
                 (best, best_count) = (pose, count);
@@ -269,9 +299,9 @@ pub fn robust_pose(
         }
     }
     let is_inlier = mark(&best, observations, limit);
-    let pose = refine_pose(&best, observations, |i| is_inlier[i], cutoff, 5);
+    let pose = refine_pose(&best, prior, observations, |i| is_inlier[i], cutoff, 5);
     let is_rescued = mark(&pose, observations, limit * settings.rescue_factor.powi(2));
-    let pose = refine_pose(&pose, observations, |i| is_rescued[i], cutoff, 10);
+    let pose = refine_pose(&pose, prior, observations, |i| is_rescued[i], cutoff, 10);
     let is_inlier = mark(&pose, observations, limit);
     let num_inliers = is_inlier.iter().filter(|is_inlier| **is_inlier).count();
     RobustPose { camera_from_world: pose.pose, is_inlier, num_inliers }
@@ -351,7 +381,7 @@ mod tests {
             let (truth, observations) = scene(seed, 0.4);
             let start = moved(&Vector6::new(0.03, 0.02, -0.03, 0.02, 0.01, 0.02), &truth);
             let mut rng = RngTree::new(seed).stream("ransac", 0);
-            let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
+            let found = robust_pose(&start, None, (&observations, &SETTINGS), &mut rng);
             let error = log(&(found.camera_from_world * truth.inverse())).norm();
             assert!(error < 0.01, "seed {seed}: {error}");
             assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
@@ -364,8 +394,12 @@ mod tests {
         let settings =
             |is_enabled, has_robust_weights| RansacSettings { is_enabled, has_robust_weights, ..SETTINGS };
         let find = |settings: RansacSettings| {
-            let found =
-                robust_pose(&truth, &observations, &settings, &mut RngTree::new(3).stream("ransac", 0));
+            let found = robust_pose(
+                &truth,
+                None,
+                (&observations, &settings),
+                &mut RngTree::new(3).stream("ransac", 0),
+            );
             (log(&(found.camera_from_world * truth.inverse())).norm(), found.num_inliers)
         };
         let (error, num_inliers) = find(settings(false, false));
@@ -425,7 +459,7 @@ mod tests {
         }
         let start = moved(&Vector6::new(0.01, -0.01, 0.01, 0.002, 0.002, 0.0), &truth);
         let mut rng = RngTree::new(5).stream("ransac", 0);
-        let found = robust_pose(&start, &observations, &SETTINGS, &mut rng);
+        let found = robust_pose(&start, None, (&observations, &SETTINGS), &mut rng);
         let error = (found.camera_from_world.translation() - truth.translation()).norm();
         assert!(error < 0.04, "{error}");
     }
@@ -434,7 +468,7 @@ mod tests {
     fn nothing_to_see_leaves_the_pose() {
         let (truth, _) = scene(1, 0.0);
         let mut rng = RngTree::new(1).stream("ransac", 0);
-        let found = robust_pose(&truth, &[], &SETTINGS, &mut rng);
+        let found = robust_pose(&truth, None, (&[], &SETTINGS), &mut rng);
         assert_eq!(found.num_inliers, 0);
         assert!(log(&(found.camera_from_world * truth.inverse())).norm() < 1e-9);
     }

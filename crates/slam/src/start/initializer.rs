@@ -13,15 +13,20 @@ use super::{
     VerifiedStart, ViewRays, confirm, is_clearly_better, solve_two_view, verify,
 };
 use crate::{
+    atlas::Similarity,
     config::SlamConfig,
     feature::CornerGrid,
     image::Pyramid,
     lie::CameraFromWorld,
-    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    map::{Correction, KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, scaled},
     mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
+    odometry::{CameraMotion, OdomPose, deviations},
     solve::{PoseObservation, RansacSettings, robust_pose},
-    track::{Feature, Frame, RotationAligner, focal_px, whitening},
+    track::{Feature, Frame, Incoming, RotationAligner, focal_px, whitening},
 };
+
+/// Standard deviations beyond which a motion is not that of the odometry.
+const SURE: f64 = 4.0;
 
 /// What came of a frame.
 #[derive(Debug)]
@@ -47,6 +52,23 @@ pub struct StartedMap {
     pub between: Vec<(usize, CameraFromWorld)>,
 }
 
+impl StartedMap {
+    /// Takes the map to another frame and unit of length.
+    pub fn move_by(&mut self, similarity: &Similarity) {
+        let correction = |id| Correction {
+            keyframe: id,
+            camera_from_world: similarity.pose(self.map.keyframe(id).camera_from_world()),
+            scale: similarity.scale,
+        };
+        let corrections = [correction(self.first), correction(self.second)];
+        self.map.correct(&corrections);
+        self.frame.camera_from_world = similarity.pose(&self.frame.camera_from_world);
+        for (_, pose) in &mut self.between {
+            *pose = similarity.pose(pose);
+        }
+    }
+}
+
 /// Waits for two views that start a map.
 #[derive(Debug, Clone)]
 pub struct Initializer {
@@ -65,6 +87,8 @@ struct Attempt {
     follower: Follower,
     number: usize,
     at: Timestamp,
+    /// Where the odometry has the camera in the first frame.
+    odometry: Option<OdomPose>,
     num_corners: usize,
     /// Corners found in the first frame after that.
     num_followable: Option<usize>,
@@ -95,12 +119,14 @@ impl Initializer {
         self.rotation_aligner = RotationAligner::new(camera, 4);
     }
 
-    /// Looks at the next frame.
-    pub fn add(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>, rng: &mut Rng) -> StartStep {
+    /// Looks at the next frame. With odometry, only a start that agrees with it counts.
+    pub fn add(&mut self, incoming: &Incoming<'_>, rng: &mut Rng) -> StartStep {
+        let Incoming { number, pyramid, .. } = *incoming;
         let Some(attempt) = &mut self.attempt else {
-            return StartStep::Waiting(self.begin(number, at, pyramid));
+            return StartStep::Waiting(self.begin(incoming));
         };
         let camera = &self.camera;
+        let min_points = least_points(&self.config, incoming);
         let turn = self.rotation_aligner.align(&attempt.last, pyramid, &Rotation3::identity());
         attempt
             .follower
@@ -113,20 +139,25 @@ impl Initializer {
         // Corners of noise are gone after one frame and do not count.
         let num_followable = *attempt.num_followable.get_or_insert(num);
         let least = (self.config.start.min_followed_ratio * num_followable as f64) as usize;
-        if num < least.max(self.config.start.min_points) {
+        if num < least.max(min_points) {
             let lost = LostTracks { num, of: attempt.num_corners };
-            self.begin(number, at, pyramid);
+            self.begin(incoming);
             return StartStep::Waiting(StartWait::TracksLost(lost));
         }
         let shift = attempt.follower.median_shift_px();
         if attempt.history.len() > self.config.start.max_frames {
-            self.begin(number, at, pyramid);
+            self.begin(incoming);
             return StartStep::Waiting(StartWait::LittleMotion(shift));
         }
         if shift < self.config.start.min_shift_px {
             return StartStep::Waiting(StartWait::LittleMotion(shift));
         }
-        match self.try_start(at, number, pyramid, rng) {
+        let odometry = attempt.odometry.zip(incoming.odometry);
+        let expected = odometry.and_then(|(first, last)| first.motion_to(&last));
+        if expected.is_some_and(|expected| direction_of(&expected).is_none()) {
+            return StartStep::Waiting(StartWait::LittleMotion(shift));
+        }
+        match self.try_start(incoming, expected.as_ref(), rng) {
             Ok(started) => {
                 self.attempt = None;
                 StartStep::Started(Box::new(started))
@@ -140,10 +171,11 @@ impl Initializer {
         self.attempt = None;
     }
 
-    fn begin(&mut self, number: usize, at: Timestamp, pyramid: &Arc<Pyramid>) -> StartWait {
+    fn begin(&mut self, incoming: &Incoming<'_>) -> StartWait {
+        let Incoming { number, at, pyramid, .. } = *incoming;
         let mut grid = CornerGrid::new(self.camera.size_px(), self.config.features.cell_px);
         let corners = corners_in_two_passes(pyramid, &mut grid, &self.config.features);
-        if corners.len() < self.config.start.min_points {
+        if corners.len() < least_points(&self.config, incoming) {
             self.attempt = None;
             return StartWait::FewCorners(corners.len());
         }
@@ -152,6 +184,7 @@ impl Initializer {
             follower,
             number,
             at,
+            odometry: incoming.odometry,
             num_corners: corners.len(),
             num_followable: None,
             last: Arc::clone(pyramid),
@@ -164,13 +197,12 @@ impl Initializer {
 
     fn try_start(
         &mut self,
-        at: Timestamp,
-        number: usize,
-        pyramid: &Arc<Pyramid>,
+        incoming: &Incoming<'_>,
+        expected: Option<&CameraMotion>,
         rng: &mut Rng,
     ) -> Result<StartedMap, StartWait> {
         let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::FewCorners(0)) };
-        let started = self.try_attempt(&mut attempt, at, number, pyramid, rng);
+        let started = self.try_attempt(&mut attempt, incoming, expected, rng);
         self.attempt = Some(attempt);
         started
     }
@@ -178,17 +210,18 @@ impl Initializer {
     fn try_attempt(
         &self,
         attempt: &mut Attempt,
-        at: Timestamp,
-        number: usize,
-        pyramid: &Arc<Pyramid>,
+        incoming: &Incoming<'_>,
+        expected: Option<&CameraMotion>,
         rng: &mut Rng,
     ) -> Result<StartedMap, StartWait> {
+        let Incoming { number, at, pyramid, .. } = *incoming;
         let config = &self.config.start;
         let focal = focal_px(&self.camera);
+        let min_points = least_points(&self.config, incoming);
         let settings = TwoViewSettings {
             pixel: 1.0 / focal,
             inlier_px: config.inlier_px,
-            min_points: config.min_points,
+            min_points,
             min_inlier_ratio: config.min_inlier_ratio,
             min_parallax_rad: config.min_parallax_deg.to_radians(),
             num_samples: config.num_samples,
@@ -200,15 +233,19 @@ impl Initializer {
             .iter()
             .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
             .collect();
-        let candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
+        attempt.hints.extend(expected.and_then(direction_of));
+        let mut candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
         attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
+        if let Some(expected) = expected {
+            candidates.retain(|candidate| agrees(&candidate.motion, expected));
+        }
         let (start, parallax_rad) = self.choose(attempt, &candidates)?;
         let depths = depths_of(attempt, &start);
         confirm(&mut attempt.pending, depths, parallax_rad)?;
-        let (mut map, landmarks) = self.build(attempt, &start, at, number, pyramid);
+        let (mut map, landmarks) = self.build(attempt, &start, incoming);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
-        if num_left < config.min_points {
+        if num_left < min_points {
             return Err(StartWait::NoCommonMotion(num_left as f64 / num_tracks as f64));
         }
         let (first, second) = (KeyframeId(0), KeyframeId(1));
@@ -226,6 +263,7 @@ impl Initializer {
             camera_from_world: *map.keyframe(second).camera_from_world(),
             features: features.collect(),
             turned_from: None,
+            odometry: incoming.odometry,
         };
         Ok(StartedMap { first, second, frame, between, map })
     }
@@ -271,9 +309,7 @@ impl Initializer {
         &self,
         attempt: &Attempt,
         start: &VerifiedStart,
-        at: Timestamp,
-        number: usize,
-        pyramid: &Arc<Pyramid>,
+        incoming: &Incoming<'_>,
     ) -> (Map, Vec<(LandmarkId, usize)>) {
         let mut map = Map::new();
         let first = map.add_keyframe(NewKeyframe {
@@ -282,14 +318,16 @@ impl Initializer {
             pyramid: Arc::clone(attempt.follower.first()),
             camera_from_world: CameraFromWorld::identity(),
             turned_from: None,
+            odometry: attempt.odometry,
         });
         let turn = Rotation3::from_matrix_unchecked(*start.last_from_first.rotation());
         let second = map.add_keyframe(NewKeyframe {
-            frame: number,
-            at,
-            pyramid: Arc::clone(pyramid),
+            frame: incoming.number,
+            at: incoming.at,
+            pyramid: Arc::clone(incoming.pyramid),
             camera_from_world: CameraFromWorld::new(turn, *start.last_from_first.translation()),
             turned_from: None,
+            odometry: incoming.odometry,
         });
         let mut landmarks = Vec::new();
         for (track, point) in attempt.follower.tracks().iter().zip(&start.points) {
@@ -346,7 +384,7 @@ impl Initializer {
                 landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
             };
             let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
-            let robust = robust_pose(&pose, &observations, &ransac, rng);
+            let robust = robust_pose(&pose, None, (&observations, &ransac), rng);
             if robust.num_inliers * 2 >= observations.len()
                 && robust.num_inliers >= self.config.tracking.min_matches
             {
@@ -356,6 +394,29 @@ impl Initializer {
         }
         poses
     }
+}
+
+/// Fewest points of a start: with a motion that is known, fewer are enough.
+fn least_points(config: &SlamConfig, incoming: &Incoming<'_>) -> usize {
+    let least = config.start.min_points;
+    if incoming.odometry.is_some() { least.min(config.relocation.min_matches) } else { least }
+}
+
+/// A motion with a translation of length 1; `None` if its direction is lost in the noise of odometry.
+fn direction_of(motion: &CameraMotion) -> Option<TwoViewMotion> {
+    let length = motion.translation().norm();
+    (length >= SURE * deviations(motion).0).then(|| scaled(motion, 1.0 / length))
+}
+
+/// Whether a motion between two views is the one of the odometry, as far as the odometry knows it.
+fn agrees(motion: &TwoViewMotion, expected: &CameraMotion) -> bool {
+    let (length, angle_rad) = deviations(expected);
+    let is_same_turn = (*motion * expected.inverse()).rotation_angle_rad() < SURE * angle_rad;
+    let is_same_direction = direction_of(expected).is_none_or(|direction| {
+        let sine = (SURE * length / expected.translation().norm()).min(1.0);
+        motion.translation().dot(direction.translation()) > (1.0 - sine * sine).sqrt()
+    });
+    is_same_turn && is_same_direction
 }
 
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.

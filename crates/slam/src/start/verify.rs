@@ -68,7 +68,7 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
         pose = match i {
             0 => CameraFromWorld::identity(),
             _ if i + 1 == views.len() => last,
-            _ => refine_pose(&State::new(&pose), &known, |_| true, 40.0, 10).pose,
+            _ => refine_pose(&State::new(&pose), None, &known, |_| true, 40.0, 10).pose,
         };
         bundle.cameras.push(pose);
         bundle.is_free.push(i > 0);

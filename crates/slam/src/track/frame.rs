@@ -10,6 +10,7 @@ use crate::{
     image::Pyramid,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Observation},
+    odometry::OdomPose,
     timing::StageTimer,
 };
 
@@ -22,6 +23,8 @@ pub struct Incoming<'a> {
     pub at: Timestamp,
     /// Its images.
     pub pyramid: &'a Arc<Pyramid>,
+    /// Where the odometry has the camera.
+    pub odometry: Option<OdomPose>,
 }
 
 /// What the work on a frame draws from and is measured by.
@@ -79,4 +82,6 @@ pub struct Frame {
     pub features: Vec<Feature>,
     /// The keyframe that it has only turned from: both cameras are at the same place.
     pub turned_from: Option<KeyframeId>,
+    /// Where the odometry has it.
+    pub odometry: Option<OdomPose>,
 }

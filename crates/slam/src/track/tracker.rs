@@ -3,10 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix6, Rotation3, Vector2};
-use visloc_core::{
-    Timestamp,
-    geom::{Camera, CameraFrame, Rigid3},
-};
+use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
     AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
@@ -14,12 +11,12 @@ use super::{
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
-    image::Pyramid,
     lie::CameraFromWorld,
     map::{Landmark, LandmarkId, LandmarkState, Map},
+    odometry::{CameraMotion, deviations},
     orb::Recognition,
     patch::AlignLimits,
-    solve::{PoseObservation, RansacSettings, pose_covariance, robust_pose},
+    solve::{PoseObservation, PosePrior, RansacSettings, pose_covariance, robust_pose},
 };
 
 /// When the alignment of a landmark's patch counts.
@@ -165,7 +162,7 @@ impl Tracker {
     #[must_use]
     pub fn track(&self, map: &Map, incoming: &Incoming<'_>, work: &mut FrameWork<'_>) -> Option<TrackReport> {
         let last = self.last.as_ref()?;
-        let predicted = self.predict(map, last, incoming.at, incoming.pyramid);
+        let predicted = self.predict(map, last, incoming);
         work.timer.end("image alignment");
         let mut report = self.track_near(map, incoming, (&predicted, 0), last, work);
         if report.quality == Quality::Bad {
@@ -187,8 +184,8 @@ impl Tracker {
     ) -> Option<TrackReport> {
         let num_missed = incoming.number.saturating_sub(last.number + 1);
         let radius = (WIDE_RADIUS + WIDE_RADIUS / 2 * num_missed).min(MOST_RADIUS);
-        let by_velocity = self.motion.predict(incoming.at.secs_since(last.at)) * last.camera_from_world;
-        for start in [predicted, &by_velocity] {
+        let by_motion = self.expected_motion(last, incoming) * last.camera_from_world;
+        for start in [predicted, &by_motion] {
             let wide = self.track_near(map, incoming, (start, radius), last, work);
             if wide.num_matched >= self.config.min_matches / 2 {
                 let report = self.track_near(map, incoming, (&wide.frame.camera_from_world, 0), last, work);
@@ -212,13 +209,25 @@ impl Tracker {
         }
     }
 
+    /// Motion since the last frame by odometry, meters.
+    #[must_use]
+    pub fn moved(&self, incoming: &Incoming<'_>) -> Option<CameraMotion> {
+        self.last.as_ref()?.odometry?.motion_to(&incoming.odometry?)
+    }
+
+    /// Motion since the last frame: by odometry, or else as fast as before.
+    fn expected_motion(&self, last: &Frame, incoming: &Incoming<'_>) -> CameraMotion {
+        self.moved(incoming).unwrap_or_else(|| self.motion.predict(incoming.at.secs_since(last.at)))
+    }
+
     /// Pose by motion prior and image alignment.
-    fn predict(&self, map: &Map, last: &Frame, at: Timestamp, pyramid: &Pyramid) -> CameraFromWorld {
+    fn predict(&self, map: &Map, last: &Frame, incoming: &Incoming<'_>) -> CameraFromWorld {
         let features = align_features(map, last);
-        let by_velocity = self.motion.predict(at.secs_since(last.at));
-        let guess = Rotation3::from_matrix_unchecked(*by_velocity.rotation());
+        let pyramid = incoming.pyramid;
+        let expected = self.expected_motion(last, incoming);
+        let guess = Rotation3::from_matrix_unchecked(*expected.rotation());
         let turned = self.rotation_aligner.align(&last.pyramid, pyramid, &guess);
-        let by_images = Rigid3::new(turned, *by_velocity.translation());
+        let by_images = Rigid3::new(turned, *expected.translation());
         let align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
             align_images(
                 &self.camera,
@@ -231,7 +240,7 @@ impl Tracker {
         };
         // The start that fits better on the coarsest level goes on to the finer ones.
         let coarse = (COARSEST_LEVEL, COARSEST_LEVEL - 1);
-        let mut best = align(&by_velocity, coarse);
+        let mut best = align(&expected, coarse);
         let other = align(&by_images, coarse);
         if other.num_features >= best.num_features / 2 && other.median_residual < best.median_residual {
             best = other;
@@ -252,7 +261,7 @@ impl Tracker {
         last: &Frame,
         work: &mut FrameWork<'_>,
     ) -> TrackReport {
-        let Incoming { number, at, pyramid } = *incoming;
+        let Incoming { number, at, pyramid, .. } = *incoming;
         let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
         let depth = scene_depth(map, last);
         let local_map = collect_local_map(map, &seen, predicted, depth, self.config.max_local_keyframes);
@@ -272,7 +281,11 @@ impl Tracker {
             .iter()
             .map(|feature| self.observation(map.landmark(feature.landmark), feature, map, predicted, focal))
             .collect();
-        let robust = robust_pose(predicted, &observations, &self.ransac(), work.rng);
+        let prior = last.odometry.zip(incoming.odometry).and_then(|(last_odometry, odometry)| {
+            let moved = last_odometry.motion_to(&odometry)?;
+            Some(PosePrior::new(moved * last.camera_from_world, deviations(&moved)))
+        });
+        let robust = robust_pose(predicted, prior.as_ref(), (&observations, &self.ransac()), work.rng);
         let mut features = search.features;
         let mut keep = robust.is_inlier.iter();
         features.retain(|_| *keep.next().unwrap_or(&false));
@@ -298,6 +311,7 @@ impl Tracker {
                 camera_from_world: robust.camera_from_world,
                 features,
                 turned_from: None,
+                odometry: incoming.odometry,
             },
         }
     }

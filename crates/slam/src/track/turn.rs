@@ -127,6 +127,7 @@ mod tests {
             pyramid: Arc::clone(&pyramid),
             camera_from_world: identity,
             turned_from: None,
+            odometry: None,
         });
         let truth = moved(twist, &identity);
         let covariance_px = Matrix2::identity() * SIGMA_PX * SIGMA_PX;
@@ -155,6 +156,7 @@ mod tests {
             camera_from_world: moved(&Vector6::new(error, 0.0, 0.0, 0.0, 0.0, 0.0), &truth),
             features,
             turned_from: None,
+            odometry: None,
         };
         (map, frame, keyframe)
     }

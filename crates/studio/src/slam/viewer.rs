@@ -215,6 +215,7 @@ impl SlamViewer {
         let state = match frame.outcome.state {
             TrackingState::Starting(wait) => format!("starting: {wait}"),
             TrackingState::Tracking(quality) => format!("tracking, {}", quality.name()),
+            TrackingState::Carried => "carried by odometry".to_owned(),
             TrackingState::Lost => "lost".to_owned(),
         };
         let mut rows = vec![

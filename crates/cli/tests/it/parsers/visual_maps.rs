@@ -33,6 +33,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
                 Vector3::new(-0.1 * number as f64, 0.0, 0.0),
             ),
             turned_from: None,
+            odometry: None,
         })
     };
     let views = [keyframe(&mut map, 0), keyframe(&mut map, 1)];

@@ -162,7 +162,7 @@ impl ImageSource for CalibratedImages {
                 continue;
             }
             let image = resize_gray(frame.image, self.camera.size_px());
-            return Some(Ok(GrayFrame { at: frame.at, image }));
+            return Some(Ok(GrayFrame { image, ..frame }));
         }
     }
 

@@ -19,7 +19,7 @@ pub(crate) struct GrayOf<P>(pub P);
 impl<P: PictureSource> GrayStream for GrayOf<P> {
     fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
         let next = self.0.next_picture()?;
-        Some(next.map(|picture| GrayFrame { at: picture.at, image: GrayImage::from_rgb(&picture.image) }))
+        Some(next.map(|picture| GrayFrame::new(picture.at, GrayImage::from_rgb(&picture.image))))
     }
 
     fn num_images(&self) -> Option<usize> {

@@ -15,7 +15,7 @@ use crate::{
             Start, Stride, Topics, TruthTopic,
         },
         SourcesError,
-        adapt::images_of_pictures,
+        adapt::{FramePictures, images_of_gray, images_of_pictures},
         open::Request,
     },
 };
@@ -47,7 +47,23 @@ pub(super) const KIND: SourceKind = SourceKind {
         open: frames,
     },
     images: Way {
-        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale],
+        honors: |_| {
+            &[
+                Camera,
+                Mount,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                OdometryTopic,
+                TruthTopic,
+                BaseFrame,
+                CameraFrame,
+                Start,
+                End,
+                Stride,
+                Scale,
+            ]
+        },
         open: images,
     },
     pictures: Way { honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
@@ -68,14 +84,19 @@ fn is_rosbag_metadata(folder: &Path) -> bool {
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-    let (options, mut warnings) = (request.options, Vec::new());
+    let mut warnings = Vec::new();
+    let bag = reader(request, &mut warnings)?;
+    Ok(OpenFrames { frames: Box::new(bag), map: None, warnings })
+}
+
+fn reader(request: &Request<'_>, warnings: &mut Vec<String>) -> Result<BagReader, SourcesError> {
     let given = GivenInputs {
-        camera: given_camera(request, &mut warnings)?,
-        robot_from_camera: options.mount.map(|mount| mount.robot_from_camera()),
+        camera: given_camera(request, warnings)?,
+        robot_from_camera: request.options.mount.map(|mount| mount.robot_from_camera()),
     };
     let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
     warnings.extend(chosen(request, bag.topics()));
-    Ok(OpenFrames { frames: Box::new(bag), map: None, warnings })
+    Ok(bag)
 }
 
 /// The user's calibration for the size of the first image.
@@ -94,7 +115,26 @@ fn given_camera(
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    if let Some((frames, warnings)) = robot(request) {
+        let calibration = (Calibration::of(frames.camera()), request.address.rest().into());
+        return images_of_gray(request, Box::new(frames), Some(calibration), warnings);
+    }
+    if request.options.mount.is_some() {
+        return request.cannot(
+            "--camera-height and the like: expected odometry and a camera whose place on the robot matters, \
+             found no odometry",
+        );
+    }
     images_of_pictures(request, pictures(request)?)
+}
+
+/// The camera of a robot with odometry. `None` if the recording has no such robot: its images are those of any camera.
+fn robot(request: &Request<'_>) -> Option<(FramePictures, Vec<String>)> {
+    let mut warnings = Vec::new();
+    let bag = reader(request, &mut warnings).ok()?;
+    let has_odometry = bag.available_topics().iter().any(|topic| topic.topic == bag.topics().odometry);
+    let frames = FramePictures::new(Box::new(bag)).filter(|_| has_odometry)?;
+    Some((frames.ok()?, warnings))
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {

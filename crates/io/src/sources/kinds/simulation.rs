@@ -1,5 +1,7 @@
 //! The simulator: robots on known maps, and cameras that are carried through rooms.
 
+use std::path::PathBuf;
+
 use visloc_core::{ImageSource, PictureSource};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
 
@@ -10,7 +12,7 @@ use crate::{
         OpenFrames, OpenImages, OpenPictures,
         SourceOption::{End, Scale, Seed, Start, Stride, Threads},
         SourcesError,
-        adapt::{FramePictures, PicturesOfImages, images_of_pictures},
+        adapt::{FramePictures, PicturesOfImages, images_of_gray},
         address::nearest,
         open::Request,
     },
@@ -94,7 +96,16 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     if is_tour(request.address.rest()) {
         return tour(request);
     }
-    images_of_pictures(request, pictures(request)?)
+    let (frames, calibration) = robot(request)?;
+    images_of_gray(request, Box::new(frames), Some(calibration), Vec::new())
+}
+
+/// A robot's camera and its calibration.
+fn robot(request: &Request<'_>) -> Result<(FramePictures, (Calibration, PathBuf)), SourcesError> {
+    let frames = FramePictures::new(Box::new(simulation(request)?));
+    let frames = frames.ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let calibration = Calibration::of(frames.camera());
+    Ok((frames, (calibration, request.argument().into())))
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -122,16 +133,13 @@ fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     check_name(request)?;
-    let (pictures, camera): (Box<dyn PictureSource>, _) = if is_tour(request.address.rest()) {
+    let (pictures, calibration): (Box<dyn PictureSource>, _) = if is_tour(request.address.rest()) {
         let images = tour(request)?.images;
-        let camera = *images.camera();
-        (Box::new(PicturesOfImages(images)), camera)
+        let calibration = (Calibration::of(images.camera()), request.argument().into());
+        (Box::new(PicturesOfImages(images)), calibration)
     } else {
-        let frames = FramePictures::new(Box::new(simulation(request)?));
-        let frames = frames.ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
-        let camera = *frames.camera();
-        (Box::new(frames), camera)
+        let (frames, calibration) = robot(request)?;
+        (Box::new(frames), calibration)
     };
-    let calibration = Some((Calibration::of(&camera), request.argument().into()));
-    Ok(OpenPictures { pictures, calibration, warnings: Vec::new() })
+    Ok(OpenPictures { pictures, calibration: Some(calibration), warnings: Vec::new() })
 }

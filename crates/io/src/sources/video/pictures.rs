@@ -129,13 +129,11 @@ struct Gray(Video);
 
 impl GrayStream for Gray {
     fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        Some(self.0.next()?.map(|(at, image)| GrayFrame {
-            at,
-            image: match image {
-                PnmImage::Gray(image) => image,
-                PnmImage::Color(image) => GrayImage::from_rgb(&image),
-            },
-        }))
+        let gray = |image| match image {
+            PnmImage::Gray(image) => image,
+            PnmImage::Color(image) => GrayImage::from_rgb(&image),
+        };
+        Some(self.0.next()?.map(|(at, image)| GrayFrame::new(at, gray(image))))
     }
 
     fn num_images(&self) -> Option<usize> {

@@ -1,11 +1,15 @@
 //! Normal equations of a bundle.
 
 use nalgebra::{
-    DMatrix, DVector, Matrix2x3, Matrix2x6, Matrix3, Matrix3x6, Matrix6, Matrix6x3, Vector2, Vector3, Vector6,
+    DMatrix, DVector, Matrix2x3, Matrix2x6, Matrix3, Matrix3x6, Matrix6, Matrix6x3, SMatrix, SVector,
+    Vector2, Vector3, Vector6,
 };
 
 use super::{Bundle, BundleObservation, residual_of};
-use crate::{lie::image_by_twist, solve::Skyline};
+use crate::{
+    lie::{adjoint, image_by_twist},
+    solve::Skyline,
+};
 
 /// The equations at one state, without damping. Steps of any damping can be had from them.
 pub struct NormalEquations {
@@ -91,6 +95,7 @@ impl NormalEquations {
             }
         }
         equations.add_ties(bundle);
+        equations.add_motions(bundle);
         equations
     }
 
@@ -126,16 +131,36 @@ impl NormalEquations {
                 jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&by_translation);
                 (self.slots[camera], jacobian)
             });
-            for (slot, jacobian) in &jacobians {
-                let Some(slot) = *slot else { continue };
-                self.cameras[slot] += jacobian.transpose() * jacobian;
-                self.camera_gradient[slot] -= jacobian.transpose() * error;
-            }
-            if let [(Some(a), by_a), (Some(b), by_b)] = &jacobians {
-                let block = by_a.transpose() * by_b;
-                let block = if a < b { block } else { block.transpose() };
-                self.between.push(((*a).min(*b), (*a).max(*b), block));
-            }
+            self.add_pair(&jacobians, &error);
+        }
+    }
+
+    fn add_motions(&mut self, bundle: &Bundle) {
+        for motion in &bundle.motions {
+            let (first, second) = motion.cameras;
+            let weights = Matrix6::from_diagonal(&motion.weights());
+            // A twist of the first camera moves the second one against it, seen from there.
+            let by_first = -(weights * adjoint(&motion.between(&bundle.cameras)));
+            let jacobians = [(self.slots[first], by_first), (self.slots[second], weights)];
+            self.add_pair(&jacobians, &motion.residual(&bundle.cameras));
+        }
+    }
+
+    /// Adds a residual of two cameras, with its derivative by the twist of each.
+    fn add_pair<const N: usize>(
+        &mut self,
+        jacobians: &[(Option<usize>, SMatrix<f64, N, 6>); 2],
+        error: &SVector<f64, N>,
+    ) {
+        for (slot, jacobian) in jacobians {
+            let Some(slot) = *slot else { continue };
+            self.cameras[slot] += jacobian.transpose() * jacobian;
+            self.camera_gradient[slot] -= jacobian.transpose() * error;
+        }
+        if let [(Some(a), by_a), (Some(b), by_b)] = jacobians {
+            let block = by_a.transpose() * by_b;
+            let block = if a < b { block } else { block.transpose() };
+            self.between.push(((*a).min(*b), (*a).max(*b), block));
         }
     }
 
