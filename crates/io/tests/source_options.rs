@@ -252,7 +252,8 @@ fn everything(
                 match next {
                     Ok(frame) => {
                         let (image, at) = (&frame.image, frame.at);
-                        let what = (image.width(), image.height(), sum(image.data()), camera);
+                        let picture = (image.width(), image.height(), sum(image.data()));
+                        let what = (picture, camera, frame.odom_from_camera, frame.truth);
                         add(number, at, format!("{what:?}"));
                     }
                     Err(error) => add(number, Timestamp::default(), ended(&error)),

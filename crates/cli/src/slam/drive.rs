@@ -1,7 +1,9 @@
 //! The loop over the images.
 
 use anyhow::Result;
-use visloc_core::{CameraPose, CameraTrajectory, Clock, ImageSource, SkippedInput, Timestamp, geom::Camera};
+use visloc_core::{
+    CameraPose, CameraTrajectory, Clock, GrayImage, ImageSource, SkippedInput, Timestamp, geom::Camera,
+};
 use visloc_slam::{
     FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame,
     diagnosis::{RunCounters, mean_brightness},
@@ -103,6 +105,27 @@ pub struct Lookers<'a> {
     pub show: Option<&'a mut dyn SlamAudience>,
 }
 
+impl Lookers<'_> {
+    /// Shows an image, of which number and time are given, to all of them.
+    fn look(
+        &mut self,
+        slam: &Slam,
+        (number, at): (usize, Timestamp),
+        image: Option<&GrayImage>,
+        outcome: &FrameOutcome,
+    ) {
+        if let (Some(pictures), Some(image)) = (self.pictures.as_deref_mut(), image) {
+            pictures.look(number, image, outcome);
+        }
+        if let (Some(show), Some(image)) = (self.show.as_deref_mut(), image) {
+            show.look(slam, &SlamFrame { at, image, outcome });
+        }
+        if let Some(watcher) = self.watcher.as_deref_mut() {
+            watcher.after_frame(at, outcome, slam);
+        }
+    }
+}
+
 /// Runs over all images of a source.
 ///
 /// # Errors
@@ -111,9 +134,8 @@ pub fn run(
     source: &mut dyn ImageSource,
     config: &SlamConfig,
     options: RunOptions<'_>,
-    lookers: Lookers<'_>,
+    mut lookers: Lookers<'_>,
 ) -> Result<SlamRun> {
-    let Lookers { mut pictures, mut watcher, mut show } = lookers;
     let (mut config, mut seed) = (config.clone(), options.seed);
     let mut slam = start(source.camera(), &config, seed, &options)?;
     // Frames of maps that were forgotten on demand.
@@ -137,8 +159,8 @@ pub fn run(
             num_dropped += 1;
             continue;
         }
-        let is_reset = watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset);
-        let wished = show.as_deref_mut().and_then(|show| show.obey(&slam));
+        let is_reset = lookers.watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset);
+        let wished = lookers.show.as_deref_mut().and_then(|show| show.obey(&slam));
         let is_wished = wished.is_some();
         if let Some(settings) = wished {
             // Somebody who watches has other parameters or another seed in mind.
@@ -149,7 +171,7 @@ pub fn run(
             slam = start(source.camera(), &config, seed, &options)?;
             num_before = history.records.num_seen();
         }
-        let is_shown = pictures.is_some() || show.is_some();
+        let is_shown = lookers.pictures.is_some() || lookers.show.is_some();
         let kept = is_shown.then(|| frame.image.clone());
         let brightness = mean_brightness(&frame.image);
         if let Some(world_from_camera) = frame.truth {
@@ -159,15 +181,7 @@ pub fn run(
         match slam.add_frame_of_robot(frame.at, frame.image, frame.odom_from_camera) {
             Ok(outcome) => {
                 counters.count(frame.at, brightness, &outcome);
-                if let (Some(pictures), Some(image)) = (pictures.as_deref_mut(), &kept) {
-                    pictures.look(history.records.num_seen(), image, &outcome);
-                }
-                if let (Some(show), Some(image)) = (show.as_deref_mut(), &kept) {
-                    show.look(&slam, &SlamFrame { at: frame.at, image, outcome: &outcome });
-                }
-                if let Some(watcher) = watcher.as_deref_mut() {
-                    watcher.after_frame(frame.at, &outcome, &slam);
-                }
+                lookers.look(&slam, (history.records.num_seen(), frame.at), kept.as_ref(), &outcome);
                 history.add(frame.at, &outcome);
                 history.add_mapped(num_before, &outcome.mapped);
             }

@@ -10,7 +10,12 @@ use std::{fs, path::Path, process::Command, thread};
 use super::support::Workspace;
 
 /// Files and folders that stand for the reader's own.
-const READERS_OWN: [&str; 26] = [
+const READERS_OWN: [&str; 31] = [
+    "first.mp4",
+    "later.mp4",
+    "other.mp4",
+    "room.vmap",
+    "drive.vmap",
     "old.bag",
     "rosbag2_folder",
     "recording.mcap",

@@ -86,6 +86,10 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
         "camera render" => {
             &[&["camera.toml", "--size", "9x6", "--square", "0.025", "--count", "1", "--out", "rendered"]]
         }
+        "map align" => &[
+            &["no-such.vmap", "--camera-height", "1", "--out", "aligned.vmap"],
+            &["no-such.vmap", "--distance", "1", "--between", "0", "1", "--out", "aligned.vmap"],
+        ],
         other => panic!("`visloc {other}` takes numbers: give it a run that is over in a moment"),
     }
 }
