@@ -95,8 +95,8 @@ fn draw(folder: &Path, map: &Map) -> Result<()> {
 pub fn list() -> Result<()> {
     for (name, text) in BUILT_IN_MAPS {
         match Map::parse(name, text)? {
-            Map::Field(field) => say::line!("{name:<18} {}", in_one_line(&field)),
-            Map::Office(office) => say::line!("{name:<18} {}", office_in_one_line(&office)),
+            Map::Field(field) => say::line!("{name:<22} {}", in_one_line(&field)),
+            Map::Office(office) => say::line!("{name:<22} {}", office_in_one_line(&office)),
             other => say::line!("{}", other.name()),
         }
     }

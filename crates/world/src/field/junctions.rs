@@ -89,7 +89,9 @@ mod tests {
     fn fields_have_their_junctions() {
         // Four corners and two of each box; the halfway line ends on both side lines, each box twice on a goal line.
         assert_eq!(count("robocup-spl-2010"), [8, 6, 0]);
-        assert_eq!(count("robocup-spl-2024"), [12, 10, 0]);
+        for name in ["robocup-spl-2024", "robocup-humanoid-kid", "robocup-humanoid-adult"] {
+            assert_eq!(count(name), [12, 10, 0], "{name}");
+        }
     }
 
     #[test]
