@@ -50,6 +50,18 @@ impl Frame {
     pub fn odom_from_camera(&self) -> Option<Rigid3<Odom, CameraFrame>> {
         Some(self.odometry?.to_odom_from_robot() * self.robot_from_camera)
     }
+
+    /// Whether the robot may stand on the ground, as far as its feet tell.
+    #[must_use]
+    pub fn may_stand(&self) -> bool {
+        /// Least force of a foot on the ground, newtons.
+        const LEAST_FORCE: f64 = 1.0;
+        match &self.ground_contact {
+            Some(GroundContact::Pressure(forces)) => forces.iter().any(|force| *force >= LEAST_FORCE),
+            Some(GroundContact::Contact(is_on_ground)) => *is_on_ground,
+            None => true,
+        }
+    }
 }
 
 /// Where the robot really was. Goes to evaluation and pictures only, never to a localizer.

@@ -1,7 +1,8 @@
 //! Where the images of one camera come from.
 
 use crate::{
-    GrayImage, SkippedInput, SourceError, Timestamp,
+    GrayImage, SkippedInput, SourceError, SourceFrame, Timestamp,
+    eval::EvaluationOptions,
     geom::{Camera, CameraFrame, Odom, Rigid3, World},
 };
 
@@ -23,6 +24,20 @@ impl GrayFrame {
     #[must_use]
     pub fn new(at: Timestamp, image: GrayImage) -> Self {
         Self { at, image, odom_from_camera: None, truth: None }
+    }
+
+    /// What the camera of a robot sees. With its feet in the air the robot's odometry says nothing; while it is carried nobody knows
+    /// the truth.
+    #[must_use]
+    pub fn of_robot(source: SourceFrame) -> Self {
+        let SourceFrame { frame, truth } = source;
+        let truth = truth.filter(|truth| truth.height_m <= EvaluationOptions::default().max_ground_height_m);
+        Self {
+            at: frame.at,
+            image: GrayImage::from_rgb(&frame.image),
+            odom_from_camera: frame.odom_from_camera().filter(|_| frame.may_stand()),
+            truth: truth.map(|truth| truth.world_from_robot.to_rigid3() * frame.robot_from_camera),
+        }
     }
 }
 

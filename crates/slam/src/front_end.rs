@@ -10,7 +10,7 @@ use visloc_core::{
 use crate::{
     atlas::Similarity,
     backfill::Backfill,
-    config::SlamConfig,
+    config::{SlamConfig, TrackingConfig},
     frame_log::FrameLog,
     image::Pyramid,
     lie::CameraFromWorld,
@@ -18,7 +18,7 @@ use crate::{
     mapping::{KeyframeDecision, KeyframeRule},
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
-    recognize::Relocator,
+    recognize::{Located, Relocator},
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
@@ -70,6 +70,8 @@ pub(crate) struct FrontEnd {
     awaits_keyframe: bool,
     /// When the camera was lost.
     lost_at: Timestamp,
+    /// Whether the camera is on a robot with odometry.
+    has_odometry: bool,
     /// Number of the stretch of odometry.
     stretch: usize,
 }
@@ -103,6 +105,7 @@ impl FrontEnd {
             anchor_scale: 1.0,
             awaits_keyframe: false,
             lost_at: Timestamp::default(),
+            has_odometry: false,
             stretch: 0,
         }
     }
@@ -170,6 +173,7 @@ impl FrontEnd {
             self.lost_at = at;
         }
         self.stretch += usize::from(odom_from_camera.is_none());
+        self.has_odometry |= odom_from_camera.is_some();
         let stretch = self.stretch;
         let odometry = odom_from_camera
             .filter(|_| self.is_in_meters())
@@ -202,9 +206,15 @@ impl FrontEnd {
         self.frames.len() - 1
     }
 
-    /// Whether the map that is tracked was made with odometry, or there is none yet: the unit of length of any other is not known.
+    /// Whether odometry is of use: the unit of length of a map that was made without is not known.
     fn is_in_meters(&self) -> bool {
-        self.map.maps().is_empty() || self.map.keyframe(self.anchor).odometry.is_some()
+        self.phase != Phase::Tracking || self.map.is_in_meters(self.map.active())
+    }
+
+    /// Whether the robot's feet were in the air just now: where it is put down is another place, and what it saw until then tells no
+    /// lengths.
+    fn was_in_the_air(&self) -> bool {
+        self.has_odometry && self.frames.poses().iter().rev().take(2).any(|frame| frame.odometry.is_none())
     }
 
     /// Motion of the camera from one frame to another by odometry, meters.
@@ -228,6 +238,9 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
+        if self.was_in_the_air() {
+            self.initializer.reset();
+        }
         let step = self.initializer.add(incoming, &mut self.rng);
         timer.end("start map");
         match step {
@@ -245,14 +258,17 @@ impl FrontEnd {
         }
     }
 
-    /// Brings a started map to meters if odometry tells how long its baseline is.
+    /// Brings a started map to meters if odometry tells how long its baseline is; if not, odometry is of no use in it.
     fn measure_start(&self, started: &mut StartedMap) {
         let first = started.map.keyframe(started.first);
         let pose = *first.camera_from_world();
         let units = (started.map.keyframe(started.second).center_in_world() - first.center_in_world()).norm();
-        if let Some(motion) = self.odometry(first.frame, started.frame.number) {
-            let meters_per_unit = motion.translation().norm() / units.max(f64::MIN_POSITIVE);
-            started.move_by(&Similarity::between(&pose, &pose, meters_per_unit));
+        match self.odometry(first.frame, started.frame.number) {
+            Some(motion) => {
+                let meters_per_unit = motion.translation().norm() / units.max(f64::MIN_POSITIVE);
+                started.move_by(&Similarity::between(&pose, &pose, meters_per_unit));
+            }
+            None => started.forget_odometry(),
         }
     }
 
@@ -307,20 +323,21 @@ impl FrontEnd {
                 Some(self.accept(report, outcome, timer))
             }
             Some(report) if let Some(moved) = self.tracker.moved(incoming) => {
-                self.num_bad = 0;
+                self.num_bad = if self.contradicts(&report) { self.num_bad + 1 } else { 0 };
+                if self.num_bad >= self.config.tracking.max_bad_frames
+                    && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
+                {
+                    return Some(job);
+                }
                 Some(self.carry(report, &moved, outcome, timer))
             }
             report => {
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.num_bad += 1;
-                if self.is_fixed {
-                    // The camera may have been carried away: there is nothing that could be lost by looking elsewhere.
-                    let found = self.relocalize(incoming, outcome, timer);
-                    if found.is_some() {
-                        return found;
-                    }
-                    outcome.state = TrackingState::Tracking(Quality::Bad);
+                // The camera may have been carried away: in a fixed map there is nothing that could be lost by looking elsewhere.
+                if self.is_fixed && let Some(job) = self.found_elsewhere(incoming, outcome, timer) {
+                    return Some(job);
                 }
                 if self.num_bad < self.config.tracking.max_bad_frames {
                     return None;
@@ -329,6 +346,27 @@ impl FrontEnd {
                 self.lose(incoming.at)
             }
         }
+    }
+
+    /// Whether a frame does not show what should be in view, enough of it for a good frame: somebody may have carried the camera away.
+    /// An image that shows too little says nothing.
+    fn contradicts(&self, report: &TrackReport) -> bool {
+        let TrackingConfig { min_match_ratio, min_matches, .. } = self.config.tracking;
+        report.num_searched as f64 * min_match_ratio >= min_matches as f64 && report.num_matched < min_matches
+    }
+
+    /// Looks for the camera in the whole map; only what is found changes anything.
+    fn found_elsewhere(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let mut aside = StageTimer::start(Clock::still());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let found = self.relocator.attempt(&self.map, incoming, &mut work);
+        timer.end("relocalize");
+        Some(self.go_on_at(found.ok()?, outcome, timer))
     }
 
     /// Lets odometry carry the pose of the last frame on, where the image tells too little. Mapping goes on: what comes into view is
@@ -443,17 +481,7 @@ impl FrontEnd {
         let found = self.relocator.attempt(&self.map, incoming, &mut work);
         timer.end("relocalize");
         match found {
-            Ok(located) => {
-                self.phase = Phase::Tracking;
-                self.num_bad = 0;
-                outcome.is_relocalized = true;
-                self.tracker.forget();
-                self.initializer.reset();
-                self.anchor = located.keyframe;
-                self.activate_anchor();
-                self.rule.keyframe_made();
-                Some(self.accept(located.report, outcome, timer))
-            }
+            Ok(located) => Some(self.go_on_at(located, outcome, timer)),
             Err(refused) => {
                 // While the mapper is at work, the numbers of new keyframes are not known yet.
                 let is_time = incoming.at.secs_since(self.lost_at) >= self.config.relocation.new_map_secs;
@@ -469,6 +497,19 @@ impl FrontEnd {
                 job
             }
         }
+    }
+
+    /// Goes on where the camera was found.
+    fn go_on_at(&mut self, located: Located, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
+        self.phase = Phase::Tracking;
+        self.num_bad = 0;
+        outcome.is_relocalized = true;
+        self.tracker.forget();
+        self.initializer.reset();
+        self.anchor = located.keyframe;
+        self.activate_anchor();
+        self.rule.keyframe_made();
+        self.accept(located.report, outcome, timer)
     }
 
     /// Goes on in the map of the keyframe that frames hang on.

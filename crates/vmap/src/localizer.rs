@@ -1,13 +1,14 @@
 //! Where a camera is in a map that was made before.
 
-use nalgebra::{Matrix6, Rotation3, Vector3};
+use nalgebra::{Matrix6, Rotation3};
 use visloc_core::{
-    Clock, GrayImage, Timestamp,
-    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, World},
+    Clock, GrayFrame, Timestamp,
+    geom::{Camera, CameraFrame, Rigid3, World},
 };
 use visloc_slam::{
     ConfigError, FrameError, Slam, SlamConfig, TrackingState,
     map::{Map, MapId},
+    odometry::{CameraMotion, OdomFromCamera, deviations},
     track::Quality,
 };
 
@@ -50,15 +51,6 @@ impl CameraEstimate {
     }
 }
 
-/// What a robot knows beside the image.
-#[derive(Debug, Clone, Copy)]
-pub struct RobotMotion {
-    /// The camera on the robot.
-    pub robot_from_camera: Rigid3<Robot, CameraFrame>,
-    /// Pose by odometry, in a frame of its own, meters.
-    pub odometry: PlanarPose,
-}
-
 /// Finds a camera in a map and follows it there. The map stays as it is.
 #[derive(Debug)]
 pub struct MapLocalizer {
@@ -66,7 +58,8 @@ pub struct MapLocalizer {
     /// Odds that the place is another one.
     odds: f64,
     last: Option<CameraEstimate>,
-    last_motion: Option<RobotMotion>,
+    /// What the last image told that showed the place, and where the odometry had the camera then.
+    seen: Option<(CameraEstimate, OdomFromCamera)>,
     meters_per_unit: Option<f64>,
 }
 
@@ -83,7 +76,7 @@ impl MapLocalizer {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         let slam = Slam::in_fixed_map(map.clone(), camera, config, seed)?;
-        Ok(Self { slam, odds: 1.0, last: None, last_motion: None, meters_per_unit })
+        Ok(Self { slam, odds: 1.0, last: None, seen: None, meters_per_unit })
     }
 
     /// Measures times with a clock.
@@ -101,14 +94,9 @@ impl MapLocalizer {
     ///
     /// # Errors
     /// If the image cannot be used; it is left out.
-    pub fn step(
-        &mut self,
-        at: Timestamp,
-        image: GrayImage,
-        motion: Option<RobotMotion>,
-    ) -> Result<Option<CameraEstimate>, FrameError> {
+    pub fn step(&mut self, frame: GrayFrame) -> Result<Option<CameraEstimate>, FrameError> {
+        let GrayFrame { at, image, odom_from_camera, .. } = frame;
         let outcome = self.slam.add_frame(at, image)?;
-        let before = std::mem::replace(&mut self.last_motion, motion);
         let seen = outcome.camera_from_world.zip(outcome.covariance).zip(outcome.map);
         self.last = match (outcome.state, seen) {
             (TrackingState::Tracking(quality), Some(((pose, covariance), map)))
@@ -134,51 +122,36 @@ impl MapLocalizer {
                     is_found: outcome.is_relocalized,
                 })
             }
-            _ => self
-                .last
-                .zip(before.zip(motion))
-                .and_then(|(last, (before, now))| self.carried(&last, at, &before, &now)),
+            _ => odom_from_camera.and_then(|odom_from_camera| self.carried(at, &odom_from_camera)),
         };
+        if let Some(seen) = self.last.filter(|estimate| !estimate.is_carried) {
+            self.seen = odom_from_camera.map(|odom_from_camera| (seen, odom_from_camera));
+        }
         Ok(self.last)
     }
 
-    /// The last estimate moved on by odometry.
-    fn carried(
-        &self,
-        last: &CameraEstimate,
-        at: Timestamp,
-        before: &RobotMotion,
-        now: &RobotMotion,
-    ) -> Option<CameraEstimate> {
-        let meters_per_unit = self.meters_per_unit?;
-        let moved = planar(&before.odometry).inverse() * planar(&now.odometry);
-        let camera_from_camera: Rigid3<CameraFrame, CameraFrame> =
-            before.robot_from_camera.inverse() * moved * now.robot_from_camera;
-        let meters = camera_from_camera.translation().norm();
-        let turn = Rotation3::from_matrix_unchecked(*camera_from_camera.rotation());
-        let step = Rigid3::new(turn, camera_from_camera.translation() / meters_per_unit);
-        // Odometry is off by about a tenth of the way and of the turn. Source: Thrun, Burgard and Fox, "Probabilistic Robotics", 2005,
-        // section 5.4, has the model; the tenth is what this program's robots are taken for.
-        let (drift, twist) = (0.1 * meters / meters_per_unit, 0.1 * turn.angle());
-        let mut covariance = last.covariance;
+    /// The place that was seen last, moved on by odometry.
+    fn carried(&self, at: Timestamp, odom_from_camera: &OdomFromCamera) -> Option<CameraEstimate> {
+        let (seen, odom_from_seen) = self.seen.as_ref()?;
+        let units_per_meter = 1.0 / self.meters_per_unit?;
+        let seen_from_camera: CameraMotion = odom_from_seen.inverse() * *odom_from_camera;
+        let way_m = seen_from_camera.translation().norm();
+        let (meters, radians) = deviations(&seen_from_camera);
+        let mut covariance = seen.covariance;
         for i in 0..3 {
-            covariance[(i, i)] += drift * drift;
-            covariance[(i + 3, i + 3)] += twist * twist;
+            covariance[(i, i)] += (meters * units_per_meter).powi(2);
+            covariance[(i + 3, i + 3)] += radians * radians;
         }
+        let turn = Rotation3::from_matrix_unchecked(*seen_from_camera.rotation());
+        let step = Rigid3::new(turn, seen_from_camera.translation() * units_per_meter);
         Some(CameraEstimate {
             at,
-            world_from_camera: last.world_from_camera * step,
+            world_from_camera: seen.world_from_camera * step,
             covariance,
-            reliability: last.reliability * (-meters / CARRIED_HALF_M).exp2(),
+            reliability: seen.reliability * (-way_m / CARRIED_HALF_M).exp2(),
             is_carried: true,
             is_found: false,
-            ..*last
+            ..*seen
         })
     }
-}
-
-/// A pose on the ground as a motion in space.
-fn planar(pose: &PlanarPose) -> Rigid3<Robot, Robot> {
-    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), pose.yaw_rad);
-    Rigid3::new(turn, Vector3::new(pose.x_m, pose.y_m, 0.0))
 }

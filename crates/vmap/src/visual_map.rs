@@ -46,6 +46,8 @@ pub enum ScaleSource {
     TwoPoints,
     /// The height of the camera above the ground: a map unit is a meter.
     CameraHeight,
+    /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
+    Odometry,
 }
 
 impl ScaleSource {
@@ -57,6 +59,7 @@ impl ScaleSource {
             Self::Aligned => "aligned to known places",
             Self::TwoPoints => "two points of known distance",
             Self::CameraHeight => "height of the camera",
+            Self::Odometry => "odometry of the robot",
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{CameraTrajectory, GrayImage, ImageSource, Timestamp, geom::Camera};
+use visloc_core::{CameraTrajectory, GrayFrame, GrayImage, ImageSource, Timestamp, geom::Camera};
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{Slam, SlamConfig};
 use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, VisualMap};
@@ -62,7 +62,7 @@ fn new_images_are_localized_in_the_frame_of_the_truth() {
     let mut localizer = MapLocalizer::new(&map.map, Some(1.0), &clip.camera, &config(), 3).unwrap();
     let (mut num, mut last_reliability) = (0, 0.0);
     for (at, image) in clip.images.iter().skip(1).step_by(2) {
-        let Some(estimate) = localizer.step(*at, image.clone(), None).unwrap() else { continue };
+        let Some(estimate) = localizer.step(GrayFrame::new(*at, image.clone())).unwrap() else { continue };
         let (meters, radians) = errors(&clip, &estimate);
         // The way of the clip is short and nearly straight: its places tell the turn of the map only to a degree.
         assert!(meters < 0.02 && radians < 0.02, "{meters} m, {radians} rad at {at}");
@@ -84,7 +84,7 @@ fn a_camera_that_is_carried_away_is_found_again_within_two_images() {
     let mut lost = 0;
     for (number, (_, image)) in first.iter().chain(last).chain(first).enumerate() {
         let at = Timestamp::from_secs(number as f64 / 30.0);
-        let estimate = localizer.step(at, image.clone(), None).unwrap();
+        let estimate = localizer.step(GrayFrame::new(at, image.clone())).unwrap();
         lost += usize::from(estimate.is_none_or(|estimate| !estimate.is_localized()));
     }
     assert!(lost <= 6, "{lost} images without a place");
@@ -99,6 +99,6 @@ fn what_is_dark_has_no_place() {
     for number in 0..5 {
         let at = Timestamp::from_secs(f64::from(number) / 30.0);
         let dark = GrayImage::new(width as usize, height as usize);
-        assert!(localizer.step(at, dark, None).unwrap().is_none());
+        assert!(localizer.step(GrayFrame::new(at, dark)).unwrap().is_none());
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::{CameraTrajectory, Clock, SkippedInput};
+use visloc_core::{CameraPose, CameraTrajectory, Clock, SkippedInput};
 use visloc_io::{
     sequence::write_camera_trajectory,
     sources::{SourceOption, SourceOptions},
@@ -49,12 +49,15 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let (mut frames, truth, warnings) = MapFrames::open(&args.source, &options, &args.corrections)?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
     let run = run(args, &map, &config, &mut frames)?;
-    finish(args, name, &map, &run, truth.as_ref())
+    let told = (!run.truth.poses().is_empty()).then_some(&run.truth);
+    finish(args, name, &map, &run, truth.as_ref().or(told))
 }
 
 /// What came of the images.
 struct Run {
     records: Vec<MapRecord>,
+    /// Where the camera really was, if the source said so with its images.
+    truth: CameraTrajectory,
     skipped: Vec<SkippedInput>,
     broken: Option<String>,
 }
@@ -62,7 +65,7 @@ struct Run {
 fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut MapFrames) -> Result<Run> {
     let progress = Progress::new(frames.num());
     let mut localizer: Option<MapLocalizer> = None;
-    let mut run = Run { records: Vec::new(), skipped: Vec::new(), broken: None };
+    let mut run = Run { records: Vec::new(), truth: CameraTrajectory::new(), skipped: Vec::new(), broken: None };
     let most = args.frames.map_or(usize::MAX, |frames| frames as usize);
     while run.records.len() < most {
         let (frame, camera) = match frames.next() {
@@ -84,13 +87,17 @@ fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut M
         };
         localizer.set_clock(Clock::new(thread_cpu_secs));
         let started = thread_cpu_secs();
-        match localizer.step(frame.at, frame.image, frame.motion) {
+        let at = frame.at;
+        if let Some(world_from_camera) = frame.truth {
+            let _ = run.truth.push(CameraPose { at, world_from_camera });
+        }
+        match localizer.step(frame) {
             Ok(estimate) => {
                 let secs = thread_cpu_secs() - started;
-                run.records.push(MapRecord { at: frame.at, estimate, secs });
+                run.records.push(MapRecord { at, estimate, secs });
             }
             Err(reason) => run.skipped.push(SkippedInput {
-                at: Some(frame.at),
+                at: Some(at),
                 origin: "images".to_owned(),
                 reason: reason.to_string(),
             }),

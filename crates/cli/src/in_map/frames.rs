@@ -1,23 +1,12 @@
-//! Images, and what a robot knows beside them.
+//! Where the images come from that a place is looked for in.
 
 use anyhow::{Context, Result, bail};
 use visloc_core::{
-    CameraTrajectory, FrameSource, GrayImage, ImageSource, SkippedInput, SourceError, Timestamp, geom::Camera,
+    CameraTrajectory, FrameSource, GrayFrame, ImageSource, SkippedInput, SourceError, geom::Camera,
 };
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
-use visloc_vmap::RobotMotion;
 
 use crate::{args::CorrectionArgs, host::host, run::corrected};
-
-/// One moment.
-pub struct MapFrame {
-    /// When.
-    pub at: Timestamp,
-    /// What the camera sees.
-    pub image: GrayImage,
-    /// Where the camera is on the robot and the robot by odometry, if that is known.
-    pub motion: Option<RobotMotion>,
-}
 
 /// Where frames come from: a camera alone, or one on a robot.
 pub enum MapFrames {
@@ -49,20 +38,15 @@ impl MapFrames {
     }
 
     /// The next frame with its camera.
-    pub fn next(&mut self) -> Option<Result<(MapFrame, Camera), SourceError>> {
+    pub fn next(&mut self) -> Option<Result<(GrayFrame, Camera), SourceError>> {
         Some(match self {
             Self::Images(images) => {
                 let frame = images.next_image()?;
-                let camera = *images.camera();
-                frame.map(|frame| (MapFrame { at: frame.at, image: frame.image, motion: None }, camera))
+                frame.map(|frame| (frame, *images.camera()))
             }
             Self::Robot(frames) => frames.next_frame()?.map(|source| {
-                let frame = source.frame;
-                let motion = frame
-                    .odometry
-                    .map(|odometry| RobotMotion { robot_from_camera: frame.robot_from_camera, odometry });
-                let image = GrayImage::from_rgb(&frame.image);
-                (MapFrame { at: frame.at, image, motion }, frame.camera)
+                let camera = source.frame.camera;
+                (GrayFrame::of_robot(source), camera)
             }),
         })
     }

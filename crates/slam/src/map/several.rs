@@ -181,12 +181,28 @@ impl Map {
         }
     }
 
+    /// Whether a map was made with odometry: its lengths are meters. In no other map does a keyframe have odometry.
+    #[must_use]
+    pub fn is_in_meters(&self, map: MapId) -> bool {
+        self.all_keyframes().any(|(_, keyframe)| keyframe.map == map && keyframe.odometry.is_some())
+    }
+
+    /// Leaves odometry out of all maps.
+    pub fn forget_odometry(&mut self) {
+        for index in 0..self.keyframes.len() {
+            self.keyframes[index].odometry = None;
+        }
+    }
+
     /// Makes one map of two that are in the same frame.
     pub fn join(&mut self, map: MapId, into: MapId) {
+        let is_in_meters = self.is_in_meters(into);
         let of_map: Vec<KeyframeId> =
             self.all_keyframes().filter(|(_, k)| k.map == map).map(|(id, _)| id).collect();
         for id in of_map {
-            self.keyframes[id.index()].map = into;
+            let keyframe = &mut self.keyframes[id.index()];
+            keyframe.map = into;
+            keyframe.odometry = keyframe.odometry.filter(|_| is_in_meters);
         }
         if self.active == map {
             self.active = into;

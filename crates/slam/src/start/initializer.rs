@@ -67,6 +67,12 @@ impl StartedMap {
             *pose = similarity.pose(pose);
         }
     }
+
+    /// Leaves odometry out of it.
+    pub fn forget_odometry(&mut self) {
+        self.map.forget_odometry();
+        self.frame.odometry = None;
+    }
 }
 
 /// Waits for two views that start a map.

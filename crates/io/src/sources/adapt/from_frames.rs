@@ -1,10 +1,8 @@
 //! Pictures and gray images of a source that delivers more.
 
 use visloc_core::{
-    Frame, FrameSource, GrayFrame, GrayImage, GroundContact, ImageSource, Picture, PictureSource,
-    SkippedInput, SourceError, SourceFrame, Truth,
-    eval::EvaluationOptions,
-    geom::{Camera, CameraFrame, Rigid3, World},
+    FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame,
+    geom::Camera,
 };
 
 use super::GrayStream;
@@ -55,12 +53,7 @@ impl PictureSource for FramePictures {
 impl GrayStream for FramePictures {
     fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
         let next = self.first.take().map(Ok).or_else(|| self.frames.next_frame())?;
-        Some(next.map(|SourceFrame { frame, truth }| GrayFrame {
-            at: frame.at,
-            image: GrayImage::from_rgb(&frame.image),
-            odom_from_camera: frame.odom_from_camera().filter(|_| stands(&frame)),
-            truth: truth.and_then(|truth| world_from_camera(&truth, &frame)),
-        }))
+        Some(next.map(GrayFrame::of_robot))
     }
 
     fn num_images(&self) -> Option<usize> {
@@ -74,24 +67,6 @@ impl GrayStream for FramePictures {
     fn num_dropped(&self) -> usize {
         self.frames.num_dropped()
     }
-}
-
-/// Least force of a foot on the ground, newtons.
-const LEAST_FORCE: f64 = 1.0;
-
-/// Whether the robot's feet may touch the ground: in the air its odometry says nothing.
-fn stands(frame: &Frame) -> bool {
-    match &frame.ground_contact {
-        Some(GroundContact::Pressure(forces)) => forces.iter().any(|force| *force >= LEAST_FORCE),
-        Some(GroundContact::Contact(is_on_ground)) => *is_on_ground,
-        None => true,
-    }
-}
-
-/// Where the robot's camera really was; nobody knows while the robot is carried.
-fn world_from_camera(truth: &Truth, frame: &Frame) -> Option<Rigid3<World, CameraFrame>> {
-    let is_on_ground = truth.height_m <= EvaluationOptions::default().max_ground_height_m;
-    is_on_ground.then(|| truth.world_from_robot.to_rigid3() * frame.robot_from_camera)
 }
 
 /// Gray images as pictures.
