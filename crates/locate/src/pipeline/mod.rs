@@ -25,6 +25,7 @@ use crate::{
     refine::{Refined, RefinementConfig},
     vision::{
         AnalysisError, Percept,
+        color::{ColorConfig, ColorSource, GoalColors},
         field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
         office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
     },
@@ -378,8 +379,16 @@ const MIN_LINES_ALONE: usize = 10;
 pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConfig {
     let (d, analysis) = (field.dimensions(), config.analysis);
     let scale = (d.length_m / 6.0).max(1.0);
-    let has_colored_goals = field.goals().iter().any(|goal| goal.color != GoalColor::White);
+    let has = |color| field.goals().iter().any(|goal| goal.color == color);
+    let goal_colors = GoalColors { yellow: has(GoalColor::Yellow), blue: has(GoalColor::Blue) };
+    let has_colored_goals = goal_colors.yellow || goal_colors.blue;
+    let source = match config.features {
+        FeatureChoice::Pixels => ColorSource::Table,
+        FeatureChoice::Rich => analysis.colors.source,
+    };
     FieldAnalysisConfig {
+        colors: ColorConfig { source, ..analysis.colors },
+        goal_colors,
         max_line_distance_m: analysis.max_line_distance_m * scale,
         line_width_m: d.line_width_m,
         goal_height_m: d.goals.inner_height_m + d.goals.post_diameter_m / 2.0,
@@ -391,7 +400,7 @@ pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConf
             circle_radius_m: field.circle_radius_m(),
             mark_size_m: d.penalty_mark_size_m,
             post_diameter_m: d.goals.post_diameter_m,
-            has_white_goals: field.goals().iter().any(|goal| goal.color == GoalColor::White),
+            has_white_goals: has(GoalColor::White),
         },
         ..analysis
     }

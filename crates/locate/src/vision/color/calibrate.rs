@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-use super::{ColorClass, ColorConfig, HueRange, classes::hue_saturation_brightness, table::luma};
+use super::{
+    ColorClass, ColorConfig, ColorSource, HueRange, classes::hue_saturation_brightness, table::luma,
+};
 
 /// Too little to learn from.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -37,7 +39,7 @@ pub fn calibrate_colors(
     let (green, white) = (of(ColorClass::Green), of(ColorClass::White));
     require(ColorClass::Green, green.len())?;
     require(ColorClass::White, white.len())?;
-    let mut config = *base;
+    let mut config = ColorConfig { source: ColorSource::Table, ..*base };
     config.green = hue_range(&green);
     let goals_and_ball = [
         (ColorClass::Yellow, &mut config.yellow),
@@ -104,7 +106,7 @@ mod tests {
     use visloc_core::{RngTree, gaussian};
 
     use super::*;
-    use crate::vision::color::ColorTable;
+    use crate::vision::color::{ColorTable, GoalColors};
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn samples(rgb: [f64; 3], class: ColorClass, light: f64) -> Vec<([u8; 3], ColorClass)> {
@@ -126,7 +128,7 @@ mod tests {
         let labelled: Vec<_> = COLORS.iter().flat_map(|(rgb, class)| samples(*rgb, *class, 0.9)).collect();
         let config = calibrate_colors(&ColorConfig::default(), &labelled).unwrap();
         config.check().unwrap();
-        let table = ColorTable::new(&config);
+        let table = ColorTable::new(&config, GoalColors::default());
         for light in [0.6, 1.0] {
             let green_luma = luma([150.0, 60.0, 140.0].map(|v| (v * light) as u8));
             for (rgb, class) in COLORS {

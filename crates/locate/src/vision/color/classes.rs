@@ -31,11 +31,40 @@ impl HueRange {
     }
 }
 
+/// Where the color of the carpet comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ColorSource {
+    /// From the ranges below: the documents' way.
+    #[default]
+    Table,
+    /// Learned from the ground near the robot, in any green and light; white is what is brighter than the carpet beside it and between
+    /// its color and gray, goals have the ranges below if the map has goals of that color.
+    Learned,
+}
+
+/// Which colored goals there are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GoalColors {
+    /// A yellow one.
+    pub yellow: bool,
+    /// A blue one.
+    pub blue: bool,
+}
+
+impl Default for GoalColors {
+    fn default() -> Self {
+        Self { yellow: true, blue: true }
+    }
+}
+
 /// All classes of a RoboCup field. Hue and saturation hardly change with brightness, and white is judged against the
 /// carpet beside it, so one calibration holds under changing and uneven light.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColorConfig {
+    /// Where the color of the carpet comes from. If it is learned, `green`, `carpet_tolerance` and the limits of white do not matter.
+    pub source: ColorSource,
     /// The carpet.
     pub green: HueRange,
     /// The yellow goal.
@@ -62,6 +91,7 @@ impl Default for ColorConfig {
             min_brightness,
         };
         Self {
+            source: ColorSource::default(),
             green: hue(85.0, 185.0, 0.28, 22.0),
             yellow: hue(45.0, 70.0, 0.55, 45.0),
             blue: hue(200.0, 255.0, 0.5, 35.0),

@@ -1,11 +1,13 @@
 //! Color classes: which pixels are carpet, line, goal or ball.
 
 mod calibrate;
+mod carpet_color;
 mod classes;
 mod table;
 
 pub use calibrate::{CalibrationError, calibrate_colors};
+pub(crate) use carpet_color::{CarpetColor, CarpetLearner};
 pub(crate) use classes::hue_saturation_brightness;
-pub use classes::{ColorConfig, ColorConfigError, HueRange};
+pub use classes::{ColorConfig, ColorConfigError, ColorSource, GoalColors, HueRange};
 pub use table::{ColorClass, ColorTable, Shares};
 pub(crate) use table::{luma, shares};

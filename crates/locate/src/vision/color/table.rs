@@ -1,6 +1,8 @@
 //! The classes as a look-up table.
 
-use super::{ColorConfig, classes::hue_saturation_brightness};
+use super::{
+    ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor, classes::hue_saturation_brightness,
+};
 
 /// What the color of a pixel says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,6 +12,8 @@ pub enum ColorClass {
     Unknown,
     /// Carpet.
     Green,
+    /// Learned carpet's color mixed with a little gray: a line if it is bright beside the carpet, else carpet.
+    PaleGreen,
     /// Another green than the carpet's.
     OtherGreen,
     /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
@@ -31,6 +35,7 @@ impl ColorClass {
         match self {
             Self::Unknown => "unknown",
             Self::Green => "green",
+            Self::PaleGreen => "pale green",
             Self::OtherGreen => "other green",
             Self::Neutral => "gray",
             Self::White => "white",
@@ -51,31 +56,81 @@ pub struct ColorTable {
     /// Entries that are green whatever the carpet's own green is.
     greens: Box<[u16]>,
     carpet_tolerance: f32,
-    /// White if the luma is above the carpet's luma times this, in 1/256.
+    /// White if the luma is above the carpet's luma times this, in 1/256, and this more.
     white_over_green_256: u32,
+    white_above_green: u32,
+    is_learned: bool,
 }
+
+/// Learned white is brighter than three times the scatter of the carpet explains, at least a twentieth of its luma, and of the noise of a
+/// pixel, two levels. Four mean deviations are three standard deviations.
+const LEARNED_WHITE_OVER_GREEN: f64 = 1.15;
+const LEARNED_WHITE_ABOVE_GREEN: u32 = 6;
+const LEARNED_MEAN_DEVIATIONS: u32 = 4;
 
 impl ColorTable {
     /// The table of a calibration that has been checked.
     #[must_use]
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    pub fn new(config: &ColorConfig) -> Self {
+    pub fn new(config: &ColorConfig, goals: GoalColors) -> Self {
+        let is_learned = config.source == ColorSource::Learned;
+        let goals = if is_learned { goals } else { GoalColors::default() };
         let classes: Box<[_]> =
-            (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, rgb_of(entry))).collect();
+            (0..1_u16 << (3 * BITS)).map(|entry| class_of(config, goals, rgb_of(entry))).collect();
         let is_green = |entry: &u16| classes[usize::from(*entry)] == ColorClass::Green;
         Self {
             greens: (0..1_u16 << (3 * BITS)).filter(is_green).collect(),
             classes,
             carpet_tolerance: config.carpet_tolerance as f32,
-            white_over_green_256: (config.white_over_green * 256.0).round() as u32,
+            white_over_green_256: ((if is_learned {
+                LEARNED_WHITE_OVER_GREEN
+            } else {
+                config.white_over_green
+            }) * 256.0)
+                .round() as u32,
+            white_above_green: if is_learned { LEARNED_WHITE_ABOVE_GREEN } else { 0 },
+            is_learned,
         }
     }
 
-    /// Class of a color; never [`ColorClass::White`].
+    /// Whether the carpet's color is learned.
+    pub(crate) fn is_learned(&self) -> bool {
+        self.is_learned
+    }
+
+    /// From now on carpet, and what may be white beside it, is what a learned color says.
+    pub(crate) fn follow(&mut self, carpet: &CarpetColor) {
+        let levels = 1_usize << BITS;
+        for sum in 0..=3 * (levels - 1) {
+            // All entries of a brightness have the same noise.
+            #[allow(clippy::cast_precision_loss)]
+            let Some(test) = carpet.at_brightness(((sum << SHIFT) + 3 * (1 << (SHIFT - 1))) as f64) else {
+                continue;
+            };
+            for r in sum.saturating_sub(2 * (levels - 1))..=sum.min(levels - 1) {
+                let rest = sum - r;
+                for g in rest.saturating_sub(levels - 1)..=rest.min(levels - 1) {
+                    let entry = (r << (2 * BITS)) | (g << BITS) | (rest - g);
+                    let class = &mut self.classes[entry];
+                    if matches!(class, ColorClass::Yellow | ColorClass::Blue | ColorClass::Orange) {
+                        continue;
+                    }
+                    #[allow(clippy::cast_possible_truncation)] // 15 bits
+                    let rgb = rgb_of(entry as u16);
+                    *class = test.class(rgb);
+                }
+            }
+        }
+    }
+
+    /// Class of a color; never [`ColorClass::White`] or [`ColorClass::PaleGreen`].
     #[inline]
     #[must_use]
     pub fn class(&self, r: u8, g: u8, b: u8) -> ColorClass {
-        self.classes[entry_of([r, g, b])]
+        match self.classes[entry_of([r, g, b])] {
+            ColorClass::PaleGreen => ColorClass::Green,
+            class => class,
+        }
     }
 
     /// From now on only greens near that of the carpet are [`ColorClass::Green`]; others are [`ColorClass::OtherGreen`].
@@ -94,8 +149,9 @@ impl ColorTable {
     #[inline]
     #[must_use]
     pub fn class_beside_carpet(&self, rgb: [u8; 3], white_threshold: u32) -> ColorClass {
-        match self.class(rgb[0], rgb[1], rgb[2]) {
-            ColorClass::Neutral if luma(rgb) >= white_threshold => ColorClass::White,
+        match self.classes[entry_of(rgb)] {
+            ColorClass::Neutral | ColorClass::PaleGreen if luma(rgb) >= white_threshold => ColorClass::White,
+            ColorClass::PaleGreen => ColorClass::Green,
             class => class,
         }
     }
@@ -104,7 +160,18 @@ impl ColorTable {
     #[inline]
     #[must_use]
     pub fn white_threshold(&self, green_luma: u32) -> u32 {
-        (green_luma * self.white_over_green_256) >> 8
+        ((green_luma * self.white_over_green_256) >> 8) + self.white_above_green
+    }
+
+    /// The same beside carpet whose luma has this mean deviation, in 1/16: what is learned counts it.
+    #[inline]
+    #[must_use]
+    pub(crate) fn white_threshold_beside(&self, green_luma: u32, deviation_16: u32) -> u32 {
+        let least = self.white_threshold(green_luma);
+        if !self.is_learned {
+            return least;
+        }
+        least.max(green_luma + LEARNED_MEAN_DEVIATIONS * deviation_16 / 16 + self.white_above_green)
     }
 }
 
@@ -163,16 +230,16 @@ pub(crate) fn luma(rgb: [u8; 3]) -> u32 {
     (2 * u32::from(rgb[0]) + 5 * u32::from(rgb[1]) + u32::from(rgb[2])) >> 3
 }
 
-fn class_of(config: &ColorConfig, rgb: [u8; 3]) -> ColorClass {
+fn class_of(config: &ColorConfig, goals: GoalColors, rgb: [u8; 3]) -> ColorClass {
     let (hue, saturation, brightness) = hue_saturation_brightness(rgb);
     let colored = [
-        (config.orange, ColorClass::Orange),
-        (config.yellow, ColorClass::Yellow),
-        (config.blue, ColorClass::Blue),
-        (config.green, ColorClass::Green),
+        (true, config.orange, ColorClass::Orange),
+        (goals.yellow, config.yellow, ColorClass::Yellow),
+        (goals.blue, config.blue, ColorClass::Blue),
+        (true, config.green, ColorClass::Green),
     ];
-    for (range, class) in colored {
-        if range.contains(hue, saturation, brightness) {
+    for (exists, range, class) in colored {
+        if exists && range.contains(hue, saturation, brightness) {
             return class;
         }
     }
@@ -185,7 +252,7 @@ mod tests {
 
     #[test]
     fn typical_colors_have_their_class() {
-        let table = ColorTable::new(&ColorConfig::default());
+        let table = ColorTable::new(&ColorConfig::default(), GoalColors::default());
         for (rgb, class) in [
             ([60, 140, 80], ColorClass::Green),
             ([30, 80, 45], ColorClass::Green),
@@ -202,7 +269,7 @@ mod tests {
 
     #[test]
     fn white_depends_on_the_carpet_beside_it() {
-        let table = ColorTable::new(&ColorConfig::default());
+        let table = ColorTable::new(&ColorConfig::default(), GoalColors::default());
         let gray = [120, 120, 118];
         assert_eq!(table.class_beside_carpet(gray, table.white_threshold(50)), ColorClass::White);
         assert_eq!(table.class_beside_carpet(gray, table.white_threshold(110)), ColorClass::Neutral);

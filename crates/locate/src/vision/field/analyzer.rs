@@ -13,6 +13,7 @@ use super::{
     carpet::Carpet,
     edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
+    isolation::goes_on,
     obstacles::ObstacleFinder,
     scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
 };
@@ -50,7 +51,7 @@ impl FieldAnalyzer {
         config.check()?;
         Ok(Self {
             config,
-            table: ColorTable::new(&config.colors),
+            table: ColorTable::new(&config.colors, config.goal_colors),
             carpet: Carpet::default(),
             lines: Vec::new(),
             runs: Vec::new(),
@@ -122,7 +123,8 @@ impl FieldAnalyzer {
         let white = self.table.white_threshold(self.carpet.luma());
         let ground = GroundView::new(frame);
         for line in &self.lines {
-            scan_line(image, &self.table, line, self.carpet.luma(), &mut self.runs);
+            let carpet_luma = self.carpet.luma_at(line.pixel(line.from).1, image.height());
+            scan_line(image, &self.table, line, carpet_luma, &mut self.runs);
             let first_edge = self.edges.len();
             edges_of_runs(image, line, &self.runs, &mut self.edges);
             match line.direction {
@@ -140,7 +142,7 @@ impl FieldAnalyzer {
             }
         }
         let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
-        self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()), white);
+        self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()));
         let feet = Feet { frame, table: &self.table, ground: &ground, diameter_m: composite.post_diameter_m };
         self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
         self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
@@ -171,8 +173,7 @@ impl FieldAnalyzer {
                 self.line_pixels.push(pixel);
                 self.line_borders.push(border);
                 if self.config.composite.is_on {
-                    let white = self.table.white_threshold(edge.green_luma);
-                    self.features.add_border(&view, edge, ideal_px, white);
+                    self.features.add_border(&view, edge, ideal_px, edge.white_luma);
                 }
             } else {
                 self.goal_pixels.push(pixel);
@@ -274,16 +275,19 @@ impl FieldAnalyzer {
         self.config.min_thickness_share * thickness_px - 1.0
     }
 
-    /// Fewer than the wanted number of the eight neighbors have the pixel's color.
+    /// Fewer than the wanted number of the eight neighbors have the pixel's color, or, with learned colors, a thin line does not go on.
     fn is_isolated(&self, frame: &Frame, edge: &Edge) -> bool {
         let image = &frame.image;
+        let class = |x, y| self.table.class_beside_carpet(image.get(x, y), edge.white_luma);
+        if self.table.is_learned() && edge.kind == FeatureKind::FieldLine {
+            let size_px = (image.width(), image.height());
+            return !goes_on(edge, size_px, |x, y| class(x, y) == ColorClass::White);
+        }
         let step = (image.width() / 320).max(1);
         let (x, y) = edge.inside_px;
         if x < step || y < step || x + step >= image.width() || y + step >= image.height() {
             return false; // the ring is cut by the border: not enough to judge
         }
-        let white = self.table.white_threshold(edge.green_luma);
-        let class = |x, y| self.table.class_beside_carpet(image.get(x, y), white);
         let own = class(x, y);
         let (left, right, above, below) = (x - step, x + step, y - step, y + step);
         let ring = [

@@ -2,7 +2,7 @@
 
 use visloc_core::RgbImage;
 
-use crate::vision::color::{ColorClass, ColorTable, Shares, luma, shares};
+use crate::vision::color::{CarpetColor, CarpetLearner, ColorClass, ColorTable, Shares, luma, shares};
 
 /// Brightness of a carpet in ordinary light, until some has been seen.
 const TYPICAL_LUMA: u32 = 90;
@@ -18,10 +18,17 @@ const FOLLOW: f64 = 0.1;
 /// The table is made anew when the color has changed by so much.
 const NOTABLE_CHANGE: f64 = 0.004;
 
+/// The image's rows are divided into so many bands, each with its own brightness.
+const BANDS: usize = 8;
+
 /// The carpet of late.
 #[derive(Debug)]
 pub(super) struct Carpet {
     luma: u32,
+    /// Brightness in each band of rows from top to bottom, if it is learned.
+    band_lumas: [u32; BANDS],
+    learner: CarpetLearner,
+    learned_in_table: Option<CarpetColor>,
     color: Option<Shares>,
     /// The color that the table was made with.
     in_table: Option<Shares>,
@@ -31,7 +38,15 @@ pub(super) struct Carpet {
 
 impl Default for Carpet {
     fn default() -> Self {
-        Self { luma: TYPICAL_LUMA, color: None, in_table: None, samples: [Vec::new(), Vec::new()] }
+        Self {
+            luma: TYPICAL_LUMA,
+            band_lumas: [TYPICAL_LUMA; BANDS],
+            learner: CarpetLearner::default(),
+            learned_in_table: None,
+            color: None,
+            in_table: None,
+            samples: [Vec::new(), Vec::new()],
+        }
     }
 }
 
@@ -39,6 +54,11 @@ impl Carpet {
     /// Mean brightness, 0 to 255.
     pub fn luma(&self) -> u32 {
         self.luma
+    }
+
+    /// Mean brightness around a row of an image that has so many, 0 to 255.
+    pub fn luma_at(&self, row: u32, num_rows: u32) -> u32 {
+        self.band_lumas[band_of(row, num_rows)]
     }
 
     /// Looks at a coarse grid of pixels; afterwards only the carpet's own green is green in the table. `ground_m` tells how far
@@ -49,6 +69,10 @@ impl Carpet {
         table: &mut ColorTable,
         ground_m: impl Fn(u32, u32) -> Option<f64>,
     ) {
+        if table.is_learned() {
+            self.learn(image, table, ground_m);
+            return;
+        }
         self.samples.iter_mut().for_each(Vec::clear);
         let step = STEP_PX * (image.width() as usize / 320).max(1);
         let (mut sum, mut count) = (0, 0);
@@ -72,7 +96,51 @@ impl Carpet {
         if count >= MIN_LUMA_SAMPLES {
             self.luma = sum / count;
         }
+        self.band_lumas = [self.luma; BANDS];
         self.follow(table);
+    }
+
+    /// Learns the color from the ground near the robot, then the brightness of all that has this color below the horizon.
+    fn learn(
+        &mut self,
+        image: &RgbImage,
+        table: &mut ColorTable,
+        ground_m: impl Fn(u32, u32) -> Option<f64>,
+    ) {
+        let step = STEP_PX * (image.width() as usize / 320).max(1);
+        let grid = || {
+            (0..image.height())
+                .step_by(step)
+                .flat_map(|y| (6..image.width()).step_by(step).map(move |x| (x, y)))
+        };
+        self.learner.clear();
+        for (x, y) in grid().filter(|(x, y)| ground_m(*x, *y).is_some_and(|m| m < NEAR_M)) {
+            self.learner.add(image.get(x, y));
+        }
+        self.learner.learn();
+        let color = self
+            .learner
+            .color()
+            .filter(|now| !self.learned_in_table.is_some_and(|made| made.is_much_like(now)));
+        if let Some(color) = color {
+            table.follow(color);
+            self.learned_in_table = Some(*color);
+        }
+        let mut bands = [(0, 0); BANDS];
+        for (x, y) in grid() {
+            let rgb = image.get(x, y);
+            if table.class(rgb[0], rgb[1], rgb[2]) == ColorClass::Green {
+                let (sum, count) = &mut bands[band_of(y, image.height())];
+                *sum += luma(rgb);
+                *count += 1;
+            }
+        }
+        let (sum, count) = bands.iter().fold((0, 0), |all, band| (all.0 + band.0, all.1 + band.1));
+        if count >= MIN_LUMA_SAMPLES {
+            self.luma = sum / count;
+        }
+        self.band_lumas =
+            bands.map(|(sum, count)| if count >= MIN_LUMA_SAMPLES { sum / count } else { self.luma });
     }
 
     fn follow(&mut self, table: &mut ColorTable) {
@@ -93,10 +161,14 @@ impl Carpet {
     }
 }
 
+fn band_of(row: u32, num_rows: u32) -> usize {
+    (row as usize * BANDS / num_rows.max(1) as usize).min(BANDS - 1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::color::ColorConfig;
+    use crate::vision::color::{ColorConfig, GoalColors};
 
     const CARPET: [u8; 3] = [60, 118, 68];
     const BOARD: [u8; 3] = [28, 99, 38];
@@ -122,7 +194,8 @@ mod tests {
 
     #[test]
     fn a_board_of_another_green_is_no_carpet() {
-        let (mut carpet, mut table) = (Carpet::default(), ColorTable::new(&ColorConfig::default()));
+        let (mut carpet, mut table) =
+            (Carpet::default(), ColorTable::new(&ColorConfig::default(), GoalColors::default()));
         assert_eq!([BOARD, CARPET].map(|rgb| class(&table, rgb)), [ColorClass::Green; 2]);
         carpet.look(&image(CARPET), &mut table, near_below_row_50);
         assert_eq!(class(&table, CARPET), ColorClass::Green);
@@ -136,7 +209,8 @@ mod tests {
 
     #[test]
     fn the_color_follows_the_light() {
-        let (mut carpet, mut table) = (Carpet::default(), ColorTable::new(&ColorConfig::default()));
+        let (mut carpet, mut table) =
+            (Carpet::default(), ColorTable::new(&ColorConfig::default(), GoalColors::default()));
         // From 96 on it is yellow rather than green.
         for red in 60..90 {
             let now = [red, 118, 68];

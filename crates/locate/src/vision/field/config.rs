@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::features::FeatureDetectionConfig;
-use crate::vision::color::{ColorConfig, ColorConfigError};
+use crate::vision::color::{ColorConfig, ColorConfigError, GoalColors};
 
 /// Which filters run. The documents switch each one on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -57,6 +57,7 @@ impl Default for FilterSwitches {
 #[schemars(extend("x-no-keys" = {
     "line_width_m": "the map says how wide lines are",
     "goal_height_m": "the map says how high goals are",
+    "goal_colors": "the map says which color goals have",
 }))]
 pub struct FieldAnalysisConfig {
     /// Color classes.
@@ -76,7 +77,8 @@ pub struct FieldAnalysisConfig {
     pub min_thickness_share: f64,
     /// A goal's border is upright if it moves sideways by at most this many pixels a row.
     pub max_post_slope: f64,
-    /// Of the eight pixels around one, this many must have its color. Source: 2010 section 4.2, 3.
+    /// Of the eight pixels around one, this many must have its color; with learned colors, lines thinner than three pixels go on to both
+    /// sides instead. Source: 2010 section 4.2, 3.
     pub min_neighbors: u32,
     /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
     /// 4.2, 6 m.
@@ -90,6 +92,9 @@ pub struct FieldAnalysisConfig {
     /// Height of the goals, to the middle of the crossbar, meters. No key: the map says it.
     #[serde(skip)]
     pub goal_height_m: f64,
+    /// Which colored goals there are, for learned colors. No key: the map says it.
+    #[serde(skip)]
+    pub goal_colors: GoalColors,
     /// A filled blob that is more than this many times as wide as high is a board, not a goal.
     pub max_filled_blob_aspect: f64,
     /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
@@ -128,6 +133,7 @@ impl Default for FieldAnalysisConfig {
             field_end_step_px: 10,
             min_blob_height_px: 12,
             goal_height_m: 0.85,
+            goal_colors: GoalColors::default(),
             max_filled_blob_aspect: 1.2,
             min_obstacle_height_m: 0.15,
             min_obstacle_width_m: 0.12,

@@ -19,8 +19,8 @@ pub(super) struct Edge {
     /// Whether the run begins here; otherwise it ends.
     pub is_start: bool,
     pub kind: FeatureKind,
-    /// Brightness of the carpet near the run.
-    pub green_luma: u32,
+    /// Brightness that is white near the run.
+    pub white_luma: u32,
     /// For lines: whether there is carpet on both sides of the run. The border of the carpet and most things that are
     /// not lines have it on one side at most.
     pub is_beside_carpet: bool,
@@ -106,7 +106,7 @@ fn edge(line: &ScanLine, run: &Run, is_start: bool, position: f64, is_beside_car
             ColorClass::Blue => FeatureKind::BlueGoal,
             _ => FeatureKind::FieldLine,
         },
-        green_luma: run.green_luma,
+        white_luma: run.white_luma,
         is_beside_carpet,
         run_px: run.end - run.start,
         direction: line.direction,
@@ -181,7 +181,7 @@ fn crossing_back(image: &RgbImage, line: &ScanLine, from: u32, to: u32, level: f
 mod tests {
     use super::*;
     use crate::vision::{
-        color::{ColorConfig, ColorTable},
+        color::{ColorConfig, ColorTable, GoalColors},
         field::scan::scan_line,
     };
 
@@ -200,7 +200,13 @@ mod tests {
     fn edges(image: &RgbImage) -> Vec<Edge> {
         let line = ScanLine { direction: Direction::Horizontal, fixed: 0, from: 0, to: 60, spacing: 1 };
         let (mut runs, mut edges) = (Vec::new(), Vec::new());
-        scan_line(image, &ColorTable::new(&ColorConfig::default()), &line, 100, &mut runs);
+        scan_line(
+            image,
+            &ColorTable::new(&ColorConfig::default(), GoalColors::default()),
+            &line,
+            100,
+            &mut runs,
+        );
         edges_of_runs(image, &line, &runs, &mut edges);
         edges
     }

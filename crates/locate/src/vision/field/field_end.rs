@@ -4,7 +4,7 @@ use visloc_core::RgbImage;
 
 use crate::vision::color::{ColorClass, ColorTable};
 
-/// Carpet is so many green pixels in a row at least: letters and borders on boards may be mixed to its color.
+/// Carpet is so many green pixels in a row at least, in an image 240 px high: letters and borders on boards may be mixed to its color.
 const MIN_CARPET_PX: u32 = 3;
 
 /// Where the carpet ends, as an upper convex hull over the image's columns.
@@ -20,18 +20,11 @@ const MAX_GAP_PX: u32 = 14;
 impl FieldEnd {
     /// Finds the carpet's end in every `step_px`-th column, not above `first_row`, and takes the hull (2010 figure
     /// 4.10). A column that stands out alone is a green thing beyond the field and is left out.
-    pub(super) fn find(
-        &mut self,
-        image: &RgbImage,
-        table: &ColorTable,
-        step_px: u32,
-        first_row: u32,
-        white: u32,
-    ) {
+    pub(super) fn find(&mut self, image: &RgbImage, table: &ColorTable, step_px: u32, first_row: u32) {
         self.columns.clear();
         let mut column = step_px / 2;
         while column < image.width() {
-            let row = first_carpet_row(image, table, column, first_row, white).unwrap_or(image.height());
+            let row = first_carpet_row(image, table, column, first_row).unwrap_or(image.height());
             self.columns.push((f64::from(column), f64::from(row)));
             column += step_px;
         }
@@ -65,20 +58,16 @@ impl FieldEnd {
 
 /// The highest carpet that hangs together with the carpet at the bottom of the column. What is green beyond the field is
 /// cut off from it by the floor around the carpet.
-fn first_carpet_row(
-    image: &RgbImage,
-    table: &ColorTable,
-    column: u32,
-    first_row: u32,
-    white: u32,
-) -> Option<u32> {
-    let max_gap = MAX_GAP_PX * (image.height() / 240).max(1);
+fn first_carpet_row(image: &RgbImage, table: &ColorTable, column: u32, first_row: u32) -> Option<u32> {
+    let scale = (image.height() / 240).max(1);
+    let (max_gap, min_carpet) = (MAX_GAP_PX * scale, MIN_CARPET_PX * scale);
     let (mut gap, mut green, mut end) = (0, 0, None);
     for row in (first_row..image.height()).rev() {
-        let is_green = table.class_beside_carpet(image.get(column, row), white) == ColorClass::Green;
+        let [r, g, b] = image.get(column, row);
+        let is_green = table.class(r, g, b) == ColorClass::Green;
         green = if is_green { green + 1 } else { 0 };
         gap += 1;
-        if green >= MIN_CARPET_PX {
+        if green >= min_carpet {
             (gap, end) = (0, Some(row));
         }
         if end.is_some() && gap > max_gap {
@@ -103,7 +92,7 @@ fn push_hull(hull: &mut Vec<(f64, f64)>, point: (f64, f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::color::ColorConfig;
+    use crate::vision::color::{ColorConfig, GoalColors};
 
     fn found(carpet_row: impl Fn(u32) -> u32) -> FieldEnd {
         let mut image = RgbImage::new(160, 120);
@@ -113,7 +102,7 @@ mod tests {
             }
         }
         let mut end = FieldEnd::default();
-        end.find(&image, &ColorTable::new(&ColorConfig::default()), 10, 0, 140);
+        end.find(&image, &ColorTable::new(&ColorConfig::default(), GoalColors::default()), 10, 0);
         end
     }
 

@@ -10,6 +10,7 @@ mod config;
 mod edges;
 mod features;
 mod field_end;
+mod isolation;
 mod obstacles;
 mod scan;
 

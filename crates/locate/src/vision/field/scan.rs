@@ -3,7 +3,10 @@
 use visloc_core::{RgbImage, geom::Horizon};
 
 use super::FieldAnalysisConfig;
-use crate::vision::color::{ColorClass, ColorTable};
+use crate::vision::color::{ColorClass, ColorTable, luma};
+
+/// Until some carpet has been passed its brightness deviates by this part of it.
+const TYPICAL_ROUGHNESS: u32 = 20;
 
 /// Direction of a scan line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,6 +52,8 @@ pub(super) struct Run {
     pub end: u32,
     /// Brightness of the carpet beside this run, 0 to 255.
     pub green_luma: u32,
+    /// Brightness that is white there.
+    pub white_luma: u32,
 }
 
 /// The scan lines of one image: dense where the ground is far away, sparse near the robot.
@@ -113,8 +118,9 @@ pub(super) fn scan_line(
     let (x, y) = line.pixel(line.from);
     let first = (y as usize * width + x as usize) * 3;
     let stride = if line.direction == Direction::Horizontal { 3 } else { width * 3 };
-    // The carpet's brightness in 1/16, followed along the line: white is judged against the carpet nearby.
+    // The carpet's brightness and its mean deviation in 1/16, followed along the line: white is judged against the carpet nearby.
     let mut green_luma_16 = carpet_luma * 16;
+    let mut deviation_16 = carpet_luma * 16 / TYPICAL_ROUGHNESS;
     let mut threshold = table.white_threshold(carpet_luma);
     let mut run: Option<Run> = None;
     let pixels = image.data()[first..].chunks(stride);
@@ -122,14 +128,17 @@ pub(super) fn scan_line(
         let rgb = [pixel[0], pixel[1], pixel[2]];
         let class = table.class_beside_carpet(rgb, threshold);
         if class == ColorClass::Green {
-            green_luma_16 = green_luma_16 - green_luma_16 / 8 + crate::vision::color::luma(rgb) * 2;
-            threshold = table.white_threshold(green_luma_16 / 16);
+            let luma_16 = luma(rgb) * 16;
+            deviation_16 = deviation_16 - deviation_16 / 16 + luma_16.abs_diff(green_luma_16) / 16;
+            green_luma_16 = green_luma_16 - green_luma_16 / 8 + luma_16 / 8;
+            threshold = table.white_threshold_beside(green_luma_16 / 16, deviation_16);
         }
         match &mut run {
             Some(open) if open.class == class => open.end = position + 1,
             _ => {
                 runs.extend(run.take());
-                run = Some(Run { class, start: position, end: position + 1, green_luma: green_luma_16 / 16 });
+                let (green_luma, white_luma) = (green_luma_16 / 16, threshold);
+                run = Some(Run { class, start: position, end: position + 1, green_luma, white_luma });
             }
         }
     }
@@ -139,14 +148,20 @@ pub(super) fn scan_line(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::color::ColorConfig;
+    use crate::vision::color::{ColorConfig, GoalColors};
 
     const GREEN: [u8; 3] = [60, 140, 80];
     const WHITE: [u8; 3] = [230, 232, 228];
 
     fn classes(image: &RgbImage, line: &ScanLine) -> Vec<(ColorClass, u32, u32)> {
         let mut runs = Vec::new();
-        scan_line(image, &ColorTable::new(&ColorConfig::default()), line, 100, &mut runs);
+        scan_line(
+            image,
+            &ColorTable::new(&ColorConfig::default(), GoalColors::default()),
+            line,
+            100,
+            &mut runs,
+        );
         runs.iter().map(|run| (run.class, run.start, run.end)).collect()
     }
 

@@ -38,7 +38,9 @@ impl Crossing {
     pub fn fits_width(&self, along: &Vector2<f64>, along_px: f64, line_width_m: f64) -> bool {
         let ratio = self.width_m(along) / line_width_m;
         let turn = CENTER_NOISE_PX / along_px.max(1.0);
-        let slack = WIDTH_SLACK + 1.0 / self.run_px + turn * self.chord.norm() / line_width_m;
+        // Blur makes thin lines wider by a pixel, whole pixels make others narrower by one.
+        let pixel = ratio.max(1.0) / self.run_px;
+        let slack = WIDTH_SLACK + pixel + turn * self.chord.norm() / line_width_m;
         (ratio - 1.0).abs() < slack
     }
 }

@@ -134,9 +134,9 @@ impl Segment {
             let beside = line_width_m + 2.0 * view.scale * view.meters_per_px(&ground, &side_m);
             for (k, sign) in [1.0, -1.0].into_iter().enumerate() {
                 let Some(px) = view.px(&(ground + side_m * beside * sign)) else { continue };
-                let at = view.at_px(&px, self.white);
-                carpet[k] += f64::from(u8::from(at == Seen::Carpet));
-                seen[k] += f64::from(u8::from(at != Seen::Nothing));
+                let Some(is_carpet) = view.is_carpet(&px) else { continue };
+                carpet[k] += f64::from(u8::from(is_carpet));
+                seen[k] += 1.0;
             }
         }
         white >= MIN_WHITE * count && (0..2).all(|k| carpet[k] >= MIN_CARPET * seen[k] - 1e-9)

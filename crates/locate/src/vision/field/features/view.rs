@@ -93,21 +93,27 @@ impl<'a> GroundView<'a> {
 
     /// What is seen at a pixel, free of distortion, beside carpet that makes this luma white.
     pub fn at_px(&self, ideal_px: &Point2<f64>, white: u32) -> Seen {
-        let px = if self.is_rectified {
-            *ideal_px
-        } else {
-            let normalized = (ideal_px.coords - self.center_px).component_div(&self.focal_px);
-            match self.camera.pixel_of_normalized(&normalized.into()) {
-                Ok(px) => px,
-                Err(_) => return Seen::Nothing,
-            }
-        };
-        match self.class_at_raw(&px, white) {
+        match self.raw_px(ideal_px).and_then(|px| self.class_at_raw(&px, white)) {
             Some(ColorClass::White) => Seen::White,
             Some(ColorClass::Green) => Seen::Carpet,
             Some(_) => Seen::Other,
             None => Seen::Nothing,
         }
+    }
+
+    /// Whether a pixel, free of distortion, has the carpet's color, however bright it is; `None` outside of the image.
+    pub fn is_carpet(&self, ideal_px: &Point2<f64>) -> Option<bool> {
+        let class = self.class_at_raw(&self.raw_px(ideal_px)?, u32::MAX)?;
+        Some(class == ColorClass::Green)
+    }
+
+    /// The pixel of the image as it is.
+    fn raw_px(&self, ideal_px: &Point2<f64>) -> Option<Point2<f64>> {
+        if self.is_rectified {
+            return Some(*ideal_px);
+        }
+        let normalized = (ideal_px.coords - self.center_px).component_div(&self.focal_px);
+        self.camera.pixel_of_normalized(&normalized.into()).ok()
     }
 
     /// Class of a pixel of the image as it is; `None` outside of it.
