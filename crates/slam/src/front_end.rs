@@ -336,7 +336,9 @@ impl FrontEnd {
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.num_bad += 1;
                 // The camera may have been carried away: in a fixed map there is nothing that could be lost by looking elsewhere.
-                if self.is_fixed && let Some(job) = self.found_elsewhere(incoming, outcome, timer) {
+                if self.is_fixed
+                    && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
+                {
                     return Some(job);
                 }
                 if self.num_bad < self.config.tracking.max_bad_frames {

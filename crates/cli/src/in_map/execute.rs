@@ -65,7 +65,8 @@ struct Run {
 fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut MapFrames) -> Result<Run> {
     let progress = Progress::new(frames.num());
     let mut localizer: Option<MapLocalizer> = None;
-    let mut run = Run { records: Vec::new(), truth: CameraTrajectory::new(), skipped: Vec::new(), broken: None };
+    let mut run =
+        Run { records: Vec::new(), truth: CameraTrajectory::new(), skipped: Vec::new(), broken: None };
     let most = args.frames.map_or(usize::MAX, |frames| frames as usize);
     while run.records.len() < most {
         let (frame, camera) = match frames.next() {

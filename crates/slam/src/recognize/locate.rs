@@ -9,7 +9,7 @@ use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
-    solve::{PoseObservation, State, refine_pose},
+    solve::{PoseObservation, State, poses_from_three_points, refine_pose},
     track::{Feature, Frame, FrameWork, Incoming, TrackReport, Tracker, focal_px, whitening},
 };
 
@@ -21,10 +21,10 @@ const NEIGHBORS_SHARE: u32 = 15;
 const LEAST_PAIRS: usize = 12;
 /// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
 const LEAST_AGREEING: usize = 12;
-/// Pairs from which a pose is found: the six numbers of a pose need three, the fourth says which of the solutions it is.
-const SAMPLE: usize = 4;
-/// Most samples.
-const MOST_SAMPLES: usize = 120;
+/// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
+const SAMPLE: usize = 3;
+/// Most samples: enough where one pair in four is right.
+const MOST_SAMPLES: usize = 340;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
 /// Standard deviation of the place of a corner, pixels of its level.
@@ -173,12 +173,15 @@ fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &
     let mut num_drawn = 0;
     while num_drawn < needed(best.0 as f64 / observations.len() as f64) {
         num_drawn += 1;
-        let sample: [PoseObservation; SAMPLE] =
-            std::array::from_fn(|_| observations[rng.random_range(0..observations.len())]);
-        let state = refine_pose(&start, None, &sample, |_| true, f64::INFINITY, 6);
-        let num = count(&state);
-        if num > best.0 {
-            best = (num, state);
+        let sample: [&PoseObservation; SAMPLE] =
+            std::array::from_fn(|_| &observations[rng.random_range(0..observations.len())]);
+        let points = sample.map(|observation| observation.anchor_in_world);
+        for pose in poses_from_three_points(&points, &sample.map(|observation| observation.ray)) {
+            let state = State::new(&pose);
+            let num = count(&state);
+            if num > best.0 {
+                best = (num, state);
+            }
         }
     }
     for _ in 0..2 {

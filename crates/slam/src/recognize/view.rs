@@ -48,13 +48,18 @@ impl View {
         Self { places: keyframe.landmarks.iter().filter_map(described).collect() }
     }
 
-    /// Of the corners of an image.
+    /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
     #[must_use]
     pub fn of_image(pyramid: &Pyramid, camera: &Camera, features: &FeatureConfig) -> Self {
         let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
         let corners = corners_in_two_passes(pyramid, &mut grid, features);
-        let described = corners.iter().filter_map(|corner| describe(pyramid, &corner.px, corner.level, None));
-        Self { places: described.take(MOST_CORNERS).collect() }
+        let levels = |level: usize| level.saturating_sub(1)..(level + 2).min(pyramid.num_levels());
+        let described = corners
+            .iter()
+            .take(MOST_CORNERS)
+            .flat_map(|corner| levels(corner.level).map(|level| (corner.px, level)))
+            .filter_map(|(px, level)| describe(pyramid, &px, level, None));
+        Self { places: described.collect() }
     }
 }
 

@@ -4,6 +4,7 @@ mod bundle;
 mod normal;
 mod pose;
 mod skyline;
+mod three_points;
 mod triangulate;
 
 pub use bundle::{
@@ -14,4 +15,5 @@ pub use pose::{
     robust_pose,
 };
 pub use skyline::Skyline;
+pub use three_points::{MOST_POSES, poses_from_three_points};
 pub use triangulate::{cos_parallax, triangulate};
