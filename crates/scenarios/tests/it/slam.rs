@@ -86,7 +86,12 @@ fn odometry_gives_a_robots_map_its_meters_and_carries_it_on() {
     let num_seen = poses.iter().filter(|pose| !pose.is_carried).count();
     assert!(num_seen > 350, "{num_seen} of {}", poses.len());
     let error = absolute_error(&associate(&truth, &estimate, 0.001), Alignment::Similarity).unwrap();
-    // Short ways between keyframes, noise of 5 mm in each: the unit of length is known to a tenth.
+    let by_odometry = slam.metric_scale(slam.map().maps()[0]).unwrap();
+    assert!(
+        (by_odometry.units_per_meter - 1.0).abs() < 1e-6 && by_odometry.deviation < 0.05,
+        "{by_odometry:?}"
+    );
+    // Over three meters of way, with poses that are off by eight centimeters, truth and map tell their ratio to a tenth.
     assert!((error.similarity.scale - 1.0).abs() < 0.1, "{}", error.similarity.scale);
     assert!(error.rmse < 0.15, "{} m", error.rmse);
 }
