@@ -12,7 +12,7 @@ use visloc_sim::Label;
 
 fn look(view: &View) -> (SimulatedView, Eye) {
     let image = SimulatedView::take(view, 1).unwrap();
-    let mut eye = Eye::new(&image.map, &PipelineConfig::default(), RngTree::new(1)).unwrap();
+    let mut eye = Eye::new(&image.map, &PipelineConfig::with_color_table(), RngTree::new(1)).unwrap();
     eye.look(&image.source.frame).unwrap();
     (image, eye)
 }

@@ -8,6 +8,7 @@ use visloc_experiments::likelihood::{
     peaks, profile_csv,
 };
 use visloc_io::sources::{SourceOption, SourceOptions};
+use visloc_locate::PipelineConfig;
 use visloc_world::Map;
 
 use crate::{
@@ -34,7 +35,11 @@ const MAX_PEAKS: usize = 8;
 /// # Errors
 /// If an input cannot be used or an output not be written.
 pub fn execute(args: &LikelihoodArgs) -> Result<()> {
-    let mut config = pipeline_config(args.pipeline.as_deref())?;
+    let mut config = match &args.pipeline {
+        // Simulated views are those of the documents.
+        None if args.view.is_some() => PipelineConfig::with_color_table(),
+        path => pipeline_config(path.as_deref())?,
+    };
     if args.all_pixels {
         config.analysis.filters.random_discard = false;
     }

@@ -117,7 +117,7 @@ fn good_runs_need_no_reason_and_short_ones_say_that_they_are() {
         assert_eq!(localize(&workspace, &bag, &["--map", &map]), [""; 0], "{name}");
     }
     assert_eq!(localize(&workspace, "sim:tour", &["--frames", "240"]), [""; 0]);
-    let short = ["--map", MAP, "--frames", "9"];
+    let short = ["--map", MAP, "--frames", "4"];
     assert_eq!(localize(&workspace, &excerpt_text("R1"), &short), ["short-run"]);
 }
 

@@ -10,6 +10,7 @@ use visloc_locate::{
     markov::{BlobView, Direction, Grid},
     vision::{
         FeatureKind, Percept,
+        color::ColorConfig,
         field::{FieldAnalysisConfig, FieldAnalyzer},
     },
 };
@@ -65,8 +66,12 @@ impl Stage {
 /// The image analysis of the experiment.
 pub(super) fn analyzer() -> Result<FieldAnalyzer, ExperimentError> {
     // Every pixel of a goal counts for its size, so nearly every row is looked at.
-    let config =
-        FieldAnalysisConfig { min_row_step_px: 1, max_row_step_px: 2, ..FieldAnalysisConfig::default() };
+    let config = FieldAnalysisConfig {
+        colors: ColorConfig::table(),
+        min_row_step_px: 1,
+        max_row_step_px: 2,
+        ..FieldAnalysisConfig::default()
+    };
     FieldAnalyzer::new(config).map_err(|error| ExperimentError::Run {
         cell: "image analysis".to_owned(),
         run: 0,

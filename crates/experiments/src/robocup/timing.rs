@@ -51,7 +51,7 @@ pub fn measure(
 /// The image analysis, and the likelihood of one pose.
 fn parts(seed: u64, clock_ms: &mut dyn FnMut() -> f64) -> Result<[AlgorithmTiming; 2], ExperimentError> {
     let (mut simulation, seeds) = tour(seed)?;
-    let mut eye = Eye::new(simulation.map(), &PipelineConfig::default(), seeds.subtree("parts", 0))?;
+    let mut eye = Eye::new(simulation.map(), &PipelineConfig::with_color_table(), seeds.subtree("parts", 0))?;
     let (mut analysis_ms, mut pose_ms) = (Vec::new(), Vec::new());
     while let Some(next) = simulation.next_frame() {
         let next = next.map_err(|error| failed(error.to_string()))?;

@@ -37,7 +37,7 @@ impl ViewFacts {
     pub(super) fn new(label: &str, view: &View, seed: u64) -> Result<Self, ExperimentError> {
         let image = SimulatedView::take(view, seed)?;
         let rng = RngTree::new(seed).subtree("study", 0);
-        let mut eye = Eye::new(&image.map, &PipelineConfig::default(), rng)?;
+        let mut eye = Eye::new(&image.map, &PipelineConfig::with_color_table(), rng)?;
         eye.look(&image.source.frame)?;
         let map = LikelihoodMap::new(eye.model(), HeadingChoice::Best, STEP_M);
         let truth = view.world_from_robot;

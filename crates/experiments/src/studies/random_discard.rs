@@ -64,7 +64,7 @@ struct Row {
 
 pub(super) fn conduct(seed: u64) -> Result<StudyOutcome, ExperimentError> {
     let (map, images) = images(seed)?;
-    let config = PipelineConfig::default();
+    let config = PipelineConfig::with_color_table();
     let measure = |num_lines, num_goals| measure(&map, &config, &images, (num_lines, num_goals), seed);
     let lines: Vec<Row> = KEPT_LINES.iter().map(|n| measure(Some(*n), None)).collect::<Result<_, _>>()?;
     let goals: Vec<Row> = KEPT_GOALS.iter().map(|n| measure(None, Some(*n))).collect::<Result<_, _>>()?;
@@ -127,7 +127,7 @@ fn images(seed: u64) -> Result<(Map, Vec<Image>), ExperimentError> {
     let failed = |reason: String| ExperimentError::Setup { reason };
     let mut scenario = Scenario::load("tour").map_err(|error| failed(error.to_string()))?;
     scenario.frames_per_sec = 1.0;
-    let mut config = PipelineConfig::default();
+    let mut config = PipelineConfig::with_color_table();
     config.analysis.filters.random_discard = false;
     let map = Map::load(&scenario.map).map_err(|error| failed(error.to_string()))?;
     let mut images = Vec::new();

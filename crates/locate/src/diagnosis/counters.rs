@@ -142,7 +142,7 @@ impl RunCounters {
         };
         Self {
             world,
-            carpet: config.analysis.colors.green,
+            carpet: config.analysis.colors.carpet(),
             lift: LiftDetector::new(config.lift),
             first_at: None,
             last_at: None,

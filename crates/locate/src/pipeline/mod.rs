@@ -50,6 +50,13 @@ pub struct PipelineConfig {
 }
 
 impl PipelineConfig {
+    /// The defaults with the documents' color table.
+    #[must_use]
+    pub fn with_color_table() -> Self {
+        let analysis = FieldAnalysisConfig { colors: ColorConfig::table(), ..FieldAnalysisConfig::default() };
+        Self { analysis, ..Self::default() }
+    }
+
     /// Checks the parameters of all parts that every map has; the others are checked when the parts of the map are built.
     ///
     /// # Errors
@@ -87,7 +94,7 @@ impl Default for OfficePipelineConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeatureChoice {
-    /// Twenty pixels, as in the documents.
+    /// Twenty pixels and the color table, as in the documents.
     Pixels,
     /// The algorithm finds places by twenty pixels; all border pixels refine them.
     #[default]

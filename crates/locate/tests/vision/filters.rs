@@ -4,6 +4,7 @@ use nalgebra::Point2;
 use visloc_core::{RgbImage, RngTree};
 use visloc_locate::vision::{
     DropReason, FeatureKind, Percept,
+    color::ColorConfig,
     field::{FieldAnalysisConfig, FieldAnalyzer, FilterSwitches},
 };
 
@@ -199,7 +200,7 @@ fn the_field_ends_at_boards_in_another_green() {
     assert!(percept.pixels.len() > 20, "the line on the carpet stays");
     // What every green takes for carpet has letters for lines.
     let mut config = FieldAnalysisConfig { filters, ..FieldAnalysisConfig::default() };
-    config.colors.carpet_tolerance = 1.0;
+    config.colors = ColorConfig { carpet_tolerance: 1.0, ..ColorConfig::table() };
     let mut analyzer = FieldAnalyzer::new(config).unwrap();
     let percept =
         analyzer.analyze(&painter.frame(image), &mut RngTree::new(1).stream("analysis", 0)).unwrap();

@@ -10,7 +10,10 @@ use visloc_core::{
 use visloc_locate::{
     ObservationModel,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
-    vision::field::{FieldAnalysisConfig, FieldAnalyzer},
+    vision::{
+        color::ColorConfig,
+        field::{FieldAnalysisConfig, FieldAnalyzer},
+    },
 };
 use visloc_sim::{Renderer, Scenario, Shot, Simulation};
 use visloc_world::{Map, field::Field};
@@ -25,7 +28,8 @@ fn for_each_image(
     let simulation = Simulation::new(&Scenario::load("still").unwrap(), 1).unwrap();
     let camera = *simulation.camera();
     let mut renderer = Renderer::new(&camera);
-    let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig::default()).unwrap();
+    let config = FieldAnalysisConfig { colors: ColorConfig::table(), ..FieldAnalysisConfig::default() };
+    let mut analyzer = FieldAnalyzer::new(config).unwrap();
     for i in 0..NUM_IMAGES {
         let mut rng = RngTree::new(11).stream("pose", i);
         let truth = random_pose(field, &mut rng);

@@ -133,16 +133,21 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
 fn the_likelihood_of_every_place_is_high_where_the_robot_is() {
     let mut session = playground("robocup-2010", 1);
     tell(&mut session, json!({ "type": "likelihood", "is_on": true }));
-    steps(&mut session, 30);
-    let message = Message::read(&session.update(None).unwrap().state).unwrap();
-    let values = message.floats("likelihood").unwrap();
-    let [x, y, _] = truth(&message.header);
-    let [left, low, pitch, columns, rows] = [0, 1, 2, 3, 4].map(|i| f64::from(values[i]));
-    assert_eq!(values.len() as f64, 5.0 + columns * rows);
-    let cell = ((y - low) / pitch).floor() * columns + ((x - left) / pitch).floor();
-    let (here, mut all) = (values[5 + cell as usize], values[5..].to_vec());
-    all.sort_by(f32::total_cmp);
-    assert!(here > all[all.len() * 9 / 10], "{here} is among the best tenth");
+    // Twenty pixels of one image may fit other places as well.
+    let mut num_best = 0;
+    for _ in 0..12 {
+        steps(&mut session, 10);
+        let message = Message::read(&session.update(None).unwrap().state).unwrap();
+        let values = message.floats("likelihood").unwrap();
+        let [x, y, _] = truth(&message.header);
+        let [left, low, pitch, columns, rows] = [0, 1, 2, 3, 4].map(|i| f64::from(values[i]));
+        assert_eq!(values.len() as f64, 5.0 + columns * rows);
+        let cell = ((y - low) / pitch).floor() * columns + ((x - left) / pitch).floor();
+        let (here, mut all) = (values[5 + cell as usize], values[5..].to_vec());
+        all.sort_by(f32::total_cmp);
+        num_best += u32::from(here > all[all.len() * 9 / 10]);
+    }
+    assert!(num_best >= 9, "in {num_best} of 12 images it is among the best tenth");
     tell(&mut session, json!({ "type": "likelihood", "is_on": false }));
     assert!(Message::read(&session.update(None).unwrap().state).unwrap().floats("likelihood").is_none());
 }

@@ -75,7 +75,7 @@ struct Settings {
 impl Settings {
     fn new(simulation: &Simulation, seeds: RngTree) -> Result<Self, ExperimentError> {
         let setting = |change: &dyn Fn(&mut FilterSwitches)| {
-            let mut config = PipelineConfig::default();
+            let mut config = PipelineConfig::with_color_table();
             change(&mut config.analysis.filters);
             let eye = Eye::new(simulation.map(), &config, seeds)?;
             Ok::<Setting, ExperimentError>(Setting { eye, kept: Default::default() })

@@ -3,13 +3,10 @@
 use nalgebra::{Matrix2, Vector2};
 
 use super::{
-    classes::hue_saturation_brightness,
+    classes::{ANY_GREEN, hue_saturation_brightness},
     table::{ColorClass, Shares, luma, shares},
 };
 
-/// What a carpet can look like at most, in any light: hue in degrees and least saturation.
-const ANY_GREEN_DEG: std::ops::RangeInclusive<f64> = 50.0..=190.0;
-const MIN_SATURATION: f64 = 0.15;
 /// Noise of a level of red, green or blue: of a sensor, of JPEG, and of rounding to the table's entries.
 const LEVEL_NOISE: f64 = 2.5;
 /// Shares of a color so dark that they are noisier than this tell nothing.
@@ -155,8 +152,8 @@ impl CarpetLearner {
     /// Adds a color of the ground near the robot. Colors that no carpet has are left out.
     pub fn add(&mut self, rgb: [u8; 3]) {
         let noise = share_noise(rgb.iter().map(|v| f64::from(*v)).sum());
-        let (hue_deg, saturation, _) = hue_saturation_brightness(rgb);
-        if noise < MAX_SHARE_NOISE && saturation >= MIN_SATURATION && ANY_GREEN_DEG.contains(&hue_deg) {
+        let (hue_deg, saturation, brightness) = hue_saturation_brightness(rgb);
+        if noise < MAX_SHARE_NOISE && ANY_GREEN.contains(hue_deg, saturation, brightness) {
             let (shares, luma) = (vector(shares(rgb)), f64::from(luma(rgb)));
             self.samples.push(Sample { shares, variance: noise.powi(2), luma });
         }

@@ -35,11 +35,11 @@ impl HueRange {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorSource {
-    /// From the ranges below: the documents' way.
-    #[default]
+    /// From the ranges below: the documents' way, and that of `features = "pixels"`.
     Table,
     /// Learned from the ground near the robot, in any green and light; white is what is brighter than the carpet beside it and between
     /// its color and gray, goals have the ranges below if the map has goals of that color.
+    #[default]
     Learned,
 }
 
@@ -57,6 +57,10 @@ impl Default for GoalColors {
         Self { yellow: true, blue: true }
     }
 }
+
+/// What a carpet can look like, in any light.
+pub(super) const ANY_GREEN: HueRange =
+    HueRange { from_deg: 50.0, to_deg: 190.0, min_saturation: 0.15, min_brightness: 0.0 };
 
 /// All classes of a RoboCup field. Hue and saturation hardly change with brightness, and white is judged against the
 /// carpet beside it, so one calibration holds under changing and uneven light.
@@ -113,6 +117,21 @@ pub struct ColorConfigError {
 }
 
 impl ColorConfig {
+    /// Fixed classes, as in the documents.
+    #[must_use]
+    pub fn table() -> Self {
+        Self { source: ColorSource::Table, ..Self::default() }
+    }
+
+    /// All colors that a carpet can have.
+    #[must_use]
+    pub fn carpet(&self) -> HueRange {
+        match self.source {
+            ColorSource::Table => self.green,
+            ColorSource::Learned => ANY_GREEN,
+        }
+    }
+
     /// Checks the ranges of all values.
     ///
     /// # Errors

@@ -157,8 +157,15 @@ impl FieldAnalyzer {
         let ground = GroundView::new(frame);
         let view = features::GroundView::new(frame, &self.table);
         for edge in &self.edges {
+            let is_line = edge.kind == FeatureKind::FieldLine;
+            // Most edges of curtains and walls end here, before anything is computed for them.
+            if is_line && self.config.filters.beside_carpet && !edge.is_beside_carpet {
+                let reason = DropReason::NotBesideCarpet;
+                self.percept.dropped.push(DroppedPixel { px: edge.px, kind: edge.kind, reason });
+                continue;
+            }
             let ideal_px = frame.camera.ideal_px(&edge.px);
-            let reason = if edge.kind == FeatureKind::FieldLine {
+            let reason = if is_line {
                 self.line_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
             } else {
                 self.goal_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
@@ -169,7 +176,7 @@ impl FieldAnalyzer {
             }
             let pixel = FeaturePixel { px: edge.px, ideal_px, kind: edge.kind };
             let border = BorderPixel { ideal_px, inward: edge.inward(), kind: edge.kind };
-            if edge.kind == FeatureKind::FieldLine {
+            if is_line {
                 self.line_pixels.push(pixel);
                 self.line_borders.push(border);
                 if self.config.composite.is_on {
@@ -206,9 +213,6 @@ impl FieldAnalyzer {
         is_above: bool,
     ) -> Option<DropReason> {
         let switches = &self.config.filters;
-        if switches.beside_carpet && !edge.is_beside_carpet {
-            return Some(DropReason::NotBesideCarpet);
-        }
         if switches.isolated && self.is_isolated(frame, edge) {
             return Some(DropReason::Isolated);
         }

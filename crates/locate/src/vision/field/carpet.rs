@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn a_board_of_another_green_is_no_carpet() {
         let (mut carpet, mut table) =
-            (Carpet::default(), ColorTable::new(&ColorConfig::default(), GoalColors::default()));
+            (Carpet::default(), ColorTable::new(&ColorConfig::table(), GoalColors::default()));
         assert_eq!([BOARD, CARPET].map(|rgb| class(&table, rgb)), [ColorClass::Green; 2]);
         carpet.look(&image(CARPET), &mut table, near_below_row_50);
         assert_eq!(class(&table, CARPET), ColorClass::Green);
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn the_color_follows_the_light() {
         let (mut carpet, mut table) =
-            (Carpet::default(), ColorTable::new(&ColorConfig::default(), GoalColors::default()));
+            (Carpet::default(), ColorTable::new(&ColorConfig::table(), GoalColors::default()));
         // From 96 on it is yellow rather than green.
         for red in 60..90 {
             let now = [red, 118, 68];

@@ -117,9 +117,11 @@ impl<'a> GroundView<'a> {
     }
 
     /// Class of a pixel of the image as it is; `None` outside of it.
-    #[allow(clippy::cast_possible_truncation)]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn class_at_raw(&self, px: &Point2<f64>, white: u32) -> Option<ColorClass> {
-        let (x, y) = (u32::try_from(px.x.round() as i64).ok()?, u32::try_from(px.y.round() as i64).ok()?);
+        // Truncated: rounding is a call of a library.
+        let nearest = |at: f64| (at > -0.5).then_some((at + 0.5) as u32);
+        let (x, y) = (nearest(px.x)?, nearest(px.y)?);
         (x < self.image.width() && y < self.image.height())
             .then(|| self.table.class_beside_carpet(self.image.get(x, y), white))
     }
