@@ -4,7 +4,7 @@ use visloc_core::RgbImage;
 
 use crate::vision::color::{ColorClass, ColorTable};
 
-/// Carpet is so many green pixels in a row at least, in an image 240 px high: letters and borders on boards may be mixed to its color.
+/// Carpet is so many green pixels in a row at least: letters and borders on boards may be mixed to its color.
 const MIN_CARPET_PX: u32 = 3;
 
 /// Where the carpet ends, as an upper convex hull over the image's columns.
@@ -60,14 +60,14 @@ impl FieldEnd {
 /// cut off from it by the floor around the carpet.
 fn first_carpet_row(image: &RgbImage, table: &ColorTable, column: u32, first_row: u32) -> Option<u32> {
     let scale = (image.height() / 240).max(1);
-    let (max_gap, min_carpet) = (MAX_GAP_PX * scale, MIN_CARPET_PX * scale);
+    let max_gap = MAX_GAP_PX * scale;
     let (mut gap, mut green, mut end) = (0, 0, None);
     for row in (first_row..image.height()).rev() {
         let [r, g, b] = image.get(column, row);
         let is_green = table.class(r, g, b) == ColorClass::Green;
         green = if is_green { green + 1 } else { 0 };
         gap += 1;
-        if green >= min_carpet {
+        if green >= MIN_CARPET_PX {
             (gap, end) = (0, Some(row));
         }
         if end.is_some() && gap > max_gap {
