@@ -7,6 +7,7 @@
 //! Sources: master's thesis of 2010, chapters 4 and 5; doctoral thesis of 2017, chapters 4 and 5.
 
 mod algorithm;
+mod camera_error;
 mod config;
 pub mod diagnosis;
 mod estimate;
@@ -28,6 +29,7 @@ pub mod robot_calibration;
 pub mod vision;
 
 pub use algorithm::{ALGORITHMS, Algorithm, AlgorithmInfo};
+pub use camera_error::{CameraError, Uncertain};
 pub use config::{ConfigError, require};
 pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};
 pub use lift::{LiftConfig, LiftDetector};
@@ -35,8 +37,9 @@ pub use localizer::{Individual, Localizer, StepInput};
 pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
-    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Pipeline, PipelineBuilder, PipelineConfig,
-    PipelineError, StepTimes, algorithm_parameters, analysis_for, feature_model,
+    FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Photo, PhotoAnswer, PhotoError, PhotoPose, Pipeline,
+    PipelineBuilder, PipelineConfig, PipelineError, StepTimes, algorithm_parameters, analysis_for,
+    feature_model, locate_photo,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

@@ -2,7 +2,7 @@
 
 use visloc_core::{Rng, geom::PlanarPose};
 
-use crate::{Estimate, StartPrior, vision::Percept};
+use crate::{Estimate, StartPrior, camera_error::CameraError, vision::Percept};
 
 /// What a localizer learns in one step.
 #[derive(Debug, Clone, Copy)]
@@ -50,6 +50,12 @@ pub trait Localizer: Send {
 
     /// The answer of the last step.
     fn estimate(&self) -> &Estimate;
+
+    /// What is known of the constant error of the camera's direction; `None` if the localizer does not look for it, or does not know the
+    /// place.
+    fn camera_error(&self) -> Option<CameraError> {
+        None
+    }
 
     /// Appends all particles or exploiters.
     fn individuals(&self, out: &mut Vec<Individual>);

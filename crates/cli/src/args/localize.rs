@@ -27,6 +27,7 @@ use super::{
                        visloc localize ros2:/camera/image_raw --map my-field.toml\n  \
                        visloc localize clip.mp4 --map my-field.toml --camera camera.toml --camera-height 0.5 --camera-tilt 15\n  \
                        visloc localize sim:tour-2024 --start half:positive\n  \
+                       visloc localize game.mcap --map my-field.toml --robot robot.toml --robot-out robot-new.toml\n  \
                        visloc localize clip.mp4 --camera camera.toml --map room.vmap --trajectory camera.tum\n\n\
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
@@ -56,6 +57,10 @@ pub struct LocalizeArgs {
     pub start: Vec<StartArg>,
     #[command(flatten)]
     pub corrections: CorrectionArgs,
+    /// Write the corrections to this file at the end, for the next run's --robot: with the constant error of the camera's direction that this
+    /// run has shown
+    #[arg(long, value_name = "FILE")]
+    pub robot_out: Option<OutputFile>,
     #[command(flatten)]
     pub topics: TopicArgs,
     #[command(flatten)]

@@ -12,6 +12,7 @@ mod inspect;
 #[cfg(feature = "experiments")]
 mod likelihood;
 mod localize;
+mod locate;
 mod number;
 mod paths;
 mod shared;
@@ -38,6 +39,7 @@ pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand};
 #[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};
 pub use localize::{LocalizeArgs, TopicArgs};
+pub use locate::LocateArgs;
 pub use paths::{
     InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording, OverwriteArg,
 };
@@ -77,6 +79,8 @@ pub enum Command {
     Simulate(SimulateArgs),
     /// Find the robot in a recording
     Localize(Box<LocalizeArgs>),
+    /// Say where a single photo was taken
+    Locate(Box<LocateArgs>),
     /// Open the page: drive a robot, kidnap it, watch algorithms find it
     #[cfg(feature = "studio")]
     Studio(Box<StudioArgs>),

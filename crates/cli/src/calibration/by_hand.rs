@@ -62,7 +62,7 @@ pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String
         image: format!("data:image/{kind};base64,{}", base64(&bytes)),
         camera: CameraToml::from(&camera),
         pose: start.pose.unwrap_or([0.0, 0.0, 0.5, 0.0, 15.0, 0.0]),
-        lines: lines(&Map::load(map)?)?,
+        lines: map_lines(&Map::load(map)?)?,
     };
     // A tag in a file's name must not end the script.
     let json = serde_json::to_string(&input)?.replace('<', "\\u003c");
@@ -75,8 +75,11 @@ fn usual_camera((width, height): (u32, u32)) -> Result<Camera> {
     Ok(Camera::pinhole((width, height), (focal, focal), center)?)
 }
 
-/// The lines of a map.
-fn lines(map: &Map) -> Result<Vec<Vec<[f64; 3]>>> {
+/// The lines of a map through points of the world, meters.
+///
+/// # Errors
+/// If the map is of a kind that has none.
+pub fn map_lines(map: &Map) -> Result<Vec<Vec<[f64; 3]>>> {
     match map {
         Map::Field(field) => Ok(field_lines(field)),
         Map::Office(office) => Ok(office_lines(office)),

@@ -17,7 +17,7 @@ use crate::{
     report::{diagnosis_lines, explain_localization, save_json},
     run::{
         FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, open_source,
-        prepare, read_correction, source_options, with_correction, write_text,
+        prepare, read_correction, source_options, with_correction, write_correction,
     },
     say,
     settings::{pipeline_config, topic_options},
@@ -168,10 +168,7 @@ fn write(args: &CalibrateRobotArgs, report: &RobotReport) -> Result<()> {
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, report));
     saving.save_if(args.out.as_deref(), |path| {
-        let head = "# What is always wrong with this robot, for visloc localize --robot. Written by visloc calibrate-robot.\n";
-        write_text(path, &(head.to_owned() + &toml::to_string(&report.correction)?))?;
-        say::line!("corrections: {}", path.display());
-        Ok(())
+        write_correction(path, &report.correction, "visloc calibrate-robot")
     });
     saving.end()
 }

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::{
     benchmark, calibrate, calibrate_robot, camera, check_camera, colors, config, demo, evaluate, extract,
-    localize, map, record, simulate, slam, sources,
+    localize, locate, map, record, simulate, slam, sources,
 };
 #[cfg(feature = "experiments")]
 use super::{experiment, likelihood, study};
@@ -21,6 +21,7 @@ pub fn execute(cli: Cli) -> Result<()> {
         Command::Demo(args) => demo::execute(&args),
         Command::Simulate(args) => simulate::execute(&args),
         Command::Localize(args) => localize::execute(&args),
+        Command::Locate(args) => locate::execute(&args),
         Command::Slam(args) => slam::execute(&args),
         Command::Record(args) => record::execute(&args),
         Command::Extract(args) => extract::execute(&args),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
+use visloc_locate::{CameraError, robot_calibration::RobotCorrection};
 use visloc_world::Map;
 
 use crate::{
@@ -16,7 +17,8 @@ use crate::{
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, LiveReport, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Saving, Spectator, corrected, drive, open_source, prepare, source_options,
+        RunnerSettings, Saving, Spectator, corrected, drive, open_source, prepare, read_correction,
+        source_options, write_correction,
     },
     say,
     settings::{pipeline_config, read_text, start_prior, topic_options},
@@ -78,6 +80,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         spectators.push(&mut snapshots);
     }
     spectators.push(&mut show);
+    let robot = read_correction(&args.corrections)?;
     let mut frames = corrected(source.frames, &args.corrections)?;
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators);
     progress.clear();
@@ -89,6 +92,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let report = summarize(args, &source.map, &runner, &outcome, live);
     print(&report, &runner);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
+    saving.save_if(args.robot_out.as_deref(), |path| save_robot(path, robot, report.camera_error.as_ref()));
     saving.save_if(bag_out, BagOutput::finish);
     saving.save(show.finish());
     saving.save_if(args.plots.as_deref(), |folder| {
@@ -101,6 +105,18 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     });
     saving.save(verdict(args, &outcome));
     saving.end()
+}
+
+/// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.
+fn save_robot(path: &Path, mut robot: RobotCorrection, error: Option<&CameraError>) -> Result<()> {
+    match error.filter(|error| error.is_confirmed) {
+        Some(error) => {
+            robot.camera.pitch_down_deg += error.pitch_down_deg.mean;
+            robot.camera.roll_clockwise_deg += error.roll_clockwise_deg.mean;
+        }
+        None => say::note!("{}: nothing has shown an error of the camera", path.display()),
+    }
+    write_correction(path, &robot, "visloc localize")
 }
 
 /// Whether the source was read to its end.
@@ -160,6 +176,7 @@ fn summarize(
         process_cpu_s: process_cpu_secs(),
         dropped: outcome.num_dropped,
         live,
+        camera_error: runner.pipeline().localizer().camera_error(),
         skipped: SkippedReport::new(outcome.skipped.iter().chain(runner.rejected())),
         error: outcome.error.as_ref().map(ToString::to_string),
     }
@@ -182,6 +199,16 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     say::line!();
     for line in diagnosis_lines("localized", &report.algorithm.diagnosis) {
         say::line!("{line}");
+    }
+    if let Some(error) = report.camera_error.as_ref().filter(|error| error.is_confirmed) {
+        let (pitch, roll) = (&error.pitch_down_deg, &error.roll_clockwise_deg);
+        say::line!(
+            "the camera looks {:.2} +- {:.2} deg farther down than reported and is rolled by {:.2} +- {:.2} deg clockwise",
+            pitch.mean,
+            pitch.sigma,
+            roll.mean,
+            roll.sigma
+        );
     }
     print_live(report);
     for line in report.skipped.lines() {

@@ -19,6 +19,7 @@ mod extract;
 #[cfg(feature = "experiments")]
 mod likelihood;
 mod localize;
+mod locate;
 mod map;
 mod record;
 mod simulate;

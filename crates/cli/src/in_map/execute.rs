@@ -183,6 +183,7 @@ fn refuse_others(args: &LocalizeArgs) -> Result<()> {
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
         ("--bag-out", args.bag_out.is_some()),
+        ("--robot-out", args.robot_out.is_some()),
         ("--publish-ros", args.publish_ros),
         ("--picture-at", args.picture_at.is_some()),
         ("--record", args.broadcast.record.is_some()),

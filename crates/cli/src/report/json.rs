@@ -7,7 +7,7 @@ use serde::Serialize;
 use visloc_core::eval::{
     ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate,
 };
-use visloc_locate::vision::DropReason;
+use visloc_locate::{CameraError, vision::DropReason};
 
 use super::{FindingReport, SkippedReport, explain_localization};
 use crate::run::{FrameRecord, LiveReport, PixelCounts, RunOutcome, Runner, write_text};
@@ -164,6 +164,8 @@ pub struct LocalizeReport {
     pub dropped: usize,
     /// Live results, if they were published.
     pub live: Option<LiveReport>,
+    /// The constant error of the camera's direction, as far as the run has shown it.
+    pub camera_error: Option<CameraError>,
     /// What was left out.
     pub skipped: SkippedReport,
     /// Why the run ended early.

@@ -1,10 +1,13 @@
 //! Frames with another mounting of the camera or other odometry than the recording says.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
-use crate::{args::CorrectionArgs, settings::from_toml};
+use super::write_text;
+use crate::{args::CorrectionArgs, say, settings::from_toml};
 
 /// A source whose frames are corrected.
 struct CorrectedFrames {
@@ -59,4 +62,17 @@ pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
     let robot: RobotCorrection = from_toml(path)?;
     robot.check().with_context(|| path.display().to_string())?;
     Ok(robot)
+}
+
+/// Writes corrections for later runs.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_correction(path: &Path, robot: &RobotCorrection, writer: &str) -> Result<()> {
+    let head = format!(
+        "# What is always wrong with this robot, for visloc localize --robot. Written by {writer}.\n"
+    );
+    write_text(path, &(head + &toml::to_string(robot)?))?;
+    say::line!("corrections: {}", path.display());
+    Ok(())
 }

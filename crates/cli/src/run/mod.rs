@@ -18,7 +18,7 @@ mod runner;
 mod saving;
 mod source;
 
-pub use corrected::{corrected, read_correction, with_correction};
+pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use live::LiveOutput;
 #[cfg(feature = "ros2")]

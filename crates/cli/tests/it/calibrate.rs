@@ -100,3 +100,25 @@ fn a_wrong_mounting_is_found() {
     let localize = workspace.visloc(&["localize", "sim:tour", "--frames", "60", "--robot", "robot.toml"]);
     assert_eq!(localize.code, 0, "{}", localize.stderr);
 }
+
+/// The simulated camera is where it is reported, so a file that turns it is what `localize` has to undo.
+#[test]
+fn localizing_finds_the_turn_of_the_camera_and_keeps_it() {
+    let workspace = Workspace::new();
+    workspace.write("wrong.toml", "[camera]\npitch_down_deg = 2.0\nroll_clockwise_deg = -1.5\n");
+    let args = ["localize", "sim:tour", "--frames", "450", "--robot", "wrong.toml"];
+    let outputs = ["--robot-out", "robot.toml", "--json", "r.json"];
+    let run = workspace.must(&[&args[..], &outputs].concat());
+    assert!(run.stdout.contains("farther down than reported"), "{}", run.stdout);
+    let error = &workspace.json("r.json")["camera_error"];
+    let found = |key: &str, part: &str| error[key][part].as_f64().unwrap();
+    assert!(
+        (found("pitch_down_deg", "mean") + 2.0).abs() < 3.0 * found("pitch_down_deg", "sigma"),
+        "{error}"
+    );
+    assert!((found("roll_clockwise_deg", "mean") - 1.5).abs() < 3.0 * found("roll_clockwise_deg", "sigma"));
+    assert_eq!(error["is_confirmed"], true);
+    let kept: toml::Table = std::fs::read_to_string(workspace.path("robot.toml")).unwrap().parse().unwrap();
+    let pitch = kept["camera"]["pitch_down_deg"].as_float().unwrap();
+    assert!(pitch.abs() < 0.7, "what is left of 2 degrees: {pitch}");
+}

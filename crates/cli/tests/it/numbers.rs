@@ -55,6 +55,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
             &["no-such.mcap", "--plots", "plots"],
             &["photos", "--map", "robocup-spl-2010", "--camera-height", "0.5"],
         ],
+        "locate" => &[&["photos/0.png", "--map", "robocup-spl-2010", "--camera", "no-such.toml"]],
         "slam" => &[&["photos"]],
         "extract" => &[&["photos", "--camera-height", "0.5", "--out", "extracted"]],
         "record" => &[&["photos", "--camera-height", "0.5", "--out", "recorded.mcap"]],

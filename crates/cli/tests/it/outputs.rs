@@ -5,12 +5,13 @@ use std::fs;
 use crate::support::{MAP, Workspace, data_lines, excerpt_text};
 
 /// The options of commands that write, with what they need besides `b.mcap`, a recording.
-const COMMANDS: [&[&str]; 12] = [
+const COMMANDS: [&[&str]; 13] = [
     &["record", "b.mcap", "--out"],
     &["localize", "b.mcap", "--map", MAP, "--bag-out"],
     &["localize", "b.mcap", "--map", MAP, "--record"],
     &["localize", "b.mcap", "--map", MAP, "--estimates"],
     &["localize", "b.mcap", "--map", MAP, "--json"],
+    &["localize", "b.mcap", "--map", MAP, "--robot-out"],
     &["slam", "b.mcap", "--trajectory"],
     &["slam", "b.mcap", "--points"],
     &["slam", "bag:b.mcap", "--map"],

@@ -26,6 +26,9 @@ pub fn refinement_defaults() -> RefinementConfig {
         stale_evidence_kept: 0.7,
         hopeless: 30.0,
         lost_agreement: 0.25,
+        mount_pitch_rad: 0.0,
+        mount_roll_rad: 0.0,
+        mount_yaw_rad: 0.0,
         ..RefinementConfig::default()
     }
 }

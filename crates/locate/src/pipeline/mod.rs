@@ -1,8 +1,10 @@
 //! Image analysis, lift detector and localizer for the frames of one robot.
 
 mod builder;
+mod photo;
 
 pub use builder::PipelineBuilder;
+pub use photo::{Photo, PhotoAnswer, PhotoError, PhotoPose, locate_photo};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;

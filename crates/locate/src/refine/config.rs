@@ -1,5 +1,6 @@
 //! Parameters of the refinement.
 
+use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,14 @@ pub struct RefinementConfig {
     pub tilt_bias_rad: f64,
     /// Time in which the slow part changes, seconds; that of the height too.
     pub tilt_bias_secs: f64,
+    /// Standard deviation among robots of the camera's constant error: how far it looks down, radians; 0 if it is where it is reported.
+    pub mount_pitch_rad: f64,
+    /// How far it is turned about its axis, radians.
+    pub mount_roll_rad: f64,
+    /// How far it looks to the side, radians.
+    pub mount_yaw_rad: f64,
+    /// Time in which a robot that is lost doubts what it has learned of its camera's constant error, seconds.
+    pub mount_secs: f64,
     /// Standard deviation of the camera's place that changes with every image, each axis, meters.
     pub eye_noise_m: f64,
     /// Standard deviation of the camera's height that changes slowly, meters.
@@ -112,6 +121,10 @@ impl Default for RefinementConfig {
             tilt_noise_rad: 0.004,
             tilt_bias_rad: 0.005,
             tilt_bias_secs: 8.0,
+            mount_pitch_rad: 0.035,
+            mount_roll_rad: 0.019,
+            mount_yaw_rad: 0.005,
+            mount_secs: 300.0,
             eye_noise_m: 0.002,
             raise_bias_m: 0.004,
             max_motion_m: 1.0,
@@ -150,6 +163,11 @@ impl Default for RefinementConfig {
 }
 
 impl RefinementConfig {
+    /// Standard deviations of the camera's constant error about the axes of its frame, radians.
+    pub(super) fn mount_error_rad(&self) -> Vector3<f64> {
+        Vector3::new(self.mount_pitch_rad, self.mount_yaw_rad, self.mount_roll_rad)
+    }
+
     /// Checks the ranges of all values.
     ///
     /// # Errors
@@ -173,6 +191,7 @@ impl RefinementConfig {
             ("refinement.tilt_noise_rad", self.tilt_noise_rad),
             ("refinement.tilt_bias_rad", self.tilt_bias_rad),
             ("refinement.tilt_bias_secs", self.tilt_bias_secs),
+            ("refinement.mount_secs", self.mount_secs),
             ("refinement.eye_noise_m", self.eye_noise_m),
             ("refinement.raise_bias_m", self.raise_bias_m),
             ("refinement.max_motion_m", self.max_motion_m),
@@ -197,6 +216,9 @@ impl RefinementConfig {
             require(value > 0.0 && value <= 1000.0, key, "above 0, at most 1000", value)?;
         }
         for (key, value) in [
+            ("refinement.mount_pitch_rad", self.mount_pitch_rad),
+            ("refinement.mount_roll_rad", self.mount_roll_rad),
+            ("refinement.mount_yaw_rad", self.mount_yaw_rad),
             ("refinement.min_birth_agreement", self.min_birth_agreement),
             ("refinement.lost_agreement", self.lost_agreement),
             ("refinement.evidence_deadband", self.evidence_deadband),

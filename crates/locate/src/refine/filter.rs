@@ -3,14 +3,14 @@
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use visloc_core::geom::{PlanarPose, angle};
 
-use super::RefinementConfig;
+use super::{RefinementConfig, mount::Mount};
 use crate::{
     observation::features::{CameraState, CameraVector, FeatureModel},
     odometer::Odometry,
 };
 
-/// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4).
-const STATE: usize = 11;
+/// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4), constant error of its tilt (3).
+const STATE: usize = 14;
 /// Length of what an image sees of it: pose, tilt and height.
 const CAMERA: usize = 7;
 /// First of what changes slowly: three angles of the camera's tilt, then its height.
@@ -20,6 +20,8 @@ const SLOW: usize = 3;
 const MOTION: usize = 7;
 /// With odometry its systematic turn, radians per meter.
 const DRIFT: usize = 10;
+/// First of the three angles of the camera's constant error.
+const MOUNT: usize = 11;
 
 /// Group of the features that belong to landmarks.
 const LANDMARKS: usize = 1;
@@ -104,8 +106,8 @@ struct Gap {
 }
 
 impl PoseFilter {
-    /// A filter around a rough pose.
-    pub fn new(pose: &PlanarPose, config: &RefinementConfig) -> Self {
+    /// A filter around a rough pose, of a robot of whose camera this is known.
+    pub fn new(pose: &PlanarPose, mount: &Mount, config: &RefinementConfig) -> Self {
         let mut mean = State::zeros();
         mean.fixed_rows_mut::<3>(0).copy_from(&Vector3::new(pose.x_m, pose.y_m, pose.yaw_rad));
         let mut filter = Self { mean, covariance: Covariance::zeros(), has_odometry: true, gap: None };
@@ -115,13 +117,23 @@ impl PoseFilter {
         }
         let slow = Matrix4::from_diagonal(&slow_noise(config).map(square));
         filter.covariance.fixed_view_mut::<4, 4>(SLOW, SLOW).copy_from(&slow);
+        filter.mean.fixed_rows_mut::<3>(MOUNT).copy_from(&mount.tilt_rad);
+        filter.covariance.fixed_view_mut::<3, 3>(MOUNT, MOUNT).copy_from(&mount.covariance);
         filter.forget_motion(true, config);
         filter
     }
 
-    /// The same motion, tilt and height at another pose.
-    pub fn moved_to(&self, pose: &PlanarPose, config: &RefinementConfig) -> Self {
-        let mut filter = Self::new(pose, config);
+    /// What it has found out about the constant error of the camera.
+    pub fn mount(&self) -> Mount {
+        Mount {
+            tilt_rad: self.mean.fixed_rows::<3>(MOUNT).into_owned(),
+            covariance: self.covariance.fixed_view::<3, 3>(MOUNT, MOUNT).into_owned(),
+        }
+    }
+
+    /// The same motion, slow tilt and height at another pose.
+    pub fn moved_to(&self, pose: &PlanarPose, mount: &Mount, config: &RefinementConfig) -> Self {
+        let mut filter = Self::new(pose, mount, config);
         filter.has_odometry = self.has_odometry;
         filter.gap = self.gap.as_ref().map(|gap| Box::new(Gap { learned: gap.learned, before: None }));
         filter.mean.fixed_rows_mut::<8>(SLOW).copy_from(&self.mean.fixed_rows::<8>(SLOW));
@@ -185,7 +197,7 @@ impl PoseFilter {
     }
 
     fn set_motion(&mut self, mean: &Vector4<f64>, covariance: &Matrix4<f64>) {
-        for i in MOTION..STATE {
+        for i in MOTION..MOUNT {
             self.covariance.row_mut(i).fill(0.0);
             self.covariance.column_mut(i).fill(0.0);
         }
@@ -346,12 +358,44 @@ impl PoseFilter {
         gates_px: &[f64],
         config: &RefinementConfig,
     ) -> Agreement {
-        let prior = self.mean.fixed_rows::<CAMERA>(0).into_owned();
-        // Covariance of the state with (pose, tilt and height of this image).
-        let cross = self.covariance.fixed_columns::<CAMERA>(0).into_owned();
-        let spread: CameraMatrix =
-            cross.fixed_rows::<CAMERA>(0) + CameraMatrix::from_diagonal(&image_noise(config).map(square));
+        let tilt_rad = self.mount().tilt_rad;
+        self.update_from(&tilt_rad, model, gates_px, config)
+    }
+
+    /// The same; the first step supposes that the camera is turned so, a rotation vector in its frame, radians.
+    pub fn update_from(
+        &mut self,
+        tilt_rad: &Vector3<f64>,
+        model: &dyn FeatureModel,
+        gates_px: &[f64],
+        config: &RefinementConfig,
+    ) -> Agreement {
+        self.fit_from(tilt_rad, model, gates_px, config).1
+    }
+
+    /// The same; answers also with what fits this image best: pose, tilt and height.
+    pub fn fit_from(
+        &mut self,
+        tilt_rad: &Vector3<f64>,
+        model: &dyn FeatureModel,
+        gates_px: &[f64],
+        config: &RefinementConfig,
+    ) -> (CameraVector, Agreement) {
+        let mut prior = self.mean.fixed_rows::<CAMERA>(0).into_owned();
         let mut at = prior;
+        // The tilt of this image is the slow one and the constant one.
+        let mut turn = at.fixed_rows_mut::<3>(SLOW);
+        turn += tilt_rad;
+        let mut turn = prior.fixed_rows_mut::<3>(SLOW);
+        turn += self.mean.fixed_rows::<3>(MOUNT);
+        // Covariance of the state with (pose, tilt and height of this image).
+        let mut cross = self.covariance.fixed_columns::<CAMERA>(0).into_owned();
+        let mut turn = cross.fixed_columns_mut::<3>(SLOW);
+        turn += self.covariance.fixed_columns::<3>(MOUNT);
+        let mut spread = cross.fixed_rows::<CAMERA>(0).into_owned();
+        let mut turn = spread.fixed_rows_mut::<3>(SLOW);
+        turn += cross.fixed_rows::<3>(MOUNT);
+        spread += CameraMatrix::from_diagonal(&image_noise(config).map(square));
         let mut step = None;
         for (i, gate_px) in gates_px.iter().enumerate() {
             // Only the last step has to be exact.
@@ -373,7 +417,8 @@ impl PoseFilter {
                 self.covariance = (covariance + covariance.transpose()) * 0.5;
             }
         }
-        fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement
+        let agreement = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement;
+        (at, agreement)
     }
 }
 

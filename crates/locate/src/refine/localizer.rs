@@ -5,15 +5,16 @@ use visloc_core::{Rng, geom::PlanarPose};
 use super::{
     RefinementConfig,
     known::Known,
-    search::{PlaceSearch, middle},
+    search::{Candidate, PlaceSearch, middle},
     track::View,
     tracks::{Tracks, fullness, says_something},
+    turned::Turned,
     turning::{Turning, camera_yaw_rad},
 };
 use crate::{
-    ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer, ObservationModel,
-    Reliability, StartPrior, StepInput, observation::features::FeatureModel, odometer::Odometer,
-    vision::Percept,
+    CameraError, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
+    ObservationModel, Reliability, StartPrior, StepInput, observation::features::FeatureModel,
+    odometer::Odometer, vision::Percept,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
@@ -23,6 +24,8 @@ const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step while localized, and places kept while not.
 const SEARCH: (usize, usize) = (40, 1);
 const DEEP_PLACES: usize = 6;
+/// While there is no track at all on a field, an image is searched this much more: what is found then is not behind anything.
+const FIRST_SEARCH: usize = 10;
 /// Places at which a track may begin in one step while localized.
 const BIRTHS: usize = 1;
 /// An image from so far away, or turned by so much, shows something new.
@@ -41,7 +44,9 @@ pub struct Refined {
     pub(super) model: Box<dyn FeatureModel>,
     places: PlaceSearch,
     /// Where tracks may begin in this step.
-    candidates: Vec<PlanarPose>,
+    candidates: Vec<Candidate>,
+    /// The image as it is with the camera turned.
+    turned: Turned,
     /// Whose turn it is among them.
     turn: usize,
     tracks: Tracks,
@@ -95,8 +100,9 @@ impl Refined {
             model: features,
             places: PlaceSearch::new(pixels),
             candidates: Vec::new(),
+            turned: Turned::default(),
             turn: 0,
-            tracks: Tracks::default(),
+            tracks: Tracks::new(&config),
             winner: None,
             estimate: Estimate::unknown(),
         })
@@ -151,8 +157,8 @@ impl Refined {
             && best.confirmed >= ESTABLISHED
         {
             self.known.establish(best.filter.pose());
-            if self.config.has_look_alikes && self.estimate.reliability > LOCALIZED_RELIABILITY {
-                self.tracks.remember_robot();
+            if self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY {
+                self.tracks.remember_robot(&self.config);
             }
         }
     }
@@ -190,15 +196,38 @@ impl Refined {
             return;
         }
         let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
-        let effort = if is_localized { SEARCH } else { (self.config.search_poses, DEEP_PLACES) };
-        let (tracks, model, config) = (&self.tracks, self.model.as_ref(), &self.config);
-        let is_known = |pose: &PlanarPose| config.has_look_alikes && tracks.know(model, pose, config);
+        let is_first = self.tracks.best().is_none() && !self.config.has_look_alikes;
+        let effort = match (is_localized, is_first) {
+            (true, _) => SEARCH,
+            (false, true) => (FIRST_SEARCH * self.config.search_poses, 2 * self.config.max_tracks),
+            (false, false) => (self.config.search_poses, DEEP_PLACES),
+        };
         let hypotheses = &self.search.estimate().hypotheses;
+        let mount = *self.tracks.mount();
+        let (tracks, config) = (&self.tracks, &self.config);
+        let is_known = |model: &dyn FeatureModel, pose: &PlanarPose| {
+            config.has_look_alikes && tracks.know(model, pose, config)
+        };
         let probable = hypotheses.iter().filter(|h| h.probability > MIN_PROBABILITY);
-        self.candidates.extend(probable.map(|h| h.world_from_robot).filter(|pose| !is_known(pose)));
-        self.candidates.extend(self.places.search(percept, model, effort, is_known, rng));
-        // Each costs a fit, so they take turns.
+        let probable =
+            probable.map(|h| h.world_from_robot).filter(|pose| !is_known(self.model.as_ref(), pose));
+        let tilt_rad = mount.tilt_rad;
+        self.candidates.extend(probable.map(|world_from_robot| Candidate { world_from_robot, tilt_rad }));
+        self.places.begin();
+        let rounds = mount.num_draws(config);
+        let num_poses = effort.0.div_ceil(rounds);
+        for _ in 0..rounds {
+            let tilt_rad = mount.draw(rng);
+            let percept = self.turned.turn(percept, &tilt_rad);
+            self.model.condition_on(percept);
+            let model = self.model.as_ref();
+            let is_known = |pose: &PlanarPose| is_known(model, pose);
+            self.places.search((percept, &tilt_rad), model, (num_poses, effort.1), is_known, rng);
+        }
+        self.candidates.extend(self.places.found());
+        // Each costs a fit, so they take turns; but of the first ones none may get ahead by its turn.
         let max = if is_localized { BIRTHS } else { self.config.max_births };
+        let max = if is_first { self.candidates.len() } else { max };
         if self.candidates.len() > max {
             self.turn = (self.turn + max) % self.candidates.len();
             self.candidates.rotate_left(self.turn);
@@ -212,6 +241,10 @@ impl Refined {
             if self.estimate.reliability < LOST_RELIABILITY { self.lost_secs + secs } else { 0.0 };
         if self.lost_secs > LOST_SECS {
             self.search.doubt();
+            // Images that show nothing say nothing about the camera either.
+            if self.blind_secs == 0.0 {
+                self.tracks.doubt_mount(secs, &self.config);
+            }
         }
     }
 
@@ -255,7 +288,7 @@ impl Refined {
 impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
-        self.tracks = Tracks::default();
+        self.tracks = Tracks::new(&self.config);
         self.turning = Turning::default();
         (self.turn, self.is_search_turn) = (0, false);
         (self.lost_secs, self.blind_secs) = (0.0, 0.0);
@@ -277,7 +310,8 @@ impl Localizer for Refined {
         // Both cost as much as all the rest, so they take turns.
         self.is_search_turn = !(self.config.has_look_alikes && self.is_search_turn);
         if self.is_search_turn || input.is_lifted {
-            self.search.step(input, rng);
+            let percept = self.turned.turn(input.percept, &self.tracks.mount().tilt_rad);
+            self.search.step(&StepInput { percept, ..*input }, rng);
         }
         if input.is_lifted {
             self.forget();
@@ -287,11 +321,11 @@ impl Localizer for Refined {
             self.known.move_by(&step);
         }
         self.tracks.predict(&odometry, secs, &self.config);
-        self.model.condition_on(input.percept);
         self.candidates.clear();
         if !(self.config.has_look_alikes && self.is_search_turn) {
             self.find_candidates(input.percept, rng);
         }
+        self.model.condition_on(input.percept);
         let novelty = self.novelty(input);
         let clearness = self.clearness(input, secs);
         self.update_tracks(novelty, clearness);
@@ -308,6 +342,11 @@ impl Localizer for Refined {
 
     fn estimate(&self) -> &Estimate {
         &self.estimate
+    }
+
+    fn camera_error(&self) -> Option<CameraError> {
+        let best = self.tracks.best().filter(|_| self.config.mount_pitch_rad > 0.0)?;
+        Some(best.filter.mount().camera_error(self.tracks.mount().is_known(&self.config)))
     }
 
     fn individuals(&self, out: &mut Vec<Individual>) {

@@ -15,12 +15,16 @@ mod config;
 mod filter;
 mod known;
 mod localizer;
+mod mount;
 mod search;
+mod single;
 #[cfg(test)]
 mod tests;
 mod track;
 mod tracks;
+mod turned;
 mod turning;
 
 pub use config::RefinementConfig;
 pub use localizer::Refined;
+pub(crate) use single::SingleImage;

@@ -1,5 +1,6 @@
 //! A search for places of its own: poses that features of the image suggest, weighed by the observation model.
 
+use nalgebra::Vector3;
 use rand::RngExt;
 use visloc_core::{
     Rng, RngTree,
@@ -26,11 +27,19 @@ pub(super) fn middle(model: &dyn ObservationModel) -> PlanarPose {
     nearest.map_or(mean, |place| PlanarPose { yaw_rad: 0.0, ..*place })
 }
 
+/// A place at which a track may begin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Candidate {
+    pub world_from_robot: PlanarPose,
+    /// Error of the camera's direction with which it was found: a rotation vector in the camera frame, radians.
+    pub tilt_rad: Vector3<f64>,
+}
+
 /// Suggests places at which a track may begin.
 pub(super) struct PlaceSearch {
     model: Box<dyn ObservationModel>,
     /// The most likely poses of the last search with their likelihood, the best first.
-    best: Vec<(PlanarPose, f64)>,
+    best: Vec<(Candidate, f64)>,
 }
 
 impl PlaceSearch {
@@ -43,51 +52,63 @@ impl PlaceSearch {
         self.model.region()
     }
 
-    /// Weighs `num_poses` suggestions and returns the most likely `num_kept` of those that are not known yet.
+    /// Forgets what was found.
+    pub fn begin(&mut self) {
+        self.best.clear();
+    }
+
+    /// What was found since the beginning, the most likely place first.
+    pub fn found(&self) -> impl Iterator<Item = Candidate> + '_ {
+        self.best.iter().map(|(candidate, _)| *candidate)
+    }
+
+    /// Weighs `num_poses` suggestions for an image that is seen with the camera turned by `tilt_rad`, and keeps the most likely
+    /// `num_kept` of those that are not known yet.
     pub fn search(
         &mut self,
-        percept: &Percept,
+        (percept, tilt_rad): (&Percept, &Vector3<f64>),
         features: &dyn FeatureModel,
         (num_poses, num_kept): (usize, usize),
         is_known: impl Fn(&PlanarPose) -> bool,
         rng: &mut Rng,
-    ) -> impl Iterator<Item = PlanarPose> + '_ {
-        self.best.clear();
+    ) {
         self.model.condition_on(percept);
-        if self.model.has_evidence() {
-            let region = self.model.region();
-            for _ in 0..num_poses {
-                let suggested = if rng.random_bool(0.5) { features.suggest(rng) } else { None };
-                let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
-                if region.contains(&pose) {
-                    let likelihood = self.model.likelihood(&pose);
-                    if is_worth_keeping(&self.best, likelihood, num_kept) && !is_known(&pose) {
-                        keep(&mut self.best, pose, likelihood, num_kept);
-                    }
+        if !self.model.has_evidence() {
+            return;
+        }
+        let region = self.model.region();
+        for _ in 0..num_poses {
+            let suggested = if rng.random_bool(0.5) { features.suggest(rng) } else { None };
+            let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
+            if region.contains(&pose) {
+                let likelihood = self.model.likelihood(&pose);
+                if is_worth_keeping(&self.best, likelihood, num_kept) && !is_known(&pose) {
+                    let candidate = Candidate { world_from_robot: pose, tilt_rad: *tilt_rad };
+                    keep(&mut self.best, candidate, likelihood, num_kept);
                 }
             }
         }
-        self.best.iter().map(|(pose, _)| *pose)
     }
 }
 
 /// Whether a pose of this likelihood is among the best `max`.
-fn is_worth_keeping(best: &[(PlanarPose, f64)], likelihood: f64, max: usize) -> bool {
+fn is_worth_keeping(best: &[(Candidate, f64)], likelihood: f64, max: usize) -> bool {
     best.len() < max || best.last().is_some_and(|last| last.1 < likelihood)
 }
 
 /// Keeps the best `max`, one for each place.
-fn keep(best: &mut Vec<(PlanarPose, f64)>, pose: PlanarPose, likelihood: f64, max: usize) {
+fn keep(best: &mut Vec<(Candidate, f64)>, candidate: Candidate, likelihood: f64, max: usize) {
+    let pose = candidate.world_from_robot;
     let is_same = |other: &PlanarPose| {
         other.distance_m(&pose) < SAME_PLACE_M && other.heading_difference_rad(&pose) < SAME_PLACE_RAD
     };
-    if let Some(i) = best.iter().position(|(other, _)| is_same(other)) {
+    if let Some(i) = best.iter().position(|(other, _)| is_same(&other.world_from_robot)) {
         if best[i].1 >= likelihood {
             return;
         }
         best.remove(i);
     }
     let at = best.partition_point(|other| other.1 >= likelihood);
-    best.insert(at, (pose, likelihood));
+    best.insert(at, (candidate, likelihood));
     best.truncate(max);
 }

@@ -5,7 +5,10 @@ use visloc_core::{
     geom::{PlanarPose, angle, nao},
 };
 
-use super::{Refined, RefinementConfig, filter::PoseFilter, known::Known, track::View, tracks::Tracks};
+use super::{
+    Refined, RefinementConfig, filter::PoseFilter, known::Known, mount::Mount, search::Candidate,
+    track::View, tracks::Tracks,
+};
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
     observation::features::{CameraState, CameraVector, FeatureMatch, FeatureModel, Residual},
@@ -269,7 +272,15 @@ fn among_look_alikes_a_place_that_needs_another_camera_is_less_probable() {
     let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
     let probability = |tilts_rad: [f64; 2], has_look_alikes: bool| {
         let world = Alike { tilts_rad: tilts_rad.to_vec(), ..Alike::new(&places) };
-        let config = RefinementConfig { has_look_alikes, ..RefinementConfig::default() };
+        // In a building the reported direction of the camera is believed.
+        let mount_pitch_rad = if has_look_alikes { 0.0 } else { 0.035 };
+        let config = RefinementConfig {
+            has_look_alikes,
+            mount_pitch_rad,
+            mount_roll_rad: 0.0,
+            mount_yaw_rad: 0.0,
+            ..RefinementConfig::default()
+        };
         let search = Box::new(Fixed::new(&places));
         let mut localizer = Refined::new(config, search, Box::new(world.clone()), Box::new(world)).unwrap();
         let estimate = step(&mut localizer, 0..60, false);
@@ -339,7 +350,8 @@ fn the_half_is_asked_again_while_the_pose_gets_better() {
     let view = View { novelty: 1.0, clearness: 1.0, has_landmarks: false };
     let (first, truth) = (seen_at(-0.04), seen_at(0.04));
     let mut tracks = Tracks::default();
-    tracks.update(&first, &[first.places[0]], &view, &known, &config);
+    let candidate = Candidate { world_from_robot: first.places[0], tilt_rad: nalgebra::Vector3::zeros() };
+    tracks.update(&first, &[candidate], &view, &known, &config);
     let guess = tracks.best().unwrap().filter.pose();
     assert!(guess.distance_m(&first.places[1]) < 0.02, "{guess:?}: the mirrored pose is in the half");
     for _ in 0..30 {
@@ -358,7 +370,7 @@ fn the_scale_of_the_odometry_is_learned() {
     let config = RefinementConfig::default();
     let mut rng = RngTree::new(5).stream("noise", 0);
     let mut truth = PlanarPose::new(-4.0, 0.0, 0.0);
-    let mut filter = PoseFilter::new(&truth, &config);
+    let mut filter = PoseFilter::new(&truth, &Mount::default(), &config);
     let told = |step_m: f64| Odometry::Moved(PlanarPose::new(step_m * 1.1, 0.0, 0.0));
     for _ in 0..600 {
         truth.x_m += 0.007;
@@ -396,7 +408,7 @@ fn walk(sample: impl Fn(usize, PlanarPose) -> Option<PlanarPose>) -> Walk {
     let config = RefinementConfig::default();
     let mut rng = RngTree::new(6).stream("noise", 0);
     let mut truth = PlanarPose::new(-4.0, -2.0, 0.0);
-    let mut filter = PoseFilter::new(&truth, &config);
+    let mut filter = PoseFilter::new(&truth, &Mount::default(), &config);
     let mut odometer = Odometer::new(config.max_motion_m);
     let mut told = PlanarPose::default();
     let mut walk = Walk { errors_m: Vec::new(), scales: [0.0; 2] };
@@ -445,7 +457,7 @@ fn gaps_and_jumps_of_the_odometry_do_not_erase_what_was_learned() {
 fn the_covariance_grows_over_a_gap_of_the_odometry() {
     let config = RefinementConfig::default();
     let walk = |missing: std::ops::Range<u32>| {
-        let mut filter = PoseFilter::new(&PlanarPose::default(), &config);
+        let mut filter = PoseFilter::new(&PlanarPose::default(), &Mount::default(), &config);
         filter.update(&Alike::new(&[PlanarPose::default()]), &[12.0, 8.0], &config);
         let mut odometer = Odometer::new(config.max_motion_m);
         for i in 0..60_u32 {
@@ -467,7 +479,7 @@ fn the_covariance_grows_over_a_gap_of_the_odometry() {
 fn without_odometry_the_filter_goes_on_moving() {
     let config = RefinementConfig::default();
     let mut truth = PlanarPose::new(-1.0, 0.0, 0.4);
-    let mut filter = PoseFilter::new(&truth, &config);
+    let mut filter = PoseFilter::new(&truth, &Mount::default(), &config);
     let motion = PlanarPose::new(0.2 / 30.0, 0.0, 0.3 / 30.0);
     for _ in 0..90 {
         truth = truth.compose(&motion);
@@ -500,7 +512,7 @@ fn the_covariance_of_one_update_is_honest() {
     let truth = PlanarPose::new(0.3, 0.2, 0.1);
     let mut sum = 0.0;
     for _ in 0..600 {
-        let mut filter = PoseFilter::new(&truth, &config);
+        let mut filter = PoseFilter::new(&truth, &Mount::default(), &config);
         filter.update(&Alike::new(&[truth]).with_noise(&mut rng), &[50.0; 3], &config);
         let pose = filter.pose();
         let error = nalgebra::Vector3::new(

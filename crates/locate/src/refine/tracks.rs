@@ -6,6 +6,8 @@ use super::{
     RefinementConfig,
     filter::PoseFilter,
     known::Known,
+    mount::Mount,
+    search::Candidate,
     track::{Track, View},
 };
 use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
@@ -42,12 +44,47 @@ pub(super) struct Tracks {
     turn: u64,
     /// The tracks that take turns: image that they were last fitted to, and name.
     waiting: Vec<(u64, u64)>,
-    /// Where places look alike, the filter of the last track that was known to be right: what it has found out about the
-    /// robot holds wherever that is put next.
-    robot: Option<PoseFilter>,
+    robot: KnownRobot,
+}
+
+/// What tracks that were known to be right have found out about the robot: it holds wherever that is put next.
+#[derive(Debug, Clone, Default)]
+struct KnownRobot {
+    /// Where places look alike, the filter of the last one.
+    filter: Option<PoseFilter>,
+    /// The constant error of its camera; every new track begins with it.
+    mount: Mount,
+}
+
+impl KnownRobot {
+    /// What the camera that a track needs speaks against it: that few robots have such a one, and where places look alike also that it is
+    /// not the robot's camera.
+    fn bend(&self, filter: &PoseFilter, config: &RefinementConfig) -> f64 {
+        let slow = if config.has_look_alikes {
+            filter.bend(self.filter.as_ref(), config).min(config.max_bend_evidence)
+        } else {
+            0.0
+        };
+        slow + self.mount.surprise(&filter.mount().tilt_rad, config)
+    }
 }
 
 impl Tracks {
+    /// None yet, of a robot of which nothing is known.
+    pub fn new(config: &RefinementConfig) -> Self {
+        Self { robot: KnownRobot { filter: None, mount: Mount::unknown(config) }, ..Self::default() }
+    }
+
+    /// What is known of the camera wherever the robot is.
+    pub fn mount(&self) -> &Mount {
+        &self.robot.mount
+    }
+
+    /// The robot has been lost for so long.
+    pub fn doubt_mount(&mut self, secs: f64, config: &RefinementConfig) {
+        self.robot.mount.relax(secs, config);
+    }
+
     pub fn clear(&mut self) {
         self.tracks.clear();
     }
@@ -61,7 +98,7 @@ impl Tracks {
     }
 
     fn filters(&mut self) -> impl Iterator<Item = &mut PoseFilter> {
-        self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot)
+        self.tracks.iter_mut().map(|track| &mut track.filter).chain(&mut self.robot.filter)
     }
 
     pub fn predict(&mut self, odometry: &Odometry, secs: f64, config: &RefinementConfig) {
@@ -78,7 +115,7 @@ impl Tracks {
     pub fn update(
         &mut self,
         model: &dyn FeatureModel,
-        places: &[PlanarPose],
+        places: &[Candidate],
         view: &View,
         known: &Known,
         config: &RefinementConfig,
@@ -161,20 +198,24 @@ impl Tracks {
             track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
             track.late *= config.evidence_kept;
             if track.fitted_in == self.turn {
-                track.set_bend(bend(&track.filter, self.robot.as_ref(), config));
+                track.set_bend(self.robot.bend(&track.filter, config));
             }
         }
     }
 
     /// The best track is right: what it has found out about the robot is kept when all tracks are given up.
-    pub fn remember_robot(&mut self) {
-        self.robot = self.best().map(|best| best.filter.clone());
+    pub fn remember_robot(&mut self, config: &RefinementConfig) {
+        let Some(best) = self.tracks.first() else { return };
+        self.robot.mount = best.filter.mount();
+        if config.has_look_alikes {
+            self.robot.filter = Some(best.filter.clone());
+        }
     }
 
     /// A filter that knows tilt, height and odometry of the robot. Where places look alike the best track may be at a wrong one,
     /// and have bent all of them until it fits: a new track would inherit that as a certainty.
     fn known_robot(&self, config: &RefinementConfig) -> Option<&PoseFilter> {
-        if config.has_look_alikes { self.robot.as_ref() } else { self.best().map(|best| &best.filter) }
+        if config.has_look_alikes { self.robot.filter.as_ref() } else { self.best().map(|best| &best.filter) }
     }
 
     /// Sum of the odds of all tracks against the best one, with the lead given back to the others that it owes to its camera alone or
@@ -225,26 +266,27 @@ impl Tracks {
     fn bear(
         &mut self,
         model: &dyn FeatureModel,
-        place: &PlanarPose,
+        candidate: &Candidate,
         handicap: f64,
         known: &Known,
         config: &RefinementConfig,
     ) {
+        let place = &candidate.world_from_robot;
         if self.know(model, place, config) {
             return;
         }
         let mut filter = match self.known_robot(config) {
-            Some(known) => known.moved_to(place, config),
-            None => PoseFilter::new(place, config),
+            Some(known) => known.moved_to(place, &self.robot.mount, config),
+            None => PoseFilter::new(place, &self.robot.mount, config),
         };
-        let agreement = filter.update(model, &BIRTH_GATES_PX, config).value();
+        let agreement = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config).value();
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2) {
             return;
         }
         let deficit = (best_fitted - agreement).max(0.0);
-        let bend = bend(&filter, self.robot.as_ref(), config);
+        let bend = self.robot.bend(&filter, config);
         let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
         let log_odds = -handicap - (bend - best_bend).max(0.0);
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
@@ -305,11 +347,6 @@ pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
 #[allow(clippy::cast_precision_loss)]
 pub(super) fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
-}
-
-/// What the camera that a track needs speaks against it: something where places look alike, if it is not the robot's camera.
-fn bend(filter: &PoseFilter, robot: Option<&PoseFilter>, config: &RefinementConfig) -> f64 {
-    if config.has_look_alikes { filter.bend(robot, config).min(config.max_bend_evidence) } else { 0.0 }
 }
 
 /// The tracks at this place or its mirrored one, or at some times the distance.

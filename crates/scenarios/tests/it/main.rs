@@ -8,6 +8,7 @@ mod feature_detectors;
 mod model_agreement;
 mod odometry;
 mod office;
+mod photo;
 mod pixels;
 mod refined;
 mod slam;

@@ -56,7 +56,7 @@ fn every_bad_input_is_refused_with_a_sentence() {
 }
 
 /// Value names of arguments that may be files or folders.
-const PATHS: [&str; 12] = [
+const PATHS: [&str; 13] = [
     "FILE",
     "NAME|FILE",
     "DIR",
@@ -67,6 +67,7 @@ const PATHS: [&str; 12] = [
     "ESTIMATE",
     "CAMERA",
     "IMAGE",
+    "PHOTO",
     "IN",
     "SEQUENCE",
 ];

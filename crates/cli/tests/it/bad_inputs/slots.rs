@@ -183,6 +183,25 @@ pub const SLOTS: &[Slot] = &[
         "@image.png --map robocup-spl-2010 --camera {} --out out/page.html",
         &[CameraToml],
     ),
+    slot(
+        "locate",
+        "PHOTO",
+        "{} --map robocup-spl-2010 --camera @camera.toml --pitch 10 --height 0.5",
+        &[Png, Jpeg],
+    ),
+    slot("locate", "--map", "@image.png --map {} --camera @camera.toml --pitch 10 --height 0.5", &[MapField]),
+    slot(
+        "locate",
+        "--camera",
+        "@image.png --map robocup-spl-2010 --camera {} --pitch 10 --height 0.5",
+        &[CameraToml],
+    ),
+    slot(
+        "locate",
+        "--pipeline",
+        "@image.png --map robocup-spl-2010 --camera @camera.toml --pitch 10 --height 0.5 --pipeline {}",
+        &[Pipeline],
+    ),
     slot("check-camera", "CAMERA", "{}", CAMERA_FILES),
     slot("check-camera", "SOURCE", "@camera.toml {}", &[Images]),
     slot("colors", "IMAGE", "{} --labels @labels.png --out out/colors.toml", &[Png]),
@@ -235,6 +254,7 @@ pub const SLOTS: &[Slot] = &[
 /// Arguments that name what is written.
 pub const OUTPUTS: &[&str] = &[
     "--out",
+    "--robot-out",
     "--json",
     "--plots",
     "--trajectory",

@@ -1,0 +1,121 @@
+//! `visloc locate`: where a single photo was taken.
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use visloc_core::RngTree;
+use visloc_io::{camera_file::read_camera, image_codec::read_image};
+use visloc_locate::{Photo, PhotoAnswer, PhotoPose, locate_photo};
+use visloc_world::Map;
+
+use crate::{
+    args::LocateArgs,
+    report::{draw_overlay, save_json},
+    run::Saving,
+    say,
+    settings::pipeline_config,
+};
+
+/// Most places that are printed and drawn.
+const MAX_SHOWN: usize = 10;
+
+/// What `--json` writes.
+#[derive(Serialize)]
+struct LocateReport {
+    photo: String,
+    map: String,
+    seed: u64,
+    /// The most probable one first.
+    poses: Vec<PoseReport>,
+    /// How probable it is that the photo was taken at none of them.
+    elsewhere: f64,
+}
+
+/// Place of the camera over the ground, the direction in which it looked, and how it was held: meters, degrees.
+#[derive(Serialize)]
+struct PoseReport {
+    x_m: f64,
+    y_m: f64,
+    yaw_deg: f64,
+    probability: f64,
+    height_m: f64,
+    /// Down is positive.
+    pitch_deg: f64,
+    /// Clockwise is positive.
+    roll_deg: f64,
+}
+
+impl From<&PhotoPose> for PoseReport {
+    fn from(pose: &PhotoPose) -> Self {
+        Self {
+            x_m: pose.world_from_view.x_m,
+            y_m: pose.world_from_view.y_m,
+            yaw_deg: pose.world_from_view.yaw_rad.to_degrees(),
+            probability: pose.probability,
+            height_m: pose.height_m,
+            pitch_deg: pose.pitch_down_rad.to_degrees(),
+            roll_deg: pose.roll_clockwise_rad.to_degrees(),
+        }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If an input cannot be used or an output not be written.
+pub fn execute(args: &LocateArgs) -> Result<()> {
+    let config = pipeline_config(args.pipeline.as_deref())?;
+    let map = Map::load(&args.map)?;
+    let camera = read_camera(&args.camera)?;
+    let place = || {
+        let names = [Some(&args.photo), args.pipeline.as_ref()].into_iter().flatten();
+        names.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+    };
+    let image = read_image(&args.photo).with_context(place)?;
+    let pitch_down_rad = args.pitch.map(f64::to_radians);
+    let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
+    let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
+    print(&answer);
+    let mut saving = Saving::default();
+    saving.save_if(args.json.json.as_deref(), |path| {
+        let report = LocateReport {
+            photo: args.photo.display().to_string(),
+            map: map.name().to_owned(),
+            seed: args.seed.value(),
+            poses: answer.poses.iter().map(PoseReport::from).collect(),
+            elsewhere: answer.elsewhere,
+        };
+        save_json(path, &report)
+    });
+    saving.save_if(args.out.as_deref(), |folder| {
+        for (i, pose) in answer.poses.iter().take(MAX_SHOWN).enumerate() {
+            let title = format!("{:.0} %: {}", 100.0 * pose.probability, in_words(pose));
+            draw_overlay(&photo, &map, pose, title)?.save(folder, &format!("place-{}", i + 1))?;
+        }
+        say::line!("pictures: {}", folder.display());
+        Ok(())
+    });
+    saving.end()
+}
+
+fn in_words(pose: &PhotoPose) -> String {
+    let view = &pose.world_from_view;
+    format!(
+        "x {:.2} m, y {:.2} m, looking to {:.0} deg; {:.2} m high, {:.1} deg down, rolled by {:.1} deg",
+        view.x_m,
+        view.y_m,
+        view.yaw_rad.to_degrees(),
+        pose.height_m,
+        pose.pitch_down_rad.to_degrees(),
+        pose.roll_clockwise_rad.to_degrees()
+    )
+}
+
+fn print(answer: &PhotoAnswer) {
+    for pose in answer.poses.iter().take(MAX_SHOWN) {
+        say::line!("{:4.0} %  {}", 100.0 * pose.probability, in_words(pose));
+    }
+    if answer.poses.len() > MAX_SHOWN {
+        say::line!("        and {} places less probable than these", answer.poses.len() - MAX_SHOWN);
+    }
+    say::line!("{:4.0} %  somewhere else, or it shows too little", 100.0 * answer.elsewhere);
+}

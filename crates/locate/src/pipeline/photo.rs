@@ -1,0 +1,229 @@
+//! Where a single photo was taken.
+
+use nalgebra::{Rotation3, Vector3};
+use thiserror::Error;
+use visloc_core::{
+    Frame, RgbImage, RngTree, Timestamp,
+    geom::{Camera, CameraFrame, Mount, PlanarPose, Rigid3, Robot, World},
+};
+use visloc_world::Map;
+
+use super::{FeatureChoice, ImageAnalyzer, PipelineConfig, PipelineError, WorldParts, unknown_kind};
+use crate::{
+    observation::features::CameraState,
+    refine::{RefinementConfig, SingleImage},
+    vision::AnalysisError,
+};
+
+/// Downward tilts that are tried if it is not known, radians: from a little above the horizon to steeply down, this far apart.
+const PITCHES_RAD: (f64, f64) = (-0.1, 1.0);
+const PITCH_STEP_RAD: f64 = 0.07;
+/// Heights that are tried if it is not known, meters: from a small robot to a man, each this much larger than the one before.
+const HEIGHTS_M: (f64, f64) = (0.25, 2.0);
+const HEIGHT_STEP: f64 = 1.15;
+/// How exactly a height is known that somebody has measured, as a share.
+const KNOWN_HEIGHT: f64 = 0.05;
+/// Standard deviation of a photo's tilt and roll against what is supposed, radians: half of the step between two suppositions.
+const TILT_RAD: f64 = PITCH_STEP_RAD / 2.0;
+/// Suggestions of poses that are weighed for one supposed camera, and places that are fitted, if there is one camera and if there are many.
+const EFFORT_FOR_ONE: (usize, usize) = (200_000, 1000);
+const EFFORT_FOR_EACH: (usize, usize) = (1000, 8);
+/// Places this near to each other are one.
+const SAME_M: f64 = 0.25;
+const SAME_RAD: f64 = 0.15;
+/// Places less probable than this are left out.
+const MIN_PROBABILITY: f64 = 0.005;
+/// Looks at the photo: the first ones get to know its colors.
+const NUM_LOOKS: usize = 2;
+
+/// A photo.
+#[derive(Debug, Clone)]
+pub struct Photo {
+    /// The image.
+    pub image: RgbImage,
+    /// Its camera.
+    pub camera: Camera,
+    /// How far the camera looked down, radians, within some degrees; `None` if nobody knows.
+    pub pitch_down_rad: Option<f64>,
+    /// Height of the camera above the ground, meters; `None` if nobody knows.
+    pub height_m: Option<f64>,
+}
+
+/// Where a photo may have been taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhotoPose {
+    /// Where the camera was.
+    pub world_from_camera: Rigid3<World, CameraFrame>,
+    /// The place below the camera, and the direction in which it looked.
+    pub world_from_view: PlanarPose,
+    /// How far it looked down, radians.
+    pub pitch_down_rad: f64,
+    /// How far it was turned clockwise about its axis, radians.
+    pub roll_clockwise_rad: f64,
+    /// Height above the ground, meters.
+    pub height_m: f64,
+    /// How probable it is that the photo was taken here.
+    pub probability: f64,
+}
+
+/// All places that explain a photo.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoAnswer {
+    /// The most probable one first.
+    pub poses: Vec<PhotoPose>,
+    /// How probable it is that the photo was taken at none of them: what it shows is not on the map, or too little.
+    pub elsewhere: f64,
+}
+
+/// A photo that cannot be located.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum PhotoError {
+    /// Map or parameters.
+    #[error(transparent)]
+    Pipeline(#[from] PipelineError),
+    /// The photo is not of its camera's size.
+    #[error(transparent)]
+    Analysis(#[from] AnalysisError),
+}
+
+/// Finds all places of a map that explain a photo.
+///
+/// # Errors
+/// If a parameter is out of its range, the map is of a kind that cannot be searched, or the photo is not of its camera's size.
+pub fn locate_photo(
+    map: &Map,
+    config: &PipelineConfig,
+    photo: &Photo,
+    rng: RngTree,
+) -> Result<PhotoAnswer, PhotoError> {
+    let config = PipelineConfig { features: FeatureChoice::Rich, ..*config };
+    config.check().map_err(PipelineError::from)?;
+    let rich = WorldParts::new(map, &config)?.rich.ok_or_else(|| unknown_kind(map))?;
+    let mounts = supposed_mounts(photo);
+    let effort = if mounts.len() == 1 { EFFORT_FOR_ONE } else { EFFORT_FOR_EACH };
+    let mut search = SingleImage::new(rich.features, rich.pixels);
+    let mut analyzer = ImageAnalyzer::new(map, &config)?;
+    let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));
+    #[allow(clippy::cast_precision_loss)]
+    let log_prior = -(mounts.len() as f64).ln();
+    let (mut places, mut found) = (Vec::new(), Vec::new());
+    let at = Timestamp::default();
+    let mut frame = Frame::new(at, photo.image.clone(), photo.camera, Rigid3::identity());
+    for mount in &mounts {
+        frame.robot_from_camera = mount.robot_from_camera();
+        for _ in 0..NUM_LOOKS {
+            analyzer.analyze(&frame, &mut looks)?;
+        }
+        found.clear();
+        let config = uncertain(&rich.config, photo, mount);
+        search.explain(analyzer.percept(), &config, effort, &mut draws, &mut found);
+        for explanation in &found {
+            let log_evidence = explanation.log_evidence + log_prior;
+            let pose = photo_pose(&explanation.camera, &frame.robot_from_camera);
+            places.push((pose, log_evidence));
+        }
+    }
+    let mirrored = |pose: &PlanarPose| search.mirrored(pose);
+    Ok(answer(&distinct(places, mirrored), mirrored))
+}
+
+/// Cameras that may have taken a photo.
+fn supposed_mounts(photo: &Photo) -> Vec<Mount> {
+    let steps = |first: f64, last: f64, next: &dyn Fn(f64) -> f64| -> Vec<f64> {
+        std::iter::successors(Some(first), |value| Some(next(*value)).filter(|value| *value <= last))
+            .collect()
+    };
+    let pitches = photo.pitch_down_rad.map_or_else(
+        || steps(PITCHES_RAD.0, PITCHES_RAD.1, &|pitch| pitch + PITCH_STEP_RAD),
+        |pitch| vec![pitch],
+    );
+    let heights = photo.height_m.map_or_else(
+        || steps(HEIGHTS_M.0, HEIGHTS_M.1, &|height| height * HEIGHT_STEP),
+        |height| vec![height],
+    );
+    let pairs =
+        heights.iter().flat_map(|height_m| pitches.iter().map(move |tilt_rad| (*height_m, *tilt_rad)));
+    pairs.map(|(height_m, tilt_rad)| Mount { height_m, tilt_rad, ..Mount::default() }).collect()
+}
+
+/// The parameters of the tracks for a camera that is known as far as a photo's is.
+fn uncertain(config: &RefinementConfig, photo: &Photo, mount: &Mount) -> RefinementConfig {
+    let share = if photo.height_m.is_some() { KNOWN_HEIGHT } else { (HEIGHT_STEP - 1.0) / 2.0 };
+    RefinementConfig {
+        mount_pitch_rad: TILT_RAD,
+        mount_roll_rad: TILT_RAD,
+        // The direction in which the camera looks is all that there is to a heading.
+        mount_yaw_rad: 0.0,
+        raise_bias_m: share * mount.height_m,
+        ..*config
+    }
+}
+
+/// A place with its evidence.
+type Place = (PhotoPose, f64);
+
+/// The best one of all that are at one place, or at mirrored ones.
+fn distinct(mut found: Vec<Place>, mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>) -> Vec<Place> {
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let is_near =
+        |a: &PlanarPose, b: &PlanarPose| a.distance_m(b) < SAME_M && a.heading_difference_rad(b) < SAME_RAD;
+    let mut places: Vec<Place> = Vec::new();
+    for place in found {
+        let view = place.0.world_from_view;
+        let mirrored = mirrored(&view);
+        let is_known = places.iter().any(|(other, _)| {
+            let other = &other.world_from_view;
+            is_near(other, &view) || mirrored.as_ref().is_some_and(|view| is_near(other, view))
+        });
+        if !is_known {
+            places.push(place);
+        }
+    }
+    places
+}
+
+fn photo_pose(camera: &CameraState, robot_from_camera: &Rigid3<Robot, CameraFrame>) -> PhotoPose {
+    let up = Rigid3::<Robot, Robot>::new(Rotation3::identity(), Vector3::z() * camera.raise_m);
+    let turn = Rigid3::new(Rotation3::from_scaled_axis(camera.tilt_rad), Vector3::zeros());
+    pose_of(camera.world_from_robot.to_rigid3() * up * *robot_from_camera * turn)
+}
+
+fn pose_of(world_from_camera: Rigid3<World, CameraFrame>) -> PhotoPose {
+    let (ahead, right) = (world_from_camera.rotate(&Vector3::z()), world_from_camera.rotate(&Vector3::x()));
+    let down = world_from_camera.rotate(&Vector3::y());
+    let at = world_from_camera.translation();
+    PhotoPose {
+        world_from_camera,
+        world_from_view: PlanarPose::new(at.x, at.y, ahead.y.atan2(ahead.x)),
+        pitch_down_rad: (-ahead.z).clamp(-1.0, 1.0).asin(),
+        roll_clockwise_rad: (-right.z).atan2(-down.z),
+        height_m: at.z,
+        probability: 0.0,
+    }
+}
+
+/// Probabilities of the places, and of none of them, whose evidence is that of features that belong to nothing. On a symmetric map the photo
+/// may have been taken at the mirrored place as well.
+fn answer(places: &[Place], mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>) -> PhotoAnswer {
+    let best = places.iter().map(|(_, log_evidence)| *log_evidence).fold(0.0, f64::max);
+    let weight = |log_evidence: f64| (log_evidence - best).exp();
+    let total = weight(0.0) + places.iter().map(|(_, log_evidence)| weight(*log_evidence)).sum::<f64>();
+    let mut poses = Vec::new();
+    for (pose, log_evidence) in places {
+        let probability = weight(*log_evidence) / total;
+        let planar = pose.world_from_view;
+        match mirrored(&planar) {
+            None => poses.push(PhotoPose { probability, ..*pose }),
+            Some(other) => {
+                let half_turn: Rigid3<World, World> = other.to_rigid3() * planar.to_rigid3().inverse();
+                let turned = pose_of(half_turn * pose.world_from_camera);
+                let probability = probability / 2.0;
+                poses.extend([*pose, turned].map(|pose| PhotoPose { probability, ..pose }));
+            }
+        }
+    }
+    poses.retain(|pose| pose.probability >= MIN_PROBABILITY);
+    poses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    PhotoAnswer { poses, elsewhere: weight(0.0) / total }
+}
