@@ -75,6 +75,10 @@ fn unknown_keys_have_a_nearest_one_and_colors_can_be_named_in_part() {
     let wanted = "line 3: unknown key `perod` in [explorers], did you mean `period`?";
     assert!(error.contains("e.toml") && error.contains(wanted), "{error}");
     workspace.write("c.toml", "[analysis.colors.green]\nmin_saturation = 0.25\n");
+    let error = workspace.refused(&[&base[..], &["--pipeline", "c.toml"]].concat());
+    assert!(error.contains("green makes no difference") && error.contains("source = \"table\""), "{error}");
+    workspace
+        .write("c.toml", "analysis.colors.source = \"table\"\nanalysis.colors.green.min_saturation = 0.25\n");
     workspace.must(&[&base[..], &["--pipeline", "c.toml"]].concat());
     workspace.write("c.toml", "[analysis.colors.green]\nfrom_degrees = 80\n");
     let error = workspace.refused(&[&base[..], &["--pipeline", "c.toml"]].concat());

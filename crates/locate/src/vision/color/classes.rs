@@ -67,7 +67,7 @@ pub(super) const ANY_GREEN: HueRange =
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ColorConfig {
-    /// Where the color of the carpet comes from. If it is learned, `green`, `carpet_tolerance` and the limits of white do not matter.
+    /// Where the color of the carpet comes from. If it is learned, other values of `green`, `carpet_tolerance` and the limits of white are refused.
     pub source: ColorSource,
     /// The carpet.
     pub green: HueRange,
@@ -107,13 +107,27 @@ impl Default for ColorConfig {
     }
 }
 
-/// A color calibration with values that no color has.
+/// A color calibration that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("colors: {key}: expected {expected}, found {found}")]
-pub struct ColorConfigError {
-    key: String,
-    expected: &'static str,
-    found: f64,
+pub enum ColorConfigError {
+    /// A value that no color has.
+    #[error("colors: {key}: expected {expected}, found {found}")]
+    Value {
+        /// The parameter.
+        key: String,
+        /// What is allowed.
+        expected: &'static str,
+        /// What was given.
+        found: f64,
+    },
+    /// A limit of the table that would make no difference.
+    #[error(
+        "colors: {key} makes no difference while the color of the carpet is learned: add source = \"table\""
+    )]
+    NoTable {
+        /// The parameter.
+        key: &'static str,
+    },
 }
 
 impl ColorConfig {
@@ -148,7 +162,18 @@ impl ColorConfig {
         }
         within("carpet_tolerance".to_owned(), self.carpet_tolerance, 0.0, 1.0, "0 to 1")?;
         within("white_max_saturation".to_owned(), self.white_max_saturation, 0.0, 1.0, "0 to 1")?;
-        within("white_over_green".to_owned(), self.white_over_green, 1.0, 10.0, "1 to 10")
+        within("white_over_green".to_owned(), self.white_over_green, 1.0, 10.0, "1 to 10")?;
+        let (table, is_learned) = (Self::table(), self.source == ColorSource::Learned);
+        let changed = [
+            ("green", self.green != table.green),
+            ("carpet_tolerance", self.carpet_tolerance != table.carpet_tolerance),
+            ("white_max_saturation", self.white_max_saturation != table.white_max_saturation),
+            ("white_over_green", self.white_over_green != table.white_over_green),
+        ];
+        match changed.into_iter().find(|(_, is_changed)| is_learned && *is_changed) {
+            Some((key, _)) => Err(ColorConfigError::NoTable { key }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -159,7 +184,7 @@ fn within(
     high: f64,
     expected: &'static str,
 ) -> Result<(), ColorConfigError> {
-    if (low..=high).contains(&found) { Ok(()) } else { Err(ColorConfigError { key, expected, found }) }
+    if (low..=high).contains(&found) { Ok(()) } else { Err(ColorConfigError::Value { key, expected, found }) }
 }
 
 /// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
@@ -183,6 +208,15 @@ pub(crate) fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_of_the_table_need_the_table() {
+        let mut config = ColorConfig { white_over_green: 1.2, ..ColorConfig::table() };
+        assert_eq!(config.check(), Ok(()));
+        config.source = ColorSource::Learned;
+        assert_eq!(config.check(), Err(ColorConfigError::NoTable { key: "white_over_green" }));
+        assert_eq!(ColorConfig::default().check(), Ok(()));
+    }
 
     #[test]
     fn hue_of_pure_colors() {
