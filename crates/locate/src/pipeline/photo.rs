@@ -23,16 +23,19 @@ const HEIGHTS_M: (f64, f64) = (0.25, 2.0);
 const HEIGHT_STEP: f64 = 1.15;
 /// How exactly a height is known that somebody has measured, as a share.
 const KNOWN_HEIGHT: f64 = 0.05;
+/// So many supposed cameras are few.
+const MOST_FEW: usize = 3;
 /// Standard deviation of a photo's tilt and roll against what is supposed, radians: half of the step between two suppositions.
 const TILT_RAD: f64 = PITCH_STEP_RAD / 2.0;
-/// Suggestions of poses that are weighed for one supposed camera, and places that are fitted, if there is one camera and if there are many.
-const EFFORT_FOR_ONE: (usize, usize) = (200_000, 1000);
+/// Suggestions of poses that are weighed, and places that are fitted: for all supposed cameras together, if there are few of them, and at
+/// least for each.
+const EFFORT_FOR_ALL: (usize, usize) = (200_000, 1000);
 const EFFORT_FOR_EACH: (usize, usize) = (1000, 8);
 /// Places this near to each other are one.
 const SAME_M: f64 = 0.25;
 const SAME_RAD: f64 = 0.15;
 /// Places less probable than this are left out.
-const MIN_PROBABILITY: f64 = 0.005;
+const MIN_PROBABILITY: f64 = 0.002;
 /// Looks at the photo: the first ones get to know its colors.
 const NUM_LOOKS: usize = 2;
 
@@ -101,7 +104,11 @@ pub fn locate_photo(
     config.check().map_err(PipelineError::from)?;
     let rich = WorldParts::new(map, &config)?.rich.ok_or_else(|| unknown_kind(map))?;
     let mounts = supposed_mounts(photo);
-    let effort = if mounts.len() == 1 { EFFORT_FOR_ONE } else { EFFORT_FOR_EACH };
+    let (all, each) = (EFFORT_FOR_ALL, EFFORT_FOR_EACH);
+    let effort = match mounts.len() {
+        few @ ..=MOST_FEW => (all.0 / few, all.1 / few),
+        _ => each,
+    };
     let mut search = SingleImage::new(rich.features, rich.pixels);
     let mut analyzer = ImageAnalyzer::new(map, &config)?;
     let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));
@@ -136,7 +143,8 @@ fn supposed_mounts(photo: &Photo) -> Vec<Mount> {
     };
     let pitches = photo.pitch_down_rad.map_or_else(
         || steps(PITCHES_RAD.0, PITCHES_RAD.1, &|pitch| pitch + PITCH_STEP_RAD),
-        |pitch| vec![pitch],
+        // What somebody says of it holds within some degrees, and where the horizon is in the image depends on it.
+        |pitch| [-0.5, 0.0, 0.5].map(|steps| pitch + steps * PITCH_STEP_RAD).to_vec(),
     );
     let heights = photo.height_m.map_or_else(
         || steps(HEIGHTS_M.0, HEIGHTS_M.1, &|height| height * HEIGHT_STEP),

@@ -29,7 +29,7 @@ fn single_images_tell_the_place() {
     for frame in frames.iter().step_by(30) {
         let answer = locate_photo(&map, &PipelineConfig::default(), &photo(frame), RngTree::new(1)).unwrap();
         let total = answer.elsewhere + answer.poses.iter().map(|pose| pose.probability).sum::<f64>();
-        // Places of less than half a percent are left out.
+        // Places of less than a fifth of a percent are left out.
         assert!((0.5..1.0 + 1e-9).contains(&total), "{total}");
         let truth = frame.truth.unwrap().world_from_robot.to_rigid3() * frame.frame.robot_from_camera;
         let (at, ahead) = (truth.translation(), truth.rotate(&nalgebra::Vector3::z()));
