@@ -18,12 +18,15 @@ use crate::{
     mapping::{KeyframeDecision, KeyframeRule},
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
-    recognize::{Located, Relocator},
+    recognize::{Located, Refusal, Relocator},
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
     track::{FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
 };
+
+/// Longest time for which somebody carries a robot, seconds.
+const MOST_IN_THE_AIR_SECS: f64 = 10.0;
 
 /// What tracking is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,8 +73,8 @@ pub(crate) struct FrontEnd {
     awaits_keyframe: bool,
     /// When the camera was lost.
     lost_at: Timestamp,
-    /// Whether the camera is on a robot with odometry.
-    has_odometry: bool,
+    /// When there was odometry last.
+    odometry_at: Option<Timestamp>,
     /// Number of the stretch of odometry.
     stretch: usize,
 }
@@ -105,7 +108,7 @@ impl FrontEnd {
             anchor_scale: 1.0,
             awaits_keyframe: false,
             lost_at: Timestamp::default(),
-            has_odometry: false,
+            odometry_at: None,
             stretch: 0,
         }
     }
@@ -173,7 +176,7 @@ impl FrontEnd {
             self.lost_at = at;
         }
         self.stretch += usize::from(odom_from_camera.is_none());
-        self.has_odometry |= odom_from_camera.is_some();
+        self.odometry_at = odom_from_camera.map(|_| at).or(self.odometry_at);
         let stretch = self.stretch;
         let odometry = odom_from_camera
             .filter(|_| self.is_in_meters())
@@ -212,9 +215,10 @@ impl FrontEnd {
     }
 
     /// Whether the robot's feet were in the air just now: where it is put down is another place, and what it saw until then tells no
-    /// lengths.
-    fn was_in_the_air(&self) -> bool {
-        self.has_odometry && self.frames.poses().iter().rev().take(2).any(|frame| frame.odometry.is_none())
+    /// lengths. Without odometry for longer than it takes to carry a robot, there is none any more.
+    fn was_in_the_air(&self, at: Timestamp) -> bool {
+        self.odometry_at.is_some_and(|last| at.secs_since(last) < MOST_IN_THE_AIR_SECS)
+            && self.frames.poses().iter().rev().take(2).any(|frame| frame.odometry.is_none())
     }
 
     /// Motion of the camera from one frame to another by odometry, meters.
@@ -238,7 +242,7 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
-        if self.was_in_the_air() {
+        if self.was_in_the_air(incoming.at) {
             self.initializer.reset();
         }
         let step = self.initializer.add(incoming, &mut self.rng);
@@ -364,11 +368,21 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
+        let located = self.recognize(incoming, timer).ok()?;
+        Some(self.go_on_at(located, outcome, timer))
+    }
+
+    /// Looks for the keyframe of any map that shows the place.
+    fn recognize(
+        &mut self,
+        incoming: &Incoming<'_>,
+        timer: &mut StageTimer,
+    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let mut aside = StageTimer::start(Clock::still());
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let found = self.relocator.attempt(&self.map, incoming, &mut work);
         timer.end("relocalize");
-        Some(self.go_on_at(found.ok()?, outcome, timer))
+        found
     }
 
     /// Lets odometry carry the pose of the last frame on, where the image tells too little. Mapping goes on: what comes into view is
@@ -478,11 +492,7 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
-        let mut aside = StageTimer::start(Clock::still());
-        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
-        let found = self.relocator.attempt(&self.map, incoming, &mut work);
-        timer.end("relocalize");
-        match found {
+        match self.recognize(incoming, timer) {
             Ok(located) => Some(self.go_on_at(located, outcome, timer)),
             Err(refused) => {
                 // While the mapper is at work, the numbers of new keyframes are not known yet.

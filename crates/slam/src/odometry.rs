@@ -40,12 +40,17 @@ impl OdomPose {
     }
 }
 
-/// Standard deviations of a motion by odometry: meters along each axis, radians about each.
+/// Standard deviations of the motion at the end of a way by odometry, of which the length and all turns are given, meters and radians: meters
+/// along each axis, radians about each.
 #[must_use]
-pub fn deviations(motion: &CameraMotion) -> (f64, f64) {
-    let way_m = motion.translation().norm();
-    let turn_rad = motion.rotation_angle_rad();
-    (KINEMATICS_M.hypot(ODOMETRY_SHARE * way_m), KINEMATICS_RAD.hypot(ODOMETRY_SHARE * turn_rad))
+pub fn deviations(length_m: f64, turn_rad: f64) -> (f64, f64) {
+    (KINEMATICS_M.hypot(ODOMETRY_SHARE * length_m), KINEMATICS_RAD.hypot(ODOMETRY_SHARE * turn_rad))
+}
+
+/// Standard deviations of a motion that was made straight on, see [`deviations`].
+#[must_use]
+pub(crate) fn motion_deviations(motion: &CameraMotion) -> (f64, f64) {
+    deviations(motion.translation().norm(), motion.rotation_angle_rad())
 }
 
 /// A map's unit of length as the odometry tells it.

@@ -51,6 +51,33 @@ impl CameraEstimate {
     }
 }
 
+/// The way by odometry since an image showed the place. It ends where the odometry is interrupted: a robot in the air is elsewhere then.
+#[derive(Debug, Clone, Copy)]
+struct WaySince {
+    seen: CameraEstimate,
+    odom_from_seen: OdomFromCamera,
+    odom_from_camera: OdomFromCamera,
+    length_m: f64,
+    turn_rad: f64,
+}
+
+impl WaySince {
+    fn new(seen: CameraEstimate, odom_from_camera: OdomFromCamera) -> Self {
+        let odom_from_seen = odom_from_camera;
+        Self { seen, odom_from_seen, odom_from_camera, length_m: 0.0, turn_rad: 0.0 }
+    }
+
+    fn go_on(self, odom_from_camera: OdomFromCamera) -> Self {
+        let step: CameraMotion = self.odom_from_camera.inverse() * odom_from_camera;
+        Self {
+            odom_from_camera,
+            length_m: self.length_m + step.translation().norm(),
+            turn_rad: self.turn_rad + step.rotation_angle_rad(),
+            ..self
+        }
+    }
+}
+
 /// Finds a camera in a map and follows it there. The map stays as it is.
 #[derive(Debug)]
 pub struct MapLocalizer {
@@ -58,8 +85,7 @@ pub struct MapLocalizer {
     /// Odds that the place is another one.
     odds: f64,
     last: Option<CameraEstimate>,
-    /// What the last image told that showed the place, and where the odometry had the camera then.
-    seen: Option<(CameraEstimate, OdomFromCamera)>,
+    way: Option<WaySince>,
     meters_per_unit: Option<f64>,
 }
 
@@ -76,7 +102,7 @@ impl MapLocalizer {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         let slam = Slam::in_fixed_map(map.clone(), camera, config, seed)?;
-        Ok(Self { slam, odds: 1.0, last: None, seen: None, meters_per_unit })
+        Ok(Self { slam, odds: 1.0, last: None, way: None, meters_per_unit })
     }
 
     /// Measures times with a clock.
@@ -122,22 +148,23 @@ impl MapLocalizer {
                     is_found: outcome.is_relocalized,
                 })
             }
-            _ => odom_from_camera.and_then(|odom_from_camera| self.carried(at, &odom_from_camera)),
+            _ => {
+                self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
+                self.way.and_then(|way| self.carried(at, &way))
+            }
         };
         if let Some(seen) = self.last.filter(|estimate| !estimate.is_carried) {
-            self.seen = odom_from_camera.map(|odom_from_camera| (seen, odom_from_camera));
+            self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
         }
         Ok(self.last)
     }
 
     /// The place that was seen last, moved on by odometry.
-    fn carried(&self, at: Timestamp, odom_from_camera: &OdomFromCamera) -> Option<CameraEstimate> {
-        let (seen, odom_from_seen) = self.seen.as_ref()?;
+    fn carried(&self, at: Timestamp, way: &WaySince) -> Option<CameraEstimate> {
         let units_per_meter = 1.0 / self.meters_per_unit?;
-        let seen_from_camera: CameraMotion = odom_from_seen.inverse() * *odom_from_camera;
-        let way_m = seen_from_camera.translation().norm();
-        let (meters, radians) = deviations(&seen_from_camera);
-        let mut covariance = seen.covariance;
+        let seen_from_camera: CameraMotion = way.odom_from_seen.inverse() * way.odom_from_camera;
+        let (meters, radians) = deviations(way.length_m, way.turn_rad);
+        let mut covariance = way.seen.covariance;
         for i in 0..3 {
             covariance[(i, i)] += (meters * units_per_meter).powi(2);
             covariance[(i + 3, i + 3)] += radians * radians;
@@ -146,12 +173,12 @@ impl MapLocalizer {
         let step = Rigid3::new(turn, seen_from_camera.translation() * units_per_meter);
         Some(CameraEstimate {
             at,
-            world_from_camera: seen.world_from_camera * step,
+            world_from_camera: way.seen.world_from_camera * step,
             covariance,
-            reliability: seen.reliability * (-way_m / CARRIED_HALF_M).exp2(),
+            reliability: way.seen.reliability * (-way.length_m / CARRIED_HALF_M).exp2(),
             is_carried: true,
             is_found: false,
-            ..*seen
+            ..way.seen
         })
     }
 }

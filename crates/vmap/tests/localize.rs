@@ -4,7 +4,11 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{CameraTrajectory, GrayFrame, GrayImage, ImageSource, Timestamp, geom::Camera};
+use nalgebra::{Rotation3, Vector3};
+use visloc_core::{
+    CameraTrajectory, GrayFrame, GrayImage, ImageSource, Timestamp,
+    geom::{Camera, Rigid3},
+};
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{Slam, SlamConfig};
 use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, VisualMap};
@@ -101,4 +105,33 @@ fn what_is_dark_has_no_place() {
         let dark = GrayImage::new(width as usize, height as usize);
         assert!(localizer.step(GrayFrame::new(at, dark)).unwrap().is_none());
     }
+}
+
+#[test]
+fn odometry_carries_a_place_until_the_robot_is_lifted() {
+    let clip = clip();
+    let map = taught(&clip);
+    let mut localizer = MapLocalizer::new(&map.map, Some(1.0), &clip.camera, &config(), 3).unwrap();
+    let (width, height) = clip.camera.size_px();
+    let mut step = |number: u32, image: Option<&GrayImage>, x_m: Option<f64>| {
+        let dark = || GrayImage::new(width as usize, height as usize);
+        let odom_from_camera = x_m.map(|x_m| Rigid3::new(Rotation3::identity(), Vector3::x() * x_m));
+        let at = Timestamp::from_secs(f64::from(number) / 30.0);
+        let frame = GrayFrame::new(at, image.cloned().unwrap_or_else(dark));
+        localizer.step(GrayFrame { odom_from_camera, ..frame }).unwrap()
+    };
+    let mut number = 0;
+    let mut next = || {
+        number += 1;
+        number
+    };
+    let seen = (0..10).filter_map(|i| step(next(), Some(&clip.images[i].1), Some(0.0))).last().unwrap();
+    // There and back again: the way counts, not how far it is from where it began.
+    let there = step(next(), None, Some(1.0)).unwrap();
+    let back = step(next(), None, Some(0.0)).unwrap();
+    assert!(there.is_carried && back.is_carried && back.reliability < there.reliability);
+    assert!((back.world_from_camera.translation() - seen.world_from_camera.translation()).norm() < 1e-9);
+    assert!(back.covariance[(0, 0)] > there.covariance[(0, 0)]);
+    assert!(step(next(), None, None).is_none(), "in the air");
+    assert!(step(next(), None, Some(0.0)).is_none(), "put down somewhere");
 }

@@ -23,12 +23,9 @@ const HEIGHTS_M: (f64, f64) = (0.25, 2.0);
 const HEIGHT_STEP: f64 = 1.15;
 /// How exactly a height is known that somebody has measured, as a share.
 const KNOWN_HEIGHT: f64 = 0.05;
-/// So many supposed cameras are few.
-const MOST_FEW: usize = 3;
 /// Standard deviation of a photo's tilt and roll against what is supposed, radians: half of the step between two suppositions.
 const TILT_RAD: f64 = PITCH_STEP_RAD / 2.0;
-/// Suggestions of poses that are weighed, and places that are fitted: for all supposed cameras together, if there are few of them, and at
-/// least for each.
+/// Suggestions of poses that are weighed, and places that are fitted: for all supposed cameras together, and at least for each.
 const EFFORT_FOR_ALL: (usize, usize) = (200_000, 1000);
 const EFFORT_FOR_EACH: (usize, usize) = (1000, 8);
 /// Places this near to each other are one.
@@ -105,10 +102,7 @@ pub fn locate_photo(
     let rich = WorldParts::new(map, &config)?.rich.ok_or_else(|| unknown_kind(map))?;
     let mounts = supposed_mounts(photo);
     let (all, each) = (EFFORT_FOR_ALL, EFFORT_FOR_EACH);
-    let effort = match mounts.len() {
-        few @ ..=MOST_FEW => (all.0 / few, all.1 / few),
-        _ => each,
-    };
+    let effort = ((all.0 / mounts.len()).max(each.0), (all.1 / mounts.len()).max(each.1));
     let mut search = SingleImage::new(rich.features, rich.pixels);
     let mut analyzer = ImageAnalyzer::new(map, &config)?;
     let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));

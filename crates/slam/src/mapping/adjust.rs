@@ -6,7 +6,7 @@ use crate::{
     config::MappingConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map},
-    odometry::{OdomPose, SURE_WAY_M, deviations},
+    odometry::{OdomPose, SURE_WAY_M, motion_deviations},
     solve::{Bundle, BundleMotion, BundleObservation, BundleSettings, BundleTie},
     track::{focal_px, whitening},
 };
@@ -209,7 +209,7 @@ fn add_odometry(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &m
             }
             let [first, second] =
                 [other, *id].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
-            let deviations = deviations(&second_from_first);
+            let deviations = motion_deviations(&second_from_first);
             bundle.motions.push(BundleMotion { cameras: (first, second), second_from_first, deviations });
         }
     }

@@ -20,7 +20,7 @@ use crate::{
     lie::CameraFromWorld,
     map::{Correction, KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, scaled},
     mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
-    odometry::{CameraMotion, OdomPose, deviations},
+    odometry::{CameraMotion, OdomPose, motion_deviations},
     solve::{PoseObservation, RansacSettings, robust_pose},
     track::{Feature, Frame, Incoming, RotationAligner, focal_px, whitening},
 };
@@ -411,12 +411,12 @@ fn least_points(config: &SlamConfig, incoming: &Incoming<'_>) -> usize {
 /// A motion with a translation of length 1; `None` if its direction is lost in the noise of odometry.
 fn direction_of(motion: &CameraMotion) -> Option<TwoViewMotion> {
     let length = motion.translation().norm();
-    (length >= SURE * deviations(motion).0).then(|| scaled(motion, 1.0 / length))
+    (length >= SURE * motion_deviations(motion).0).then(|| scaled(motion, 1.0 / length))
 }
 
 /// Whether a motion between two views is the one of the odometry, as far as the odometry knows it.
 fn agrees(motion: &TwoViewMotion, expected: &CameraMotion) -> bool {
-    let (length, angle_rad) = deviations(expected);
+    let (length, angle_rad) = motion_deviations(expected);
     let is_same_turn = (*motion * expected.inverse()).rotation_angle_rad() < SURE * angle_rad;
     let is_same_direction = direction_of(expected).is_none_or(|direction| {
         let sine = (SURE * length / expected.translation().norm()).min(1.0);

@@ -13,7 +13,7 @@ use crate::{
     config::{FeatureConfig, TrackingConfig},
     lie::CameraFromWorld,
     map::{Landmark, LandmarkId, LandmarkState, Map},
-    odometry::{CameraMotion, deviations},
+    odometry::{CameraMotion, motion_deviations},
     orb::Recognition,
     patch::AlignLimits,
     solve::{PoseObservation, PosePrior, RansacSettings, pose_covariance, robust_pose},
@@ -283,7 +283,7 @@ impl Tracker {
             .collect();
         let prior = last.odometry.zip(incoming.odometry).and_then(|(last_odometry, odometry)| {
             let moved = last_odometry.motion_to(&odometry)?;
-            Some(PosePrior::new(moved * last.camera_from_world, deviations(&moved)))
+            Some(PosePrior::new(moved * last.camera_from_world, motion_deviations(&moved)))
         });
         let robust = robust_pose(predicted, prior.as_ref(), (&observations, &self.ransac()), work.rng);
         let mut features = search.features;
