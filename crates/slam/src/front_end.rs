@@ -22,7 +22,7 @@ use crate::{
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
-    track::{FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
+    track::{Feature, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
 };
 
 /// Longest time for which somebody carries a robot, seconds.
@@ -37,6 +37,17 @@ enum Phase {
     Tracking,
     /// The camera is lost: it is looked for in all maps and, after a while, a new map is started.
     Lost,
+}
+
+/// What becomes of the maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// They grow and are corrected, and a lost camera starts new ones.
+    Growing,
+    /// Views are added around those of an earlier session, which stay as they are.
+    Extending,
+    /// They stay as they are.
+    Fixed,
 }
 
 /// The tracking side of the system.
@@ -63,8 +74,7 @@ pub(crate) struct FrontEnd {
     started_at: usize,
     /// The map that was started then.
     started_map: Option<MapId>,
-    /// Whether the maps stay as they are.
-    is_fixed: bool,
+    keeping: Keeping,
     /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
     anchor: KeyframeId,
     /// Scale of that keyframe in the map as tracking sees it.
@@ -79,6 +89,9 @@ pub(crate) struct FrontEnd {
     stretch: usize,
 }
 
+/// Landmarks of a fixed map that show its place well, in units of the fewest from which a pose counts: as long as an image has as many,
+/// nothing is added around it.
+const ENOUGH_FIXED: usize = 5;
 /// Frames within which a loss means that the start was wrong.
 const PROBATION_FRAMES: usize = 30;
 
@@ -103,7 +116,7 @@ impl FrontEnd {
             num_bad: 0,
             started_at: 0,
             started_map: None,
-            is_fixed: false,
+            keeping: Keeping::Growing,
             anchor: KeyframeId::default(),
             anchor_scale: 1.0,
             awaits_keyframe: false,
@@ -113,11 +126,17 @@ impl FrontEnd {
         }
     }
 
-    /// With maps of an earlier session, in which the camera is to be found, and what they know of it. Fixed maps stay as they are.
-    pub fn resume(map: &Map, known: &SessionCamera, config: &SlamConfig, seed: u64, is_fixed: bool) -> Self {
+    /// With maps of an earlier session, in which the camera is to be found, and what they know of it.
+    pub fn resume(
+        map: &Map,
+        known: &SessionCamera,
+        config: &SlamConfig,
+        seed: u64,
+        keeping: Keeping,
+    ) -> Self {
         let calibrated = known.calibrated;
         let phase = Phase::Lost;
-        Self { calibrated, map: map.clone(), phase, is_fixed, ..Self::new(&known.camera, config, seed) }
+        Self { calibrated, map: map.clone(), phase, keeping, ..Self::new(&known.camera, config, seed) }
     }
 
     pub fn set_clock(&mut self, clock: Clock) {
@@ -227,8 +246,11 @@ impl FrontEnd {
         pose(first)?.motion_to(&pose(second)?)
     }
 
-    /// Brings all maps that were made with odometry to meters by the whole of it.
+    /// Brings all maps that were made with odometry to meters by the whole of it. Those that are fixed have their unit.
     pub fn make_metric(&mut self) {
+        if self.map.has_fixed() {
+            return;
+        }
         for map in self.map.maps() {
             if let Some(scale) = MetricScale::of_map(&self.map, map) {
                 self.map.enlarge(map, 1.0 / scale.units_per_meter);
@@ -340,7 +362,7 @@ impl FrontEnd {
                 outcome.state = TrackingState::Tracking(Quality::Bad);
                 self.num_bad += 1;
                 // The camera may have been carried away: in a fixed map there is nothing that could be lost by looking elsewhere.
-                if self.is_fixed
+                if self.keeping != Keeping::Growing
                     && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
                 {
                     return Some(job);
@@ -417,7 +439,11 @@ impl FrontEnd {
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
-        let decision = if self.is_fixed {
+        let is_fixed = |feature: &&Feature| self.map.is_fixed_landmark(feature.landmark);
+        outcome.num_fixed = report.frame.features.iter().filter(is_fixed).count();
+        let shows_enough = self.keeping == Keeping::Extending
+            && outcome.num_fixed >= ENOUGH_FIXED * self.config.tracking.min_matches;
+        let decision = if self.keeping == Keeping::Fixed || shows_enough {
             report
                 .local_map
                 .keyframes
@@ -497,7 +523,7 @@ impl FrontEnd {
             Err(refused) => {
                 // While the mapper is at work, the numbers of new keyframes are not known yet.
                 let is_time = incoming.at.secs_since(self.lost_at) >= self.config.relocation.new_map_secs;
-                let job = if is_time && !self.awaits_keyframe && !self.is_fixed {
+                let job = if is_time && !self.awaits_keyframe && self.keeping == Keeping::Growing {
                     self.start(incoming, outcome, timer)
                 } else {
                     None

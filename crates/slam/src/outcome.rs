@@ -68,6 +68,8 @@ pub struct FrameOutcome {
     pub map: Option<MapId>,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
+    /// Landmarks found that belong to a fixed map; 0 if none is fixed.
+    pub num_fixed: usize,
     /// Of a lost frame: why the keyframe that looks most like it is another place.
     pub refusal: Option<Refusal>,
     /// Whether a lost camera was found again in this frame.
@@ -89,6 +91,7 @@ impl FrameOutcome {
             covariance: None,
             map: None,
             matches: (0, 0),
+            num_fixed: 0,
             refusal: None,
             is_relocalized: false,
             tracking: StageTimes::default(),

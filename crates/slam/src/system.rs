@@ -4,7 +4,7 @@ use visloc_core::{Clock, GrayImage, Timestamp, geom::Camera};
 
 use crate::{
     config::{ConfigError, SlamConfig},
-    front_end::FrontEnd,
+    front_end::{FrontEnd, Keeping},
     map::{Map, MapId, SessionCamera},
     odometry::{MetricScale, OdomFromCamera},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrajectoryPose},
@@ -81,7 +81,7 @@ impl Slam {
         config.check()?;
         let known = map.take_over(camera);
         let back_end = BackEnd::resume(&map, &known, config, seed);
-        let front_end = FrontEnd::resume(&map, &known, config, seed, false);
+        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Growing);
         Ok(Self { front_end, mapping: Mapping::new(back_end, schedule)? })
     }
 
@@ -97,8 +97,29 @@ impl Slam {
     ) -> Result<Self, ConfigError> {
         config.check()?;
         let known = map.take_over(camera);
-        let front_end = FrontEnd::resume(&map, &known, config, seed, true);
+        map.fix();
+        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Fixed);
         Ok(Self { front_end, mapping: Mapping::Never })
+    }
+
+    /// A system that finds the camera in maps of an earlier session and adds what it sees around them, so that it can follow the camera
+    /// where they show too little. What they had stays as it is, and no new map is started: a lost camera is looked for.
+    ///
+    /// # Errors
+    /// As [`Slam::with_schedule`].
+    pub fn around_fixed_map(
+        mut map: Map,
+        camera: &Camera,
+        config: &SlamConfig,
+        seed: u64,
+        schedule: Schedule,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let known = map.take_over(camera);
+        map.fix();
+        let back_end = BackEnd::resume(&map, &known, config, seed);
+        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Extending);
+        Ok(Self { front_end, mapping: Mapping::new(back_end, schedule)? })
     }
 
     /// Measures times with a clock.

@@ -16,6 +16,7 @@ fn outcome(state: TrackingState) -> FrameOutcome {
         covariance: None,
         map: None,
         matches: (0, 0),
+        num_fixed: 0,
         refusal: None,
         is_relocalized: false,
         tracking: StageTimes::default(),

@@ -23,5 +23,5 @@ pub use error::{Damage, VmapError};
 pub use export::{ColmapModel, NerfstudioModel, picture_name};
 pub use file::{load, save};
 pub use ground::{Ground, find_ground};
-pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer};
+pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer, Support};
 pub use visual_map::{MapScale, OpenedMap, ScaleSource, Session, VisualMap};

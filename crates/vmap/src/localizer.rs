@@ -6,7 +6,7 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Rigid3, World},
 };
 use visloc_slam::{
-    ConfigError, FrameError, Slam, SlamConfig, TrackingState,
+    ConfigError, FrameError, FrameOutcome, Schedule, Slam, SlamConfig, TrackingState,
     map::{Map, MapId},
     odometry::{CameraMotion, OdomFromCamera, deviations},
     track::Quality,
@@ -21,6 +21,12 @@ const MISTAKEN: f64 = 0.3;
 const MISTAKEN_AGAIN: f64 = 1.0 / 3.0;
 /// Factor on the reliability with every image in which only a part of what should be seen is found.
 const DOUBTED: f64 = 0.95;
+/// Landmarks of the map from which on an image shows the place. Of fewer, the pose is that of the landmarks that were added since.
+const LEAST_OF_MAP: usize = 12;
+/// Way by visual motion after which half of the reliability is gone, in depths of the scene.
+const CARRIED_HALF_DEPTHS: f64 = 30.0;
+/// Standard deviation of a way by visual motion, share of its length.
+const DRIFT: f64 = 0.01;
 /// Distance by odometry after which half of the reliability is gone, meters.
 const CARRIED_HALF_M: f64 = 3.0;
 
@@ -37,10 +43,21 @@ pub struct CameraEstimate {
     pub covariance: Matrix6<f64>,
     /// How far the pose can be trusted, 0 to 1; localized above [`LOCALIZED_RELIABILITY`].
     pub reliability: f64,
-    /// Whether the image says nothing of the place: the pose is the last one, carried on by odometry.
-    pub is_carried: bool,
+    /// What the image says of the place.
+    pub support: Support,
     /// Whether the camera was found from nothing in this image.
     pub is_found: bool,
+}
+
+/// What a pose in a map rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Support {
+    /// The image shows landmarks of the map.
+    Map,
+    /// It shows landmarks that were added since the map was seen last: the pose is carried on by visual motion.
+    Motion,
+    /// It shows too little: the pose is carried on by the robot's odometry.
+    Odometry,
 }
 
 impl CameraEstimate {
@@ -48,6 +65,12 @@ impl CameraEstimate {
     #[must_use]
     pub fn is_localized(&self) -> bool {
         self.reliability >= LOCALIZED_RELIABILITY
+    }
+
+    /// Whether the image shows nothing of the map.
+    #[must_use]
+    pub fn is_carried(&self) -> bool {
+        self.support != Support::Map
     }
 }
 
@@ -78,13 +101,16 @@ impl WaySince {
     }
 }
 
-/// Finds a camera in a map and follows it there. The map stays as it is.
+/// Finds a camera in a map and follows it there. What the map has stays as it is; where it shows too little, landmarks that are added
+/// beside it carry the pose on.
 #[derive(Debug)]
 pub struct MapLocalizer {
     slam: Slam,
     /// Odds that the place is another one.
     odds: f64,
     last: Option<CameraEstimate>,
+    /// Way by visual motion since an image showed the map, map units.
+    visual_way: f64,
     way: Option<WaySince>,
     meters_per_unit: Option<f64>,
 }
@@ -101,8 +127,8 @@ impl MapLocalizer {
         config: &SlamConfig,
         seed: u64,
     ) -> Result<Self, ConfigError> {
-        let slam = Slam::in_fixed_map(map.clone(), camera, config, seed)?;
-        Ok(Self { slam, odds: 1.0, last: None, way: None, meters_per_unit })
+        let slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
+        Ok(Self { slam, odds: 1.0, last: None, visual_way: 0.0, way: None, meters_per_unit })
     }
 
     /// Measures times with a clock.
@@ -123,40 +149,58 @@ impl MapLocalizer {
     pub fn step(&mut self, frame: GrayFrame) -> Result<Option<CameraEstimate>, FrameError> {
         let GrayFrame { at, image, odom_from_camera, .. } = frame;
         let outcome = self.slam.add_frame(at, image)?;
-        let seen = outcome.camera_from_world.zip(outcome.covariance).zip(outcome.map);
-        self.last = match (outcome.state, seen) {
-            (TrackingState::Tracking(quality), Some(((pose, covariance), map)))
-                if quality != Quality::Bad =>
-            {
-                if outcome.is_relocalized {
-                    self.odds = MISTAKEN / (1.0 - MISTAKEN);
-                } else if quality == Quality::Good {
-                    self.odds *= MISTAKEN_AGAIN;
-                }
-                let mut reliability = 1.0 / (1.0 + self.odds);
-                if quality != Quality::Good {
-                    reliability *= DOUBTED;
-                    self.odds = (1.0 - reliability) / reliability;
-                }
-                Some(CameraEstimate {
-                    at,
-                    map,
-                    world_from_camera: pose.inverse(),
-                    covariance,
-                    reliability,
-                    is_carried: false,
-                    is_found: outcome.is_relocalized,
-                })
+        self.last = match self.seen(at, &outcome) {
+            Some(seen) => {
+                self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
+                Some(seen)
             }
-            _ => {
+            None => {
                 self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
                 self.way.and_then(|way| self.carried(at, &way))
             }
         };
-        if let Some(seen) = self.last.filter(|estimate| !estimate.is_carried) {
-            self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
-        }
         Ok(self.last)
+    }
+
+    /// What an image tells that was tracked.
+    fn seen(&mut self, at: Timestamp, outcome: &FrameOutcome) -> Option<CameraEstimate> {
+        let TrackingState::Tracking(quality) = outcome.state else { return None };
+        let pose = outcome.camera_from_world.filter(|_| quality != Quality::Bad)?;
+        let (mut covariance, map) = outcome.covariance.zip(outcome.map)?;
+        let world_from_camera = pose.inverse();
+        let shows_map = outcome.is_relocalized || outcome.num_fixed >= LEAST_OF_MAP;
+        if outcome.is_relocalized {
+            self.odds = MISTAKEN / (1.0 - MISTAKEN);
+        } else if shows_map && quality == Quality::Good {
+            self.odds *= MISTAKEN_AGAIN;
+        }
+        let mut reliability = 1.0 / (1.0 + self.odds);
+        if shows_map && quality != Quality::Good {
+            reliability *= DOUBTED;
+            self.odds = (1.0 - reliability) / reliability;
+        }
+        self.visual_way = match self.last {
+            Some(last) if !shows_map => {
+                self.visual_way
+                    + (world_from_camera.translation() - last.world_from_camera.translation()).norm()
+            }
+            _ => 0.0,
+        };
+        if self.visual_way > 0.0 {
+            for i in 0..3 {
+                covariance[(i, i)] += (DRIFT * self.visual_way).powi(2);
+            }
+            reliability *= (-self.visual_way / (CARRIED_HALF_DEPTHS * self.depth()?)).exp2();
+        }
+        let support = if shows_map { Support::Map } else { Support::Motion };
+        let is_found = outcome.is_relocalized;
+        Some(CameraEstimate { at, map, world_from_camera, covariance, reliability, support, is_found })
+    }
+
+    /// Depth of the scene, map units.
+    fn depth(&self) -> Option<f64> {
+        let (keyframe, _) = self.slam.frames().last()?.place?;
+        self.slam.map().depth_of(keyframe)
     }
 
     /// The place that was seen last, moved on by odometry.
@@ -176,7 +220,7 @@ impl MapLocalizer {
             world_from_camera: way.seen.world_from_camera * step,
             covariance,
             reliability: way.seen.reliability * (-way.length_m / CARRIED_HALF_M).exp2(),
-            is_carried: true,
+            support: Support::Odometry,
             is_found: false,
             ..way.seen
         })

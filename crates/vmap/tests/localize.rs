@@ -129,7 +129,7 @@ fn odometry_carries_a_place_until_the_robot_is_lifted() {
     // There and back again: the way counts, not how far it is from where it began.
     let there = step(next(), None, Some(1.0)).unwrap();
     let back = step(next(), None, Some(0.0)).unwrap();
-    assert!(there.is_carried && back.is_carried && back.reliability < there.reliability);
+    assert!(there.is_carried() && back.is_carried() && back.reliability < there.reliability);
     assert!((back.world_from_camera.translation() - seen.world_from_camera.translation()).norm() < 1e-9);
     assert!(back.covariance[(0, 0)] > there.covariance[(0, 0)]);
     assert!(step(next(), None, None).is_none(), "in the air");

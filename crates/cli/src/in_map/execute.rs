@@ -143,9 +143,10 @@ fn finish(
 fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
     say::line!("{}: {} frames in {}", report.source, report.frames, report.map);
     say::line!(
-        "  localized in {:.1} % ({:.1} % carried on by odometry), found from nothing {} times",
+        "  localized in {:.1} % (carried on in {:.1} % by what was seen since, in {:.1} % by odometry), found from nothing {} times",
         report.localized * 100.0,
-        report.carried * 100.0,
+        report.carried_by_motion * 100.0,
+        report.carried_by_odometry * 100.0,
         report.found
     );
     if let Some(secs) = report.first_after_s {
@@ -166,6 +167,9 @@ fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
             say::line!("  the truth has another frame than the map: visloc map align gives it the same");
         }
         None => {}
+    }
+    if let Some(error) = &report.carried_error {
+        say::line!("  where it was carried on: {:.4} m median, {:.4} m at most", error.median_m, error.max_m);
     }
     if let Some(largest) = map.largest() {
         let scale = map.scale(largest);

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile};
 use visloc_plot::{Color, SpacePath, SpaceViews, space_views};
-use visloc_vmap::{CameraEstimate, ScaleSource, VisualMap};
+use visloc_vmap::{CameraEstimate, ScaleSource, Support, VisualMap};
 
 use crate::report::SkippedReport;
 
@@ -46,8 +46,11 @@ pub struct InMapReport {
     pub frames: usize,
     /// Share of them in which the camera was localized, 0 to 1.
     pub localized: f64,
-    /// Share of them in which the place was carried on by odometry.
-    pub carried: f64,
+    /// Share of them in which the camera was localized though its image shows hardly anything of the map: carried on by what it has seen
+    /// since.
+    pub carried_by_motion: f64,
+    /// The same, carried on by the odometry of a robot.
+    pub carried_by_odometry: f64,
     /// How often the camera was found from nothing.
     pub found: usize,
     /// From the first image to the first place, seconds.
@@ -58,6 +61,8 @@ pub struct InMapReport {
     pub max_ms: Option<f64>,
     /// Against the truth, where map and truth have the same frame.
     pub error: Option<InMapError>,
+    /// The same of the images in which the camera was carried on alone.
+    pub carried_error: Option<InMapError>,
     /// What was left out.
     pub skipped: SkippedReport,
     /// Why the source ended early.
@@ -90,6 +95,7 @@ pub fn summarize(
 ) -> InMapReport {
     let share = |num: usize| num as f64 / records.len().max(1) as f64;
     let localized: Vec<&CameraEstimate> = records.iter().filter_map(MapRecord::localized).collect();
+    let rests_on = |support| localized.iter().filter(|estimate| estimate.support == support).count();
     let mut times: Vec<f64> = records.iter().map(|record| record.secs * 1e3).collect();
     times.sort_by(f64::total_cmp);
     let first = records.first().zip(localized.first()).map(|(start, first)| first.at.secs_since(start.at));
@@ -99,12 +105,18 @@ pub fn summarize(
         unit: unit(map),
         frames: records.len(),
         localized: share(localized.len()),
-        carried: share(localized.iter().filter(|estimate| estimate.is_carried).count()),
+        carried_by_motion: share(rests_on(Support::Motion)),
+        carried_by_odometry: share(rests_on(Support::Odometry)),
         found: records.iter().filter(|r| r.estimate.is_some_and(|e| e.is_found)).count(),
         first_after_s: first,
         median_ms: times.get(times.len() / 2).copied(),
         max_ms: times.last().copied(),
         error: truth.and_then(|truth| error(map, &localized, truth)),
+        carried_error: truth.and_then(|truth| {
+            let carried: Vec<&CameraEstimate> =
+                localized.iter().copied().filter(|estimate| estimate.is_carried()).collect();
+            error(map, &carried, truth)
+        }),
         skipped,
         broken,
     }
@@ -176,7 +188,7 @@ pub fn write_estimates(path: &Path, records: &[MapRecord]) -> Result<()> {
                 sigma(1),
                 sigma(2),
                 u8::from(estimate.is_localized()),
-                u8::from(estimate.is_carried),
+                u8::from(estimate.is_carried()),
                 u8::from(estimate.is_found)
             )?;
         }
@@ -201,7 +213,7 @@ pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) 
     let taught = shown.keyframes().map(|(_, keyframe)| place(&keyframe.center_in_world().coords));
     let of_map = |carried: bool| {
         let wanted = records.iter().filter_map(MapRecord::localized);
-        let wanted = wanted.filter(move |e| e.map == largest && e.is_carried == carried);
+        let wanted = wanted.filter(move |e| e.map == largest && e.is_carried() == carried);
         wanted.map(|e| place(e.world_from_camera.translation())).collect()
     };
     let path = |label: &str, color, is_cloud, points| SpacePath {
@@ -217,7 +229,7 @@ pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) 
     ];
     if !records.is_empty() {
         paths.push(path("camera", Color::BLUE, true, of_map(false)));
-        paths.push(path("carried on by odometry", Color::ORANGE, true, of_map(true)));
+        paths.push(path("carried on by motion", Color::ORANGE, true, of_map(true)));
     }
     paths.retain(|path| !path.points.is_empty());
     let names = if is_up { ["x", "y", "height"] } else { ["x", "ahead", "height"] };

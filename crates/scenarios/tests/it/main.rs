@@ -12,3 +12,4 @@ mod photo;
 mod pixels;
 mod refined;
 mod slam;
+mod taught;

@@ -66,8 +66,9 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
     let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
     let index_of = |id: KeyframeId| ids.binary_search(&id).ok();
     let nodes = ids.iter().map(|id| Similarity::of_pose(map.keyframe(*id).camera_from_world())).collect();
-    let mut graph = PoseGraph { nodes, edges: Vec::new(), length: 1.0 };
-    for (second, id) in ids.iter().enumerate().skip(1) {
+    let num_fixed = ids.iter().filter(|id| map.is_fixed(**id)).count().max(1);
+    let mut graph = PoseGraph { nodes, num_fixed, edges: Vec::new(), length: 1.0 };
+    for (second, id) in ids.iter().enumerate().skip(num_fixed) {
         for first in neighbors(map, *id).into_iter().filter_map(index_of) {
             let first_from_second = graph.nodes[first].after(&graph.nodes[second].inverse());
             graph.edges.push(PoseGraphEdge { first, second, first_from_second });
@@ -90,6 +91,7 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
     let corrections: Vec<Correction> = ids
         .iter()
         .zip(&graph.nodes)
+        .filter(|(id, _)| !map.is_fixed(**id))
         .map(|(id, node)| Correction {
             keyframe: *id,
             camera_from_world: node.to_pose(),

@@ -23,8 +23,8 @@ impl GlobalAdjustment {
     /// Starts with the map that is tracked; `None` if it is too large.
     #[must_use]
     pub fn start(map: &Map, focal_px: f64) -> Option<Self> {
-        let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
-        (ids.len() <= MOST_KEYFRAMES).then(|| Self {
+        let ids: Vec<KeyframeId> = map.free_keyframes().map(|(id, _)| id).collect();
+        (1..=MOST_KEYFRAMES).contains(&ids.len()).then(|| Self {
             map: map.active(),
             adjustment: WholeAdjustment::new(map, &ids, focal_px),
             num_steps: 0,
@@ -52,7 +52,7 @@ impl GlobalAdjustment {
             adjusted.binary_search_by_key(&id, |(other, _)| *other).ok().map(|i| adjusted[i].1)
         };
         let mut corrections = Vec::new();
-        for (id, keyframe) in map.keyframes() {
+        for (id, keyframe) in map.free_keyframes() {
             let pose = new_pose(id).or_else(|| {
                 let connected = map.connected(id, 1);
                 let known =

@@ -21,8 +21,10 @@ pub struct PoseGraphEdge {
 /// Source: Strasdat, Montiel and Davison, "Scale drift-aware large scale monocular SLAM", 2010, section III.
 #[derive(Debug, Clone)]
 pub struct PoseGraph {
-    /// From the world to each camera. The first one does not move.
+    /// From the world to each camera.
     pub nodes: Vec<Similarity>,
+    /// The first nodes, at least one, which do not move.
+    pub num_fixed: usize,
     /// Measured edges.
     pub edges: Vec<PoseGraphEdge>,
     /// A length that weighs as much as a radian: about the depth of the scene.
@@ -78,22 +80,21 @@ impl PoseGraph {
         max_steps
     }
 
-    /// The first node stays, so unknowns begin with the second.
+    /// The first nodes stay: unknowns begin with those behind them.
     fn moved(&self, node: usize, at: &Similarity, moves: &DVector<f64>) -> Similarity {
-        if node == 0 {
-            return *at;
-        }
-        let by = Vector7::from_fn(|i, _| moves[DOF * (node - 1) + i]);
+        let Some(free) = node.checked_sub(self.num_fixed) else { return *at };
+        let by = Vector7::from_fn(|i, _| moves[DOF * free + i]);
         Similarity::from_coordinates(&by, self.length).after(at)
     }
 
     fn step(&self) -> Option<DVector<f64>> {
-        let num = self.nodes.len().checked_sub(1).filter(|num| *num > 0)?;
+        let fixed = self.num_fixed;
+        let num = self.nodes.len().checked_sub(fixed).filter(|num| *num > 0)?;
         let mut first: Vec<usize> = (0..num).collect();
         for edge in &self.edges {
             let (low, high) = (edge.first.min(edge.second), edge.first.max(edge.second));
-            if low > 0 {
-                first[high - 1] = first[high - 1].min(low - 1);
+            if low >= fixed {
+                first[high - fixed] = first[high - fixed].min(low - fixed);
             }
         }
         let mut matrix = Skyline::new((0..DOF * num).map(|row| DOF * first[row / DOF]).collect());
@@ -101,16 +102,16 @@ impl PoseGraph {
         for edge in &self.edges {
             let (error, by_first, by_second) = self.linearize(edge);
             for (a, by_a) in [(edge.first, &by_first), (edge.second, &by_second)] {
-                if a == 0 {
+                if a < fixed {
                     continue;
                 }
                 let gradient = by_a.transpose() * error;
                 for i in 0..DOF {
-                    right[DOF * (a - 1) + i] -= gradient[i];
+                    right[DOF * (a - fixed) + i] -= gradient[i];
                 }
                 for (b, by_b) in [(edge.first, &by_first), (edge.second, &by_second)] {
-                    if b > 0 && b <= a {
-                        add_block(&mut matrix, (a - 1, b - 1), &(by_a.transpose() * by_b));
+                    if b >= fixed && b <= a {
+                        add_block(&mut matrix, (a - fixed, b - fixed), &(by_a.transpose() * by_b));
                     }
                 }
             }
@@ -174,7 +175,7 @@ mod tests {
         }
         let loop_closes = truth[0].after(&truth[num - 1].inverse());
         edges.push(PoseGraphEdge { first: 0, second: num - 1, first_from_second: loop_closes });
-        let mut graph = PoseGraph { nodes, edges, length: 10.0 };
+        let mut graph = PoseGraph { nodes, num_fixed: 1, edges, length: 10.0 };
         let shift = |graph: &PoseGraph| {
             let center = |s: &Similarity| *s.to_pose().inverse().translation();
             graph.nodes.iter().zip(&truth).map(|(a, b)| (center(a) - center(b)).norm()).fold(0.0, f64::max)

@@ -125,7 +125,7 @@ impl Recognizer {
             (_, Some(pending)) => self.confirm(map, keyframe, pending),
             // The place is known; only other maps may know it, too.
             (RevisitStep::New, None) => self.suspect(map, keyframe),
-            (_, None) if map.maps().len() > 1 => self.suspect(map, keyframe),
+            (_, None) if map.maps().len() > 1 && !map.has_fixed() => self.suspect(map, keyframe),
             _ => None,
         };
         timer.end("recognize");
@@ -305,7 +305,9 @@ fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<Keyfr
         .map(|ranked| ranked.keyframe)
         .find(|id| {
             let is_old = id.index() + RECENT < keyframe.index() && *id < began;
-            map.keyframe(*id).map != own || is_old
+            // Fixed maps do not move into each other.
+            let is_other = map.keyframe(*id).map != own && !map.has_fixed();
+            is_other || (map.keyframe(*id).map == own && is_old)
         })
 }
 

@@ -53,6 +53,37 @@ impl Map {
         self.active
     }
 
+    /// Fixes all that is in the maps now: its keyframes stay where they are, whatever comes later, and its landmarks stay in the map.
+    pub fn fix(&mut self) {
+        self.num_fixed_keyframes = self.keyframes.len();
+        self.num_fixed_landmarks = self.landmarks.len();
+    }
+
+    /// Whether a keyframe stays where it is.
+    #[inline]
+    #[must_use]
+    pub fn is_fixed(&self, id: KeyframeId) -> bool {
+        id.index() < self.num_fixed_keyframes
+    }
+
+    /// Whether a landmark stays in the map.
+    #[inline]
+    #[must_use]
+    pub fn is_fixed_landmark(&self, id: LandmarkId) -> bool {
+        id.index() < self.num_fixed_landmarks
+    }
+
+    /// Whether a part of the maps is fixed.
+    #[must_use]
+    pub fn has_fixed(&self) -> bool {
+        self.num_fixed_keyframes > 0
+    }
+
+    /// The keyframes of the map that is tracked that may move, in order of creation.
+    pub fn free_keyframes(&self) -> impl DoubleEndedIterator<Item = (KeyframeId, &Keyframe)> {
+        self.keyframes().filter(|(id, _)| !self.is_fixed(*id))
+    }
+
     /// The maps that have keyframes, oldest first.
     #[must_use]
     pub fn maps(&self) -> Vec<MapId> {

@@ -48,6 +48,10 @@ pub struct Map {
     pub(super) num_maps: u32,
     /// Finds keyframes of all maps by what they look like.
     pub(super) index: Arc<PlaceIndex>,
+    /// Keyframes that stay where they are: the first ones.
+    pub(super) num_fixed_keyframes: usize,
+    /// Landmarks that stay in the map: the first ones.
+    pub(super) num_fixed_landmarks: usize,
 }
 
 impl Map {
@@ -208,8 +212,12 @@ impl Map {
         }
     }
 
-    /// Unlinks a landmark from a keyframe. A converged landmark with fewer than two observations left is removed.
+    /// Unlinks a landmark from a keyframe. A converged landmark with fewer than two observations left is removed. What a fixed keyframe
+    /// sees stays.
     pub fn remove_observation(&mut self, id: LandmarkId, keyframe: KeyframeId) {
+        if self.is_fixed(keyframe) {
+            return;
+        }
         let landmark = &mut self.landmarks[id.index()];
         landmark.observations.retain(|observation| observation.keyframe != keyframe);
         let least = if landmark.is_converged() { 2 } else { 1 };
@@ -323,6 +331,17 @@ impl Map {
         let mut connected = self.sharing(&self.keyframe(id).landmarks, min_shared);
         connected.retain(|(other, _)| *other != id);
         connected
+    }
+
+    /// Median depth of the landmarks of a keyframe, map units; `None` without landmarks.
+    #[must_use]
+    pub fn depth_of(&self, id: KeyframeId) -> Option<f64> {
+        let keyframe = self.keyframe(id);
+        let point = |id: &LandmarkId| self.landmark(*id).point_in_world;
+        let depth = |id: &LandmarkId| keyframe.camera_from_world().transform(&point(id)).z;
+        let mut depths: Vec<f64> = keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0).collect();
+        depths.sort_by(f64::total_cmp);
+        depths.get(depths.len() / 2).copied()
     }
 
     /// Checks the invariants; the message names the first that is broken.

@@ -40,13 +40,14 @@ pub fn adjust_local(
     focal_px: f64,
 ) -> AdjustReport {
     let mut free = vec![newest];
-    free.extend(map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1));
+    let connected = map.connected(newest, 10).into_iter().map(|(id, _)| id).take(config.bundle_keyframes - 1);
+    free.extend(connected.filter(|id| !map.is_fixed(*id)));
     adjust(map, &free, config, focal_px)
 }
 
 /// Adjusts all keyframes and landmarks but the first keyframe.
 pub fn adjust_all(map: &mut Map, config: &MappingConfig, focal_px: f64) -> AdjustReport {
-    let free: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+    let free: Vec<KeyframeId> = map.free_keyframes().map(|(id, _)| id).collect();
     adjust(map, &free, config, focal_px)
 }
 
@@ -187,7 +188,7 @@ fn tie_turned(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut
             continue;
         }
         let [first, second] = [id, other].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
-        let sigma = TURN_SIGMA * depth_of(map, other).or_else(|| depth_of(map, id)).unwrap_or(1.0);
+        let sigma = TURN_SIGMA * map.depth_of(other).or_else(|| map.depth_of(id)).unwrap_or(1.0);
         bundle.ties.push(BundleTie { cameras: (first, second), sigma });
     }
 }
@@ -229,15 +230,6 @@ fn camera_of_keyframe(
         bundle.is_free.push(false);
         index.keyframes.len() - 1
     })
-}
-
-/// Median depth of the landmarks of a keyframe, map units.
-pub(super) fn depth_of(map: &Map, id: KeyframeId) -> Option<f64> {
-    let keyframe = map.keyframe(id);
-    let depth = |id: &LandmarkId| keyframe.camera_from_world().transform(&map.landmark(*id).point_in_world).z;
-    let mut depths: Vec<f64> = keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.get(depths.len() / 2).copied()
 }
 
 /// A bundle whose keyframes may all move is held at the oldest of them.

@@ -22,7 +22,8 @@ pub fn cull_landmarks(map: &mut Map, newest: KeyframeId) {
                 || (landmark.num_visible >= 15 && landmark.num_found * 4 < landmark.num_visible)
                 || (frame.saturating_sub(landmark.made_at) > 60 && landmark.observations.len() < 2))
     };
-    let bad: Vec<LandmarkId> = map.landmarks().map(|(id, _)| id).filter(|id| is_bad(map, *id)).collect();
+    let free = map.landmarks().map(|(id, _)| id).filter(|id| !map.is_fixed_landmark(*id));
+    let bad: Vec<LandmarkId> = free.filter(|id| is_bad(map, *id)).collect();
     for id in bad {
         map.remove_landmark(id);
     }
@@ -37,19 +38,20 @@ const MANY_KEYFRAMES: usize = 150;
 pub fn cull_keyframes(map: &mut Map, newest: KeyframeId, config: &MappingConfig) {
     let connected: Vec<KeyframeId> = map.connected(newest, 10).into_iter().map(|(id, _)| id).collect();
     // The newest ones still gather observations; the first hold the map in place.
-    let is_eligible = |id: &KeyframeId| id.index() > 1 && id.index() + 3 < newest.index();
-    let is_large = map.keyframes().count() > MANY_KEYFRAMES.min(config.max_keyframes / 2);
+    let is_free = |map: &Map, id: KeyframeId| id.index() > 1 && !map.is_fixed(id);
+    let is_eligible = |map: &Map, id: KeyframeId| is_free(map, id) && id.index() + 3 < newest.index();
+    let is_large = map.free_keyframes().count() > MANY_KEYFRAMES.min(config.max_keyframes / 2);
     let redundant = connected
         .iter()
-        .filter(|id| is_large && is_eligible(id))
+        .filter(|id| is_large && is_eligible(map, **id))
         .find(|id| redundancy(map, **id).is_some_and(|share| share > config.redundant_ratio));
     if let Some(id) = redundant.copied() {
         cull(map, id);
     }
-    while map.keyframes().count() > config.max_keyframes {
+    while map.free_keyframes().count() > config.max_keyframes {
         let center = *map.keyframe(newest).center_in_world();
         let distance = |id: &KeyframeId| (map.keyframe(*id).center_in_world() - center).norm();
-        let eligible = map.keyframes().map(|(id, _)| id).filter(|id| is_eligible(id));
+        let eligible = map.keyframes().map(|(id, _)| id).filter(|id| is_eligible(map, *id));
         let Some(farthest) = eligible.max_by(|a, b| distance(a).total_cmp(&distance(b))) else { break };
         cull(map, farthest);
     }

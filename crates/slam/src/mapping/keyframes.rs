@@ -1,6 +1,5 @@
 //! When a frame becomes a keyframe.
 
-use super::adjust::depth_of;
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
@@ -72,7 +71,7 @@ impl KeyframeRule {
         focal_px: f64,
     ) -> KeyframeDecision {
         let from_reference = frame.camera_from_world * map.keyframe(reference).camera_from_world().inverse();
-        let depth = depth_of(map, reference).unwrap_or(1.0);
+        let depth = map.depth_of(reference).unwrap_or(1.0);
         let shift_px =
             focal_px * (from_reference.rotation_angle_rad() + from_reference.translation().norm() / depth);
         if shift_px > self.max_shift_px() { KeyframeDecision::Make } else { KeyframeDecision::Stay }

@@ -75,6 +75,10 @@ impl LensEstimator {
     /// Adjusts the whole map, and the lens with it if that explains the views clearly better. The camera as it is known now; `None` if it
     /// is not yet time to.
     pub fn settle(&mut self, map: &mut Map, camera: &Camera, config: &MappingConfig) -> Option<Camera> {
+        // A map that is fixed cannot move with the lens.
+        if map.has_fixed() {
+            return None;
+        }
         let free: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
         if free.len() < self.next_at || free.len() > MOST_KEYFRAMES {
             return None;
