@@ -14,7 +14,7 @@ use crate::{
     frame_log::FrameLog,
     image::Pyramid,
     lie::CameraFromWorld,
-    map::{KeyframeId, Map, MapId, SessionCamera},
+    map::{KeyframeId, LandmarkId, Map, MapId, SessionCamera},
     mapping::{KeyframeDecision, KeyframeRule},
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
@@ -22,7 +22,7 @@ use crate::{
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
-    track::{Feature, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
+    track::{FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
 };
 
 /// Longest time for which somebody carries a robot, seconds.
@@ -439,10 +439,10 @@ impl FrontEnd {
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
-        let is_fixed = |feature: &&Feature| self.map.is_fixed_landmark(feature.landmark);
-        outcome.num_fixed = report.frame.features.iter().filter(is_fixed).count();
+        let is_fixed = |id: &LandmarkId| self.map.is_fixed_landmark(*id);
+        outcome.fixed = report.frame.features.iter().map(|f| f.landmark).filter(is_fixed).collect();
         let shows_enough = self.keeping == Keeping::Extending
-            && outcome.num_fixed >= ENOUGH_FIXED * self.config.tracking.min_matches;
+            && outcome.fixed.len() >= ENOUGH_FIXED * self.config.tracking.min_matches;
         let decision = if self.keeping == Keeping::Fixed || shows_enough {
             report
                 .local_map
@@ -542,6 +542,7 @@ impl FrontEnd {
         self.phase = Phase::Tracking;
         self.num_bad = 0;
         outcome.is_relocalized = true;
+        outcome.num_elsewhere = located.num_elsewhere;
         self.tracker.forget();
         self.initializer.reset();
         self.anchor = located.keyframe;

@@ -10,7 +10,7 @@ use visloc_core::{
 use crate::{
     atlas::Meeting,
     lie::CameraFromWorld,
-    map::{KeyframeId, MapId},
+    map::{KeyframeId, LandmarkId, MapId},
     mapping::MappingReport,
     odometry::OdomPose,
     recognize::Refusal,
@@ -68,12 +68,14 @@ pub struct FrameOutcome {
     pub map: Option<MapId>,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
-    /// Landmarks found that belong to a fixed map; 0 if none is fixed.
-    pub num_fixed: usize,
+    /// Landmarks found that belong to a fixed map.
+    pub fixed: Vec<LandmarkId>,
     /// Of a lost frame: why the keyframe that looks most like it is another place.
     pub refusal: Option<Refusal>,
     /// Whether a lost camera was found again in this frame.
     pub is_relocalized: bool,
+    /// Landmarks that were found then at the second best place; 0 if there is none.
+    pub num_elsewhere: usize,
     /// Time of tracking by stage.
     pub tracking: StageTimes,
     /// Pixels of the landmarks found, and whether each has converged; for pictures.
@@ -91,9 +93,10 @@ impl FrameOutcome {
             covariance: None,
             map: None,
             matches: (0, 0),
-            num_fixed: 0,
+            fixed: Vec::new(),
             refusal: None,
             is_relocalized: false,
+            num_elsewhere: 0,
             tracking: StageTimes::default(),
             features: Vec::new(),
             mapped: Vec::new(),

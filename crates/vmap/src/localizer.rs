@@ -14,13 +14,15 @@ use visloc_slam::{
 
 /// From this reliability on a camera counts as localized, as a robot on a drawn map does.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
-/// Probability that an image that was recognized from nothing shows another place that looks alike. A dozen pairs agree on a pose then, and
-/// as many landmarks again are found in five parts of the image, so it is a guess on the safe side.
-const MISTAKEN: f64 = 0.3;
-/// Factor on the odds of a mistake with every image in which a camera is followed well: a wrong place fits one image in three.
-const MISTAKEN_AGAIN: f64 = 1.0 / 3.0;
-/// Factor on the reliability with every image in which only a part of what should be seen is found.
-const DOUBTED: f64 = 0.95;
+/// Odds that a place that was recognized by the fewest landmarks is another one: a door, a window, a poster that is there twice has that
+/// many.
+const MISTAKEN: f64 = 1.5;
+/// The fewest landmarks that a place is recognized by.
+const FEWEST: f64 = 20.0;
+/// Landmarks more in one image for which the odds of a mistake fall to a third: things that are there twice end somewhere.
+const MORE: f64 = 15.0;
+/// Factor on the odds of a mistake with every image in which only a part of what should be seen is found.
+const DOUBTED: f64 = 1.05;
 /// Landmarks of the map from which on an image shows the place. Of fewer, the pose is that of the landmarks that were added since.
 const LEAST_OF_MAP: usize = 12;
 /// Way by visual motion after which half of the reliability is gone, in depths of the scene.
@@ -101,13 +103,45 @@ impl WaySince {
     }
 }
 
+/// What speaks for a place since it was recognized.
+#[derive(Debug, Clone, Copy)]
+struct Evidence {
+    /// Landmarks found at the second best place.
+    num_elsewhere: usize,
+    /// Most landmarks found in one image: what is there twice is there twice in each of them.
+    num: usize,
+    /// Factor on the odds of a mistake by images that showed less than they should.
+    doubt: f64,
+}
+
+impl Default for Evidence {
+    fn default() -> Self {
+        Self { num_elsewhere: 0, num: 0, doubt: 1.0 }
+    }
+}
+
+impl Evidence {
+    /// Takes note of an image that shows the map.
+    fn add(&mut self, num: usize, quality: Quality) {
+        self.doubt = if quality == Quality::Good { 1.0 } else { self.doubt * DOUBTED };
+        self.num = self.num.max(num);
+    }
+
+    /// Probability of the place.
+    fn reliability(&self) -> f64 {
+        let num = self.num as f64;
+        let odds = |start: f64, than: f64| start * self.doubt * 3.0_f64.powf((than - num) / MORE);
+        let elsewhere = if self.num_elsewhere > 0 { odds(1.0, self.num_elsewhere as f64) } else { 0.0 };
+        1.0 / (1.0 + odds(MISTAKEN, FEWEST) + elsewhere)
+    }
+}
+
 /// Finds a camera in a map and follows it there. What the map has stays as it is; where it shows too little, landmarks that are added
 /// beside it carry the pose on.
 #[derive(Debug)]
 pub struct MapLocalizer {
     slam: Slam,
-    /// Odds that the place is another one.
-    odds: f64,
+    evidence: Evidence,
     last: Option<CameraEstimate>,
     /// Way by visual motion since an image showed the map, map units.
     visual_way: f64,
@@ -128,7 +162,14 @@ impl MapLocalizer {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         let slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
-        Ok(Self { slam, odds: 1.0, last: None, visual_way: 0.0, way: None, meters_per_unit })
+        Ok(Self {
+            slam,
+            evidence: Evidence::default(),
+            last: None,
+            visual_way: 0.0,
+            way: None,
+            meters_per_unit,
+        })
     }
 
     /// Measures times with a clock.
@@ -168,17 +209,14 @@ impl MapLocalizer {
         let pose = outcome.camera_from_world.filter(|_| quality != Quality::Bad)?;
         let (mut covariance, map) = outcome.covariance.zip(outcome.map)?;
         let world_from_camera = pose.inverse();
-        let shows_map = outcome.is_relocalized || outcome.num_fixed >= LEAST_OF_MAP;
+        let shows_map = outcome.is_relocalized || outcome.fixed.len() >= LEAST_OF_MAP;
         if outcome.is_relocalized {
-            self.odds = MISTAKEN / (1.0 - MISTAKEN);
-        } else if shows_map && quality == Quality::Good {
-            self.odds *= MISTAKEN_AGAIN;
+            self.evidence = Evidence { num_elsewhere: outcome.num_elsewhere, ..Evidence::default() };
         }
-        let mut reliability = 1.0 / (1.0 + self.odds);
-        if shows_map && quality != Quality::Good {
-            reliability *= DOUBTED;
-            self.odds = (1.0 - reliability) / reliability;
+        if shows_map {
+            self.evidence.add(outcome.fixed.len(), quality);
         }
+        let mut reliability = self.evidence.reliability();
         self.visual_way = match self.last {
             Some(last) if !shows_map => {
                 self.visual_way

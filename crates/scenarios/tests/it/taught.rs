@@ -54,7 +54,8 @@ fn a_camera_that_leaves_its_map_is_followed_by_what_it_has_seen_since() {
     }
     assert!(estimates.len() >= 2 * TAUGHT - 4, "{}", estimates.len());
     let carried: Vec<_> = estimates.iter().filter(|e| e.support == Support::Motion).collect();
-    let supports: String = estimates.iter().map(|e| if e.support == Support::Map { "m" } else { "-" }).collect();
+    let supports: String =
+        estimates.iter().map(|e| if e.support == Support::Map { "m" } else { "-" }).collect();
     assert!(carried.len() > 20, "{supports}");
     assert!(carried.iter().all(|estimate| estimate.is_localized() && estimate.is_carried()));
     let (first, last) = (carried[0], carried[carried.len() - 1]);

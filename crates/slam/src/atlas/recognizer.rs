@@ -263,7 +263,7 @@ impl Recognizer {
             Some(expected) => {
                 let pose = expected.old_from_new.pose(own.camera_from_world());
                 let report = self.locator.follow(&searched, (around, &pose), &incoming, &mut work)?;
-                Located { report, keyframe: around, pairs: Vec::new() }
+                Located { report, keyframe: around, pairs: Vec::new(), num_elsewhere: 0 }
             }
             None => {
                 let view = own.view.as_deref().ok_or(nothing)?;

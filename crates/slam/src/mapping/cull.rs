@@ -49,11 +49,12 @@ pub fn cull_keyframes(map: &mut Map, newest: KeyframeId, config: &MappingConfig)
         cull(map, id);
     }
     while map.free_keyframes().count() > config.max_keyframes {
-        let center = *map.keyframe(newest).center_in_world();
-        let distance = |id: &KeyframeId| (map.keyframe(*id).center_in_world() - center).norm();
+        // The map is thinned where most keyframes see the same: a place that nobody else has seen is worth more, however far away.
         let eligible = map.keyframes().map(|(id, _)| id).filter(|id| is_eligible(map, *id));
-        let Some(farthest) = eligible.max_by(|a, b| distance(a).total_cmp(&distance(b))) else { break };
-        cull(map, farthest);
+        let share = |id: KeyframeId| redundancy(map, id).unwrap_or(1.0);
+        let shares: Vec<(KeyframeId, f64)> = eligible.map(|id| (id, share(id))).collect();
+        let Some((id, _)) = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        cull(map, id);
     }
 }
 
@@ -82,4 +83,73 @@ fn redundancy(map: &Map, id: KeyframeId) -> Option<f64> {
         redundant += u32::from(others >= 3);
     }
     (total >= 10).then(|| f64::from(redundant) / f64::from(total))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
+    use visloc_core::{GrayImage, Timestamp};
+
+    use super::*;
+    use crate::{
+        image::Pyramid,
+        lie::CameraFromWorld,
+        map::{LandmarkState, NewKeyframe, Observation},
+        mapping::DepthFilter,
+    };
+
+    fn observation(keyframe: KeyframeId) -> Observation {
+        let ray = Vector3::new(0.0, 0.0, 1.0);
+        Observation { keyframe, px: Point2::origin(), ray, level: 0, covariance_px: Matrix2::identity() }
+    }
+
+    /// Keyframes every tenth of a meter that see the same, but the third, which is far away and alone.
+    fn map_with_a_place_of_its_own() -> (Map, Vec<KeyframeId>) {
+        let mut map = Map::new();
+        let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
+        let mut ids = Vec::new();
+        for i in 0..12_usize {
+            let x = if i == 2 { -50.0 } else { 0.1 * i as f64 };
+            ids.push(map.add_keyframe(NewKeyframe {
+                frame: 10 * i,
+                at: Timestamp::default(),
+                pyramid: Arc::clone(&pyramid),
+                camera_from_world: CameraFromWorld::new(Rotation3::identity(), Vector3::new(x, 0.0, 0.0)),
+                turned_from: None,
+                odometry: None,
+            }));
+        }
+        let (alone, together): (Vec<KeyframeId>, Vec<KeyframeId>) =
+            ids.iter().partition(|id| id.index() == 2);
+        for seen_by in [alone, together] {
+            for _ in 0..20 {
+                let host = observation(seen_by[0]);
+                let id = map.add_landmark(host, DepthFilter::new(1.0, 0.1), LandmarkState::Converged);
+                seen_by[1..].iter().for_each(|other| map.add_observation(id, observation(*other)));
+            }
+        }
+        (map, ids)
+    }
+
+    #[test]
+    fn a_place_that_nobody_else_has_seen_is_kept_however_far_away() {
+        let (mut map, ids) = map_with_a_place_of_its_own();
+        let config = MappingConfig { max_keyframes: 8, ..MappingConfig::default() };
+        cull_keyframes(&mut map, ids[11], &config);
+        assert_eq!(map.keyframes().count(), 8);
+        assert!(map.keyframe(ids[2]).is_alive());
+        map.check().unwrap();
+    }
+
+    #[test]
+    fn what_is_fixed_is_not_culled() {
+        let (mut map, ids) = map_with_a_place_of_its_own();
+        map.fix();
+        let config = MappingConfig { max_keyframes: 8, ..MappingConfig::default() };
+        cull_keyframes(&mut map, ids[11], &config);
+        cull_landmarks(&mut map, ids[11]);
+        assert_eq!((map.keyframes().count(), map.landmarks().count()), (12, 40));
+    }
 }

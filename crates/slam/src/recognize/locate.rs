@@ -47,6 +47,8 @@ pub struct Located {
     pub keyframe: KeyframeId,
     /// Pairs from descriptors that agree with the pose.
     pub pairs: Vec<Pair>,
+    /// Landmarks that were found at the second best place where the image may have been taken; 0 if there is none.
+    pub num_elsewhere: usize,
 }
 
 /// Checks candidates by geometry.
@@ -104,7 +106,7 @@ impl Locator {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
         let report = self.follow(map, (candidate, &state.pose), incoming, work)?;
-        Ok(Located { report, keyframe: candidate, pairs: agreeing })
+        Ok(Located { report, keyframe: candidate, pairs: agreeing, num_elsewhere: 0 })
     }
 
     /// Looks for the landmarks around a keyframe in an image of which the pose is about known.

@@ -6,7 +6,7 @@ use super::{Located, Locator, Refusal, View};
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, Map},
-    track::{FrameWork, Incoming},
+    track::{FrameWork, Incoming, scene_depth},
 };
 
 /// Looks for a lost camera.
@@ -30,7 +30,7 @@ impl Relocator {
         Self { camera: *camera, config: config.clone(), locator: Locator::new(camera, config) }
     }
 
-    /// Tries the keyframes of all maps that look most like the image.
+    /// Tries the keyframes of all maps that look most like the image. The place where most landmarks were found is the answer.
     ///
     /// # Errors
     /// The keyframe that looks most like the image and why it is not the place; `None` if nothing looks like it.
@@ -42,7 +42,7 @@ impl Relocator {
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let ranked = map.index().query(&view);
-        let mut refused = None;
+        let (mut refused, mut best) = (None, None::<Located>);
         let mut tried: Vec<KeyframeId> = Vec::new();
         for candidate in &ranked {
             if tried.len() >= self.config.relocation.max_tries {
@@ -56,10 +56,29 @@ impl Relocator {
             tried.push(id);
             let searched = map.with_active(map.keyframe(id).map);
             match self.locator.locate(&searched, id, (&view, incoming), work) {
-                Ok(located) => return Ok(located),
+                Ok(located) => best = Some(better(map, best, located)),
                 Err(reason) => refused = refused.or(Some((id, reason))),
             }
         }
-        Err(refused)
+        best.ok_or(refused)
     }
+}
+
+/// Distance up to which two poses are the same place, share of the depth of the scene.
+const SAME_PLACE: f64 = 0.2;
+
+/// Of two places where an image may have been taken, the one where more landmarks were found; it remembers the other one.
+fn better(map: &Map, first: Option<Located>, second: Located) -> Located {
+    let Some(first) = first else { return second };
+    let (mut more, less) =
+        if second.report.num_matched > first.report.num_matched { (second, first) } else { (first, second) };
+    let [here, there] = [&more, &less].map(|located| located.report.frame.camera_from_world.inverse());
+    let apart = (here.translation() - there.translation()).norm();
+    let depth = scene_depth(map, &more.report.frame);
+    let is_elsewhere = map.keyframe(more.keyframe).map != map.keyframe(less.keyframe).map;
+    more.num_elsewhere = more.num_elsewhere.max(less.num_elsewhere);
+    if is_elsewhere || apart > SAME_PLACE * depth {
+        more.num_elsewhere = more.num_elsewhere.max(less.report.num_matched);
+    }
+    more
 }
