@@ -26,6 +26,7 @@ pub mod refine;
 mod region;
 mod reliability;
 pub mod robot_calibration;
+pub mod team;
 pub mod vision;
 
 pub use algorithm::{ALGORITHMS, Algorithm, AlgorithmInfo};

@@ -1,0 +1,144 @@
+//! One robot of the team, as far as its messages tell.
+
+use nalgebra::{Matrix3, Vector3};
+use visloc_core::Timestamp;
+
+use super::{
+    TeamConfig,
+    belief::{Belief, Place, Spare, Track},
+    clock::ClockOffset,
+    message::{Root, Sighting, TeamMessage, ToldHalf, ToldHypothesis},
+    names::MAX_TRACKS,
+    symmetry::{Symmetry, mirrored_covariance},
+};
+
+/// No place is known better than this, whatever is claimed: 1 cm and half a degree.
+const LEAST_M: f64 = 0.01;
+const LEAST_RAD: f64 = 0.009;
+/// So many messages may come at once after a while of silence; beyond that, and beyond so many times the usual rate, they are left out.
+const BURST: f64 = 10.0;
+const MAX_RATE: f64 = 3.0;
+
+/// One robot: a teammate, or oneself.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Mate {
+    pub number: u8,
+    pub session: u32,
+    pub sequence: u32,
+    /// Sessions before this one.
+    past_sessions: Vec<u32>,
+    /// When its last message arrived, by the own clock.
+    pub heard_at: Timestamp,
+    allowance: f64,
+    pub clock: ClockOffset,
+    pub belief: Belief,
+    pub half: Option<ToldHalf>,
+    /// What it told last of what it sees, in its frame at `seen_from`.
+    pub sightings: Vec<Sighting>,
+    pub seen_from: Timestamp,
+    /// Its last sighting of the ball, and the time of the frame that this is in.
+    pub ball: Option<(Sighting, Timestamp)>,
+    /// Images after which its sightings counted last, by its clock.
+    pub weighed_at: Option<Timestamp>,
+    pub priors: Vec<f64>,
+}
+
+impl Mate {
+    /// A robot of which nothing is known.
+    pub fn new(number: u8, session: u32) -> Self {
+        Self { number, session, allowance: BURST, ..Self::default() }
+    }
+
+    pub fn root(&self) -> Root {
+        Root { number: self.number, session: self.session }
+    }
+
+    /// Whether one more message at a time is not too many.
+    pub fn admits(&mut self, arrived: Timestamp, config: &TeamConfig) -> bool {
+        let secs = arrived.secs_since(self.heard_at).clamp(0.0, BURST);
+        self.allowance = (self.allowance + secs * MAX_RATE * config.messages_per_sec).min(BURST);
+        let is_admitted = self.allowance >= 1.0;
+        self.allowance -= if is_admitted { 1.0 } else { 0.0 };
+        is_admitted
+    }
+
+    /// Whether a message is one that was heard already, or older than the newest one.
+    pub fn has_heard(&self, message: &TeamMessage) -> bool {
+        if message.session == self.session {
+            return message.sequence <= self.sequence || message.at <= self.belief.at;
+        }
+        self.past_sessions.contains(&message.session)
+    }
+
+    /// Takes in a message.
+    pub fn hear(&mut self, message: &TeamMessage, arrived: Timestamp, symmetry: Symmetry) {
+        const MAX_SESSIONS: usize = 8;
+        if message.session != self.session {
+            let mut past_sessions = std::mem::take(&mut self.past_sessions);
+            past_sessions.push(self.session);
+            if past_sessions.len() > MAX_SESSIONS {
+                past_sessions.remove(0);
+            }
+            *self = Self {
+                past_sessions,
+                allowance: self.allowance,
+                belief: Belief { tracks: std::mem::take(&mut self.belief.tracks), ..Belief::default() },
+                priors: std::mem::take(&mut self.priors),
+                ..Self::new(self.number, message.session)
+            };
+        }
+        self.sequence = message.sequence;
+        self.heard_at = arrived;
+        self.clock.hear(message.at, arrived);
+        self.belief.at = message.at;
+        self.belief.reliability = message.reliability;
+        if let Some(odometry) = message.odometry {
+            self.belief.motion.push(message.at, odometry);
+        }
+        tracks_of(&message.hypotheses, symmetry, &mut self.belief.tracks);
+        self.half = message.half;
+        self.sightings.clone_from(&message.sightings);
+        self.seen_from = message.at;
+    }
+
+    /// Where it is by one of its options, at a time of its own clock.
+    pub fn place(&self, option: usize, at: Timestamp, symmetry: Symmetry, spare: &Spare) -> Option<Place> {
+        self.belief.place(option, at, symmetry, spare)
+    }
+
+    /// The side of its first track that it knows by itself.
+    pub fn known_side(&self) -> Option<usize> {
+        /// A side is known if it is that much more probable than the other one.
+        const KNOWN: f64 = 0.5;
+        let track = self.belief.tracks.first()?;
+        let total: f64 = self.belief.tracks.iter().flat_map(|track| track.shares).sum();
+        let lead = (track.shares[0] - track.shares[1]) / total;
+        let is_known = lead.abs() * self.belief.reliability > KNOWN;
+        is_known.then_some(usize::from(lead < 0.0))
+    }
+}
+
+/// Tracks of the hypotheses in a message. Covariances that are too small to be true are made larger.
+fn tracks_of(told: &[ToldHypothesis], symmetry: Symmetry, out: &mut Vec<Track>) {
+    let least = Matrix3::from_diagonal(&Vector3::new(LEAST_M.powi(2), LEAST_M.powi(2), LEAST_RAD.powi(2)));
+    out.clear();
+    for hypothesis in told {
+        let side = if symmetry == Symmetry::None { 0 } else { usize::from(hypothesis.id % 2 == 1) };
+        let id = if side == 1 { hypothesis.id - 1 } else { hypothesis.id };
+        if let Some(track) = out.iter_mut().find(|track| track.id == id) {
+            track.shares[side] += hypothesis.probability;
+            continue;
+        }
+        if out.len() == MAX_TRACKS {
+            continue;
+        }
+        let told = (hypothesis.world_from_robot, hypothesis.covariance + least);
+        let (world_from_robot, covariance) = match symmetry.mirrored(&told.0) {
+            Some(mirrored) if side == 1 => (mirrored, mirrored_covariance(&told.1)),
+            _ => told,
+        };
+        let mut shares = [0.0; 2];
+        shares[side] = hypothesis.probability;
+        out.push(Track { id, world_from_robot, covariance, shares });
+    }
+}

@@ -1,0 +1,284 @@
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Point2};
+use visloc_core::{Timestamp, geom::PlanarPose};
+use visloc_world::Map;
+
+use super::*;
+use crate::{Estimate, Hypothesis, StartPrior};
+
+/// Time between two images, seconds.
+const STEP_SECS: f64 = 0.1;
+
+fn mirrored(pose: &PlanarPose) -> PlanarPose {
+    PlanarPose::new(-pose.x_m, -pose.y_m, pose.yaw_rad + PI)
+}
+
+/// What a localizer says that is sure of its place: its own side has this probability.
+fn believes(pose: &PlanarPose, share: f64) -> Estimate {
+    let covariance = Matrix3::from_diagonal(&nalgebra::Vector3::new(4e-4, 4e-4, 1e-4));
+    let hypothesis = |world_from_robot, probability| Hypothesis { world_from_robot, covariance, probability };
+    let answer = if share < 0.5 { mirrored(pose) } else { *pose };
+    let mut estimate = Estimate {
+        world_from_robot: answer,
+        covariance,
+        reliability: 0.9 * (2.0 * share.max(1.0 - share) - 1.0),
+        reliability_up_to_symmetry: 0.9,
+        likelihood: 0.9,
+        hypotheses: vec![hypothesis(*pose, share), hypothesis(mirrored(pose), 1.0 - share)],
+    };
+    estimate.normalize_hypotheses();
+    estimate
+}
+
+/// One robot of a game without cameras.
+struct Player {
+    filter: TeamFilter,
+    truth: PlanarPose,
+    /// What its localizer says.
+    estimate: Estimate,
+    sees: bool,
+}
+
+impl Player {
+    fn new(number: u8, truth: PlanarPose, share: f64) -> Self {
+        Self { filter: filter(number, 1), truth, estimate: believes(&truth, share), sees: true }
+    }
+}
+
+fn filter(number: u8, session: u32) -> TeamFilter {
+    let member = Member { team: "ours".into(), number, session };
+    TeamFilter::new(TeamConfig::default(), member, &Map::load("robocup-spl-2024").unwrap()).unwrap()
+}
+
+/// Everybody who looks that way sees who is within 3 m, exactly.
+fn sightings(players: &[Player], me: usize, at: Timestamp) -> Vec<Sighting> {
+    let here = players[me].truth;
+    let see = |truth: &PlanarPose| {
+        let point = here.inverse().transform(&truth.position());
+        let (range_m, bearing_rad) = (point.coords.norm(), point.y.atan2(point.x));
+        (range_m < 3.0 && bearing_rad.abs() < 1.0).then(|| {
+            Sighting::polar(at, SightingKind::Teammate, (bearing_rad, 0.05), (range_m, 0.1 * range_m))
+        })
+    };
+    let others = players.iter().enumerate().filter(|(i, _)| *i != me);
+    if players[me].sees { others.filter_map(|(_, player)| see(&player.truth)).collect() } else { Vec::new() }
+}
+
+/// Plays on; `cut` says whose messages to whom are lost.
+fn play(players: &mut [Player], from_secs: f64, secs: f64, cut: impl Fn(usize, usize) -> bool) {
+    let num_steps = (secs / STEP_SECS).round() as u32;
+    for step in 0..num_steps {
+        let at = Timestamp::from_secs(from_secs + f64::from(step) * STEP_SECS);
+        let mut messages = Vec::new();
+        for me in 0..players.len() {
+            let seen = sightings(players, me, at);
+            let player = &mut players[me];
+            let estimate = player.estimate.clone();
+            player.filter.step(at, &estimate, Some(PlanarPose::default()), &seen);
+            messages.extend(player.filter.message().map(|message| (me, message)));
+        }
+        for (from, message) in messages {
+            for to in (0..players.len()).filter(|to| *to != from && !cut(from, *to)) {
+                players[to].filter.receive(&message, at + 0.02).unwrap();
+            }
+        }
+    }
+}
+
+fn is_right(player: &Player) -> bool {
+    let estimate = &player.filter.answer().estimate;
+    estimate.is_localized() && estimate.world_from_robot.distance_m(&player.truth) < 0.3
+}
+
+fn nobody(_: usize, _: usize) -> bool {
+    false
+}
+
+/// Three in a row: the first sees the second, and that one the third.
+fn row(shares: [f64; 3]) -> Vec<Player> {
+    let poses = [(-2.0, 0.6, 0.0), (0.0, 0.6, 0.3), (2.0, 1.2, 0.5)];
+    let all = (1..).zip(poses).zip(shares);
+    all.map(|((number, (x, y, yaw)), share)| Player::new(number, PlanarPose::new(x, y, yaw), share)).collect()
+}
+
+#[test]
+fn alone_it_is_the_localizers_estimate_bit_for_bit() {
+    let mut players = row([0.5, 0.99, 0.3]);
+    players.truncate(1);
+    play(&mut players, 0.0, 2.0, nobody);
+    let answer = players[0].filter.answer();
+    assert!(answer.help == Help::Alone && answer.estimate == players[0].estimate);
+}
+
+/// One that knows decides for who sees it and for who is seen by it, also by way of another one, whichever side they follow.
+#[test]
+fn one_that_knows_decides_for_all() {
+    for known in 0..3 {
+        for flips in 0..4 {
+            let mut shares = [0.5 - 1e-6, 0.5 - 1e-6, 0.5 - 1e-6];
+            (0..2).filter(|i| flips >> i & 1 == 1).for_each(|i| shares[i] = 0.5 + 1e-6);
+            shares[known] = 0.99;
+            let mut players = row(shares);
+            play(&mut players, 0.0, 4.0, nobody);
+            assert!(players.iter().all(is_right), "{known} {flips}");
+            let root = players[known].filter.own_root();
+            for (i, player) in players.iter().enumerate().filter(|(i, _)| *i != known) {
+                let Help::Half { root: by, probability } = player.filter.answer().help else { panic!("{i}") };
+                assert!(by == root && probability > 0.9);
+                let sum: f64 = player.filter.answer().estimate.hypotheses.iter().map(|h| h.probability).sum();
+                assert!((sum - 1.0).abs() < 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn without_sightings_or_knowledge_nothing_is_decided() {
+    let mut players = row([0.5; 3]);
+    play(&mut players, 0.0, 4.0, nobody);
+    assert!(players.iter().all(|player| player.filter.answer().help == Help::Alone));
+    let mut players = row([0.99, 0.5, 0.5]);
+    players.iter_mut().for_each(|player| player.sees = false);
+    play(&mut players, 0.0, 4.0, nobody);
+    assert!(players[1..].iter().all(|player| player.filter.answer().estimate == player.estimate));
+}
+
+/// One that is sure of the wrong half drags nobody while one that knows is there, seen or not.
+#[test]
+fn one_that_lies_drags_nobody() {
+    for liar in [0, 2] {
+        let mut shares = [0.5; 3];
+        (shares[liar], shares[2 - liar]) = (0.01, 0.99);
+        for is_seen in [true, false] {
+            let mut players = row(shares);
+            if !is_seen {
+                players[2 - liar].truth = PlanarPose::new(-3.0, -2.5, 3.0);
+                players[2 - liar].estimate = believes(&players[2 - liar].truth.clone(), 0.99);
+            }
+            play(&mut players, 0.0, 6.0, nobody);
+            let answer = players[1].filter.answer();
+            assert!(!answer.estimate.is_localized(), "{liar} {is_seen} {answer:?}");
+            assert!(is_right(&players[2 - liar]), "who knows keeps its place");
+        }
+    }
+    // Two that know outvote it, and correct it.
+    let mut players = row([0.99, 0.99, 0.01]);
+    play(&mut players, 0.0, 6.0, nobody);
+    assert!(players.iter().all(is_right));
+}
+
+#[test]
+fn one_that_stands_elsewhere_than_it_says_loses_trust() {
+    let mut players = row([0.99, 0.99, 0.5]);
+    players[2].estimate = believes(&PlanarPose::new(0.5, -2.0, 0.0), 1.0);
+    play(&mut players, 0.0, 6.0, nobody);
+    let trust = |number: u8| players[1].filter.mates().find(|mate| mate.number == number).unwrap().trust;
+    assert!(trust(1) > 0.9 && trust(3) < 0.2, "{} {}", trust(1), trust(3));
+    assert!(is_right(&players[0]) && is_right(&players[1]));
+}
+
+#[test]
+fn one_that_knows_nothing_is_placed_by_who_sees_it() {
+    let mut players = row([0.99, 0.5, 0.5]);
+    players.truncate(2);
+    players[1].truth = PlanarPose::new(0.0, 0.6, 2.9);
+    players[1].estimate = Estimate::unknown();
+    play(&mut players, 0.0, 2.0, nobody);
+    let truth = players[1].truth;
+    let answer = players[1].filter.answer().clone();
+    assert!(matches!(answer.help, Help::Placed { by: 1, .. }), "{answer:?}");
+    let found = answer.estimate.world_from_robot;
+    assert!(found.distance_m(&truth) < 0.3 && found.heading_difference_rad(&truth) < 0.3, "{found:?}");
+    assert!(!answer.estimate.is_localized(), "a hint is no claim");
+    let Some(StartPrior::Poses(poses)) = players[1].filter.advice() else { panic!() };
+    assert_eq!(poses.len(), 2, "both halves: which one it is stays open for the localizer");
+    assert!(players[1].filter.advice().is_none(), "once is enough");
+}
+
+#[test]
+fn what_is_told_twice_counts_once_and_wrong_messages_not_at_all() {
+    let mut players = row([0.99, 0.5, 0.5]);
+    play(&mut players, 0.0, 0.1, nobody);
+    let at = Timestamp::from_secs(0.5);
+    let seen = sightings(&players, 0, at);
+    let (first, rest) = players.split_first_mut().unwrap();
+    first.filter.step(at, &first.estimate.clone(), None, &seen);
+    let good = first.filter.message().unwrap();
+    let hearer = &mut rest[0].filter;
+    assert_eq!(hearer.receive(&good, at), Ok(()));
+    assert_eq!(hearer.receive(&good, at), Err(Ignored::Old));
+    let newer = TeamMessage { sequence: 90, at: at + 0.5, ..good };
+    let refused =
+        |hearer: &mut TeamFilter, message: TeamMessage| hearer.receive(&message, at + 0.5).unwrap_err();
+    assert_eq!(refused(hearer, TeamMessage { version: 7, ..newer.clone() }), Ignored::Version(7));
+    assert_eq!(refused(hearer, TeamMessage { team: "theirs".into(), ..newer.clone() }), Ignored::OtherTeam);
+    assert_eq!(refused(hearer, TeamMessage { number: 2, ..newer.clone() }), Ignored::OwnNumber);
+    for damage in 0..5 {
+        let mut bad = newer.clone();
+        match damage {
+            0 => bad.reliability = f64::NAN,
+            1 => bad.hypotheses[0].world_from_robot.x_m = f64::INFINITY,
+            2 => bad.hypotheses[0].probability = -1.0,
+            3 => bad.sightings[0].covariance[(0, 0)] = 0.0,
+            _ => bad.sightings[0].at = at + 99.0,
+        }
+        assert!(matches!(refused(hearer, bad), Ignored::Fault(_)), "{damage}");
+    }
+    let flood = (91..200).map(|sequence| {
+        let message = TeamMessage { sequence, at: at + 0.5 + f64::from(sequence) * 1e-6, ..newer.clone() };
+        hearer.receive(&message, at + 0.5)
+    });
+    assert!(flood.filter(|result| *result == Err(Ignored::TooMany)).count() > 80);
+}
+
+/// The one that knew leaves, and comes back as one that knows nothing: what it knew has stayed with the others, and no longer.
+#[test]
+fn a_half_outlives_who_knew_it() {
+    let mut players = row([0.99, 0.5, 0.5]);
+    play(&mut players, 0.0, 4.0, nobody);
+    players[0].filter = filter(1, 2);
+    let truth = players[0].truth;
+    players[0].estimate = believes(&truth, 0.5 - 1e-6);
+    play(&mut players, 4.0, 5.0, nobody);
+    assert!(players.iter().all(is_right));
+    // Nobody who begins anew hears of it if no sighting ties it to the others.
+    players[0].filter = filter(1, 3);
+    players.iter_mut().for_each(|player| player.sees = false);
+    play(&mut players, 9.0, 5.0, nobody);
+    assert!(!is_right(&players[0]) && is_right(&players[1]));
+    // With nobody left the half stays while the track is followed.
+    play(&mut players, 14.0, 5.0, |_, _| true);
+    assert!(is_right(&players[1]));
+}
+
+/// Two that know nothing tell each other for long: nothing is decided by an echo.
+#[test]
+fn nothing_grows_by_being_repeated() {
+    let mut players = row([0.6, 0.5, 0.45]);
+    play(&mut players, 0.0, 20.0, nobody);
+    for player in &players {
+        assert!(!player.filter.answer().estimate.is_localized(), "{:?}", player.filter.answer());
+    }
+}
+
+#[test]
+fn the_ball_ties_robots_that_do_not_see_each_other() {
+    let (a, b) = (PlanarPose::new(-2.5, 0.5, 0.0), PlanarPose::new(2.5, 1.0, PI));
+    let mut players = [Player::new(1, a, 0.99), Player::new(2, b, 0.5 - 1e-6)];
+    let ball = Point2::new(-0.5, 1.4);
+    for step in 0..40 {
+        let at = Timestamp::from_secs(f64::from(step) * STEP_SECS);
+        for me in 0..2 {
+            let point = players[me].truth.inverse().transform(&ball);
+            let (range_m, bearing_rad) = (point.coords.norm(), point.y.atan2(point.x));
+            let seen = Sighting::polar(at, SightingKind::Ball, (bearing_rad, 0.03), (range_m, 0.1 * range_m));
+            let estimate = players[me].estimate.clone();
+            players[me].filter.step(at, &estimate, None, &[seen]);
+            if let Some(message) = players[me].filter.message() {
+                players[1 - me].filter.receive(&message, at + 0.01).unwrap();
+            }
+        }
+    }
+    assert!(is_right(&players[1]), "{:?}", players[1].filter.answer());
+}
