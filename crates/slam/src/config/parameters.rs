@@ -301,7 +301,7 @@ impl Default for MappingConfig {
 
 impl Default for RelocationConfig {
     fn default() -> Self {
-        Self { max_tries: 3, min_matches: 20, new_map_secs: 1.0 }
+        Self { max_tries: 6, min_matches: 20, new_map_secs: 1.0 }
     }
 }
 

@@ -81,17 +81,11 @@ impl OrbDescriptor {
         self.words.iter().zip(&other.words).map(|(a, b)| (a ^ b).count_ones()).sum()
     }
 
-    /// The number of different bits if it is at most a limit. Pairs that are near to the limit may be missed: where the first
-    /// quarter has more than two fifths of the different bits that are allowed, the rest is not looked at.
+    /// The first 64 bits.
     #[inline]
     #[must_use]
-    pub fn distance_up_to(&self, other: &Self, limit: u32) -> Option<u32> {
-        let different = |i: usize| (self.words[i] ^ other.words[i]).count_ones();
-        let first = different(0);
-        if 5 * first > limit.saturating_mul(2) {
-            return None;
-        }
-        Some(first + different(1) + different(2) + different(3)).filter(|distance| *distance <= limit)
+    pub fn first_word(&self) -> u64 {
+        self.words[0]
     }
 
     /// One of the 256 bits.

@@ -31,7 +31,8 @@ static BITS: LazyLock<Vec<u8>> = LazyLock::new(|| {
 pub struct Ranked {
     /// The keyframe.
     pub keyframe: KeyframeId,
-    /// Descriptors in common, each weighed by how few keyframes have it.
+    /// Descriptors in common, each weighed by how few keyframes have it, in relation to how many the keyframe has: one that has many has
+    /// something in common with every image. Source for the weights: Sivic and Zisserman, "Video Google", 2003.
     pub score: f32,
     /// Descriptors in common.
     pub num_shared: u32,
@@ -52,6 +53,8 @@ pub struct PlaceIndex {
     /// For each table and key, one after the other, what is listed there.
     lists: Vec<Vec<Entry>>,
     num_keyframes: usize,
+    /// Number of descriptors of each keyframe.
+    sizes: Vec<u32>,
 }
 
 impl PlaceIndex {
@@ -76,6 +79,10 @@ impl PlaceIndex {
                 self.lists[list].push(entry);
             }
         }
+        if keyframe.index() >= self.sizes.len() {
+            self.sizes.resize(keyframe.index() + 1, 0);
+        }
+        self.sizes[keyframe.index()] = view.places.len() as u32;
         self.num_keyframes += 1;
     }
 
@@ -100,20 +107,22 @@ impl PlaceIndex {
         for (number, place) in (1_u32..).zip(&view.places) {
             let wanted = signature(&place.descriptor);
             alike.clear();
-            for entry in lists_of(&place.descriptor).into_iter().flat_map(|list| &self.lists[list]) {
-                if (entry.signature ^ wanted).count_ones() > MOST_DIFFERENT {
-                    continue;
-                }
-                let index = entry.keyframe.index();
+            let near = || {
+                let listed = lists_of(&place.descriptor).into_iter().flat_map(|list| &self.lists[list]);
+                listed.map(|entry| (entry.keyframe, (entry.signature ^ wanted).count_ones()))
+            };
+            let Some(least) = near().map(|(_, different)| different).min() else { continue };
+            for (keyframe, _) in near().filter(|(_, different)| *different <= MOST_DIFFERENT.min(least + 1)) {
+                let index = keyframe.index();
                 if index >= found_by.len() {
                     found_by.resize(index + 1, 0);
                     found.resize(index + 1, (0.0, 0));
                 }
                 if std::mem::replace(&mut found_by[index], number) != number {
-                    alike.push(entry.keyframe);
+                    alike.push(keyframe);
                 }
             }
-            let weight = (1.0 + self.num_keyframes as f32 / alike.len().max(1) as f32).ln();
+            let weight = (self.num_keyframes as f32 / alike.len().max(1) as f32).ln().powi(2);
             for keyframe in &alike {
                 let (score, num_shared) = &mut found[keyframe.index()];
                 *score += weight;
@@ -124,7 +133,10 @@ impl PlaceIndex {
             .map(KeyframeId)
             .zip(found)
             .filter(|(_, (_, num_shared))| *num_shared > 0)
-            .map(|(keyframe, (score, num_shared))| Ranked { keyframe, score, num_shared })
+            .map(|(keyframe, (score, num_shared))| {
+                let score = score / (self.sizes[keyframe.index()] as f32).sqrt();
+                Ranked { keyframe, score, num_shared }
+            })
             .collect();
         ranked.sort_by(|a, b| b.score.total_cmp(&a.score));
         ranked

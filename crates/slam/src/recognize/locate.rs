@@ -19,12 +19,13 @@ const NEIGHBORS: usize = 3;
 const NEIGHBORS_SHARE: u32 = 15;
 /// Fewest pairs of places and landmarks that look alike.
 const LEAST_PAIRS: usize = 12;
-/// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
-const LEAST_AGREEING: usize = 12;
+/// Fewest pairs that agree on a pose: three are enough to find it, and five more by chance, within a few pixels, are rare. All other
+/// landmarks around the place are looked for then.
+const LEAST_AGREEING: usize = 8;
 /// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
 const SAMPLE: usize = 3;
-/// Most samples: enough where one pair in four is right.
-const MOST_SAMPLES: usize = 340;
+/// Most samples: enough where one pair in six is right.
+const MOST_SAMPLES: usize = 1000;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
 /// Standard deviation of the place of a corner, pixels of its level.

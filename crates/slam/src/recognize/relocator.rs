@@ -43,21 +43,23 @@ impl Relocator {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let ranked = map.index().query(&view);
         let (mut refused, mut best) = (None, None::<Located>);
-        let mut tried: Vec<KeyframeId> = Vec::new();
+        let mut is_tried = vec![false; map.num_keyframe_ids()];
+        let mut num_tried = 0;
         for candidate in &ranked {
-            if tried.len() >= self.config.relocation.max_tries {
-                break;
-            }
             let id = candidate.keyframe;
             // What is next to a keyframe that was refused would be refused, too.
-            if tried.iter().any(|other| map.connected(*other, 15).iter().any(|(near, _)| *near == id)) {
+            if is_tried[id.index()] {
                 continue;
             }
-            tried.push(id);
+            map.connected(id, 15).iter().for_each(|(near, _)| is_tried[near.index()] = true);
             let searched = map.with_active(map.keyframe(id).map);
             match self.locator.locate(&searched, id, (&view, incoming), work) {
                 Ok(located) => best = Some(better(map, best, located)),
                 Err(reason) => refused = refused.or(Some((id, reason))),
+            }
+            num_tried += 1;
+            if num_tried >= self.config.relocation.max_tries {
+                break;
             }
         }
         best.ok_or(refused)

@@ -13,7 +13,10 @@ use crate::{
 };
 
 /// Most corners of an image that are described.
-const MOST_CORNERS: usize = 400;
+const MOST_CORNERS: usize = 1000;
+/// How much denser, on each axis, corners are looked for than where landmarks are made: which corner of a cell is the best one depends
+/// on light and view, and the landmark may be another one.
+const DENSER: f64 = 1.5;
 
 /// A place of an image with its descriptor.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +54,7 @@ impl View {
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
     #[must_use]
     pub fn of_image(pyramid: &Pyramid, camera: &Camera, features: &FeatureConfig) -> Self {
-        let mut grid = CornerGrid::new(camera.size_px(), features.cell_px);
+        let mut grid = CornerGrid::new(camera.size_px(), features.cell_px / DENSER);
         let corners = corners_in_two_passes(pyramid, &mut grid, features);
         let levels = |level: usize| level.saturating_sub(1)..(level + 2).min(pyramid.num_levels());
         let described = corners

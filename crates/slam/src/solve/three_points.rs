@@ -1,6 +1,6 @@
 //! The pose of a camera from three points that it sees, without a first guess.
 
-use nalgebra::{Matrix3, Matrix4, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use visloc_core::geom::Rigid3;
 
 use crate::lie::CameraFromWorld;
@@ -59,25 +59,83 @@ fn distances(points: &[Point3<f64>; 3], rays: &[Vector3<f64>; 3]) -> [Option<[f6
     })
 }
 
-/// Real roots of a polynomial of degree four, constant term first.
+/// Real roots of a polynomial of degree four, constant term first. By Ferrari's way to two polynomials of degree two, then Newton's.
 fn roots(coefficients: &[f64; 5]) -> [Option<f64>; MOST_POSES] {
-    /// Imaginary part up to which a root is real, as a share of its size: two equal roots come out as a pair that is hardly complex.
-    const REAL: f64 = 1e-3;
-    let leading = coefficients[4];
-    if coefficients.iter().any(|coefficient| !(coefficient / leading).is_finite()) {
+    let [a0, a1, a2, a3, leading] = *coefficients;
+    let [a0, a1, a2, a3] = [a0, a1, a2, a3].map(|coefficient| coefficient / leading);
+    if ![a0, a1, a2, a3].iter().all(|coefficient| coefficient.is_finite()) {
         return [None; MOST_POSES];
     }
-    let mut companion = Matrix4::zeros();
-    for i in 0..MOST_POSES {
-        companion[(i, 3)] = -coefficients[i] / leading;
-        if i > 0 {
-            companion[(i, i - 1)] = 1.0;
+    // Without the term of degree three, in y = x + a3 / 4.
+    let shift = a3 / 4.0;
+    let p = a2 - 6.0 * shift * shift;
+    let q = a1 - 2.0 * a2 * shift + 8.0 * shift.powi(3);
+    let r = a0 - a1 * shift + a2 * shift * shift - 3.0 * shift.powi(4);
+    // y^4 + p y^2 + q y + r is (y^2 + s y + t) (y^2 - s y + u) with s^2 a root of the resolvent.
+    let z = largest_root_of_cubic(2.0 * p, p * p - 4.0 * r, -q * q).max(0.0);
+    let s = z.sqrt();
+    let share = if s > 0.0 { q / s } else { 0.0 };
+    let [t, u] = if s > 0.0 {
+        [(p + z - share) / 2.0, (p + z + share) / 2.0]
+    } else {
+        let half = (p * p / 4.0 - r).max(0.0).sqrt();
+        [p / 2.0 - half, p / 2.0 + half]
+    };
+    let [first, second] = roots_of_square(s, t);
+    let [third, fourth] = roots_of_square(-s, u);
+    let polished = |y: f64| {
+        let mut x = y - shift;
+        for _ in 0..NEWTON_STEPS {
+            let value = (((x + a3) * x + a2) * x + a1) * x + a0;
+            let slope = ((4.0 * x + 3.0 * a3) * x + 2.0 * a2) * x + a1;
+            let step = value / slope;
+            if step.is_finite() && step.abs() < x.abs() {
+                x -= step;
+            }
+        }
+        x
+    };
+    [first, second, third, fourth].map(|y| y.map(polished))
+}
+
+/// Steps that make up for what is lost by rounding.
+const NEWTON_STEPS: usize = 2;
+
+/// Real roots of y^2 + b y + c. A pair that is hardly complex is two equal roots.
+fn roots_of_square(b: f64, c: f64) -> [Option<f64>; 2] {
+    /// Imaginary part up to which a root is real, as a share of its size.
+    const REAL: f64 = 1e-3;
+    let discriminant = b * b / 4.0 - c;
+    if discriminant < -REAL * REAL * c.abs() {
+        return [None; 2];
+    }
+    let root = discriminant.max(0.0).sqrt();
+    [Some(-b / 2.0 + root), Some(-b / 2.0 - root)]
+}
+
+/// The largest real root of z^3 + b z^2 + c z + d.
+fn largest_root_of_cubic(b: f64, c: f64, d: f64) -> f64 {
+    let shift = b / 3.0;
+    let p = c - b * shift;
+    let half_q = shift.powi(3) - shift * c / 2.0 + d / 2.0;
+    let discriminant = half_q * half_q + (p / 3.0).powi(3);
+    let mut z = if discriminant < 0.0 {
+        let radius = (-p / 3.0).sqrt();
+        let angle = (-half_q / radius.powi(3)).clamp(-1.0, 1.0).acos() / 3.0;
+        2.0 * radius * angle.cos()
+    } else {
+        let root = discriminant.sqrt();
+        let large = -(half_q + root.copysign(half_q));
+        let first = large.cbrt();
+        if first == 0.0 { 0.0 } else { first - p / (3.0 * first) }
+    } - shift;
+    for _ in 0..NEWTON_STEPS {
+        let step = (((z + b) * z + c) * z + d) / ((3.0 * z + 2.0 * b) * z + c);
+        if step.is_finite() && step.abs() < z.abs() {
+            z -= step;
         }
     }
-    // Bounded in its steps: an eigenvalue problem that does not converge has no roots.
-    let Some(schur) = companion.try_schur(f64::EPSILON, 100) else { return [None; MOST_POSES] };
-    let values = schur.complex_eigenvalues();
-    std::array::from_fn(|i| (values[i].im.abs() <= REAL * values[i].re.abs()).then_some(values[i].re))
+    z
 }
 
 #[cfg(test)]
