@@ -1,6 +1,10 @@
 //! Runs of a whole localization, from source to evaluation, for end-to-end tests.
 
+// Robots, steps and images are few.
+#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+
 mod detection_score;
+pub mod team;
 
 pub use detection_score::{DetectionScore, DetectionScores};
 use visloc_core::{
@@ -16,6 +20,9 @@ pub enum RunError {
     /// The pipeline could not be built.
     #[error(transparent)]
     Pipeline(#[from] PipelineError),
+    /// The simulation could not be built.
+    #[error(transparent)]
+    Simulation(#[from] visloc_sim::ScenarioError),
     /// The source broke.
     #[error(transparent)]
     Source(#[from] SourceError),

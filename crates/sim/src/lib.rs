@@ -1,7 +1,8 @@
 //! Simulator: what a robot with one camera sees, feels and reports in a world described by data.
 //!
 //! A [`Scenario`] (a TOML file) says what stands where and what the robot does; a [`Simulation`] of it with a seed is
-//! a [`visloc_core::FrameSource`] with the truth in every frame; a [`LiveSimulation`] is steered while it runs. [`Scene`] and [`Renderer`] also work on their own, for
+//! a [`visloc_core::FrameSource`] with the truth in every frame; a [`LiveSimulation`] is steered while it runs,
+//! and a [`TeamSimulation`] has several robots, each with its camera. [`Scene`] and [`Renderer`] also work on their own, for
 //! pictures from any pose. A [`CameraTour`] carries a camera of its own through a textured room, for SLAM.
 //!
 //! Data flow: `scenario` (files) -> `simulation` builds a `scene` (surfaces, textures, light) and plans the `robot`
@@ -31,5 +32,7 @@ pub use scene::{
     Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Label, Lamp, LightGrid, Lighting,
     Paint, Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
-pub use simulation::{LiveControls, LiveMotion, LiveSimulation, Simulation};
+pub use simulation::{
+    Detection, DetectorSetup, LiveControls, LiveMotion, LiveSimulation, Simulation, TeamFrame, TeamSimulation,
+};
 pub use tour::{CameraTour, TOURS, TourError, TourKind};

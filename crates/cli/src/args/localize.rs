@@ -25,6 +25,7 @@ use super::{
                        visloc localize recording.mcap --map my-field.toml --image-topic /eye/image_raw --base-frame base_link\n  \
                        visloc localize sim:kidnaps --plots out/kidnaps\n  \
                        visloc localize ros2:/camera/image_raw --map my-field.toml\n  \
+                       visloc localize ros2:/camera/image_raw --map my-field.toml --team ours --number 3\n  \
                        visloc localize clip.mp4 --map my-field.toml --camera camera.toml --camera-height 0.5 --camera-tilt 15\n  \
                        visloc localize sim:tour-2024 --start half:positive\n  \
                        visloc localize game.mcap --map my-field.toml --robot robot.toml --robot-out robot-new.toml\n  \
@@ -71,6 +72,12 @@ pub struct LocalizeArgs {
     /// Publish nothing
     #[arg(long, conflicts_with = "publish_ros")]
     pub no_publish_ros: bool,
+    /// Let this robot and others of its team help each other over ROS 2 (docs/teams.md); needs --number
+    #[arg(long, value_name = "NAME", requires = "number", conflicts_with = "no_publish_ros")]
+    pub team: Option<String>,
+    /// The robot's number, which no other one of its team has
+    #[arg(long, value_name = "N", requires = "team")]
+    pub number: Option<u8>,
     /// Write the frames with pose, path, tf and reliability beside them as a ROS 2 bag
     #[arg(long, value_name = "BAG")]
     pub bag_out: Option<OutputRecording>,

@@ -17,8 +17,8 @@ use crate::{
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, LiveReport, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Saving, Spectator, corrected, drive, open_source, prepare, read_correction,
-        source_options, write_correction,
+        RunnerSettings, Saving, Spectator, TeamSettings, corrected, drive, open_source, prepare,
+        read_correction, source_options, write_correction,
     },
     say,
     settings::{pipeline_config, read_text, start_prior, topic_options},
@@ -63,7 +63,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let is_asked_for = args.plots.is_some() || args.json.json.is_some();
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
-    let mut live = live_output(args, &options)?;
+    let mut live = live_output(args, &options, &source.map)?;
     let mut progress = Progress::new(source.frames.num_frames());
     let mut show = Show::open(&args.broadcast, &args.source)?;
     let mut bag_out =
@@ -140,7 +140,7 @@ fn config_place(args: &LocalizeArgs) -> String {
 /// Options of the source that make a difference to the algorithm or to what is written, whatever the source is.
 fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
     let mut honored = vec![SourceOption::Seed];
-    if args.publish_ros {
+    if args.publish_ros || args.team.is_some() {
         honored.extend([SourceOption::RosDomain, SourceOption::BaseFrame]);
     }
     if args.bag_out.is_some() {
@@ -150,10 +150,13 @@ fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
 }
 
 /// Live topics, if they are asked for or the source is one itself.
-fn live_output(args: &LocalizeArgs, options: &SourceOptions) -> Result<Option<LiveOutput>> {
+fn live_output(args: &LocalizeArgs, options: &SourceOptions, map: &Map) -> Result<Option<LiveOutput>> {
     let is_live = args.source.starts_with("ros2:");
-    let is_wanted = args.publish_ros || (is_live && !args.no_publish_ros);
-    is_wanted.then(|| LiveOutput::open(options.domain_id(), &options.topics.names().base_frame)).transpose()
+    let is_wanted = args.publish_ros || args.team.is_some() || (is_live && !args.no_publish_ros);
+    let names = args.team.as_deref().zip(args.number);
+    let team = names.map(|(name, number)| TeamSettings { name, number, map });
+    let open = || LiveOutput::open(options.domain_id(), &options.topics.names().base_frame, team.as_ref());
+    is_wanted.then(open).transpose()
 }
 
 fn summarize(
@@ -228,6 +231,18 @@ fn print_live(report: &LocalizeReport) {
     }
     if live.unsent > 0 {
         say::line!("{} messages could not be sent: a subscriber is too slow", live.unsent);
+    }
+    #[cfg(feature = "ros2")]
+    if let Some(team) = &live.team {
+        say::line!(
+            "team: {} other robots, {} messages sent ({:.0} bytes a second) and {} heard, {} of them refused; {:.3} ms an image (median)",
+            team.robots,
+            team.sent,
+            team.bytes_per_s,
+            team.heard,
+            team.refused,
+            team.ms.median.unwrap_or_default()
+        );
     }
 }
 

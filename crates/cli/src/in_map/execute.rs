@@ -189,6 +189,7 @@ fn refuse_others(args: &LocalizeArgs) -> Result<()> {
         ("--bag-out", args.bag_out.is_some()),
         ("--robot-out", args.robot_out.is_some()),
         ("--publish-ros", args.publish_ros),
+        ("--team", args.team.is_some()),
         ("--picture-at", args.picture_at.is_some()),
         ("--record", args.broadcast.record.is_some()),
         ("--publish", args.broadcast.publish.is_some()),

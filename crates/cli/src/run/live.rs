@@ -7,17 +7,30 @@ use visloc_io::{
     ros2::{NodeSettings, Order, ResultPublisher},
 };
 use visloc_locate::{PosePrior, StartPrior};
+use visloc_world::Map;
 
-use super::{FrameView, LiveReport, Records, Runner, Spectator, results::result_sample};
+use super::{FrameView, LiveReport, Records, Runner, Spectator, TeamOutput, results::sample_of};
 use crate::host::host;
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
 const TF_AHEAD_SECS: f64 = 0.2;
 
+/// The robot's place in a team.
+pub struct TeamSettings<'a> {
+    /// Name of the team.
+    pub name: &'a str,
+    /// Number of the robot.
+    pub number: u8,
+    /// The map.
+    pub map: &'a Map,
+}
+
 /// Publishes what the first runner says, and does what other programs ask for.
 pub struct LiveOutput {
     publisher: ResultPublisher,
     results: ResultMessages,
+    /// With a team its help is in what is published.
+    team: Option<TeamOutput>,
     /// From receiving an image to publishing its pose, and of that what the algorithm did not take; milliseconds.
     delays_ms: Records<f64>,
     overheads_ms: Records<f64>,
@@ -29,10 +42,13 @@ impl LiveOutput {
     ///
     /// # Errors
     /// If there is none.
-    pub fn open(domain_id: u16, base_frame: &str) -> Result<Self> {
+    pub fn open(domain_id: u16, base_frame: &str, team: Option<&TeamSettings<'_>>) -> Result<Self> {
         let frames = ResultFrames { base: base_frame.into(), ..ResultFrames::default() };
+        let node = node_settings(domain_id);
+        let open_team = |team: &TeamSettings<'_>| TeamOutput::open(&node, team.name, team.number, team.map);
         Ok(Self {
-            publisher: ResultPublisher::open(&node_settings(domain_id))?,
+            team: team.map(open_team).transpose()?,
+            publisher: ResultPublisher::open(&node)?,
             results: ResultMessages::new(frames, TF_AHEAD_SECS),
             delays_ms: Records::new(Records::<f64>::most_of(true, false)),
             overheads_ms: Records::new(Records::<f64>::most_of(true, false)),
@@ -47,6 +63,7 @@ impl LiveOutput {
             unsent: self.publisher.num_failed(),
             delay_ms: TimingSummary::of_ms(&self.delays_ms),
             overhead_ms: TimingSummary::of_ms(&self.overheads_ms),
+            team: self.team.as_ref().map(TeamOutput::report),
         }
     }
 
@@ -65,6 +82,9 @@ pub fn node_settings(domain_id: u16) -> NodeSettings {
 
 impl Spectator for LiveOutput {
     fn before_frame(&mut self, runners: &mut [Runner]) {
+        if let Some(prior) = self.team.as_mut().and_then(TeamOutput::advice) {
+            runners.iter_mut().for_each(|runner| runner.reset_to(&prior));
+        }
         for order in self.publisher.orders() {
             let prior = match order {
                 Order::InitialPose(pose, spread) => {
@@ -86,7 +106,9 @@ impl Spectator for LiveOutput {
     }
 
     fn after_frame(&mut self, view: &FrameView<'_>) {
-        let Some(sample) = result_sample(view) else { return };
+        let Some(alone) = view.runners.first().map(|runner| runner.pipeline().estimate()) else { return };
+        let together = self.team.as_mut().and_then(|team| team.step(view));
+        let sample = sample_of(view, together.unwrap_or(alone));
         let messages = self.results.step(&sample);
         for (i, message) in messages.into_iter().enumerate() {
             self.publisher.publish(message);

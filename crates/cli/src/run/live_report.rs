@@ -14,4 +14,8 @@ pub struct LiveReport {
     pub delay_ms: TimingSummary,
     /// The same without the algorithm's own time.
     pub overhead_ms: TimingSummary,
+    /// With a team: what was told.
+    #[cfg(feature = "ros2")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub team: Option<super::TeamReport>,
 }

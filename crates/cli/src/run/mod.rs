@@ -17,12 +17,14 @@ mod results;
 mod runner;
 mod saving;
 mod source;
+#[cfg(feature = "ros2")]
+mod team;
 
 pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
-pub use live::LiveOutput;
 #[cfg(feature = "ros2")]
 pub use live::node_settings;
+pub use live::{LiveOutput, TeamSettings};
 pub use live_report::LiveReport;
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
@@ -33,3 +35,5 @@ pub use saving::Saving;
 #[cfg(any(feature = "experiments", feature = "studio"))]
 pub use source::refuse_source_options;
 pub use source::{open_source, prepare, simulation, source_options, until_stopped};
+#[cfg(feature = "ros2")]
+pub use team::{TeamOutput, TeamReport};

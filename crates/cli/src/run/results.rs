@@ -4,14 +4,19 @@ use std::path::Path;
 
 use anyhow::Result;
 use visloc_io::bag::{BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample};
-use visloc_locate::LOCALIZED_RELIABILITY;
+use visloc_locate::{Estimate, LOCALIZED_RELIABILITY};
 
 use super::{FrameView, Spectator};
 
 /// What the first runner says after a frame.
-pub fn result_sample(view: &FrameView<'_>) -> Option<ResultSample> {
+fn result_sample(view: &FrameView<'_>) -> Option<ResultSample> {
     let estimate = view.runners.first()?.pipeline().localizer().estimate();
-    Some(ResultSample {
+    Some(sample_of(view, estimate))
+}
+
+/// An estimate after a frame.
+pub fn sample_of(view: &FrameView<'_>, estimate: &Estimate) -> ResultSample {
+    ResultSample {
         at: view.frame.at,
         world_from_robot: estimate.world_from_robot,
         covariance: estimate.covariance,
@@ -21,7 +26,7 @@ pub fn result_sample(view: &FrameView<'_>) -> Option<ResultSample> {
         hypotheses: estimate.hypotheses.iter().map(|hypothesis| hypothesis.world_from_robot).collect(),
         odometry: view.frame.odometry,
         num_dropped: view.num_dropped,
-    })
+    }
 }
 
 /// Writes every frame and what became of it into a bag.

@@ -13,6 +13,7 @@ mod node;
 mod pictures;
 mod publish;
 mod receive;
+mod team;
 #[cfg(test)]
 mod tests;
 mod vigil;
@@ -23,3 +24,4 @@ pub use node::{LiveTopic, Node, NodeSettings};
 pub use pictures::LivePictures;
 pub use publish::{Order, ResultPublisher, point_cloud};
 pub use receive::LiveSettings;
+pub use team::TeamLink;

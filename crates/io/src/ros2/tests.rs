@@ -17,7 +17,8 @@ use crate::{
         messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
     },
     ros2::{
-        LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, node::Delivery,
+        LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, TeamLink,
+        node::Delivery,
     },
 };
 
@@ -143,4 +144,35 @@ fn orders_arrive_and_other_types_are_seen() {
     let topics = node.topics();
     let pose = topics.iter().find(|live| live.topic == "/visloc/pose").unwrap();
     assert_eq!(pose.type_name, "geometry_msgs/msg/PoseWithCovarianceStamped");
+}
+
+/// Two robots of one team hear each other and each its own detector; one of another team hears none of it.
+#[test]
+fn robots_of_a_team_hear_each_other() {
+    let settings = settings("team");
+    let open = |team: &str, number: u8| {
+        let named = NodeSettings { name: format!("{team}_{number}"), ..settings.clone() };
+        TeamLink::<Header, Empty>::open(&named, team, number)
+    };
+    let Some(mut detector) = join(&settings) else { return };
+    let seen = detector
+        .advertise("/visloc/team/ours/robot_2/sightings", "visloc_msgs/msg/Sightings", Delivery::Newest)
+        .unwrap();
+    let (mut one, mut two, mut other) =
+        (open("ours", 1).unwrap(), open("ours", 2).unwrap(), open("theirs", 1).unwrap());
+    let (mut heard, mut num_seen) = ([0, 0], 0);
+    for _ in 0..NUM_TRIES {
+        one.publish(Header::new(Timestamp::default(), "one"));
+        two.publish(Header::new(Timestamp::default(), "two"));
+        seen.publish(Empty::default()).unwrap();
+        thread::sleep(TRY_EVERY);
+        heard[0] += one.messages().iter().filter(|message| message.frame_id == "two").count();
+        heard[1] += two.messages().iter().filter(|message| message.frame_id == "one").count();
+        num_seen += two.sightings().len();
+        assert!(other.messages().is_empty() && one.sightings().is_empty());
+        if heard.iter().all(|count| *count > 3) && num_seen > 3 {
+            return;
+        }
+    }
+    panic!("not heard: {heard:?} {num_seen}");
 }

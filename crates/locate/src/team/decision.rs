@@ -1,9 +1,15 @@
 //! Which half of a symmetric map the robot is in.
 
+use visloc_core::Timestamp;
+
 use super::{joint::Joint, mate::Mate, message::Root, symmetry::Symmetry};
 
 /// Sightings tie the halves of two robots if they make one of both combinations so probable.
 const TIED: f64 = 0.9;
+/// A robot that is so probably elsewhere than it says has no say: nearly sure, since one that knows may look wrong for a moment.
+const ELSEWHERE: f64 = 0.99;
+/// From this probability on it supports nobody, but may contradict.
+const DOUBTFUL: f64 = 0.5;
 
 /// A half that was decided.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +36,8 @@ pub(super) struct Decision {
     posterior: Vec<Vec<f64>>,
     /// Of each robot: weights of the two sides of the own first track together with each of its options.
     pairs: Vec<Vec<[f64; 2]>>,
+    /// Of each robot: probability that it is not where it says, by sightings alone.
+    elsewhere: Vec<f64>,
 }
 
 /// What a robot says about the own half.
@@ -40,6 +48,43 @@ struct Vote {
     side: Option<usize>,
     /// Whether the robot knows by itself.
     is_first_hand: bool,
+    /// Whether it trusts its place; else it may contradict, but not support.
+    is_trusted: bool,
+    /// Whether it has lost its place for a moment, or not found it yet.
+    is_absent: bool,
+}
+
+/// When a half is decided.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Terms {
+    /// From this probability on; `None` while nothing is to be decided.
+    pub decided: Option<f64>,
+    /// Now.
+    pub at: Timestamp,
+}
+
+/// Counts votes.
+struct Poll<'a>(&'a [Vote]);
+
+impl Poll<'_> {
+    fn supporters(&self, side: usize) -> usize {
+        self.0.iter().filter(|vote| vote.is_trusted && vote.side == Some(side)).count()
+    }
+
+    /// Who contradicts, and who has not been seen yet and may contradict; with those that are absent, or without.
+    fn opponents(&self, side: usize, with_absent: bool) -> usize {
+        let opposes = |vote: &&Vote| match vote.side {
+            Some(other) => other != side,
+            None => vote.is_first_hand,
+        };
+        self.0.iter().filter(|vote| with_absent || !vote.is_absent).filter(opposes).count()
+    }
+
+    /// One that supports a side, rather one that knows by itself.
+    fn root(&self, side: usize) -> Option<Root> {
+        let supports = |vote: &&Vote| vote.is_trusted && vote.side == Some(side);
+        self.0.iter().filter(supports).max_by_key(|vote| vote.is_first_hand).map(|vote| vote.root)
+    }
 }
 
 impl Decision {
@@ -65,7 +110,7 @@ impl Decision {
         robots: &[&Mate],
         own: usize,
         symmetry: Symmetry,
-        decided: f64,
+        terms: &Terms,
     ) {
         self.claimed.resize_with(robots.len(), Vec::new);
         for (claimed, robot) in self.claimed.iter_mut().zip(robots) {
@@ -78,44 +123,62 @@ impl Decision {
         };
         self.half = self.half.filter(|half| half.id == track.id);
         self.sum_pairs(joint, own);
-        let votes = self.votes(robots, own);
+        let votes = self.votes(robots, own, terms.at);
         self.take_relays(robots, &votes);
         self.sum_posterior(joint);
-        let count = |side: usize| votes.iter().filter(|vote| vote.side == Some(side)).count();
-        let num_open = votes.iter().filter(|vote| vote.side.is_none() && vote.is_first_hand).count();
+        let poll = Poll(&votes);
         let sides = [self.posterior[own][1], self.posterior[own][2]];
         for side in [0, 1] {
             let share = sides[side] / (sides[0] + sides[1]);
-            // Who has not been seen yet may contradict.
-            if count(side) > count(1 - side) + num_open && share >= decided {
-                let supports = |vote: &&Vote| vote.side == Some(side);
-                let Some(vote) = votes.iter().filter(supports).max_by_key(|vote| vote.is_first_hand) else {
-                    continue;
-                };
-                self.half = Some(Half { id: track.id, side, share, root: vote.root });
+            let is_outvoted = poll.supporters(side) <= poll.opponents(side, true);
+            let root = poll
+                .root(side)
+                .filter(|_| terms.decided.is_some_and(|decided| share >= decided) && !is_outvoted);
+            if let Some(root) = root {
+                self.half = Some(Half { id: track.id, side, share, root });
                 return;
             }
         }
         // A half once decided stays while nobody speaks against it: the one that knew may have left.
         self.half = self.half.filter(|half| {
-            let against = count(1 - half.side);
-            against == 0 || count(half.side) > against
+            let opponents = poll.opponents(half.side, false);
+            opponents == 0 || poll.supporters(half.side) > opponents
         });
     }
 
     /// The robots whose claims tell something about the own half.
-    fn votes(&self, robots: &[&Mate], own: usize) -> Vec<Vote> {
+    fn votes(&self, robots: &[&Mate], own: usize, at: Timestamp) -> Vec<Vote> {
         let me = robots[own].root();
         let mut votes: Vec<Vote> = Vec::new();
         for (index, robot) in robots.iter().enumerate() {
-            let Some(side) = robot.known_side() else { continue };
-            let spoken_for = if index == own { Some(side) } else { self.tied_side(index, 1 + side) };
-            votes.push(Vote { root: robot.root(), side: spoken_for, is_first_hand: true });
+            let Some(claim) = robot.claim().filter(|_| index == own || !self.is_elsewhere(index, ELSEWHERE))
+            else {
+                continue;
+            };
+            let side = if index == own { Some(claim.side) } else { self.tied_side(index, 1 + claim.side) };
+            votes.push(Vote {
+                root: robot.root(),
+                side,
+                is_first_hand: true,
+                is_trusted: claim.is_trusted && !self.is_elsewhere(index, DOUBTFUL),
+                is_absent: false,
+            });
         }
+        let absent = robots.iter().enumerate().filter(|(index, robot)| *index != own && robot.is_absent(at));
+        votes.extend(absent.map(|(_, robot)| Vote {
+            root: robot.root(),
+            side: None,
+            is_first_hand: true,
+            is_trusted: false,
+            is_absent: true,
+        }));
         // A half that was decided by one that is no longer there; told by many it is still one vote.
         for (index, robot) in robots.iter().enumerate().filter(|(index, _)| *index != own) {
-            let Some(told) = robot.half.filter(|_| robot.known_side().is_none()) else { continue };
-            if told.root == me || votes.iter().any(|vote| vote.root == told.root) {
+            let Some(told) = robot.half.filter(|_| robot.claim().is_none()) else { continue };
+            if told.root == me
+                || self.is_elsewhere(index, DOUBTFUL)
+                || votes.iter().any(|vote| vote.root == told.root && !vote.is_absent)
+            {
                 continue;
             }
             let option = robot
@@ -125,10 +188,21 @@ impl Decision {
                 .filter(|track| track.id == told.id & !1)
                 .map(|_| 1 + usize::from(told.id % 2));
             if let Some(side) = option.and_then(|option| self.tied_side(index, option)) {
-                votes.push(Vote { root: told.root, side: Some(side), is_first_hand: false });
+                votes.push(Vote {
+                    root: told.root,
+                    side: Some(side),
+                    is_first_hand: false,
+                    is_trusted: true,
+                    is_absent: false,
+                });
             }
         }
         votes
+    }
+
+    /// Whether the sightings say with this probability or more that a robot is not where it says.
+    fn is_elsewhere(&self, index: usize, from: f64) -> bool {
+        self.elsewhere.get(index).is_some_and(|share| *share >= from)
     }
 
     /// The side of the own first track that goes with an option of another robot, if the sightings tell.
@@ -142,7 +216,7 @@ impl Decision {
     fn take_relays(&mut self, robots: &[&Mate], votes: &[Vote]) {
         let mut taken: Vec<Root> = Vec::new();
         for (claimed, robot) in self.claimed.iter_mut().zip(robots) {
-            let Some(told) = robot.half.filter(|_| robot.known_side().is_none()) else { continue };
+            let Some(told) = robot.half.filter(|_| robot.claim().is_none()) else { continue };
             let is_vote = |vote: &Vote| vote.root == told.root && !vote.is_first_hand;
             if taken.contains(&told.root) || !votes.iter().any(is_vote) || claimed.len() < 3 {
                 continue;
@@ -166,14 +240,23 @@ impl Decision {
             pairs.clear();
             pairs.resize(claimed.len(), [0.0; 2]);
         }
-        let pairs = &mut self.pairs;
+        self.elsewhere.clear();
+        self.elsewhere.resize(self.claimed.len(), 0.0);
+        let (pairs, elsewhere, mut total) = (&mut self.pairs, &mut self.elsewhere, 0.0);
         joint.for_each(&self.neutral, |options, weight| {
+            total += weight;
+            for (sum, _) in elsewhere.iter_mut().zip(options).filter(|(_, option)| **option == 0) {
+                *sum += weight;
+            }
             if let side @ (1 | 2) = options[own] {
                 for (pairs, option) in pairs.iter_mut().zip(options) {
                     pairs[*option][side - 1] += weight;
                 }
             }
         });
+        if total > 0.0 {
+            elsewhere.iter_mut().for_each(|sum| *sum /= total);
+        }
     }
 
     fn sum_posterior(&mut self, joint: &mut Joint) {

@@ -7,7 +7,7 @@ use super::{
     TeamConfig,
     answer::{Help, TeamEstimate},
     belief::Spare,
-    decision::Decision,
+    decision::{Decision, Terms},
     evidence::{Scene, SightingModel},
     joint::{Factor, Joint, MAX_COMBINATIONS, Variable},
     mate::Mate,
@@ -23,9 +23,12 @@ use crate::{ConfigError, Estimate, PosePrior, StartPrior};
 const MAX_MATES: usize = 10;
 /// Below this reliability the robot does not know where it is.
 const LOST_RELIABILITY: f64 = 0.3;
-/// It is told where to look when it has been lost for so long, and not again for some time, seconds.
-const LOST_SECS: f64 = 0.5;
+/// It is told where to look when it has been lost for so long, and not again for some time, seconds: a localizer that finds by itself where it
+/// was put down is not to be disturbed, and what others saw before that is forgotten.
+const LOST_SECS: f64 = 3.0;
 const ADVICE_SECS: f64 = 3.0;
+/// Nothing is decided before others have had so long to contradict: they have to find their places first, seconds.
+const LISTENING_SECS: f64 = 2.0;
 /// Where to look is told if others see the robot there with this probability.
 const ADVICE_PROBABILITY: f64 = 0.5;
 
@@ -84,6 +87,8 @@ pub struct TeamFilter {
     seen: Vec<Sighting>,
     placement: Option<Placement>,
     lost_since: Option<Timestamp>,
+    /// When the first message came.
+    heard_since: Option<Timestamp>,
     advised_at: Option<Timestamp>,
     answer: TeamEstimate,
 }
@@ -111,6 +116,7 @@ impl TeamFilter {
             seen: Vec::new(),
             placement: None,
             lost_since: None,
+            heard_since: None,
             advised_at: None,
             answer: TeamEstimate { estimate: Estimate::unknown(), help: Help::Alone },
         })
@@ -146,6 +152,7 @@ impl TeamFilter {
             return Err(Ignored::TooMany);
         }
         self.mates[index].hear(message, arrived, self.symmetry);
+        self.heard_since.get_or_insert(arrived);
         self.enter(Some(index));
         self.weigh_sightings(Some(index));
         Ok(())
@@ -185,7 +192,13 @@ impl TeamFilter {
         &self.answer
     }
 
-    /// Who this robot is, between two of its starts.
+    /// Who this robot is.
+    #[must_use]
+    pub fn member(&self) -> &Member {
+        &self.member
+    }
+
+    /// The same between two of its starts.
     #[must_use]
     pub fn own_root(&self) -> Root {
         self.own.root()
@@ -346,7 +359,9 @@ impl TeamFilter {
         let mut decision = std::mem::take(&mut self.decision);
         let mut joint = std::mem::take(&mut self.joint);
         let (robots, own) = self.robots(&joint);
-        decision.update(&mut joint, &robots, own, self.symmetry, self.config.decided);
+        let has_listened = self.heard_since.is_some_and(|since| at.secs_since(since) >= LISTENING_SECS);
+        let terms = Terms { decided: has_listened.then_some(self.config.decided), at };
+        decision.update(&mut joint, &robots, own, self.symmetry, &terms);
         let is_lost = self.own.belief.tracks.is_empty() || self.own.belief.reliability < LOST_RELIABILITY;
         self.placement = is_lost
             .then(|| {

@@ -29,6 +29,9 @@ pub(super) struct Mate {
     past_sessions: Vec<u32>,
     /// When its last message arrived, by the own clock.
     pub heard_at: Timestamp,
+    /// When its first message of this session arrived, and the last one in which it knew its half.
+    since: Option<Timestamp>,
+    claimed_at: Option<Timestamp>,
     allowance: f64,
     pub clock: ClockOffset,
     pub belief: Belief,
@@ -96,6 +99,10 @@ impl Mate {
             self.belief.motion.push(message.at, odometry);
         }
         tracks_of(&message.hypotheses, symmetry, &mut self.belief.tracks);
+        self.since.get_or_insert(arrived);
+        if self.claim().is_some() {
+            self.claimed_at = Some(arrived);
+        }
         self.half = message.half;
         self.sightings.clone_from(&message.sightings);
         self.seen_from = message.at;
@@ -106,16 +113,36 @@ impl Mate {
         self.belief.place(option, at, symmetry, spare)
     }
 
-    /// The side of its first track that it knows by itself.
-    pub fn known_side(&self) -> Option<usize> {
-        /// A side is known if it is that much more probable than the other one.
-        const KNOWN: f64 = 0.5;
-        let track = self.belief.tracks.first()?;
-        let total: f64 = self.belief.tracks.iter().flat_map(|track| track.shares).sum();
-        let lead = (track.shares[0] - track.shares[1]) / total;
-        let is_known = lead.abs() * self.belief.reliability > KNOWN;
-        is_known.then_some(usize::from(lead < 0.0))
+    /// Whether it knew its half a moment ago, or has not found its place yet: it may soon contradict.
+    pub fn is_absent(&self, at: Timestamp) -> bool {
+        /// Who has not found its place for so long may never find it, seconds.
+        const ABSENT_SECS: f64 = 10.0;
+        let is_recent =
+            |moment: Option<Timestamp>| moment.is_some_and(|moment| at.secs_since(moment) < ABSENT_SECS);
+        let is_new = self.belief.tracks.is_empty() && is_recent(self.since);
+        self.claim().is_none() && (is_new || is_recent(self.claimed_at))
     }
+
+    /// The side of its first track that it knows by itself, and whether it trusts the place.
+    pub fn claim(&self) -> Option<Claim> {
+        /// What a start or a map tells makes a side more probable than this; where the robot was last does not.
+        const KNOWN: f64 = 0.95;
+        const TRUSTED: f64 = 0.5;
+        let track = self.belief.tracks.first()?;
+        let share = track.shares[0] / (track.shares[0] + track.shares[1]);
+        let side = usize::from(share < 0.5);
+        let is_known = share.max(1.0 - share) >= KNOWN;
+        is_known.then_some(Claim { side, is_trusted: self.belief.reliability > TRUSTED })
+    }
+}
+
+/// What a robot says about its half.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Claim {
+    /// The even hypothesis of its first track (0) or the mirrored one (1).
+    pub side: usize,
+    /// Whether it trusts its place, mirrored or not.
+    pub is_trusted: bool,
 }
 
 /// Tracks of the hypotheses in a message. Covariances that are too small to be true are made larger.

@@ -11,6 +11,8 @@ pub const MAX_HYPOTHESES: usize = 4;
 pub const MAX_SIGHTINGS: usize = 12;
 /// Numbers beyond this are no place on any map, meters.
 const MAX_COORDINATE_M: f64 = 1e4;
+/// Stamps of ROS are at most so far from the epoch, nanoseconds.
+const MAX_NANOS: i64 = (1 << 31) * 1_000_000_000;
 /// Nobody sees farther, meters.
 const MAX_RANGE_M: f64 = 100.0;
 /// A sighting older than this, when it is told, says nothing of now, seconds.
@@ -150,6 +152,10 @@ impl TeamMessage {
         let is_place = |pose: &PlanarPose| {
             pose.is_finite() && pose.x_m.abs() <= MAX_COORDINATE_M && pose.y_m.abs() <= MAX_COORDINATE_M
         };
+        let is_time = |at: Timestamp| (-MAX_NANOS..=MAX_NANOS).contains(&at.nanos());
+        if !is_time(self.at) || !self.sightings.iter().all(|s| is_time(s.at)) {
+            return Some("expected stamps that a header of ROS can have");
+        }
         if self.hypotheses.len() > MAX_HYPOTHESES || self.sightings.len() > MAX_SIGHTINGS {
             return Some("more hypotheses or sightings than a message may have");
         }

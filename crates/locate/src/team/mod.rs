@@ -38,6 +38,7 @@ mod placement;
 mod symmetry;
 #[cfg(test)]
 mod tests;
+mod wire;
 
 pub use answer::{Help, TeamEstimate};
 pub use config::TeamConfig;
@@ -48,3 +49,4 @@ pub use message::{
     ToldHalf, ToldHypothesis,
 };
 pub use symmetry::Symmetry;
+pub use wire::{WireHypothesis, WireSighting, WireSightings, WireTeamMessage, WireTime};

@@ -185,6 +185,8 @@ fn one_that_knows_nothing_is_placed_by_who_sees_it() {
     players[1].truth = PlanarPose::new(0.0, 0.6, 2.9);
     players[1].estimate = Estimate::unknown();
     play(&mut players, 0.0, 2.0, nobody);
+    assert!(players[1].filter.advice().is_none(), "the localizer has to look for itself first");
+    play(&mut players, 2.0, 2.0, nobody);
     let truth = players[1].truth;
     let answer = players[1].filter.answer().clone();
     assert!(matches!(answer.help, Help::Placed { by: 1, .. }), "{answer:?}");
@@ -214,13 +216,14 @@ fn what_is_told_twice_counts_once_and_wrong_messages_not_at_all() {
     assert_eq!(refused(hearer, TeamMessage { version: 7, ..newer.clone() }), Ignored::Version(7));
     assert_eq!(refused(hearer, TeamMessage { team: "theirs".into(), ..newer.clone() }), Ignored::OtherTeam);
     assert_eq!(refused(hearer, TeamMessage { number: 2, ..newer.clone() }), Ignored::OwnNumber);
-    for damage in 0..5 {
+    for damage in 0..6 {
         let mut bad = newer.clone();
         match damage {
             0 => bad.reliability = f64::NAN,
             1 => bad.hypotheses[0].world_from_robot.x_m = f64::INFINITY,
             2 => bad.hypotheses[0].probability = -1.0,
-            3 => bad.sightings[0].covariance[(0, 0)] = 0.0,
+            3 => bad.at = Timestamp::from_nanos(i64::MAX),
+            4 => bad.sightings[0].covariance[(0, 0)] = 0.0,
             _ => bad.sightings[0].at = at + 99.0,
         }
         assert!(matches!(refused(hearer, bad), Ignored::Fault(_)), "{damage}");

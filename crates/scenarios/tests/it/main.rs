@@ -13,3 +13,4 @@ mod pixels;
 mod refined;
 mod slam;
 mod taught;
+mod team;

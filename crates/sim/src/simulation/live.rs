@@ -1,14 +1,17 @@
 //! A simulation without a plan: somebody drives the robot, carries it and changes its world while it runs.
 
-use nalgebra::{Rotation3, Vector3};
+use std::sync::Arc;
+
+use nalgebra::{Point2, Rotation3, Vector3};
 use rand::RngExt as _;
 use visloc_core::{
-    Frame, GroundContact, RngTree, SourceFrame, Timestamp, Truth,
+    Frame, GroundContact, Rng, RngTree, SourceFrame, Timestamp, Truth,
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles},
 };
 use visloc_world::Map;
 
 use super::{
+    detector::{Detection, DetectorSetup, View},
     source::{camera_of, start_pose},
     world::World,
 };
@@ -80,7 +83,9 @@ pub struct LiveSimulation {
     random: RngTree,
     camera: Camera,
     sensor: Sensor,
-    world: World,
+    world: Arc<World>,
+    /// Where other simulated robots are.
+    company: Vec<PlanarPose>,
     body: Body,
     odometry: Odometry,
     feet: Feet,
@@ -106,9 +111,19 @@ impl LiveSimulation {
     /// If the scenario's map cannot be loaded, its camera is impossible, or there is no place for the robots.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
         let random = RngTree::new(seed).subtree("simulation", 0);
-        let camera = camera_of(scenario)?;
         let world = build_world(scenario, &random)?;
         let world_from_robot = start_pose(scenario, &world, &random)?;
+        Self::in_world(scenario, Arc::new(world), random, world_from_robot)
+    }
+
+    /// A robot in a world that it may share with others.
+    pub(super) fn in_world(
+        scenario: &Scenario,
+        world: Arc<World>,
+        random: RngTree,
+        world_from_robot: PlanarPose,
+    ) -> Result<Self, ScenarioError> {
+        let camera = camera_of(scenario)?;
         Ok(Self {
             sensor: scenario.camera.sensor(),
             renderer: Renderer::new(&camera),
@@ -119,10 +134,44 @@ impl LiveSimulation {
             random,
             camera,
             world,
+            company: Vec::new(),
             moving: Vec::new(),
             index: 0,
             robot: Carried { world_from_robot, height_m: 0.0, swing: 0.0, activity: Activity::Standing },
         })
+    }
+
+    /// Where other simulated robots of the same world are now.
+    pub(super) fn set_company(&mut self, poses: &[PlanarPose]) {
+        self.company.clear();
+        self.company.extend_from_slice(poses);
+    }
+
+    /// What a detector would make of the last image.
+    pub(super) fn detect(
+        &self,
+        others: &[PlanarPose],
+        ball: Point2<f64>,
+        setup: &DetectorSetup,
+        rng: &mut Rng,
+    ) -> Vec<Detection> {
+        if self.robot.activity.is_carried() {
+            return Vec::new();
+        }
+        let secs = self.index.saturating_sub(1) as f64 * self.step_secs();
+        let robot_from_camera = self.robot_from_camera(secs, &LiveControls::default());
+        let view = View {
+            camera: &self.camera,
+            world_from_camera: placed(&self.robot) * robot_from_camera,
+            world_from_robot: self.robot.world_from_robot,
+            others,
+            ball,
+        };
+        view.detect(setup, rng)
+    }
+
+    pub(super) fn floor(&self) -> &Floor {
+        &self.world.floor
     }
 
     /// The map that the scenario names.
@@ -209,7 +258,7 @@ impl LiveSimulation {
     }
 
     fn rebuild(&mut self, scenario: Scenario) -> Result<(), ScenarioError> {
-        self.world = build_world(&scenario, &self.random)?;
+        self.world = Arc::new(build_world(&scenario, &self.random)?);
         self.scenario = scenario;
         Ok(())
     }
@@ -261,6 +310,7 @@ impl LiveSimulation {
         controls: &LiveControls,
     ) -> visloc_core::RgbImage {
         self.world.moving(self.secs(), &mut self.moving);
+        self.world.place_company(&self.company, self.secs(), &mut self.moving);
         let exposure_stops = self.scenario.camera.exposure_stops + controls.exposure_stops;
         let gain = if controls.is_covered { 0.0 } else { exposure_stops.exp2() as f32 };
         let noise_seed = self.random.stream_seed("sensor-noise", self.index);
@@ -309,7 +359,7 @@ fn is_free(floor: &Floor, world_from_robot: &PlanarPose) -> bool {
     floor.is_free(&world_from_robot.position(), -BEYOND_M)
 }
 
-fn build_world(scenario: &Scenario, random: &RngTree) -> Result<World, ScenarioError> {
+pub(super) fn build_world(scenario: &Scenario, random: &RngTree) -> Result<World, ScenarioError> {
     let mut world = World::new(scenario, random)?;
     let num_walking = scenario.robots.iter().filter(|robot| robot.at.is_none()).count();
     // Nobody knows where the own robot will be, so the others keep clear of each other only.

@@ -8,7 +8,7 @@ use visloc_world::{Map, field::Field, office::Office};
 use crate::{
     robot::{Floor, Orbit},
     scenario::{Scenario, ScenarioError},
-    scene::{Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
+    scene::{Color, Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
 };
 
 /// Floor kept free between robot and lines, meters: along x (goals) and along y.
@@ -25,6 +25,8 @@ pub(super) struct World {
     resting: Vec<Surface>,
     people: Vec<(Figure, PlanarPose)>,
     walking: Vec<(Figure, Orbit)>,
+    /// Other simulated robots, if there are any.
+    company: Option<Figure>,
 }
 
 impl World {
@@ -56,8 +58,15 @@ impl World {
 
     /// With everybody who stands around.
     fn furnished(map: Map, scene: Scene, floor: Floor, scenario: &Scenario) -> Self {
-        let mut world =
-            Self { map, scene, floor, resting: Vec::new(), people: Vec::new(), walking: Vec::new() };
+        let mut world = Self {
+            map,
+            scene,
+            floor,
+            resting: Vec::new(),
+            people: Vec::new(),
+            walking: Vec::new(),
+            company: None,
+        };
         world.add_figures(scenario);
         world
     }
@@ -82,6 +91,20 @@ impl World {
         for (jersey, orbit) in jerseys.zip(orbits) {
             let figure = self.scene.robot_figure(jersey);
             self.walking.push((figure, orbit));
+        }
+    }
+
+    /// Other simulated robots will be in this world, with this jersey.
+    pub(super) fn prepare_company(&mut self, jersey: Color) {
+        self.company = Some(self.scene.robot_figure(jersey));
+    }
+
+    /// Surfaces of other simulated robots at their poses.
+    pub(super) fn place_company(&self, poses: &[PlanarPose], secs: f64, out: &mut Vec<Surface>) {
+        let Some(figure) = &self.company else { return };
+        for (i, pose) in poses.iter().enumerate() {
+            let stride_rad = (secs * 6.0 + i as f64).rem_euclid(std::f64::consts::TAU) as f32;
+            figure.place(&self.scene, pose, (stride_rad, 1.0), out);
         }
     }
 

@@ -10,6 +10,7 @@ mod pictures;
 mod settings;
 mod studio;
 mod tables;
+mod team;
 mod visual_maps;
 
 use std::{fs, path::Path};
@@ -88,6 +89,7 @@ pub const PARSERS: &[Parser] = &[
     },
     Parser { name: "addresses", max_bytes: 4 << 10, seeds: settings::address_seeds, read: settings::address },
     Parser { name: "studio_commands", max_bytes: TEXT, seeds: studio::command_seeds, read: studio::commands },
+    Parser { name: "team_messages", max_bytes: 4 << 10, seeds: team::seeds, read: team::read },
     Parser {
         name: "studio_messages",
         max_bytes: BINARY,

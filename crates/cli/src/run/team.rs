@@ -1,0 +1,126 @@
+//! Other robots of the team, over ROS 2.
+
+use anyhow::{Result, ensure};
+use serde::Serialize;
+use visloc_core::{Clock, Timestamp, eval::TimingSummary};
+use visloc_io::{
+    bag::messages::to_cdr,
+    ros2::{NodeSettings, TeamLink},
+};
+use visloc_locate::{
+    Estimate, StartPrior,
+    team::{Member, TeamConfig, TeamFilter, WireSightings, WireTeamMessage},
+};
+use visloc_world::Map;
+
+use super::{FrameView, Records};
+use crate::{host, stopwatch::Stopwatch};
+
+/// The robot among others of its team.
+pub struct TeamOutput {
+    filter: TeamFilter,
+    link: TeamLink<WireTeamMessage, WireSightings>,
+    clock: Clock,
+    number: u8,
+    started_at: Option<Timestamp>,
+    now: Timestamp,
+    times_ms: Records<f64>,
+    sent_bytes: usize,
+    num_sent: usize,
+    num_heard: usize,
+    num_refused: usize,
+}
+
+/// What the team was told and has told.
+#[derive(Debug, Clone, Serialize)]
+pub struct TeamReport {
+    /// Other robots that are heard at the end.
+    pub robots: usize,
+    /// Messages that were sent.
+    pub sent: usize,
+    /// Their size without headers of the network, bytes for each second of the recording.
+    pub bytes_per_s: f64,
+    /// Messages of others.
+    pub heard: usize,
+    /// Those of them that could not be used.
+    pub refused: usize,
+    /// Time that the team took for each image, milliseconds.
+    pub ms: TimingSummary,
+}
+
+impl TeamOutput {
+    /// Joins the topics of a team.
+    ///
+    /// # Errors
+    /// If there is no network, or the name cannot be that of a topic.
+    pub fn open(settings: &NodeSettings, team: &str, number: u8, map: &Map) -> Result<Self> {
+        let is_name = team.starts_with(|c: char| c.is_ascii_alphabetic())
+            && team.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        ensure!(is_name, "--team: expected a letter, then letters, digits and underscores, found {team:?}");
+        // Another one after each start: milliseconds of the wall clock.
+        let session =
+            u32::try_from(host::now().nanos() / 1_000_000 % i64::from(u32::MAX)).unwrap_or_default();
+        let member = Member { team: team.into(), number, session };
+        let settings = NodeSettings { name: format!("{}_team", settings.name), ..settings.clone() };
+        let watch = Stopwatch::start();
+        Ok(Self {
+            filter: TeamFilter::new(TeamConfig::default(), member, map)?,
+            link: TeamLink::open(&settings, team, number)?,
+            clock: Clock::new(move || watch.secs()),
+            number,
+            started_at: None,
+            now: Timestamp::default(),
+            times_ms: Records::new(Records::<f64>::most_of(true, false)),
+            sent_bytes: 0,
+            num_sent: 0,
+            num_heard: 0,
+            num_refused: 0,
+        })
+    }
+
+    /// Hears the others, takes in the estimate of the own localizer, and tells the others.
+    pub fn step(&mut self, view: &FrameView<'_>) -> Option<&Estimate> {
+        let began = self.clock.secs();
+        let at = view.frame.at;
+        self.now = at;
+        self.started_at.get_or_insert(at);
+        let own = view.runners.first()?.pipeline().estimate();
+        // Arrival is told by stamps of images, as everything else: a recording may be played at any speed and on any day.
+        for message in self.link.messages() {
+            if message.number == self.number && message.team == self.filter.member().team {
+                continue; // the own ones come back
+            }
+            self.num_heard += 1;
+            self.num_refused += usize::from(self.filter.receive(&message.read(), at).is_err());
+        }
+        let sightings: Vec<_> = self.link.sightings().iter().flat_map(WireSightings::read).collect();
+        self.filter.step(at, own, view.frame.odometry, &sightings);
+        if let Some(message) = self.filter.message() {
+            let message = WireTeamMessage::from(&message);
+            self.num_sent += 1;
+            self.sent_bytes += to_cdr(&message).map_or(0, |bytes| bytes.len());
+            self.link.publish(message);
+        }
+        self.times_ms.push((self.clock.secs() - began) * 1e3);
+        Some(&self.filter.answer().estimate)
+    }
+
+    /// Where the localizer should look for a robot that is lost and that others see.
+    pub fn advice(&mut self) -> Option<StartPrior> {
+        self.filter.advice()
+    }
+
+    /// What was told so far.
+    pub fn report(&self) -> TeamReport {
+        let secs = self.started_at.map_or(0.0, |start| self.now.secs_since(start));
+        TeamReport {
+            robots: self.filter.mates().count(),
+            sent: self.num_sent,
+            #[allow(clippy::cast_precision_loss)]
+            bytes_per_s: self.sent_bytes as f64 / secs.max(1e-9),
+            heard: self.num_heard,
+            refused: self.num_refused + self.link.num_failed().1,
+            ms: TimingSummary::of_ms(&self.times_ms),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What every robot of a game has seen and believed by itself.
+
+use visloc_core::{Timestamp, geom::PlanarPose};
+use visloc_locate::{Estimate, Pipeline, Region, StartPrior};
+use visloc_sim::{Detection, DetectorSetup, Scenario, TeamSimulation};
+use visloc_world::Map;
+
+use crate::RunError;
+
+/// The robot that is told its half.
+pub const WHO_KNOWS: usize = 0;
+
+/// What is recorded.
+#[derive(Debug, Clone, Copy)]
+pub struct GameSetup {
+    /// Robots on the field.
+    pub num_robots: usize,
+    /// Length, seconds.
+    pub secs: f64,
+    /// Images a second of each robot.
+    pub images_per_sec: f64,
+    /// Whether one robot is told its half at the start.
+    pub one_knows: bool,
+    /// A robot that is carried elsewhere, and when, seconds.
+    pub kidnap: Option<(usize, f64)>,
+    /// Seed of everything.
+    pub seed: u64,
+}
+
+/// One robot at one moment.
+#[derive(Debug, Clone)]
+pub struct Moment {
+    /// Stamp of the image.
+    pub at: Timestamp,
+    /// What its localizer says.
+    pub estimate: Estimate,
+    /// Its odometry.
+    pub odometry: Option<PlanarPose>,
+    /// Where it is.
+    pub truth: PlanarPose,
+    /// Whether somebody carries it.
+    pub is_carried: bool,
+    /// What a detector sees.
+    pub detections: Vec<Detection>,
+}
+
+/// A recorded game.
+#[derive(Debug, Clone)]
+pub struct Game {
+    /// The map.
+    pub map: Map,
+    /// Errors of the detector.
+    pub detector: DetectorSetup,
+    /// All moments, each of all robots.
+    pub moments: Vec<Vec<Moment>>,
+    /// The robot that was told its half.
+    pub who_knows: Option<usize>,
+    /// Time between two moments, seconds.
+    pub step_secs: f64,
+}
+
+impl Game {
+    /// Plays a game on a field with white goals.
+    ///
+    /// # Errors
+    /// If the simulation or a pipeline cannot be built.
+    pub fn record(setup: &GameSetup) -> Result<Self, RunError> {
+        let mut scenario = Scenario::load("tour-2024")?;
+        scenario.frames_per_sec = setup.images_per_sec;
+        let detector = DetectorSetup::default();
+        let mut team = TeamSimulation::new(&scenario, setup.num_robots, detector, setup.seed)?;
+        let map = team.map().clone();
+        let truths = team.truths();
+        let mut pipelines = Vec::new();
+        for (i, truth) in truths.iter().enumerate() {
+            let start =
+                if setup.one_knows && i == WHO_KNOWS { half_of(&map, truth) } else { StartPrior::Uniform };
+            let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
+            pipelines.push(Pipeline::builder(&map).seed(seed).start(start).build()?);
+        }
+        let num_steps = (setup.secs * setup.images_per_sec).round() as usize;
+        let mut moments = Vec::with_capacity(num_steps);
+        for step in 0..num_steps {
+            if let Some((robot, secs)) = setup.kidnap
+                && step == (secs * setup.images_per_sec).round() as usize
+            {
+                let here = team.truths()[robot];
+                let to = PlanarPose::new(-0.6 * here.x_m + 0.8, -0.7 * here.y_m - 0.5, here.yaw_rad + 2.0);
+                team.carry(robot, to, (2.0 * setup.images_per_sec).round() as usize);
+            }
+            let mut all = Vec::new();
+            for (frame, pipeline) in team.step().into_iter().zip(&mut pipelines) {
+                let estimate = pipeline.step(&frame.source.frame)?.clone();
+                let Some(truth) = frame.source.truth else { continue };
+                all.push(Moment {
+                    at: frame.source.frame.at,
+                    estimate,
+                    odometry: frame.source.frame.odometry,
+                    truth: truth.world_from_robot,
+                    is_carried: truth.height_m > 0.0,
+                    detections: frame.detections,
+                });
+            }
+            moments.push(all);
+        }
+        let who_knows = setup.one_knows.then_some(WHO_KNOWS);
+        Ok(Self { map, detector, moments, who_knows, step_secs: 1.0 / setup.images_per_sec })
+    }
+}
+
+/// The half in which a robot stands.
+fn half_of(map: &Map, truth: &PlanarPose) -> StartPrior {
+    let Map::Field(field) = map else { return StartPrior::Uniform };
+    let (half_x, half_y) = field.half_carpet_m();
+    let (min_x_m, max_x_m) = if truth.x_m > 0.0 { (0.0, half_x) } else { (-half_x, 0.0) };
+    let region = Region { min_x_m, max_x_m, min_y_m: -half_y, max_y_m: half_y };
+    StartPrior::Region { region, heading: None }
+}
