@@ -36,12 +36,39 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # In a map that SLAM has made
+//!
+//! What SLAM has learned of a place is kept in a file; from then on cameras are found in it, from nothing. With the feature `vmap`:
+//!
+//! ```
+//! # #[cfg(feature = "vmap")]
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use visloc::{Camera, GrayFrame, GrayImage, Slam, SlamConfig, Timestamp, vmap};
+//!
+//! let camera = Camera::pinhole((640, 480), (500.0, 500.0), (319.5, 239.5))?;
+//! let slam = Slam::new(&camera, &SlamConfig::default(), 1)?; // and all images of a walk, see above
+//! let map = vmap::VisualMap::default().after(&slam, vmap::Session::default());
+//! # let file = std::env::temp_dir().join(format!("visloc-doc-{}.vmap", std::process::id()));
+//! vmap::save(&file, &map, &slam.session_camera())?;
+//!
+//! let map = vmap::load(&file)?.map;
+//! let mut localizer = vmap::MapLocalizer::new(&map.map, None, &camera, &SlamConfig::default(), 1)?;
+//! let frame = GrayFrame::new(Timestamp::from_secs(0.0), GrayImage::new(640, 480));
+//! assert!(localizer.step(frame)?.is_none(), "nothing is known of the place that a black image shows");
+//! # std::fs::remove_file(&file)?;
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "vmap"))]
+//! # fn main() {}
+//! ```
+//!
 //! # Features
 //!
 //! | feature | what it adds |
 //! |---|---|
 //! | `io` (default) | [`io`]: bags of ROS 2 and ROS 1, datasets, pictures, trajectories, video |
 //! | `calib` (default) | [`calib`]: calibration of a camera from pictures of a board |
+//! | `vmap` (default) | [`vmap`]: maps of SLAM in files, and cameras that are found in them |
 //! | `parallel` (default) | filters with many particles weigh them with several threads |
 //! | `compression`, `sqlite` | bags whose parts are packed, and bags in SQLite |
 //! | `ros2` | live topics, without a ROS installation |
@@ -73,4 +100,6 @@ pub use visloc_sim as sim;
 pub use visloc_slam::{
     self as slam, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState, TrajectoryPose,
 };
+#[cfg(feature = "vmap")]
+pub use visloc_vmap as vmap;
 pub use visloc_world::{self as world, Map, MapError};

@@ -29,6 +29,11 @@ const LEAST_OF_MAP: usize = 12;
 const CARRIED_HALF_DEPTHS: f64 = 30.0;
 /// Standard deviation of a way by visual motion, share of its length.
 const DRIFT: f64 = 0.01;
+/// Distance from where it is expected that a camera is not followed over, share of the depth of the scene: the image has shifted by more than a
+/// fifth of its focal length.
+const JUMP: f64 = 0.2;
+/// The same where odometry says how far the camera has moved.
+const JUMP_BY_ODOMETRY: f64 = 0.05;
 /// Distance by odometry after which half of the reliability is gone, meters.
 const CARRIED_HALF_M: f64 = 3.0;
 
@@ -190,27 +195,32 @@ impl MapLocalizer {
     pub fn step(&mut self, frame: GrayFrame) -> Result<Option<CameraEstimate>, FrameError> {
         let GrayFrame { at, image, odom_from_camera, .. } = frame;
         let outcome = self.slam.add_frame(at, image)?;
-        self.last = match self.seen(at, &outcome) {
-            Some(seen) => {
-                self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
-                Some(seen)
-            }
-            None => {
-                self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
-                self.way.and_then(|way| self.carried(at, &way))
-            }
-        };
+        self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
+        let carried = self.way.and_then(|way| self.carried(at, &way));
+        let seen = self.seen(at, &outcome, carried.or(self.last));
+        if let Some(seen) = seen {
+            self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
+        }
+        self.last = seen.or(carried);
         Ok(self.last)
     }
 
-    /// What an image tells that was tracked.
-    fn seen(&mut self, at: Timestamp, outcome: &FrameOutcome) -> Option<CameraEstimate> {
+    /// What an image tells that was tracked. Where the camera is expected is known by odometry, or where it was before.
+    fn seen(
+        &mut self,
+        at: Timestamp,
+        outcome: &FrameOutcome,
+        expected: Option<CameraEstimate>,
+    ) -> Option<CameraEstimate> {
         let TrackingState::Tracking(quality) = outcome.state else { return None };
         let pose = outcome.camera_from_world.filter(|_| quality != Quality::Bad)?;
         let (mut covariance, map) = outcome.covariance.zip(outcome.map)?;
         let world_from_camera = pose.inverse();
         let shows_map = outcome.is_relocalized || outcome.fixed.len() >= LEAST_OF_MAP;
-        if outcome.is_relocalized {
+        // A few landmarks may fit at two places: whoever jumps has to be recognized anew.
+        if outcome.is_relocalized
+            || expected.is_some_and(|expected| self.jumps(&world_from_camera, &expected))
+        {
             self.evidence = Evidence { num_elsewhere: outcome.num_elsewhere, ..Evidence::default() };
         }
         if shows_map {
@@ -233,6 +243,14 @@ impl MapLocalizer {
         let support = if shows_map { Support::Map } else { Support::Motion };
         let is_found = outcome.is_relocalized;
         Some(CameraEstimate { at, map, world_from_camera, covariance, reliability, support, is_found })
+    }
+
+    /// Whether a camera cannot have come from where it is expected.
+    fn jumps(&self, now: &Rigid3<World, CameraFrame>, expected: &CameraEstimate) -> bool {
+        let apart = (now.translation() - expected.world_from_camera.translation()).norm();
+        let sigma = expected.covariance.fixed_view::<3, 3>(0, 0).trace().max(0.0).sqrt();
+        let share = if expected.support == Support::Odometry { JUMP_BY_ODOMETRY } else { JUMP };
+        self.depth().is_some_and(|depth| apart > share * depth + 3.0 * sigma)
     }
 
     /// Depth of the scene, map units.

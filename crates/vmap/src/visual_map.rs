@@ -1,7 +1,10 @@
 //! What a file holds.
 
 use serde::{Deserialize, Serialize};
-use visloc_slam::map::{Map, MapId};
+use visloc_slam::{
+    Slam,
+    map::{Map, MapId},
+};
 
 use crate::Damage;
 
@@ -78,6 +81,16 @@ pub struct Session {
 }
 
 impl VisualMap {
+    /// What a run of SLAM has made, or made of this map, which it began with: its keyframes, the scales, and the session. A map that was
+    /// there keeps its scale, also when others were joined to it; any other has what the odometry says.
+    #[must_use]
+    pub fn after(self, slam: &Slam, session: Session) -> Self {
+        let scales = scales_after(&self, slam);
+        let mut sessions = self.sessions;
+        sessions.push(session);
+        Self { map: slam.map().clone(), scales, sessions }
+    }
+
     /// The scale of one of the maps.
     #[must_use]
     pub fn scale(&self, map: MapId) -> MapScale {
@@ -91,4 +104,36 @@ impl VisualMap {
         // The oldest of equals.
         self.map.maps().into_iter().rev().max_by_key(count)
     }
+}
+
+/// Change of the scale of a keyframe, in logarithms, up to which it was only adjusted: more, and its map was moved into the frame of another.
+const ADJUSTED: f64 = 0.1;
+
+/// The scales of the maps after a run.
+fn scales_after(loaded: &VisualMap, slam: &Slam) -> Vec<MapScale> {
+    let map = slam.map();
+    let mut maps: Vec<MapId> = Vec::new();
+    let mut scales: Vec<MapScale> = Vec::new();
+    for (id, keyframe) in map.all_keyframes() {
+        let number = maps.iter().position(|map| *map == keyframe.map).unwrap_or_else(|| {
+            maps.push(keyframe.map);
+            scales.push(scale_by_odometry(slam, keyframe.map));
+            maps.len() - 1
+        });
+        let is_loaded = id.index() < loaded.map.num_keyframe_ids();
+        if is_loaded && map.scale_of(id).ln().abs() < ADJUSTED {
+            let known = loaded.scale(loaded.map.keyframe(id).map);
+            if known.source != ScaleSource::Unknown {
+                scales[number] = known;
+            }
+        }
+    }
+    scales
+}
+
+fn scale_by_odometry(slam: &Slam, map: MapId) -> MapScale {
+    slam.metric_scale(map).map_or_else(MapScale::default, |scale| MapScale {
+        source: ScaleSource::Odometry,
+        relative_sigma: scale.deviation,
+    })
 }
