@@ -91,6 +91,11 @@ pub trait FeatureModel: Send + Sync {
         [0.85, 0.6]
     }
 
+    /// The pose from which everything but the landmarks looks the same, if the map has such a symmetry that only landmarks break.
+    fn twin(&self, _world_from_robot: &PlanarPose) -> Option<PlanarPose> {
+        None
+    }
+
     /// The pose from which everything looks the same, if the map has such a symmetry.
     fn mirrored(&self, world_from_robot: &PlanarPose) -> Option<PlanarPose>;
 }

@@ -23,6 +23,9 @@ pub struct RefinementConfig {
     pub pixel_noise_px: f64,
     /// Neighboring pixels err alike: all pixels of an image together count as at most so many.
     pub max_independent_pixels: f64,
+    /// All pixels of one view together are evidence for a place as at most so many: the errors of map, lens and what stands in the way repeat
+    /// in all images of it.
+    pub max_independent_evidence: f64,
     /// A pixel farther from its counterpart than this has none, pixels.
     pub gate_px: f64,
     /// Distance at which a pixel agrees by 60 % with the map, pixels.
@@ -70,12 +73,12 @@ pub struct RefinementConfig {
     pub birth_noise_rad: f64,
     /// A new track must explain at least this share of the features.
     pub min_birth_agreement: f64,
-    /// Evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
+    /// Where places look alike, evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
     /// nothing.
     pub evidence_per_image: f64,
-    /// A track that explains less than the best one by no more than this loses nothing.
+    /// Where places look alike, a track that explains less than the best one by no more than this loses nothing.
     pub evidence_deadband: f64,
-    /// Largest difference that counts: one image with something strange in it must not decide.
+    /// Where places look alike, the largest difference that counts: one image with something strange in it must not decide.
     pub max_evidence_difference: f64,
     /// The most that a track loses by needing a camera with another tilt or height than the robot's, as a logarithm of odds; counts
     /// where places look alike, for the answer and not for its reliability.
@@ -85,9 +88,9 @@ pub struct RefinementConfig {
     /// Places at which a track may begin in one image while the robot is not localized; each costs a fit. If more are found they
     /// take turns.
     pub max_births: usize,
-    /// Share of the evidence that is kept from image to image.
+    /// Where places look alike, share of the evidence that is kept from image to image.
     pub evidence_kept: f64,
-    /// A track whose turn it is not loses what it lost in its last image once more, this share of it in the first image and
+    /// Where places look alike, a track whose turn it is not loses what it lost in its last image once more, this share of it in the first image and
     /// that much less in each one after.
     pub stale_evidence_kept: f64,
     /// Turn rate of the camera at which an image is so blurred that it says half as much, radians per second; counts where places
@@ -116,6 +119,7 @@ impl Default for RefinementConfig {
             has_look_alikes: false,
             pixel_noise_px: 1.0,
             max_independent_pixels: 15.0,
+            max_independent_evidence: 25.0,
             gate_px: 8.0,
             agreement_px: 3.0,
             tilt_noise_rad: 0.004,
@@ -186,6 +190,7 @@ impl RefinementConfig {
         for (key, value) in [
             ("refinement.pixel_noise_px", self.pixel_noise_px),
             ("refinement.max_independent_pixels", self.max_independent_pixels),
+            ("refinement.max_independent_evidence", self.max_independent_evidence),
             ("refinement.gate_px", self.gate_px),
             ("refinement.agreement_px", self.agreement_px),
             ("refinement.tilt_noise_rad", self.tilt_noise_rad),

@@ -28,7 +28,7 @@ const LANDMARKS: usize = 1;
 
 type State = SVector<f64, STATE>;
 type Covariance = SMatrix<f64, STATE, STATE>;
-type CameraMatrix = SMatrix<f64, CAMERA, CAMERA>;
+pub(super) type CameraMatrix = SMatrix<f64, CAMERA, CAMERA>;
 
 /// The features that a pose explains.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,17 @@ pub(super) struct Agreement {
     full_shares: [f64; 2],
     /// Sum of the agreements and number of the features, for each group.
     groups: [(f64, f64); 2],
+}
+
+/// What fits one image best.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ImageFit {
+    /// Pose, tilt and height.
+    pub at: CameraVector,
+    /// Information of this image alone about them.
+    pub information: CameraMatrix,
+    /// The features that they explain.
+    pub agreement: Agreement,
 }
 
 /// Coarse steps of a fit take one feature in so many, and so does the agreement at its end.
@@ -357,7 +368,7 @@ impl PoseFilter {
         model: &dyn FeatureModel,
         gates_px: &[f64],
         config: &RefinementConfig,
-    ) -> Agreement {
+    ) -> ImageFit {
         let tilt_rad = self.mount().tilt_rad;
         self.update_from(&tilt_rad, model, gates_px, config)
     }
@@ -369,18 +380,7 @@ impl PoseFilter {
         model: &dyn FeatureModel,
         gates_px: &[f64],
         config: &RefinementConfig,
-    ) -> Agreement {
-        self.fit_from(tilt_rad, model, gates_px, config).1
-    }
-
-    /// The same; answers also with what fits this image best: pose, tilt and height.
-    pub fn fit_from(
-        &mut self,
-        tilt_rad: &Vector3<f64>,
-        model: &dyn FeatureModel,
-        gates_px: &[f64],
-        config: &RefinementConfig,
-    ) -> (CameraVector, Agreement) {
+    ) -> ImageFit {
         let mut prior = self.mean.fixed_rows::<CAMERA>(0).into_owned();
         let mut at = prior;
         // The tilt of this image is the slow one and the constant one.
@@ -417,8 +417,8 @@ impl PoseFilter {
                 self.covariance = (covariance + covariance.transpose()) * 0.5;
             }
         }
-        let agreement = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config).agreement;
-        (at, agreement)
+        let Fit { information, agreement, .. } = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config);
+        ImageFit { at, information, agreement }
     }
 }
 

@@ -42,6 +42,11 @@ impl Known {
         self.way_m += motion.x_m.hypot(motion.y_m);
     }
 
+    /// The robot seen from where it was in the first image, as the odometry has it.
+    pub fn start_from_robot(&self) -> &PlanarPose {
+        &self.start_from_robot
+    }
+
     /// A track is established: it knows better from now on.
     pub fn establish(&mut self, pose: PlanarPose) {
         self.prior = StartPrior::Uniform;

@@ -6,15 +6,15 @@ use super::{
     RefinementConfig,
     known::Known,
     search::{Candidate, PlaceSearch, middle},
-    track::View,
     tracks::{Tracks, fullness, says_something},
     turned::Turned,
     turning::{Turning, camera_yaw_rad},
+    view::{NEW_VIEW_M, NEW_VIEW_RAD, PresentView, View},
 };
 use crate::{
     CameraError, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
     ObservationModel, Reliability, StartPrior, StepInput, observation::features::FeatureModel,
-    odometer::Odometer, vision::Percept,
+    odometer::Odometer, reliability::blind_share, vision::Percept,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
@@ -28,9 +28,6 @@ const DEEP_PLACES: usize = 6;
 const FIRST_SEARCH: usize = 10;
 /// Places at which a track may begin in one step while localized.
 const BIRTHS: usize = 1;
-/// An image from so far away, or turned by so much, shows something new.
-const NEW_VIEW_M: f64 = 0.2;
-const NEW_VIEW_RAD: f64 = 0.2;
 /// A track confirmed this far needs no prior any more.
 const ESTABLISHED: f64 = 0.9;
 /// Below this reliability for this long, the robot is lost.
@@ -64,6 +61,7 @@ pub struct Refined {
     has_landmarks: bool,
     /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
     last_view: Option<PlanarPose>,
+    view: PresentView,
     /// Seconds without a pose that can be relied on.
     lost_secs: f64,
     /// Seconds since an image last said anything.
@@ -91,6 +89,7 @@ impl Refined {
             max_jump_m: pixels.max_jump_m(),
             known: Known::new(StartPrior::Uniform),
             last_view: None,
+            view: PresentView::default(),
             lost_secs: 0.0,
             blind_secs: 0.0,
             reliability: Reliability::new(config.reliability),
@@ -121,6 +120,11 @@ impl Refined {
 
     /// How much of an image is new, 0 to 1: what was seen from nearly the same place is no new evidence.
     fn novelty(&mut self, input: &StepInput<'_>) -> f64 {
+        if !self.config.has_look_alikes {
+            let robot = self.known.start_from_robot();
+            let yaw_rad = robot.yaw_rad + camera_yaw_rad(input.percept);
+            return self.view.move_to(&PlanarPose::new(robot.x_m, robot.y_m, yaw_rad));
+        }
         let camera_yaw_rad = camera_yaw_rad(input.percept);
         let robot = self.tracks.best().map_or(self.estimate.world_from_robot, |track| track.filter.pose());
         let view = PlanarPose::new(robot.x_m, robot.y_m, robot.yaw_rad + camera_yaw_rad);
@@ -150,7 +154,14 @@ impl Refined {
     }
 
     fn update_tracks(&mut self, novelty: f64, clearness: f64) {
-        let view = View { novelty, clearness, has_landmarks: self.has_landmarks };
+        let region = self.places.region();
+        let view = View {
+            novelty,
+            clearness,
+            has_landmarks: self.has_landmarks,
+            is_localized: self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY,
+            region,
+        };
         self.tracks.update(self.model.as_ref(), &self.candidates, &view, &self.known, &self.config);
         self.tracks.leave(&self.places.region());
         if let Some(best) = self.tracks.best()
@@ -158,7 +169,7 @@ impl Refined {
         {
             self.known.establish(best.filter.pose());
             if self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY {
-                self.tracks.remember_robot(&self.config);
+                self.tracks.remember_robot();
             }
         }
     }
@@ -225,6 +236,7 @@ impl Refined {
             self.places.search((percept, &tilt_rad), model, (num_poses, effort.1), is_known, rng);
         }
         self.candidates.extend(self.places.found());
+        self.tracks.found(&self.candidates, self.model.as_ref(), config);
         // Each costs a fit, so they take turns; but of the first ones none may get ahead by its turn.
         let max = if is_localized { BIRTHS } else { self.config.max_births };
         let max = if is_first { self.candidates.len() } else { max };
@@ -274,15 +286,40 @@ impl Refined {
             estimate.hypotheses.push(hypothesis);
         }
         estimate.normalize_hypotheses();
+        self.update_trust();
+    }
+
+    /// How far the place of the best track can be relied upon: by what one view of it tells, or by what many views have told.
+    fn update_trust(&mut self) {
+        let Some(best) = self.tracks.best() else { return };
         let spread = (self.config.reliable_spread_m / best.filter.spread_m()).min(1.0);
-        let total = self.tracks.total_odds();
-        let confirmed = 0.5 + 0.5 * best.confirmed;
+        let total = self.tracks.total_odds(self.has_landmarks, &self.config);
         // Two that are as probable as each other leave nothing to rely on.
         let undisputed = |probability: f64| (2.0 * probability - 1.0).max(0.0);
-        let trusted = self.reliability.value() * confirmed * spread;
-        estimate.reliability = trusted * undisputed(best.own_share / total);
-        estimate.reliability_up_to_symmetry = trusted * undisputed(1.0 / total);
+        let by_views = self.reliability.value() * (0.5 + 0.5 * best.confirmed);
+        let has_look_alikes = self.config.has_look_alikes;
+        let trusted = if has_look_alikes {
+            by_views
+        } else {
+            let missed = best.missed();
+            // Somebody may have moved the robot since an image last showed anything.
+            let not_moved = blind_share(self.blind_secs, self.config.reliability.blind_secs);
+            let by_view = not_moved * sure((1.0 - missed - best.elsewhere()) / total);
+            by_view.max(by_views * sure((1.0 - missed) / total))
+        };
+        let reliability = |share: f64| {
+            let share = if has_look_alikes { share / total } else { share };
+            spread * trusted * undisputed(share)
+        };
+        self.estimate.reliability = reliability(best.own_share);
+        self.estimate.reliability_up_to_symmetry = reliability(1.0);
     }
+}
+
+/// The reliability of a robot that is at a place with this probability: from 95 % on, so that a robot that is localized (0.6) is elsewhere in
+/// one of 50 cases at most.
+fn sure(probability: f64) -> f64 {
+    (1.0 - 20.0 * (1.0 - probability)).max(0.0)
 }
 
 impl Localizer for Refined {
@@ -293,7 +330,7 @@ impl Localizer for Refined {
         (self.turn, self.is_search_turn) = (0, false);
         (self.lost_secs, self.blind_secs) = (0.0, 0.0);
         self.odometer = Odometer::new(self.config.max_motion_m);
-        self.last_view = None;
+        (self.last_view, self.view) = (None, PresentView::default());
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }

@@ -4,7 +4,8 @@
 //! A localizer of the documents weighs twenty pixels and answers with the mean of a population, good to a decimeter. Here
 //! its hypotheses only begin *tracks*. A track is an iterated extended Kalman filter over the pose, the slow error of the
 //! camera's direction and the systematic error of the odometry; its update is a robust least-squares fit. Tracks compete:
-//! the share of the features that they explain is evidence, and it adds up over time.
+//! the marginal likelihood of the features is evidence (`evidence.rs`); images of one view count as one, what is new adds up (`view.rs`).
+//! Where places look alike it is the share of the features that they explain, over time.
 //!
 //! Sources of the ideas: the refinement of the winner and the odometry correction estimated on line are goals that the
 //! theses name (2017 chapter 8); several Kalman filters that compete after Reid, "An algorithm for tracking multiple
@@ -12,10 +13,13 @@
 //! 1993.
 
 mod config;
+mod evidence;
 mod filter;
 mod known;
 mod localizer;
 mod mount;
+mod place;
+mod robot;
 mod search;
 mod single;
 #[cfg(test)]
@@ -24,6 +28,7 @@ mod track;
 mod tracks;
 mod turned;
 mod turning;
+mod view;
 
 pub use config::RefinementConfig;
 pub use localizer::Refined;

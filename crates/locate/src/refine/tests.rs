@@ -7,7 +7,7 @@ use visloc_core::{
 
 use super::{
     Refined, RefinementConfig, filter::PoseFilter, known::Known, mount::Mount, search::Candidate,
-    track::View, tracks::Tracks,
+    tracks::Tracks, view::View,
 };
 use crate::{
     Estimate, Hypothesis, Individual, Localizer, ObservationModel, Region, StartPrior, StepInput,
@@ -170,9 +170,14 @@ fn refined(world: &Alike, searched: &[PlanarPose]) -> Refined {
 
 /// Steps through images that show landmarks. The head turns, so that every image is a new view.
 fn step(localizer: &mut Refined, steps: std::ops::Range<u32>, is_lifted: bool) -> Estimate {
+    look(localizer, steps, is_lifted, 0.3)
+}
+
+/// The same; the head turns by so much from image to image, radians.
+fn look(localizer: &mut Refined, steps: std::ops::Range<u32>, is_lifted: bool, turn_rad: f64) -> Estimate {
     let mut rng = RngTree::new(1).stream("refined", u64::from(steps.start));
     for i in steps {
-        let head = nao::HeadAngles { yaw_rad: 0.3 * f64::from(i % 20), pitch_rad: 0.1 };
+        let head = nao::HeadAngles { yaw_rad: turn_rad * f64::from(i % 20), pitch_rad: 0.1 };
         let percept = Percept {
             at: Timestamp::from_secs(f64::from(i) / 30.0),
             robot_from_camera: nao::robot_from_camera(&nao::Torso::upright(), &head, nao::NaoCamera::TopV3),
@@ -210,6 +215,20 @@ fn of_two_places_that_look_alike_neither_is_relied_upon() {
     assert!(estimate.reliability < 0.1, "{}", estimate.reliability);
     assert_eq!(estimate.hypotheses.len(), 2);
     assert!(estimate.hypotheses.iter().all(|h| (h.probability - 0.5).abs() < 0.1));
+}
+
+/// A robot that stands sees one view again and again: if that fits one place only it is relied upon as soon as a search would have found
+/// another one; a second place that explains it is disputed for ever.
+#[test]
+fn one_view_is_relied_upon_if_it_fits_one_place_only() {
+    let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    for num in [1, 2] {
+        let mut localizer = refined(&Alike::new(&places[..num]), &places[..num]);
+        let early = look(&mut localizer, 0..2, false, 0.0);
+        assert!(early.reliability < 0.6, "{} after two images", early.reliability);
+        let estimate = look(&mut localizer, 2..300, false, 0.0);
+        assert_eq!(estimate.is_localized(), num == 1, "{estimate:?}");
+    }
 }
 
 #[test]
@@ -347,7 +366,13 @@ fn the_half_is_asked_again_while_the_pose_gets_better() {
     let config = RefinementConfig::default();
     let half = Region { min_x_m: 0.0, ..seen_at(0.0).region() };
     let known = Known::new(StartPrior::Region { region: half, heading: None });
-    let view = View { novelty: 1.0, clearness: 1.0, has_landmarks: false };
+    let view = View {
+        novelty: 1.0,
+        clearness: 1.0,
+        has_landmarks: false,
+        is_localized: false,
+        region: seen_at(0.0).region(),
+    };
     let (first, truth) = (seen_at(-0.04), seen_at(0.04));
     let mut tracks = Tracks::default();
     let candidate = Candidate { world_from_robot: first.places[0], tilt_rad: nalgebra::Vector3::zeros() };

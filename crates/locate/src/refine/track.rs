@@ -1,8 +1,9 @@
 //! One track: a hypothesis with its filter and what speaks for it.
 
 use super::{
-    filter::{Agreement, PoseFilter},
+    filter::{Agreement, ImageFit, PoseFilter},
     known::Known,
+    view::{View, ViewEvidence},
 };
 use crate::observation::features::FeatureModel;
 
@@ -14,6 +15,9 @@ const CONTRADICTION: f64 = 0.02;
 const VIEW_CONFIRMATION: f64 = 0.04;
 const GOOD_AGREEMENT: f64 = 0.8;
 
+/// A fit with this much more evidence is another one, and not the same with other noise.
+const BETTER_FIT: f64 = 1.0;
+
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
 pub(super) struct Track {
@@ -23,6 +27,8 @@ pub(super) struct Track {
     pub last_agreement: f64,
     /// By how much the best track that was fitted to that image explained it better.
     pub deficit: f64,
+    /// Logarithm of the marginal likelihood of the last image that it was fitted to.
+    pub last_log_evidence: f64,
     /// The image that it was last fitted to.
     pub fitted_in: u64,
     /// Agreement of late.
@@ -33,12 +39,18 @@ pub(super) struct Track {
     pub seen_doors: f64,
     /// Logarithm of its odds against the best one: 0 or less.
     pub log_odds: f64,
+    /// What of it earlier views have told, and what was known before; the rest is of the present view. On a map of look-alikes not in use.
+    pub past_log_odds: f64,
     /// On a symmetric map, the probability that the robot is here rather than at the mirrored pose; otherwise 1.
     pub own_share: f64,
     /// What its odds have lost by the tilt and height of the camera that it needs.
     pub bend: f64,
     /// Where places look alike, what its odds still lack for having been found late.
     pub late: f64,
+    /// How many searches of the whole map came to this place in earlier views.
+    pub past_found: f64,
+    /// What the images of the present view tell.
+    pub view_evidence: ViewEvidence,
     /// How far off the place where the prior held was when the prior was last asked, meters.
     pub asked_spread_m: f64,
 }
@@ -82,6 +94,57 @@ impl Track {
         self.log_odds = self.log_odds.max(new_log_odds);
     }
 
+    /// A search has come to this place again. If its fit explains the image better the track was stuck beside it.
+    pub fn find_again(
+        &mut self,
+        (filter, bend): (PoseFilter, f64),
+        fit: &ImageFit,
+        evidence: ViewEvidence,
+        model: &dyn FeatureModel,
+    ) {
+        if evidence.log_odds < self.view_evidence.log_odds + BETTER_FIT {
+            return;
+        }
+        let (here, there) = (self.filter.pose(), filter.pose());
+        self.filter = filter;
+        if let Some(mirrored) = model.mirrored(&there)
+            && mirrored.distance_m(&here) < there.distance_m(&here)
+        {
+            self.filter.set_pose(&mirrored);
+        }
+        let num_found = self.view_evidence.num_found;
+        self.view_evidence = evidence;
+        self.view_evidence.num_found = num_found;
+        self.last_log_evidence = evidence.log_evidence;
+        self.bend = bend;
+        self.weigh();
+        self.last_agreement = fit.agreement.value();
+        self.agreement = self.agreement.max(self.last_agreement);
+    }
+
+    /// Odds by the present view and all before, and by the camera that it needs.
+    pub fn weigh(&mut self) {
+        self.log_odds = self.past_log_odds + self.view_evidence.log_odds - self.bend;
+    }
+
+    /// The present view moves on.
+    pub fn move_on(&mut self, novelty: f64) {
+        let (log_odds, found) = self.view_evidence.move_on(novelty);
+        self.past_log_odds += log_odds;
+        self.past_found += found;
+    }
+
+    /// Probability that the searches of the whole map have missed another place that explains as much: it would have been found as often.
+    pub fn missed(&self) -> f64 {
+        (-self.past_found - self.view_evidence.num_found).exp()
+    }
+
+    /// How much more probable it is that what the present view shows is nothing that is on the map; the last image alone must not show that
+    /// either, since somebody may have carried the robot just now.
+    pub fn elsewhere(&self) -> f64 {
+        (self.bend - self.view_evidence.log_evidence.min(self.last_log_evidence)).exp()
+    }
+
     /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.
     pub fn share(&mut self, share: f64, model: &dyn FeatureModel) {
         self.own_share = share;
@@ -104,15 +167,4 @@ impl Track {
             self.share(share, model);
         }
     }
-}
-
-/// What the tracks have to know about an image.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct View {
-    /// How much of it is new, 0 to 1.
-    pub novelty: f64,
-    /// How clear it is, 0 to 1: a camera that turns blurs its image.
-    pub clearness: f64,
-    /// Whether the map has landmarks.
-    pub has_landmarks: bool,
 }

@@ -4,11 +4,15 @@ use visloc_core::geom::PlanarPose;
 
 use super::{
     RefinementConfig,
+    evidence::log_evidence,
     filter::PoseFilter,
     known::Known,
     mount::Mount,
+    place::{is_same, near},
+    robot::KnownRobot,
     search::Candidate,
-    track::{Track, View},
+    track::Track,
+    view::{View, ViewEvidence},
 };
 use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
 
@@ -18,8 +22,8 @@ const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
 const MIN_FEATURES: usize = 6;
 /// Share of the newest image in the agreement of late.
 const AGREEMENT_FOLLOW: f64 = 0.15;
-/// How far, as a logarithm of odds, a new track starts behind one that is fully confirmed: somebody must have carried the
-/// robot away.
+/// How far, as a logarithm of odds, a new track starts behind the best one at most, one that is fully confirmed: somebody must have
+/// carried the robot away.
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
 /// Where places look alike, finding all of them takes a while: this much of a lead over a place that was found later says nothing, as a
 /// logarithm of odds.
@@ -45,28 +49,6 @@ pub(super) struct Tracks {
     /// The tracks that take turns: image that they were last fitted to, and name.
     waiting: Vec<(u64, u64)>,
     robot: KnownRobot,
-}
-
-/// What tracks that were known to be right have found out about the robot: it holds wherever that is put next.
-#[derive(Debug, Clone, Default)]
-struct KnownRobot {
-    /// Where places look alike, the filter of the last one.
-    filter: Option<PoseFilter>,
-    /// The constant error of its camera; every new track begins with it.
-    mount: Mount,
-}
-
-impl KnownRobot {
-    /// What the camera that a track needs speaks against it: that few robots have such a one, and where places look alike also that it is
-    /// not the robot's camera.
-    fn bend(&self, filter: &PoseFilter, config: &RefinementConfig) -> f64 {
-        let slow = if config.has_look_alikes {
-            filter.bend(self.filter.as_ref(), config).min(config.max_bend_evidence)
-        } else {
-            0.0
-        };
-        slow + self.mount.surprise(&filter.mount().tilt_rad, config)
-    }
 }
 
 impl Tracks {
@@ -124,18 +106,48 @@ impl Tracks {
             return;
         }
         let weight = config.evidence_per_image * fullness(model) * view.clearness;
+        self.tracks.iter_mut().for_each(|track| track.move_on(view.novelty));
         self.fit(model, view, known, config);
-        self.compete(weight, config);
+        if config.has_look_alikes {
+            self.compete(weight, config);
+        } else {
+            self.weigh(config);
+        }
         self.rank();
-        let handicap = self.best().map_or(0.0, |best| ESTABLISHED_LOG_ODDS * best.confirmed);
+        let handicap = self.handicap(config);
         for place in places {
-            self.bear(model, place, handicap, known, config);
+            self.bear(model, place, (handicap, view), known, config);
+        }
+        if !view.is_localized
+            && let Some(twin) = self.twin(model)
+            && !self.know(model, &twin.world_from_robot, config)
+        {
+            self.bear(model, &twin, (handicap, view), known, config);
         }
         self.rank();
         self.merge(model, config);
         self.tracks
             .retain(|track| track.log_odds > -config.hopeless && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
+    }
+
+    /// By how much a new track starts behind the best one, as a logarithm of odds: a place that explains the earlier views as well would have
+    /// been found in them as often, or somebody has carried the robot.
+    fn handicap(&self, config: &RefinementConfig) -> f64 {
+        self.best().map_or(0.0, |best| {
+            if config.has_look_alikes {
+                ESTABLISHED_LOG_ODDS * best.confirmed
+            } else {
+                best.past_found.min(ESTABLISHED_LOG_ODDS)
+            }
+        })
+    }
+
+    /// The place that only landmarks tell from the best track's: nobody has to search for it.
+    fn twin(&self, model: &dyn FeatureModel) -> Option<Candidate> {
+        let best = self.best()?;
+        let world_from_robot = model.twin(&best.filter.pose())?;
+        Some(Candidate { world_from_robot, tilt_rad: best.filter.mount().tilt_rad })
     }
 
     /// Fits the tracks to an image: the best ones, and of the others those whose turn it is.
@@ -164,7 +176,9 @@ impl Tracks {
             let wide =
                 BIRTH_GATES_PX.partition_point(|gate| *gate > track.filter.spread_px() + config.gate_px);
             let gates = &BIRTH_GATES_PX[wide.min(BIRTH_GATES_PX.len() - 2)..];
-            let agreement = track.filter.update(model, gates, config);
+            let fitted = track.filter.update(model, gates, config);
+            let agreement = fitted.agreement;
+            track.last_log_evidence = log_evidence(model, &fitted, &view.region, config);
             track.confirm(&agreement, view);
             track.fitted_in = self.turn;
             track.last_agreement = agreement.value();
@@ -180,7 +194,25 @@ impl Tracks {
         *self.waiting.select_nth_unstable(num_fits - 1).1
     }
 
-    /// Counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
+    /// Odds of the tracks: what the present view tells and what was known before.
+    fn weigh(&mut self, config: &RefinementConfig) {
+        let best = self.best_log_evidence().unwrap_or_default();
+        for track in &mut self.tracks {
+            if track.fitted_in == self.turn {
+                track.view_evidence.add(track.last_log_evidence, best);
+            }
+            track.bend = self.robot.bend(&track.filter, config);
+            track.weigh();
+        }
+    }
+
+    /// Evidence of this image for the track that explains it best.
+    fn best_log_evidence(&self) -> Option<f64> {
+        let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
+        fitted.map(|track| track.last_log_evidence).reduce(f64::max)
+    }
+
+    /// Where places look alike, counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
     /// fall behind the best one as in its last image, but ever less: that image may have been a bad one. Agreements of different
     /// images are not compared: a hard image would speak against all that were fitted to it.
     fn compete(&mut self, weight: f64, config: &RefinementConfig) {
@@ -204,24 +236,21 @@ impl Tracks {
     }
 
     /// The best track is right: what it has found out about the robot is kept when all tracks are given up.
-    pub fn remember_robot(&mut self, config: &RefinementConfig) {
+    pub fn remember_robot(&mut self) {
         let Some(best) = self.tracks.first() else { return };
         self.robot.mount = best.filter.mount();
-        if config.has_look_alikes {
-            self.robot.filter = Some(best.filter.clone());
-        }
-    }
-
-    /// A filter that knows tilt, height and odometry of the robot. Where places look alike the best track may be at a wrong one,
-    /// and have bent all of them until it fits: a new track would inherit that as a certainty.
-    fn known_robot(&self, config: &RefinementConfig) -> Option<&PoseFilter> {
-        if config.has_look_alikes { self.robot.filter.as_ref() } else { self.best().map(|best| &best.filter) }
+        self.robot.filter = Some(best.filter.clone());
     }
 
     /// Sum of the odds of all tracks against the best one, with the lead given back to the others that it owes to its camera alone or
     /// to having been found a little earlier: nothing to rely on.
-    pub fn total_odds(&self) -> f64 {
+    pub fn total_odds(&self, has_landmarks: bool, config: &RefinementConfig) -> f64 {
         let Some(best) = self.best() else { return 1.0 };
+        if !config.has_look_alikes {
+            // Where only landmarks tell a place from its twin nothing else speaks against that, however well lines fit.
+            let twin = if has_landmarks { (-ESTABLISHED_LOG_ODDS * best.confirmed).exp() } else { 0.0 };
+            return twin + self.tracks.iter().map(|track| track.log_odds.exp()).sum::<f64>();
+        }
         let unearned = |track: &Track| (track.bend - best.bend).max(0.0) + (track.late - best.late).max(0.0);
         self.tracks.iter().map(|track| (track.log_odds + unearned(track)).min(0.0).exp()).sum()
     }
@@ -259,6 +288,7 @@ impl Tracks {
         let best = self.tracks.first().map_or(0.0, |track| track.log_odds);
         for track in &mut self.tracks {
             track.log_odds -= best;
+            track.past_log_odds -= best;
         }
     }
 
@@ -267,19 +297,23 @@ impl Tracks {
         &mut self,
         model: &dyn FeatureModel,
         candidate: &Candidate,
-        handicap: f64,
+        (handicap, view): (f64, &View),
         known: &Known,
         config: &RefinementConfig,
     ) {
         let place = &candidate.world_from_robot;
-        if self.know(model, place, config) {
+        if self.know(model, place, config) && (config.has_look_alikes || view.is_localized) {
             return;
         }
-        let mut filter = match self.known_robot(config) {
+        let mut filter = match &self.robot.filter {
             Some(known) => known.moved_to(place, &self.robot.mount, config),
             None => PoseFilter::new(place, &self.robot.mount, config),
         };
-        let agreement = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config).value();
+        let fitted = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config);
+        let agreement = fitted.agreement.value();
+        let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
+        let view_evidence =
+            ViewEvidence::found(last_log_evidence, self.best_log_evidence().unwrap_or(last_log_evidence));
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2) {
@@ -288,10 +322,20 @@ impl Tracks {
         let deficit = (best_fitted - agreement).max(0.0);
         let bend = self.robot.bend(&filter, config);
         let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
-        let log_odds = -handicap - (bend - best_bend).max(0.0);
+        let (log_odds, past_log_odds) = if config.has_look_alikes {
+            (-handicap - (bend - best_bend).max(0.0), 0.0)
+        } else {
+            // It could have been there all the time, as well as the best one, if nobody has carried the robot.
+            let past = self.best().map_or(0.0, |best| best.past_log_odds) - handicap;
+            (past + view_evidence.log_odds - bend, past)
+        };
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
         if let Some(i) = found_again {
             let stuck = &mut self.tracks[i];
+            if !config.has_look_alikes {
+                stuck.find_again((filter, bend), &fitted, view_evidence, model);
+                return;
+            }
             if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
                 stuck.correct((filter, bend), (agreement, deficit), log_odds);
                 stuck.fitted_in = self.turn;
@@ -310,12 +354,30 @@ impl Tracks {
             confirmed: 0.0,
             seen_doors: 0.0,
             log_odds,
+            past_log_odds,
+            last_log_evidence,
+            past_found: 0.0,
             bend,
+            view_evidence,
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };
         track.share(known.share(model, &track.filter.pose()), model);
         self.tracks.push(track);
         self.next_id += 1;
+    }
+
+    /// A search of the whole map has come to these places.
+    pub fn found(&mut self, places: &[Candidate], model: &dyn FeatureModel, config: &RefinementConfig) {
+        for track in &mut self.tracks {
+            let pose = track.filter.pose();
+            let mirrored = model.mirrored(&pose);
+            let is_there = |place: &Candidate| {
+                let place = &place.world_from_robot;
+                is_same(&pose, place, 1.5, config)
+                    || mirrored.is_some_and(|pose| is_same(&pose, place, 1.5, config))
+            };
+            track.view_evidence.num_found += f64::from(u8::from(places.iter().any(is_there)));
+        }
     }
 
     /// Gives up the tracks that have left the map.
@@ -347,30 +409,4 @@ pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
 #[allow(clippy::cast_precision_loss)]
 pub(super) fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
-}
-
-/// The tracks at this place or its mirrored one, or at some times the distance.
-fn near<'a>(
-    tracks: &'a [Track],
-    model: &dyn FeatureModel,
-    place: &'a PlanarPose,
-    factor: f64,
-    config: &'a RefinementConfig,
-) -> impl Iterator<Item = usize> + 'a {
-    let mirrored = model.mirrored(place);
-    let is_there = move |track: &Track| {
-        is_near(&track.filter, place, factor, config)
-            || mirrored.is_some_and(|place| is_near(&track.filter, &place, factor, config))
-    };
-    (0..tracks.len()).filter(move |i| is_there(&tracks[*i]))
-}
-
-fn is_near(filter: &PoseFilter, place: &PlanarPose, factor: f64, config: &RefinementConfig) -> bool {
-    let max_m = factor * config.merge_distance_m;
-    // Most of many tracks are far away along x: that is quickly told.
-    if (filter.x_m() - place.x_m).abs() >= max_m {
-        return false;
-    }
-    let pose = filter.pose();
-    pose.distance_m(place) < max_m && pose.heading_difference_rad(place) < factor * config.merge_turn_rad
 }

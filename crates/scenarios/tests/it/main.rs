@@ -12,5 +12,6 @@ mod photo;
 mod pixels;
 mod refined;
 mod slam;
+mod standing;
 mod taught;
 mod team;

@@ -230,10 +230,18 @@ impl FeatureModel for FieldFeatureModel {
         !self.is_point_symmetric
     }
 
-    fn mirrored(&self, pose: &PlanarPose) -> Option<PlanarPose> {
-        self.is_point_symmetric
-            .then(|| PlanarPose::new(-pose.x_m, -pose.y_m, pose.yaw_rad + std::f64::consts::PI))
+    fn twin(&self, pose: &PlanarPose) -> Option<PlanarPose> {
+        (!self.is_point_symmetric).then(|| half_turned(pose))
     }
+
+    fn mirrored(&self, pose: &PlanarPose) -> Option<PlanarPose> {
+        self.is_point_symmetric.then(|| half_turned(pose))
+    }
+}
+
+/// The pose from which the lines look the same.
+fn half_turned(pose: &PlanarPose) -> PlanarPose {
+    PlanarPose::new(-pose.x_m, -pose.y_m, pose.yaw_rad + std::f64::consts::PI)
 }
 
 impl Outline {

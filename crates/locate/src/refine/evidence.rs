@@ -1,0 +1,86 @@
+//! What one view tells about a place: the marginal likelihood of its features.
+//!
+//! Source: MacKay, "Information Theory, Inference, and Learning Algorithms", 2003, chapter 28: how well the best fit explains the data, times
+//! the share of what was possible before that fits (Laplace's approximation).
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix4, Vector4};
+
+use super::{
+    RefinementConfig,
+    filter::{CameraMatrix, ImageFit},
+};
+use crate::{
+    Region,
+    observation::features::{CameraState, FeatureModel},
+};
+
+/// A feature that belongs to nothing on the map lies anywhere within so many pixels of something that is; as the coarsest gate of a fit.
+const ASTRAY_PX: f64 = 40.0;
+/// Share of the features that belong to nothing on the map: robots, boards, people.
+const OUTLIERS: f64 = 0.15;
+
+/// Logarithm of the marginal likelihood of the image's features, against that of features that belong to nothing on the map, if the robot may
+/// be anywhere in the region: how well they fit, less for what may be anything before and has to be just so. How improbable the camera is that
+/// this needs is not in it: that counts once for a robot, and not for each image.
+pub(super) fn log_evidence(
+    model: &dyn FeatureModel,
+    fit: &ImageFit,
+    region: &Region,
+    config: &RefinementConfig,
+) -> f64 {
+    log_likelihood(model, &CameraState::from(&fit.at), config)
+        + log_share(&fit.information, &camera_spread(config), region, config)
+}
+
+/// How improbable tilt and height of the camera are among all robots: minus the logarithm of their density against its peak.
+pub(super) fn surprise(fit: &ImageFit, config: &RefinementConfig) -> f64 {
+    0.5 * fit.at.fixed_rows::<4>(3).component_div(&camera_spread(config)).norm_squared()
+}
+
+/// Logarithm of the likelihood of the features, against features that belong to nothing: each belongs to its counterpart with Gaussian
+/// noise, or to nothing. Neighboring pixels err alike, so all count as few.
+#[allow(clippy::cast_precision_loss)]
+fn log_likelihood(model: &dyn FeatureModel, camera: &CameraState, config: &RefinementConfig) -> f64 {
+    let sigma_px = config.agreement_px;
+    let peak = (1.0 - OUTLIERS) * 2.0 * ASTRAY_PX / (sigma_px * TAU.sqrt());
+    let mut sum = 0.0;
+    model.visit_matches(camera, ASTRAY_PX, 1, &mut |feature| {
+        let error_px = feature.residual.map_or(f64::INFINITY, |residual| residual.error_px);
+        let elsewhere = OUTLIERS + (1.0 - OUTLIERS) * feature.unmatched_agreement;
+        sum += (peak * (-0.5 * (error_px / sigma_px).powi(2)).exp() + elsewhere).ln();
+    });
+    let num_features = model.num_features().max(1) as f64;
+    sum * (config.max_independent_evidence / num_features).min(1.0)
+}
+
+/// Standard deviations of the camera's tilt and height among all robots.
+fn camera_spread(config: &RefinementConfig) -> Vector4<f64> {
+    let slow = config.tilt_bias_rad.hypot(config.tilt_noise_rad);
+    let mount = config.mount_error_rad();
+    Vector4::new(mount.x.hypot(slow), mount.y.hypot(slow), mount.z.hypot(slow), config.raise_bias_m)
+}
+
+/// Logarithm of the share of all poses and cameras that fit about as well.
+fn log_share(
+    information: &CameraMatrix,
+    spread: &Vector4<f64>,
+    region: &Region,
+    config: &RefinementConfig,
+) -> f64 {
+    /// Volume under a Gaussian, for each of the three coordinates of a pose: those of the camera are against their prior.
+    const POSE: f64 = 1.5;
+    let prior = Matrix4::from_diagonal(&spread.map(|sigma| sigma.powi(-2)));
+    // Counted by what a feature errs by in the likelihood above, in which errors that repeat are contained.
+    let mut precision = information * (config.pixel_noise_px / config.agreement_px).powi(2);
+    let mut camera = precision.fixed_view_mut::<4, 4>(3, 3);
+    camera += prior;
+    // What the image does not tell of a pose it may be anywhere in the region.
+    let (size_x_m, size_y_m) = (region.max_x_m - region.min_x_m, region.max_y_m - region.min_y_m);
+    for (i, size) in [size_x_m, size_y_m, TAU].into_iter().enumerate() {
+        precision[(i, i)] += TAU / (size * size);
+    }
+    let before = (size_x_m * size_y_m * TAU).ln() - 0.5 * prior.determinant().ln();
+    POSE * TAU.ln() - 0.5 * precision.determinant().max(f64::MIN_POSITIVE).ln() - before
+}
