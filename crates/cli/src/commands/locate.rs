@@ -70,7 +70,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
         let names = [Some(&args.photo), args.pipeline.as_ref()].into_iter().flatten();
         names.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
     };
-    let image = read_image(&args.photo).with_context(place)?;
+    let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
