@@ -6,6 +6,7 @@ mod evaluation;
 mod frames;
 mod localizer;
 mod slam;
+mod taught;
 mod world;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -51,6 +52,7 @@ mod _visloc {
         frames::{Frame, Frames, Images, frames, images},
         localizer::{Estimate, Hypothesis, Localizer, algorithms},
         slam::{Slam, SlamOutcome},
+        taught::{CameraEstimate, MapLocalizer, VisualMap},
         world::{Camera, Map, map_names},
     };
 

@@ -1,10 +1,13 @@
 //! SLAM: one camera without a map.
 
-use std::sync::Mutex;
+use std::{path::PathBuf, sync::Mutex};
 
 use numpy::{IntoPyArray, PyArray2, ndarray::Array2};
 use pyo3::prelude::*;
-use visloc::{FrameOutcome, Schedule, SlamConfig, Timestamp, TrackingState};
+use visloc::{
+    FrameOutcome, Schedule, SlamConfig, Timestamp, TrackingState,
+    vmap::{Session, VisualMap, save},
+};
 
 use crate::{
     arrays::{gray_image, matrix},
@@ -19,12 +22,13 @@ pub struct SlamOutcome(FrameOutcome);
 
 #[pymethods]
 impl SlamOutcome {
-    /// `starting`, `tracking` or `lost`.
+    /// `starting`, `tracking`, `carried` (by odometry) or `lost`.
     #[getter]
     fn state(&self) -> &'static str {
         match self.0.state {
             TrackingState::Starting(_) => "starting",
             TrackingState::Tracking(_) => "tracking",
+            TrackingState::Carried => "carried",
             TrackingState::Lost => "lost",
         }
     }
@@ -98,6 +102,19 @@ impl Slam {
         let map = slam.map();
         let points: Vec<_> = map.landmarks().map(|(_, landmark)| landmark.point_in_world).collect();
         Array2::from_shape_fn((points.len(), 3), |(i, axis)| points[i][axis]).into_pyarray(py)
+    }
+
+    /// Writes the map to a file. One that was there is kept as `NAME~`.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        let slam = locked(&self.0);
+        let session = Session {
+            source: "images".to_owned(),
+            program: concat!("visloc for Python ", env!("CARGO_PKG_VERSION")).to_owned(),
+            num_images: slam.frames().len() as u64,
+            seed: 0,
+        };
+        let map = VisualMap::default().after(&slam, session);
+        save(&path, &map, &slam.session_camera()).map_err(refused)
     }
 
     #[getter]

@@ -71,6 +71,30 @@ def test_slam_follows_a_clip_and_is_repeatable():
     assert error["rmse"] < 1e-9 and error["pairs"] == len(times)
 
 
+def test_a_camera_is_found_in_a_map_that_was_saved(tmp_path):
+    source = visloc.images(str(TESTDATA / "desk-clip"))
+    slam = visloc.Slam(source.camera, seed=2)
+    images = list(source)
+    for at_s, image in images:
+        slam.add_image(at_s, image)
+    slam.save(tmp_path / "desk.vmap")
+    final = dict(slam.trajectory())
+
+    taught = visloc.VisualMap.load(tmp_path / "desk.vmap")
+    assert taught.num_keyframes == slam.num_keyframes and not taught.damages and not taught.is_in_meters
+    localizer = visloc.MapLocalizer(taught, source.camera)
+    estimates = [(at_s, localizer.step(at_s, image)) for at_s, image in images]
+    found = [(at_s, estimate) for at_s, estimate in estimates if estimate and estimate.is_localized]
+    assert len(found) > 0.9 * len(images)
+    depth = np.median(np.linalg.norm(slam.landmarks(), axis=1))
+    for at_s, estimate in found:
+        assert estimate.support == "map" and estimate.covariance.shape == (6, 6)
+        if at_s in final:
+            assert np.linalg.norm(estimate.world_from_camera[:3, 3] - final[at_s][:3, 3]) < 0.05 * depth
+    with pytest.raises(visloc.VislocError):
+        visloc.VisualMap.load(tmp_path / "no.vmap")
+
+
 def test_images_of_any_layout_are_taken():
     camera = visloc.Camera((64, 48), (60.0, 60.0), (31.5, 23.5))
     color = np.zeros((48, 64, 3), np.uint8)

@@ -16,6 +16,12 @@ Without a map::
     slam = visloc.Slam(visloc.Camera.load("camera.toml"))
     for at_s, image in my_images:              # numpy arrays, as OpenCV has them: gray, or color with red first
         outcome = slam.add_image(at_s, image)
+    slam.save("room.vmap")
+
+In a map that was made before::
+
+    localizer = visloc.MapLocalizer(visloc.VisualMap.load("room.vmap"), camera)
+    estimate = localizer.step(at_s, image)     # None where nothing is known of the place
 
 Transforms are 4 x 4 matrices named by their frames: ``world_from_camera`` takes points of the camera to the world. The robot looks
 along x, y is to its left, z up; a camera looks along z, x is to its right, y down. Lengths are in meters (SLAM: in units of the map),
@@ -25,6 +31,7 @@ angles in radians. The same seed and the same images give the same bits, and tho
 from ._visloc import (
     Calibration,
     Camera,
+    CameraEstimate,
     Estimate,
     Frame,
     Frames,
@@ -32,9 +39,11 @@ from ._visloc import (
     Images,
     Localizer,
     Map,
+    MapLocalizer,
     Slam,
     SlamOutcome,
     VislocError,
+    VisualMap,
     __version__,
     algorithms,
     calibrate,
@@ -49,6 +58,7 @@ from ._visloc import (
 __all__ = [
     "Calibration",
     "Camera",
+    "CameraEstimate",
     "Estimate",
     "Frame",
     "Frames",
@@ -56,9 +66,11 @@ __all__ = [
     "Images",
     "Localizer",
     "Map",
+    "MapLocalizer",
     "Slam",
     "SlamOutcome",
     "VislocError",
+    "VisualMap",
     "algorithms",
     "calibrate",
     "evaluate_camera",

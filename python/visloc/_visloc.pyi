@@ -215,7 +215,7 @@ class SlamOutcome:
 
     @property
     def state(self) -> str:
-        """``starting``, ``tracking`` or ``lost``."""
+        """``starting``, ``tracking``, ``carried`` (by odometry) or ``lost``."""
     @property
     def world_from_camera(self) -> NDArray[np.float64] | None: ...
     @property
@@ -249,8 +249,68 @@ class Slam:
         """Final poses: seconds and ``world_from_camera`` (4, 4), in units of the map."""
     def landmarks(self) -> NDArray[np.float64]:
         """Positions (N, 3), in units of the map."""
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the map to a file (``.vmap``). One that was there is kept as ``NAME~``."""
     @property
     def num_keyframes(self) -> int: ...
+
+@final
+class VisualMap:
+    """A map that SLAM has made."""
+
+    @staticmethod
+    def load(path: str | PathLike[str]) -> VisualMap:
+        """Reads a file (``.vmap``)."""
+    @property
+    def num_keyframes(self) -> int: ...
+    @property
+    def damages(self) -> list[str]:
+        """What of the file is damaged."""
+    @property
+    def is_in_meters(self) -> bool: ...
+
+@final
+class CameraEstimate:
+    """Where a camera is in a map."""
+
+    @property
+    def world_from_camera(self) -> NDArray[np.float64]:
+        """(4, 4), in units of the map."""
+    @property
+    def covariance(self) -> NDArray[np.float64]:
+        """(6, 6), translation first (units of the map, radians), in the frame of the camera."""
+    @property
+    def reliability(self) -> float:
+        """0 to 1; localized from 0.6 on."""
+    @property
+    def is_localized(self) -> bool: ...
+    @property
+    def support(self) -> str:
+        """What the pose rests on: ``map``; ``motion``, what was seen since the map was; ``odometry``."""
+
+@final
+class MapLocalizer:
+    """Finds a camera in a map and follows it there. The map stays as it is."""
+
+    def __init__(
+        self,
+        map: VisualMap,
+        camera: Camera,
+        *,
+        parameters: str | dict[str, Any] | None = None,
+        seed: int = 1,
+    ) -> None: ...
+    def step(
+        self,
+        at_s: float,
+        image: NDArray[np.uint8],
+        *,
+        odom_from_camera: NDArray[np.float64] | None = None,
+    ) -> CameraEstimate | None:
+        """Takes in an image of the camera's size; `None` where nothing is known of the place.
+
+        :param odom_from_camera: (4, 4), meters; carries the pose on in a map in meters where the camera sees nothing.
+        """
 
 def find_board(board: str, image: NDArray[np.uint8]) -> tuple[list[int], NDArray[np.float64]]:
     """Numbers and pixels (N, 2) of a board's corners.

@@ -169,7 +169,8 @@ impl Recognizer {
     /// Looks for a candidate.
     fn suspect(&mut self, map: &Map, keyframe: KeyframeId) -> Option<Meeting> {
         let view = Arc::clone(map.keyframe(keyframe).view.as_ref()?);
-        let ranked = map.index().query(&view);
+        let began = visit_began(map, keyframe);
+        let ranked = map.index().query_beside(&view, |id| is_own_visit(map, keyframe, began, id));
         let candidate = candidate(map, keyframe, &ranked)?;
         // The next keyframes look the same: what was refused just now would be refused again.
         self.refused.retain(|(by, _)| by.index() + REFUSED_FOR >= keyframe.index());
@@ -304,11 +305,16 @@ fn candidate(map: &Map, keyframe: KeyframeId, ranked: &[Ranked]) -> Option<Keyfr
         .filter(|ranked| ranked.num_shared >= LEAST_SHARED && ranked.score >= least)
         .map(|ranked| ranked.keyframe)
         .find(|id| {
-            let is_old = id.index() + RECENT < keyframe.index() && *id < began;
             // Fixed maps do not move into each other.
-            let is_other = map.keyframe(*id).map != own && !map.has_fixed();
-            is_other || (map.keyframe(*id).map == own && is_old)
+            let may_meet = map.keyframe(*id).map == own || !map.has_fixed();
+            may_meet && !is_own_visit(map, keyframe, began, *id)
         })
+}
+
+/// Whether a keyframe belongs to the same visit as another one, which began with the third.
+fn is_own_visit(map: &Map, keyframe: KeyframeId, began: KeyframeId, other: KeyframeId) -> bool {
+    let is_old = other.index() + RECENT < keyframe.index() && other < began;
+    map.keyframe(other).map == map.keyframe(keyframe).map && !is_old
 }
 
 /// Makes one of landmarks that are the same, and links the others to the keyframes that see them.

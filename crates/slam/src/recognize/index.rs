@@ -97,6 +97,13 @@ impl PlaceIndex {
     /// Keyframes that look like a view, those most alike first.
     #[must_use]
     pub fn query(&self, view: &View) -> Vec<Ranked> {
+        self.query_beside(view, |_| false)
+    }
+
+    /// The same for a view of a visit that is under way: what its own keyframes show, they show nearly the same. How much others have in common
+    /// is counted as if there were none of them.
+    #[must_use]
+    pub fn query_beside(&self, view: &View, is_own: impl Fn(KeyframeId) -> bool) -> Vec<Ranked> {
         if self.lists.is_empty() {
             return Vec::new();
         }
@@ -111,7 +118,8 @@ impl PlaceIndex {
                 let listed = lists_of(&place.descriptor).into_iter().flat_map(|list| &self.lists[list]);
                 listed.map(|entry| (entry.keyframe, (entry.signature ^ wanted).count_ones()))
             };
-            let Some(least) = near().map(|(_, different)| different).min() else { continue };
+            let others = near().filter(|(keyframe, _)| !is_own(*keyframe));
+            let Some(least) = others.map(|(_, different)| different).min() else { continue };
             for (keyframe, _) in near().filter(|(_, different)| *different <= MOST_DIFFERENT.min(least + 1)) {
                 let index = keyframe.index();
                 if index >= found_by.len() {
@@ -122,7 +130,8 @@ impl PlaceIndex {
                     alike.push(keyframe);
                 }
             }
-            let weight = (self.num_keyframes as f32 / alike.len().max(1) as f32).ln().powi(2);
+            // What all have in common counts nothing where there are many.
+            let weight = ((self.num_keyframes + 1) as f32 / alike.len().max(1) as f32).ln().powi(2);
             for keyframe in &alike {
                 let (score, num_shared) = &mut found[keyframe.index()];
                 *score += weight;
