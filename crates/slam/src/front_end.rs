@@ -25,6 +25,8 @@ use crate::{
     track::{FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px},
 };
 
+/// Landmarks from which on a place is sure enough to go on mapping there, in units of the fewest that it is recognized by.
+const SURE: usize = 2;
 /// Longest time for which somebody carries a robot, seconds.
 const MOST_IN_THE_AIR_SECS: f64 = 10.0;
 
@@ -136,7 +138,11 @@ impl FrontEnd {
     ) -> Self {
         let calibrated = known.calibrated;
         let phase = Phase::Lost;
-        Self { calibrated, map: map.clone(), phase, keeping, ..Self::new(&known.camera, config, seed) }
+        let new = Self::new(&known.camera, config, seed);
+        // Where a wrong place would change maps, it has to be surer.
+        let is_doubted = keeping == Keeping::Extending;
+        let relocator = if is_doubted { new.relocator.clone().with_doubts() } else { new.relocator.clone() };
+        Self { calibrated, map: map.clone(), phase, keeping, relocator, ..new }
     }
 
     pub fn set_clock(&mut self, clock: Clock) {
@@ -404,7 +410,19 @@ impl FrontEnd {
         let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
         let found = self.relocator.attempt(&self.map, incoming, &mut work);
         timer.end("relocalize");
-        found
+        match found {
+            Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {
+                let (num, of) = (located.report.num_matched, located.report.num_searched);
+                Err(Some((located.keyframe, Refusal::FewFound { num, of })))
+            }
+            found => found,
+        }
+    }
+
+    /// Whether more is seen of a place than of a thing that may be there twice, such as a door: what goes on at a wrong place bends the map.
+    fn is_sure(&self, located: &Located) -> bool {
+        let num = located.report.num_matched;
+        num >= SURE * self.config.relocation.min_matches && num > located.num_elsewhere
     }
 
     /// Lets odometry carry the pose of the last frame on, where the image tells too little. Mapping goes on: what comes into view is

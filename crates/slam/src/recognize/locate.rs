@@ -19,9 +19,10 @@ const NEIGHBORS: usize = 3;
 const NEIGHBORS_SHARE: u32 = 15;
 /// Fewest pairs of places and landmarks that look alike.
 const LEAST_PAIRS: usize = 12;
-/// Fewest pairs that agree on a pose: three are enough to find it, and five more by chance, within a few pixels, are rare. All other
-/// landmarks around the place are looked for then.
-const LEAST_AGREEING: usize = 8;
+/// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
+const LEAST_AGREEING: usize = 12;
+/// The same where a wrong place harms nobody, since it is doubted until more is seen: three pairs find a pose, and five more are rare by chance.
+const LEAST_AGREEING_DOUBTED: usize = 8;
 /// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
 const SAMPLE: usize = 3;
 /// Most samples: enough where one pair in six is right.
@@ -57,6 +58,7 @@ pub struct Located {
 pub struct Locator {
     camera: Camera,
     min_matches: usize,
+    least_agreeing: usize,
     tracker: Tracker,
 }
 
@@ -75,8 +77,15 @@ impl Locator {
         Self {
             camera: *camera,
             min_matches: config.relocation.min_matches,
+            least_agreeing: LEAST_AGREEING,
             tracker: Tracker::new(camera, &config.tracking, &config.features),
         }
+    }
+
+    /// The same for those who doubt what is found until they see more of it.
+    #[must_use]
+    pub fn with_doubts(self) -> Self {
+        Self { least_agreeing: LEAST_AGREEING_DOUBTED, ..self }
     }
 
     /// Looks for an image around a keyframe. The map is the one of the keyframe.
@@ -103,7 +112,7 @@ impl Locator {
         let is_agreeing = |observation: &PoseObservation| observation.chi2(&state) <= AGREEING_CHI2;
         let agreeing: Vec<Pair> =
             pairs.iter().zip(&observations).filter(|(_, o)| is_agreeing(o)).map(|(pair, _)| *pair).collect();
-        if agreeing.len() < LEAST_AGREEING {
+        if agreeing.len() < self.least_agreeing {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
         let report = self.follow(map, (candidate, &state.pose), incoming, work)?;

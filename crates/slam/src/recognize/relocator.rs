@@ -30,6 +30,12 @@ impl Relocator {
         Self { camera: *camera, config: config.clone(), locator: Locator::new(camera, config) }
     }
 
+    /// The same for those who doubt what is found until they see more of it.
+    #[must_use]
+    pub fn with_doubts(self) -> Self {
+        Self { locator: self.locator.with_doubts(), ..self }
+    }
+
     /// Tries the keyframes of all maps that look most like the image. The place where most landmarks were found is the answer.
     ///
     /// # Errors
