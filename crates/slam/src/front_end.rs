@@ -138,11 +138,12 @@ impl FrontEnd {
     ) -> Self {
         let calibrated = known.calibrated;
         let phase = Phase::Lost;
-        let new = Self::new(&known.camera, config, seed);
-        // Where a wrong place would change maps, it has to be surer.
-        let is_doubted = keeping == Keeping::Extending;
-        let relocator = if is_doubted { new.relocator.clone().with_doubts() } else { new.relocator.clone() };
-        Self { calibrated, map: map.clone(), phase, keeping, relocator, ..new }
+        let mut front_end =
+            Self { calibrated, map: map.clone(), phase, keeping, ..Self::new(&known.camera, config, seed) };
+        if keeping == Keeping::Extending {
+            front_end.relocator.doubt();
+        }
+        front_end
     }
 
     pub fn set_clock(&mut self, clock: Clock) {

@@ -72,17 +72,13 @@ impl Slam {
     /// # Errors
     /// As [`Slam::with_schedule`].
     pub fn resume(
-        mut map: Map,
+        map: Map,
         camera: &Camera,
         config: &SlamConfig,
         seed: u64,
         schedule: Schedule,
     ) -> Result<Self, ConfigError> {
-        config.check()?;
-        let known = map.take_over(camera);
-        let back_end = BackEnd::resume(&map, &known, config, seed);
-        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Growing);
-        Ok(Self { front_end, mapping: Mapping::new(back_end, schedule)? })
+        Self::in_maps(map, (camera, config), seed, Keeping::Growing, Some(schedule))
     }
 
     /// A system that only finds the camera in maps of an earlier session and follows it there. The maps stay as they are.
@@ -90,16 +86,12 @@ impl Slam {
     /// # Errors
     /// If a parameter is out of range.
     pub fn in_fixed_map(
-        mut map: Map,
+        map: Map,
         camera: &Camera,
         config: &SlamConfig,
         seed: u64,
     ) -> Result<Self, ConfigError> {
-        config.check()?;
-        let known = map.take_over(camera);
-        map.fix();
-        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Fixed);
-        Ok(Self { front_end, mapping: Mapping::Never })
+        Self::in_maps(map, (camera, config), seed, Keeping::Fixed, None)
     }
 
     /// A system that finds the camera in maps of an earlier session and adds what it sees around them, so that it can follow the camera
@@ -108,18 +100,33 @@ impl Slam {
     /// # Errors
     /// As [`Slam::with_schedule`].
     pub fn around_fixed_map(
-        mut map: Map,
+        map: Map,
         camera: &Camera,
         config: &SlamConfig,
         seed: u64,
         schedule: Schedule,
     ) -> Result<Self, ConfigError> {
+        Self::in_maps(map, (camera, config), seed, Keeping::Extending, Some(schedule))
+    }
+
+    /// In maps of an earlier session; without a schedule nothing is mapped.
+    fn in_maps(
+        mut map: Map,
+        (camera, config): (&Camera, &SlamConfig),
+        seed: u64,
+        keeping: Keeping,
+        schedule: Option<Schedule>,
+    ) -> Result<Self, ConfigError> {
         config.check()?;
         let known = map.take_over(camera);
-        map.fix();
-        let back_end = BackEnd::resume(&map, &known, config, seed);
-        let front_end = FrontEnd::resume(&map, &known, config, seed, Keeping::Extending);
-        Ok(Self { front_end, mapping: Mapping::new(back_end, schedule)? })
+        if keeping != Keeping::Growing {
+            map.fix();
+        }
+        let mapping = match schedule {
+            Some(schedule) => Mapping::new(BackEnd::resume(&map, &known, config, seed), schedule)?,
+            None => Mapping::Never,
+        };
+        Ok(Self { front_end: FrontEnd::resume(&map, &known, config, seed, keeping), mapping })
     }
 
     /// Measures times with a clock.

@@ -82,10 +82,9 @@ impl Locator {
         }
     }
 
-    /// The same for those who doubt what is found until they see more of it.
-    #[must_use]
-    pub fn with_doubts(self) -> Self {
-        Self { least_agreeing: LEAST_AGREEING_DOUBTED, ..self }
+    /// Finds more from now on, for those who doubt what is found until they see more of it.
+    pub fn doubt(&mut self) {
+        self.least_agreeing = LEAST_AGREEING_DOUBTED;
     }
 
     /// Looks for an image around a keyframe. The map is the one of the keyframe.

@@ -30,10 +30,9 @@ impl Relocator {
         Self { camera: *camera, config: config.clone(), locator: Locator::new(camera, config) }
     }
 
-    /// The same for those who doubt what is found until they see more of it.
-    #[must_use]
-    pub fn with_doubts(self) -> Self {
-        Self { locator: self.locator.with_doubts(), ..self }
+    /// Finds more from now on, for those who doubt what is found until they see more of it.
+    pub fn doubt(&mut self) {
+        self.locator.doubt();
     }
 
     /// Tries the keyframes of all maps that look most like the image. The place where most landmarks were found is the answer.
