@@ -1,6 +1,6 @@
 //! SLAM: one camera without a map.
 
-use std::{path::PathBuf, sync::Mutex};
+use std::{cmp::Reverse, collections::BTreeMap, path::PathBuf, sync::Mutex};
 
 use numpy::{IntoPyArray, PyArray2, ndarray::Array2};
 use pyo3::prelude::*;
@@ -90,10 +90,24 @@ impl Slam {
         py.detach(|| drop(locked(slam).finish()));
     }
 
-    /// Final poses: `(seconds, world_from_camera)`.
-    fn trajectory<'py>(&self, py: Python<'py>) -> Vec<(f64, Bound<'py, PyArray2<f64>>)> {
+    /// Final poses: `(seconds, world_from_camera)`, of one map or of all.
+    #[pyo3(signature = (map = None))]
+    fn trajectory<'py>(&self, py: Python<'py>, map: Option<usize>) -> Vec<(f64, Bound<'py, PyArray2<f64>>)> {
         let poses = locked(&self.0).trajectory();
-        poses.iter().map(|pose| (pose.at.secs(), matrix(py, &pose.world_from_camera))).collect()
+        let wanted = poses.iter().filter(|pose| map.is_none_or(|map| pose.map.index() == map));
+        wanted.map(|pose| (pose.at.secs(), matrix(py, &pose.world_from_camera))).collect()
+    }
+
+    /// Numbers of the maps that poses are in, the one with the most poses first.
+    #[getter]
+    fn maps(&self) -> Vec<usize> {
+        let mut num_poses = BTreeMap::new();
+        for pose in locked(&self.0).trajectory() {
+            *num_poses.entry(pose.map.index()).or_insert(0_usize) += 1;
+        }
+        let mut maps: Vec<_> = num_poses.into_iter().collect();
+        maps.sort_by_key(|(_, num_poses)| Reverse(*num_poses));
+        maps.into_iter().map(|(map, _)| map).collect()
     }
 
     /// Positions of the landmarks, (N, 3), in units of the map.

@@ -69,6 +69,7 @@ def test_slam_follows_a_clip_and_is_repeatable():
     assert all(np.array_equal(pose, other) for pose, (_, other) in zip(poses, again))
     error = visloc.evaluate_camera(times, poses, times, poses)
     assert error["rmse"] < 1e-9 and error["pairs"] == len(times)
+    assert sum(len(slam.trajectory(number)) for number in slam.maps) == len(times)
 
 
 def test_a_camera_is_found_in_a_map_that_was_saved(tmp_path):

@@ -245,14 +245,21 @@ class Slam:
         """Takes in an image of the camera's size; images come in the order of time. Other threads of Python run meanwhile."""
     def finish(self) -> None:
         """Waits until everything is mapped."""
-    def trajectory(self) -> list[tuple[float, NDArray[np.float64]]]:
-        """Final poses: seconds and ``world_from_camera`` (4, 4), in units of the map."""
+    def trajectory(self, map: int | None = None) -> list[tuple[float, NDArray[np.float64]]]:
+        """Final poses: seconds and ``world_from_camera`` (4, 4), in units of the map.
+
+        :param map: one of ``maps``; without it, of all: poses of different maps have nothing to do with each other.
+        """
+    @property
+    def maps(self) -> list[int]:
+        """Numbers of the maps that poses are in, the one with the most poses first. A camera that was lost begins another map."""
     def landmarks(self) -> NDArray[np.float64]:
-        """Positions (N, 3), in units of the map."""
+        """Positions (N, 3), in units of the map that is tracked."""
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the map to a file (``.vmap``). One that was there is kept as ``NAME~``."""
     @property
-    def num_keyframes(self) -> int: ...
+    def num_keyframes(self) -> int:
+        """Of the map that is tracked."""
 
 @final
 class VisualMap:
