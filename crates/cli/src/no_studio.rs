@@ -2,11 +2,12 @@
 
 use anyhow::{Result, bail};
 use visloc_core::{CameraTrajectory, geom::Camera};
+use visloc_io::sources::SourceOptions;
 use visloc_slam::{Slam, SlamConfig, SlamFrame};
 
 use crate::{
-    args::BroadcastArgs,
-    run::{FrameView, Spectator},
+    args::{BroadcastArgs, DriveArgs},
+    run::{FrameView, OpenSource, Spectator},
     slam::SlamAudience,
 };
 
@@ -19,6 +20,30 @@ fn check(args: &BroadcastArgs) -> Result<()> {
     Ok(())
 }
 
+/// Cannot be made.
+pub enum Steering {}
+
+impl Steering {
+    /// Nothing is driven.
+    ///
+    /// # Errors
+    /// If somebody is to drive.
+    pub fn of(args: &DriveArgs, _: &str, _: &SourceOptions) -> Result<Option<Self>> {
+        if args.allow_drive {
+            bail!("--allow-drive: this visloc was built without the studio; build with --features studio");
+        }
+        Ok(None)
+    }
+
+    /// Never called.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn simulated(&self, _: &str, _: Option<&str>, _: &SourceOptions) -> Result<Option<OpenSource>> {
+        match *self {}
+    }
+}
+
 /// Shows nothing.
 pub struct Show;
 
@@ -27,7 +52,7 @@ impl Show {
     ///
     /// # Errors
     /// If somebody is to see it.
-    pub fn open(args: &BroadcastArgs, _: &str) -> Result<Self> {
+    pub fn open(args: &BroadcastArgs, _: Option<&Steering>, _: &str) -> Result<Self> {
         check(args).map(|()| Self)
     }
 
@@ -67,7 +92,7 @@ impl SlamShow {
     ///
     /// # Errors
     /// If somebody is to see the run.
-    pub fn open(args: &BroadcastArgs, _: &Shown<'_>) -> Result<Option<Self>> {
+    pub fn open(args: &BroadcastArgs, _: Option<&Steering>, _: &Shown<'_>) -> Result<Option<Self>> {
         check(args).map(|()| None)
     }
 

@@ -33,6 +33,7 @@ pub use scene::{
     Paint, Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
 pub use simulation::{
-    Detection, DetectorSetup, LiveControls, LiveMotion, LiveSimulation, Simulation, TeamFrame, TeamSimulation,
+    Detection, DetectorSetup, DrivenSimulation, LiveControls, LiveMotion, LiveSimulation, Simulation,
+    TeamFrame, TeamSimulation,
 };
 pub use tour::{CameraTour, TOURS, TourError, TourKind};

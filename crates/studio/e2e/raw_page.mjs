@@ -29,6 +29,7 @@ export class RawPage {
     this.bytes = 0;
     this.images = 0;
     this.updates = [];
+    this.texts = [];
     this.openedAt = performance.now() / 1000;
     this.buffer = Buffer.alloc(0);
     this.opened = new Promise((resolve, reject) => {
@@ -56,11 +57,13 @@ export class RawPage {
     this.bytes += data.length;
     this.buffer = Buffer.concat([this.buffer, data]);
     for (let frame = this.next(); frame; frame = this.next()) {
+      if (frame.code === TEXT) this.texts.push(JSON.parse(frame.body.toString()));
       if (frame.code !== BINARY) continue;
       if (frame.body[0] === STATE) {
         const content = frame.body[1] === 1 ? inflateRawSync(frame.body.subarray(8)) : frame.body.subarray(8);
         const header = JSON.parse(content.subarray(0, frame.body.readUInt32LE(4)));
-        this.updates.push({ at: performance.now() / 1000, number: header.number, secs: header.secs, isStale: header.is_stale, notice: header.notice });
+        const { number, secs, is_stale: isStale, notice, drive, truth } = header;
+        this.updates.push({ at: performance.now() / 1000, number, secs, isStale, notice, drive, pose: truth?.pose });
         this.send("drawn");
       } else if (frame.body[0] === 3) {
         this.firstImageAt ??= performance.now() / 1000;

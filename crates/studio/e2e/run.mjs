@@ -11,6 +11,7 @@ import { join } from "node:path";
 import { chromium } from "playwright-core";
 
 import { goesThrough, looksBack, parameters } from "./course.mjs";
+import { drives } from "./drive.mjs";
 import { drops } from "./drops.mjs";
 import { slow, wrongToken } from "./far.mjs";
 import { keys, touches } from "./hands.mjs";
@@ -368,6 +369,7 @@ async function main() {
     const recording = await replays(browser);
     await records(browser);
     await commandsAway(browser);
+    await drives(browser, programs, errors, check, pictures);
     await sources(browser, recording);
     if (isWhole) {
       await slow(programs, check);

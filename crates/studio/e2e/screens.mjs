@@ -58,6 +58,7 @@ export function scenesOf(programs, visloc) {
     replay: { open: () => programs.studio("--replay", recording()) },
     source: { open: () => programs.studio(recording(), "--map", "robocup-spl-2010") },
     "robot-elsewhere": { open: () => away("localize", "sim:tour") },
+    "robot-driven": { open: () => away("localize", "sim:robocup", "--allow-drive") },
     "camera-elsewhere": { open: () => away("slam", "sim:room") },
   };
 }

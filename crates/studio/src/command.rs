@@ -37,6 +37,10 @@ pub enum Command {
         left: f64,
         /// Counter-clockwise, -1 to 1.
         turn: f64,
+        /// A robot elsewhere holds it for 0.4 s, and only if this moment of its, `secs` of `drive` in the state that is shown, is not
+        /// long past.
+        #[serde(default)]
+        seen_secs: Option<f64>,
     },
     /// Walks to a place.
     WalkTo {

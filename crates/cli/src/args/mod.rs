@@ -6,6 +6,7 @@ mod calibrate;
 mod calibrate_robot;
 mod camera;
 mod demo;
+mod drive;
 #[cfg(feature = "experiments")]
 mod experiment;
 mod inspect;
@@ -31,6 +32,7 @@ pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
 pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
 use clap::{Parser, Subcommand};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
+pub use drive::DriveArgs;
 #[cfg(feature = "experiments")]
 pub use experiment::{
     ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,

@@ -4,7 +4,7 @@ use std::{net::SocketAddr, thread};
 
 use clap::Args;
 
-use super::{OutputFile, OutputRecording};
+use super::{DriveArgs, OutputFile, OutputRecording};
 
 /// The seed of everything random.
 #[derive(Debug, Clone, Copy, Args)]
@@ -43,6 +43,8 @@ pub struct BroadcastArgs {
     /// What those who watch must know [default: a random one, printed]
     #[arg(long, value_name = "TOKEN", requires = "publish")]
     pub token: Option<String>,
+    #[command(flatten)]
+    pub drive: DriveArgs,
 }
 
 /// How many threads draw.

@@ -16,14 +16,14 @@ use crate::{
         comparison_table, diagnosis_lines, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, LiveReport, OutputFiles, Progress, Records, RunOutcome, Runner,
-        RunnerSettings, Saving, Spectator, TeamSettings, corrected, drive, open_source, prepare,
-        read_correction, source_options, write_correction,
+        BagOutput, FrameRecord, LiveOutput, LiveReport, OpenSource, OutputFiles, Progress, Records,
+        RunOutcome, Runner, RunnerSettings, Saving, Spectator, TeamSettings, corrected, drive, open_source,
+        prepare, read_correction, source_options, write_correction,
     },
     say,
     settings::{pipeline_config, read_text, start_prior, topic_options},
     stopwatch::{peak_memory_mb, process_cpu_secs},
-    studio::Show,
+    studio::{Show, Steering},
 };
 
 /// Runs the command.
@@ -48,7 +48,8 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     prepare(&args.source)?;
-    let source = open_source(&args.source, args.map.as_deref(), &options)?;
+    let steering = Steering::of(&args.broadcast.drive, &args.source, &options)?;
+    let source = open(args, steering.as_ref(), &options)?;
     source.warnings.iter().for_each(|warning| say::note!("{warning}"));
     let settings = RunnerSettings {
         algorithm: &args.algorithm,
@@ -61,11 +62,11 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let runner = Runner::new(&source.map, &settings, OutputFiles::default());
     runner.with_context(|| config_place(args))?;
     let is_asked_for = args.plots.is_some() || args.json.json.is_some();
-    let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
+    let is_live = SourceAddress::parse(&args.source)?.kind().is_live || steering.is_some();
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
     let mut live = live_output(args, &options, &source.map)?;
     let mut progress = Progress::new(source.frames.num_frames());
-    let mut show = Show::open(&args.broadcast, &args.source)?;
+    let mut show = Show::open(&args.broadcast, steering.as_ref(), &args.source)?;
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
@@ -105,6 +106,17 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     });
     saving.save(verdict(args, &outcome));
     saving.end()
+}
+
+/// A simulated robot goes where others drive it, if they may.
+fn open(args: &LocalizeArgs, steering: Option<&Steering>, options: &SourceOptions) -> Result<OpenSource> {
+    let map = args.map.as_deref();
+    if let Some(steering) = steering
+        && let Some(driven) = steering.simulated(&args.source, map, options)?
+    {
+        return Ok(driven);
+    }
+    open_source(&args.source, map, options)
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.

@@ -18,7 +18,7 @@ use crate::{
         FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
         SlamWatcher, draw, load_map, open_input, run, save_map, write_log, write_ply,
     },
-    studio::{Shown, SlamShow},
+    studio::{Shown, SlamShow, Steering},
 };
 
 /// Frames between pictures of single frames.
@@ -37,7 +37,8 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;
-    let mut show = open_show(args, &config, source.camera(), truth.as_ref())?;
+    let steering = steering(args)?;
+    let mut show = open_show(args, steering.as_ref(), &config, source.camera(), truth.as_ref())?;
     let lookers = Lookers {
         pictures: pictures.as_mut(),
         watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
@@ -84,15 +85,28 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
     Ok(Some(SlamLive::open(options.domain_id(), args.points.as_deref())?))
 }
 
+/// What moves the robot that carries the camera, if others may.
+fn steering(args: &SlamArgs) -> Result<Option<Steering>> {
+    let drive = &args.broadcast.drive;
+    if drive.allow_drive && !args.source.starts_with("ros2:") {
+        bail!(
+            "--allow-drive: expected a robot on ROS 2 topics (ros2:...), found {}; leave it out",
+            args.source
+        );
+    }
+    Steering::of(drive, &args.source, &source_options(&args.options, topic_options(&args.topics)?)?)
+}
+
 /// What shows the run to others, if anybody asks for it.
 fn open_show(
     args: &SlamArgs,
+    steering: Option<&Steering>,
     config: &SlamConfig,
     camera: &Camera,
     truth: Option<&CameraTrajectory>,
 ) -> Result<Option<SlamShow>> {
     let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.value() };
-    SlamShow::open(&args.broadcast, &shown)
+    SlamShow::open(&args.broadcast, steering, &shown)
 }
 
 fn run_options(args: &SlamArgs) -> Result<RunOptions<'static>> {

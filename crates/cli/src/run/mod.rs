@@ -14,6 +14,8 @@ mod output;
 mod progress;
 mod records;
 mod results;
+#[cfg(all(feature = "ros2", feature = "studio"))]
+mod ros_drive;
 mod runner;
 mod saving;
 mod source;
@@ -30,10 +32,12 @@ pub use output::{OutputFiles, write_text};
 pub use progress::Progress;
 pub use records::Records;
 pub use results::BagOutput;
+#[cfg(all(feature = "ros2", feature = "studio"))]
+pub use ros_drive::RosDriver;
 pub use runner::{FrameRecord, PixelCounts, Runner, RunnerSettings};
 pub use saving::Saving;
 #[cfg(any(feature = "experiments", feature = "studio"))]
 pub use source::refuse_source_options;
-pub use source::{open_source, prepare, simulation, source_options, until_stopped};
+pub use source::{OpenSource, open_source, prepare, simulation, source_options, until_stopped};
 #[cfg(feature = "ros2")]
 pub use team::{TeamOutput, TeamReport};

@@ -13,9 +13,10 @@ use visloc_rerun::RerunFile;
 use visloc_studio::{
     Command, Hub, StudioError, Update, new_file,
     recording::{Input, Recorder},
-    server::{Publisher, Server},
+    server::{Publisher, Server, Wheel},
 };
 
+use super::steering::Steering;
 use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
 
 /// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
@@ -47,6 +48,8 @@ struct Watched {
     notice: Option<(String, f64)>,
     /// Somebody looks at one picture; the run goes on.
     is_paused: bool,
+    /// What moves the robot, if those who watch may.
+    wheel: Option<Arc<Wheel>>,
     _server: Server,
 }
 
@@ -55,8 +58,10 @@ impl Broadcast {
     ///
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
-    pub fn open(args: &BroadcastArgs) -> Result<Self> {
-        let watched = args.publish.map(|address| publish(address, args.token.clone())).transpose()?;
+    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>) -> Result<Self> {
+        let wheel = steering.map(|steering| Arc::clone(steering.wheel()));
+        let open = |address| publish(address, args.token.clone(), wheel.clone());
+        let watched = args.publish.map(open).transpose()?;
         let recording = args.record.as_deref().map(Recording::create).transpose()?;
         Ok(Self { recording, watched, error: None })
     }
@@ -104,7 +109,11 @@ impl Broadcast {
         let Some(watched) = &self.watched else { return json!({}) };
         let now_secs = watched.watch.secs();
         let notice = watched.notice.as_ref().filter(|(_, until_secs)| now_secs < *until_secs);
-        json!({ "is_playing": !watched.is_paused, "notice": notice.map(|(text, _)| text) })
+        let mut aside = json!({ "is_playing": !watched.is_paused, "notice": notice.map(|(text, _)| text) });
+        if let Some(wheel) = &watched.wheel {
+            aside["drive"] = wheel.fields();
+        }
+        aside
     }
 
     /// Whether anybody wants to see the next frame. While nobody does, it costs nothing.
@@ -229,12 +238,18 @@ impl Recording {
     }
 }
 
-fn publish(address: SocketAddr, token: Option<String>) -> Result<Watched> {
+fn publish(address: SocketAddr, token: Option<String>, wheel: Option<Arc<Wheel>>) -> Result<Watched> {
     let watch = Stopwatch::start();
     let (hub, commands) = Hub::new(Clock::new(move || watch.secs()), |line| say::note!("{line}"));
-    let server = Server::start(address, token, Arc::clone(&hub))?;
+    let server = match &wheel {
+        Some(wheel) => {
+            hub.let_drive(Arc::clone(wheel));
+            Server::start_guarded(address, token, Arc::clone(&hub))?
+        }
+        None => Server::start(address, token, Arc::clone(&hub))?,
+    };
     let token = server.token().map(|token| format!(" --token {token}")).unwrap_or_default();
     say::line!("Watch it with: visloc studio --connect {}{token}", server.address());
     let publisher = Publisher::start(Arc::clone(&hub))?;
-    Ok(Watched { hub, publisher, commands, watch, notice: None, is_paused: false, _server: server })
+    Ok(Watched { hub, publisher, commands, watch, notice: None, is_paused: false, wheel, _server: server })
 }

@@ -5,7 +5,9 @@ mod command;
 mod files;
 mod show;
 mod slam_show;
+mod steering;
 
 pub use command::execute;
 pub use show::Show;
 pub use slam_show::{Shown, SlamShow};
+pub use steering::Steering;

@@ -7,7 +7,10 @@ use visloc_core::StampedPose;
 use visloc_io::trajectory::{write_tum_header, write_tum_pose};
 use visloc_studio::{Command, StudioError, recording::Input, tuning, view::RunViewer};
 
-use super::broadcast::{Broadcast, new_saved_file};
+use super::{
+    broadcast::{Broadcast, new_saved_file},
+    steering::Steering,
+};
 use crate::{
     args::BroadcastArgs,
     run::{FrameView, Runner, Spectator, write_text},
@@ -29,8 +32,8 @@ impl Show {
     ///
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
-    pub fn open(args: &BroadcastArgs, title: &str) -> Result<Self> {
-        let broadcast = Broadcast::open(args)?;
+    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>, title: &str) -> Result<Self> {
+        let broadcast = Broadcast::open(args, steering)?;
         Ok(Self { broadcast, viewer: RunViewer::new(title), watch: Stopwatch::start() })
     }
 
@@ -67,6 +70,10 @@ impl Show {
                 return Err(refused("algorithms", expected, names.len().to_string()).into());
             }
             command if tuning::obey(runner.lineup_mut(), command)? => {}
+            Command::Drive { .. } | Command::Head { .. } => {
+                let expected = "a robot that others may drive: it runs with --allow-drive";
+                return Err(refused("driving", expected, "one that moves by itself".to_owned()).into());
+            }
             command => {
                 let expected = "one for a run: parameters, reset, forget, save, pause";
                 return Err(refused("command", expected, command.name()).into());

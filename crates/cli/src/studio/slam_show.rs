@@ -11,7 +11,10 @@ use visloc_studio::{
     slam::{SlamSettings, SlamViewer},
 };
 
-use super::broadcast::{Broadcast, new_saved_file};
+use super::{
+    broadcast::{Broadcast, new_saved_file},
+    steering::Steering,
+};
 use crate::{
     args::BroadcastArgs,
     slam::{SlamAudience, write_ply},
@@ -47,11 +50,15 @@ impl SlamShow {
     ///
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
-    pub fn open(args: &BroadcastArgs, shown: &Shown<'_>) -> Result<Option<Self>> {
+    pub fn open(
+        args: &BroadcastArgs,
+        steering: Option<&Steering>,
+        shown: &Shown<'_>,
+    ) -> Result<Option<Self>> {
         if args.record.is_none() && args.publish.is_none() {
             return Ok(None);
         }
-        let broadcast = Broadcast::open(args)?;
+        let broadcast = Broadcast::open(args, steering)?;
         let Shown { title, camera, truth, config, seed } = *shown;
         let settings = SlamSettings::of(config)?;
         let viewer = viewer(title, camera, truth, &settings, seed)?;

@@ -52,6 +52,44 @@ fn watch(address: &str, token: &str) -> usize {
 }
 
 #[test]
+fn what_cannot_be_driven_is_refused_with_what_can() {
+    let workspace = Workspace::new();
+    let publish = ["--publish", "127.0.0.1:0", "--allow-drive"];
+    workspace.must(&["simulate", "tour", "--frames", "2", "--out", "short.mcap"]);
+    for run in [
+        &["localize", "short.mcap", "--map", "robocup-spl-2010"][..],
+        &["slam", "sim:room", "--end", "2"],
+        &["slam", "sim:robocup", "--end", "2"],
+    ] {
+        let refused = workspace.visloc(&[run, &publish].concat());
+        assert!(
+            refused.code == 1 && refused.stderr.contains("--allow-drive: expected"),
+            "{}",
+            refused.stderr
+        );
+    }
+    let alone = workspace.visloc(&["localize", "sim:tour", "--allow-drive"]);
+    assert!(alone.code == 2 && alone.stderr.contains("--publish"), "{}", alone.stderr);
+}
+
+/// Who drives needs a token, also on this computer; and a robot that nobody drives stands.
+#[test]
+fn a_driven_robot_asks_for_a_token_and_stands_until_it_is_driven() {
+    let workspace = Workspace::new();
+    let run = ["localize", "sim:tour", "--frames", "20", "--publish", "127.0.0.1:0", "--allow-drive"];
+    let done = workspace.must(&[&run[..], &["--record", "run.mcap"]].concat());
+    assert!(
+        done.stdout.contains("--connect 127.0.0.1:") && done.stdout.contains(" --token "),
+        "{}",
+        done.stdout
+    );
+    let mut run = RecordingIndex::open(&workspace.path("run.mcap")).unwrap();
+    let mut place = |frame| run.state(frame).unwrap().header["truth"]["pose"].clone();
+    assert_eq!(place(1), place(19), "it walks by itself");
+    assert_eq!(run.state(19).unwrap().header["drive"]["is_driven"], false);
+}
+
+#[test]
 fn whoever_watches_changes_no_estimate() {
     let workspace = Workspace::new();
     let run = ["localize", "sim:kidnaps", "--frames", "60", "--seed", "3"];

@@ -6,6 +6,7 @@
 //! Data flow: DDS -> one thread that receives -> inbox -> whoever asks for the next frame, in its own thread. The inbox is
 //! bounded, and whoever is too slow for all images gets the newest.
 
+mod drive;
 mod error;
 mod frames;
 mod inbox;
@@ -18,6 +19,7 @@ mod team;
 mod tests;
 mod vigil;
 
+pub use drive::{DrivePublisher, DriveTopics};
 pub use error::Ros2Error;
 pub use frames::LiveFrames;
 pub use node::{LiveTopic, Node, NodeSettings};

@@ -8,17 +8,19 @@ use std::{
 
 use visloc_core::{
     FrameSource, Host, PictureSource, Timestamp,
-    geom::{Camera, PlanarPose},
+    geom::{Camera, PlanarPose, nao::HeadAngles},
 };
 
 use crate::{
     bag::{
         BagTopics, camera_info_message,
-        messages::{Empty, Header, Image, Odometry, Pose, TfMessage, TransformStamped},
+        messages::{
+            Empty, Header, Image, JointTrajectory, Odometry, Pose, TfMessage, TransformStamped, Twist,
+        },
     },
     ros2::{
-        LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order, ResultPublisher, TeamLink,
-        node::Delivery,
+        DrivePublisher, DriveTopics, LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order,
+        ResultPublisher, TeamLink, node::Delivery,
     },
 };
 
@@ -144,6 +146,36 @@ fn orders_arrive_and_other_types_are_seen() {
     let topics = node.topics();
     let pose = topics.iter().find(|live| live.topic == "/visloc/pose").unwrap();
     assert_eq!(pose.type_name, "geometry_msgs/msg/PoseWithCovarianceStamped");
+}
+
+/// Speeds and angles of the head arrive as robots of ROS 2 take them.
+#[test]
+fn a_robot_is_driven_by_topics() {
+    let settings = settings("base");
+    let Some(mut node) = join(&settings) else { return };
+    let newest = Delivery::Newest;
+    let speeds = node.subscribe::<Twist>("/cmd_vel", "geometry_msgs/msg/Twist", newest).unwrap();
+    let joints = ["neck_yaw".to_owned(), "neck_pitch".to_owned()];
+    let topics = DriveTopics { joints, ..DriveTopics::default() };
+    let (topic, kind) = ("/head_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory");
+    let head = node.subscribe::<JointTrajectory>(topic, kind, newest).unwrap();
+    let driver = DrivePublisher::open(&NodeSettings { name: "driver".into(), ..settings }, &topics).unwrap();
+    let (mut twist, mut trajectory) = (None, None);
+    for _ in 0..NUM_TRIES {
+        driver.drive([0.2, -0.1, 0.5]);
+        driver.look(HeadAngles { yaw_rad: 0.3, pitch_rad: 0.1 });
+        thread::sleep(TRY_EVERY);
+        twist = twist.or(speeds.take().unwrap());
+        trajectory = trajectory.or(head.take().unwrap());
+        if twist.is_some() && trajectory.is_some() {
+            break;
+        }
+    }
+    let (twist, trajectory) = (twist.expect("speeds").0, trajectory.expect("head").0);
+    assert_eq!((twist.linear.x, twist.linear.y, twist.angular.z), (0.2, -0.1, 0.5));
+    assert_eq!(trajectory.joint_names, ["neck_yaw", "neck_pitch"]);
+    assert_eq!(trajectory.points[0].positions, [0.3, 0.1]);
+    assert_eq!(trajectory.points[0].time_from_start.nanosec, 300_000_000);
 }
 
 /// Two robots of one team hear each other and each its own detector; one of another team hears none of it.

@@ -21,7 +21,7 @@ export class Aim {
     const labels = ["x, m", "y, m", "heading, °"];
     const button = (id, textContent, title, onclick) => make("button", { type: "button", id, textContent, title, onclick });
     const fields = this.inputs.map((input, i) => make("label", {}, labels[i], input));
-    return make("fieldset", { className: "place" }, make("legend", { textContent: "A place" }), ...fields,
+    return make("fieldset", { className: "place for-playground" }, make("legend", { textContent: "A place" }), ...fields,
       button("walk-there", "Walk there", "The robot walks to this place", () => this.walk()),
       button("carry-there", "Carry there", "The robot is carried to this place", () => this.carry()));
   }

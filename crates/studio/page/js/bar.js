@@ -162,7 +162,7 @@ export class Bar {
       event.preventDefault();
       return;
     }
-    if (isPlayground && !event.shiftKey && this.drive.press(event.code, isDown)) {
+    if (this.drive.isUsable && !event.shiftKey && this.drive.press(event.code, isDown)) {
       event.preventDefault();
       return;
     }

@@ -44,6 +44,10 @@ const socket = new Socket({
     requestSlowDraw();
   },
   pulse: (busySecs) => freshness.hear(busySecs),
+  refused(reason) {
+    drive.refuse(reason);
+    bar.notice(reason);
+  },
   status(state, text) {
     if (state === "connecting") numToDraw = 0;
     queueMicrotask(() => {

@@ -5,15 +5,10 @@ import { decode, isPacked, unpacked } from "./message.js";
 const FIRST_WAIT_MS = 400;
 const MAX_WAIT_MS = 5000;
 
-/** Seconds that the program's engine has answered nobody. */
-const pulseOf = (text) => {
-  const { type, busy_secs: secs } = JSON.parse(text);
-  return type === "pulse" && secs > 0 ? secs : 0;
-};
 
 export class Socket {
   /** `on` has `message(message)`, `pulse(busySecs)` (what the program says in between: how long its engine has answered nobody; 0 with
-   * every message) and `status(state, text)`; states: connecting, open, closed, refused. */
+   * every message), `refused(reason)` (what this page asked for is not done) and `status(state, text)`; states: connecting, open, closed, refused. */
   constructor(on) {
     this.on = on;
     this.token = new URLSearchParams(location.search).get("token") ?? "";
@@ -34,10 +29,18 @@ export class Socket {
       this.on.status("open", "live");
     };
     socket.onmessage = (event) => {
-      this.on.pulse(event.data instanceof ArrayBuffer ? 0 : pulseOf(event.data));
-      if (event.data instanceof ArrayBuffer) this.receive(event.data);
+      if (event.data instanceof ArrayBuffer) {
+        this.on.pulse(0);
+        this.receive(event.data);
+      } else this.hear(JSON.parse(event.data));
     };
     socket.onclose = () => this.retry();
+  }
+
+  /** What comes in between states. */
+  hear({ type, busy_secs: secs, reason }) {
+    this.on.pulse(type === "pulse" && secs > 0 ? secs : 0);
+    if (type === "refused") this.on.refused(reason);
   }
 
   /** Messages are read in their order; packed ones take a moment, for which those behind them wait. */

@@ -2,8 +2,8 @@
 
 import { byId, make, setText } from "./dom.js";
 
-/** Id, label, and whether the tab has anything to say about a scene. */
-const TABS = [["drive", "Drive", (scene) => scene.mode === "playground"],
+/** Id, label, and whether the tab has anything to say about a scene, of which a robot elsewhere may be driven. */
+const TABS = [["drive", "Drive", (scene, canDrive) => scene.mode === "playground" || canDrive],
   ["world", "World", (scene) => scene.mode === "playground"],
   ["algorithms", "Algorithms", (scene) => Boolean(scene.pipeline)], ["facts", "Numbers", () => true]];
 
@@ -13,20 +13,31 @@ export class Tabs {
     this.onShow = onShow;
     this.buttons = TABS.map(([id, label, isFor]) => {
       const button = make("button", { type: "button", role: "tab", textContent: label, id: `tab-${id}`, "aria-controls": `panel-${id}` });
-      button.onclick = () => this.show(id);
+      button.onclick = () => {
+        this.isChosen = true;
+        this.show(id);
+      };
       button.onkeydown = (event) => this.key(event, id);
       byId(`panel-${id}`).setAttribute("aria-labelledby", `tab-${id}`);
       return { id, isFor, button };
     });
     byId("tabs").replaceChildren(...this.buttons.map(({ button }) => button));
-    store.on("scene", () => this.fit(store.scene));
+    const canDrive = () => store.scene.mode === "watch" && Boolean(store.latest?.drive);
+    const fit = () => this.fit(store.scene, canDrive());
+    store.on("scene", fit);
+    store.on("latest", () => {
+      if (canDrive() === this.canDrive) return;
+      fit();
+      if (this.canDrive && !this.isChosen && !store.scene.is_brief) this.show("drive");
+    });
     this.show("drive");
   }
 
-  fit(scene) {
+  fit(scene, canDrive) {
     // What the tabs are about comes with the rest of the scene.
     if (scene.is_brief) return;
-    for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene);
+    this.canDrive = canDrive;
+    for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene, canDrive);
     setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
     if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");

@@ -176,7 +176,7 @@ impl Playground {
     /// What moves the robot.
     fn handle_motion(&mut self, command: &Command) -> Result<(), StudioError> {
         match *command {
-            Command::Drive { forward, left, turn } => self.driver.drive([forward, left, turn]),
+            Command::Drive { forward, left, turn, .. } => self.driver.drive([forward, left, turn]),
             Command::WalkTo { x_m, y_m } => {
                 let place = pose(x_m, y_m, 0.0)?;
                 self.driver.walk_to(Point2::new(place.x_m, place.y_m));

@@ -82,7 +82,7 @@ fn is_equal(a: &str, b: &str) -> bool {
 }
 
 /// 128 random bits in hexadecimal digits.
-fn random_token() -> Result<String, getrandom::Error> {
+pub(super) fn random_token() -> Result<String, getrandom::Error> {
     let mut bytes = [0_u8; 16];
     getrandom::fill(&mut bytes)?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())

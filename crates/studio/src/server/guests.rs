@@ -2,6 +2,7 @@
 
 use std::{
     io,
+    net::SocketAddr,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
@@ -47,6 +48,10 @@ impl Default for Limits {
 /// When the system has no connection to give, so many are sent away, and the next attempt comes after this time.
 const MAKE_ROOM: usize = 8;
 const PAUSE: Duration = Duration::from_millis(50);
+
+/// Where a request comes from, among its extensions.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Peer(pub SocketAddr);
 
 /// A connection that may have to go.
 struct Guest {
@@ -101,7 +106,7 @@ pub(super) async fn receive(listener: TcpListener, router: Router, hub: Arc<Hub>
     let guests = Arc::new(Guests::default());
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => welcome(stream, &router, &guests, limits),
+            Ok((stream, address)) => welcome(stream, Peer(address), &router, &guests, limits),
             Err(error) if is_of_one_connection(&error) => {}
             Err(error) => {
                 hub.complain(&format!("cannot take a connection: {error}"));
@@ -119,7 +124,7 @@ fn is_of_one_connection(error: &io::Error) -> bool {
     matches!(error.kind(), ConnectionAborted | ConnectionRefused | ConnectionReset)
 }
 
-fn welcome(stream: TcpStream, router: &Router, guests: &Arc<Guests>, limits: Limits) {
+fn welcome(stream: TcpStream, peer: Peer, router: &Router, guests: &Arc<Guests>, limits: Limits) {
     while guests.all().len() >= limits.num_connections && guests.send_one_away() {}
     // An update goes out at once: otherwise its end waits until the page has confirmed its beginning.
     let _ = stream.set_nodelay(true);
@@ -128,7 +133,8 @@ fn welcome(stream: TcpStream, router: &Router, guests: &Arc<Guests>, limits: Lim
     let router = TowerToHyperService::new(router.clone());
     let (theirs, mine) = (Arc::clone(guests), Arc::clone(&use_of));
     let task = tokio::spawn(async move {
-        let answer = service_fn(|request: Request<Incoming>| {
+        let answer = service_fn(|mut request: Request<Incoming>| {
+            request.extensions_mut().insert(peer);
             mine.num_requests.fetch_add(1, Ordering::Relaxed);
             mine.last.store(theirs.next(), Ordering::Relaxed);
             router.call(request)

@@ -4,7 +4,7 @@ use std::{
     fmt,
     path::{Path, PathBuf},
     sync::{
-        Arc, OnceLock,
+        Arc, Mutex, OnceLock, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
         mpsc::{Receiver, SyncSender, sync_channel},
     },
@@ -13,6 +13,10 @@ use std::{
 use tokio::sync::watch;
 use visloc_core::Clock;
 
+use super::{
+    seat::{Seat, Visitor},
+    wheel::Wheel,
+};
 use crate::{Command, Update};
 
 /// Commands that wait for the engine; more are left out and counted.
@@ -28,6 +32,9 @@ pub struct Hub {
     is_closed: AtomicBool,
     /// Where files of pages go.
     files: OnceLock<PathBuf>,
+    /// What moves the robot, if others may.
+    wheel: OnceLock<Arc<Wheel>>,
+    seat: Mutex<Seat>,
     /// When the engine began to work, seconds as bits; NaN while it waits.
     busy_since: AtomicU64,
     num_malformed: AtomicU64,
@@ -49,6 +56,8 @@ impl Hub {
             log: Box::new(log),
             is_closed: AtomicBool::new(false),
             files: OnceLock::new(),
+            wheel: OnceLock::new(),
+            seat: Mutex::default(),
             busy_since: AtomicU64::new(f64::NAN.to_bits()),
             num_malformed: AtomicU64::new(0),
             num_left_out: AtomicU64::new(0),
@@ -65,6 +74,11 @@ impl Hub {
 
     pub(crate) fn files_folder(&self) -> Option<&Path> {
         self.files.get().map(PathBuf::as_path)
+    }
+
+    /// Lets others drive. They need not wait for the engine: what they ask for goes to the wheel at once.
+    pub fn let_drive(&self, wheel: Arc<Wheel>) {
+        let _ = self.wheel.set(wheel);
     }
 
     /// Shows something to all pages.
@@ -154,9 +168,41 @@ impl Hub {
 
     /// Takes in the text of a command; what is none is counted.
     pub fn take_text(&self, text: &str) {
-        match serde_json::from_str(text) {
-            Ok(command) => self.take(command),
-            Err(error) => self.count_malformed(&error.to_string()),
+        if let Some(command) = self.command_of(text) {
+            self.take(command);
+        }
+    }
+
+    fn command_of(&self, text: &str) -> Option<Command> {
+        serde_json::from_str(text).inspect_err(|error| self.count_malformed(&error.to_string())).ok()
+    }
+
+    /// Takes in the text of a command from somebody in particular; of those who would drive, from one at a time.
+    ///
+    /// # Errors
+    /// Why the robot does not do it, for that person.
+    pub(crate) fn take_text_of(&self, visitor: &Visitor, text: &str) -> Result<(), String> {
+        let Some(command) = self.command_of(text) else { return Ok(()) };
+        let mut seat = self.seat.lock().unwrap_or_else(PoisonError::into_inner);
+        seat.take(visitor, &command, self.clock.secs())?;
+        match self.wheel.get().filter(|_| Wheel::is_for(&command)) {
+            Some(wheel) => wheel.take(&visitor.name(), &command),
+            None => {
+                self.take(command);
+                Ok(())
+            }
+        }
+    }
+
+    /// Somebody has left. If they drove, the robot stands.
+    pub(crate) fn leave(&self, visitor: &Visitor) {
+        let mut seat = self.seat.lock().unwrap_or_else(PoisonError::into_inner);
+        if !seat.leave(visitor) {
+            return;
+        }
+        match self.wheel.get() {
+            Some(wheel) => wheel.let_go(),
+            None => self.take(Command::Drive { forward: 0.0, left: 0.0, turn: 0.0, seen_secs: None }),
         }
     }
 

@@ -10,7 +10,7 @@ use thiserror::Error;
 use tokio::{runtime::Builder, sync::oneshot};
 
 use super::{
-    access::Access,
+    access::{Access, random_token},
     guests::{Limits, receive},
     hub::Hub,
     routes::router,
@@ -52,6 +52,19 @@ impl Server {
     /// If nobody can listen at this address.
     pub fn start(address: SocketAddr, token: Option<String>, hub: Arc<Hub>) -> Result<Self, ServerError> {
         Self::start_with(address, token, hub, Limits::default())
+    }
+
+    /// As [`Server::start`], but whoever comes needs a token, also on this computer.
+    ///
+    /// # Errors
+    /// If nobody can listen at this address.
+    pub fn start_guarded(
+        address: SocketAddr,
+        token: Option<String>,
+        hub: Arc<Hub>,
+    ) -> Result<Self, ServerError> {
+        let token = token.map_or_else(random_token, Ok)?;
+        Self::start(address, Some(token), hub)
     }
 
     pub(super) fn start_with(

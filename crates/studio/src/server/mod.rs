@@ -9,13 +9,17 @@ mod link;
 mod listen;
 mod publisher;
 mod pulse;
+mod refusal;
 mod remote;
 mod remote_session;
 mod routes;
+mod seat;
 mod smaller;
 mod socket;
+mod wheel;
 
 pub use listen::{Server, ServerError};
 pub use publisher::Publisher;
 pub use remote::Remote;
 pub use remote_session::RemoteSession;
+pub use wheel::{DriveLimits, DriveOrder, Wheel};

@@ -18,6 +18,7 @@ use tokio_tungstenite::{
 use super::{
     hub::Hub,
     pulse::{PULSE_EVERY, Pulse, Silence},
+    refusal::Refused,
 };
 use crate::{Command, Message, MessageKind, StudioError, Update};
 
@@ -30,6 +31,8 @@ const FIRST_WAIT: Duration = Duration::from_millis(500);
 const MAX_WAIT: Duration = Duration::from_secs(5);
 /// A robot that says nothing for so long is asked whether it is still there.
 const PING_EVERY: Duration = Duration::from_secs(5);
+/// What the robot refuses is part of all states for so long: a page that is busy leaves states out.
+const REFUSED_FOR: Duration = Duration::from_secs(1);
 /// So many questions without an answer, and the link is broken.
 const MAX_PINGS: u32 = 2;
 
@@ -110,8 +113,13 @@ async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, pict
                 let Some(Ok(frame)) = incoming else { return };
                 (num_pings, silent) = (0, Duration::ZERO);
                 silence.ends();
-                if let Frame::Text(text) = &frame && let Some(pulse) = Pulse::read(text) {
-                    silence.take(pulse);
+                if let Frame::Text(text) = &frame {
+                    if let Some(pulse) = Pulse::read(text) {
+                        silence.take(pulse);
+                    } else if let Some(Refused { reason }) = Refused::read(text) {
+                        picture.refused = Some((reason, REFUSED_FOR));
+                        picture.show(hub, Arc::clone(&picture.state));
+                    }
                 }
                 let Frame::Binary(bytes) = frame else { continue };
                 match picture.take(&bytes, hub) {
@@ -128,6 +136,7 @@ async fn relay(mut socket: Socket, hub: &Hub, commands: &Receiver<Command>, pict
                 silent += COMMANDS_EVERY;
                 since_told += COMMANDS_EVERY;
                 silence.pass(COMMANDS_EVERY.as_secs_f64());
+                picture.pass(COMMANDS_EVERY);
                 match silence.stale_secs() {
                     Some(secs) if !is_stale || since_told >= PULSE_EVERY => {
                         (is_stale, since_told) = (true, Duration::ZERO);
@@ -163,6 +172,8 @@ struct Picture {
     scene: Arc<[u8]>,
     image: Option<Arc<[u8]>>,
     state: Arc<[u8]>,
+    /// What the robot does not do for whoever is here, and how long that is still to be told.
+    refused: Option<(String, Duration)>,
 }
 
 impl Picture {
@@ -182,6 +193,7 @@ impl Picture {
         Ok(Self {
             scene: bytes(MessageKind::Scene, &scene)?,
             image: None,
+            refused: None,
             state: bytes(MessageKind::State, &state)?,
         })
     }
@@ -201,7 +213,20 @@ impl Picture {
         Ok(false)
     }
 
-    fn show(&self, hub: &Hub, state: Arc<[u8]>) {
+    fn pass(&mut self, time: Duration) {
+        self.refused.take_if(|(_, left)| {
+            *left = left.saturating_sub(time);
+            left.is_zero()
+        });
+    }
+
+    fn show(&self, hub: &Hub, mut state: Arc<[u8]>) {
+        if let Some((reason, _)) = &self.refused
+            && let Ok(mut told) = Message::read(&state)
+        {
+            told.header.insert("notice".to_owned(), reason.as_str().into());
+            state = told.write().into();
+        }
         hub.publish(Update { scene: Arc::clone(&self.scene), state, image: self.image.clone() });
     }
 

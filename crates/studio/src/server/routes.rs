@@ -1,9 +1,12 @@
 //! What can be asked for.
 
-use std::sync::Arc;
+use std::sync::{
+    Arc,
+    atomic::{AtomicU64, Ordering},
+};
 
 use axum::{
-    Router,
+    Extension, Router,
     body::Body,
     extract::{DefaultBodyLimit, State, WebSocketUpgrade},
     http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
@@ -16,7 +19,9 @@ use super::{
     access::{Access, Refusal},
     assets,
     files::take_file,
+    guests::Peer,
     hub::Hub,
+    seat::Visitor,
     socket::attend,
 };
 
@@ -33,6 +38,8 @@ struct Shared {
     access: Arc<Access>,
     /// Places for pages at their sockets.
     places: Arc<Semaphore>,
+    /// How many pages have come so far.
+    num_visitors: Arc<AtomicU64>,
 }
 
 /// The page, its parts and the socket.
@@ -43,7 +50,7 @@ pub(super) fn router(hub: Arc<Hub>, access: Access, num_pages: usize) -> Router 
         .route("/access", get(may_open))
         .route("/files", get(takes_files).post(open_file).layer(DefaultBodyLimit::disable()))
         .fallback(get(page))
-        .with_state(Shared { hub, access, places })
+        .with_state(Shared { hub, access, places, num_visitors: Arc::default() })
 }
 
 /// Serves a part of the page; everything is in the program, so no path leads anywhere else.
@@ -91,6 +98,7 @@ async fn open_file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap, b
 
 async fn open_socket(
     State(shared): State<Shared>,
+    Extension(Peer(address)): Extension<Peer>,
     uri: Uri,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
@@ -101,9 +109,10 @@ async fn open_socket(
     let Ok(place) = shared.places.try_acquire_owned() else {
         return (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close one").into_response();
     };
+    let visitor = Visitor { id: shared.num_visitors.fetch_add(1, Ordering::Relaxed), address };
     upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES).on_upgrade(
         |socket| async move {
-            attend(socket, shared.hub).await;
+            attend(socket, shared.hub, visitor).await;
             drop(place);
         },
     )

@@ -9,6 +9,8 @@ use super::{
     hub::Hub,
     link::Link,
     pulse::{PULSE_EVERY, Pulse},
+    refusal::Refused,
+    seat::Visitor,
 };
 use crate::Command;
 
@@ -18,7 +20,12 @@ const SEND_TIMEOUT: Duration = Duration::from_secs(20);
 const DRAWN: &str = "drawn";
 
 /// Attends to a page until it leaves.
-pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
+pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>, visitor: Visitor) {
+    serve(&mut socket, &hub, &visitor).await;
+    hub.leave(&visitor);
+}
+
+async fn serve(socket: &mut WebSocket, hub: &Hub, visitor: &Visitor) {
     let mut updates = hub.subscribe();
     hub.take(Command::Hello {});
     let mut link = Link::default();
@@ -28,8 +35,13 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
     loop {
         tokio::select! {
             incoming = socket.recv() => match incoming {
-                Some(Ok(message)) => if !take(&message, &mut link, &hub) { return },
-                Some(Err(_)) | None => return,
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(message)) => if let Err(reason) = take(&message, &mut link, hub, visitor) {
+                    let refused = Refused { reason }.text();
+                    if !send_one(socket, Message::Text(refused.into())).await {
+                        return;
+                    }
+                },
             },
             changed = updates.changed(), if link.is_ready() => {
                 if changed.is_err() {
@@ -39,20 +51,20 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
                 let Some(update) = update else { continue };
                 has_begun = true;
                 let messages = link.messages(&update, hub.clock().secs());
-                if !send(&mut socket, messages).await {
+                if !send(socket, messages).await {
                     return;
                 }
             }
             () = sleep(link.still_after()), if link.owes_rest() => {
                 let Some(update) = updates.borrow().clone() else { continue };
                 let messages = link.rest(&update, hub.clock().secs());
-                if !send(&mut socket, messages).await {
+                if !send(socket, messages).await {
                     return;
                 }
             }
             _ = pulse_due.tick(), if has_begun => {
                 let pulse = Pulse { busy_secs: hub.busy_secs() };
-                if !send_one(&mut socket, Message::Text(pulse.text().into())).await {
+                if !send_one(socket, Message::Text(pulse.text().into())).await {
                     return;
                 }
             }
@@ -60,18 +72,17 @@ pub(super) async fn attend(mut socket: WebSocket, hub: Arc<Hub>) {
     }
 }
 
-/// Whether the page stays.
-fn take(message: &Message, link: &mut Link, hub: &Hub) -> bool {
+/// Takes in what a page says; an error is for the person there.
+fn take(message: &Message, link: &mut Link, hub: &Hub, visitor: &Visitor) -> Result<(), String> {
     match message {
         Message::Text(text) if text.as_str() == DRAWN => link.drawn(hub.clock().secs()),
-        Message::Text(text) => hub.take_text(text),
+        Message::Text(text) => hub.take_text_of(visitor, text)?,
         Message::Binary(bytes) => {
             hub.count_malformed(&format!("expected text, found {} bytes", bytes.len()));
         }
-        Message::Ping(_) | Message::Pong(_) => {}
-        Message::Close(_) => return false,
+        Message::Ping(_) | Message::Pong(_) | Message::Close(_) => {}
     }
-    true
+    Ok(())
 }
 
 /// Whether the page took them.

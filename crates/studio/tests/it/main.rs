@@ -3,6 +3,7 @@
 // Helpers of tests may fail like tests.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod driving;
 mod playground;
 mod recording;
 mod remote;

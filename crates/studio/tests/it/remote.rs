@@ -11,7 +11,7 @@ use visloc_studio::{
 
 use crate::server::{hub, serve, wait_for};
 
-fn update(number: u32) -> Update {
+pub fn update(number: u32) -> Update {
     let bytes = |kind, header| -> Arc<[u8]> { MessageBuilder::new(kind, &header).unwrap().finish().into() };
     Update {
         scene: bytes(MessageKind::Scene, json!({ "mode": "watch" })),

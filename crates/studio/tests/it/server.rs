@@ -31,8 +31,11 @@ pub fn serve(hub: &Arc<Hub>, address: &str, token: Option<&str>) -> Server {
     Server::start(address, token.map(str::to_owned), Arc::clone(hub)).unwrap()
 }
 
+/// A page at its socket.
+pub type Page = WebSocket<TcpStream>;
+
 /// Opens a socket; `origin` is that of the page.
-fn open(
+pub fn open(
     server: &Server,
     origin: Option<&str>,
     token: &str,

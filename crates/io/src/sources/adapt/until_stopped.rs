@@ -21,8 +21,9 @@ impl<S> UntilStopped<S> {
         Self { inner, host: host.clone(), is_live: false }
     }
 
-    /// Around a source that is live, or not.
-    pub(crate) fn of_kind(inner: S, host: &Host, is_live: bool) -> Self {
+    /// Around a source that is live, or not: a live one is at its end when it is stopped.
+    #[must_use]
+    pub fn of_kind(inner: S, host: &Host, is_live: bool) -> Self {
         Self { inner, host: host.clone(), is_live }
     }
 

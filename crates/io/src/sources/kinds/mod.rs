@@ -11,6 +11,7 @@ mod video;
 use std::path::Path;
 
 pub(crate) use simulation::simulated_names;
+pub use simulation::simulated_scenario;
 
 use crate::sources::{
     OpenFrames, OpenImages, OpenPictures, Purpose, SourceOption, SourceOptions, SourcesError, open::Request,

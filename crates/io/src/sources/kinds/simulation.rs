@@ -9,7 +9,7 @@ use super::{SourceKind, Way, always_usable, claims_nothing};
 use crate::{
     sequence::{Bound, Calibration},
     sources::{
-        OpenFrames, OpenImages, OpenPictures,
+        OpenFrames, OpenImages, OpenPictures, SourceAddress,
         SourceOption::{End, Scale, Seed, Start, Stride, Threads},
         SourcesError,
         adapt::{FramePictures, PicturesOfImages, images_of_gray},
@@ -76,10 +76,18 @@ fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
     Ok(OpenFrames { frames: Box::new(simulation), map, warnings: Vec::new() })
 }
 
-fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
-    let name = request.address.rest();
+/// The scenario of a simulated robot.
+///
+/// # Errors
+/// If there is none of this name, or it makes no sense.
+pub fn simulated_scenario(address: &SourceAddress<'_>) -> Result<Scenario, SourcesError> {
+    let name = address.rest();
     let name = ALIASES.iter().find(|alias| alias.0 == name).map_or(name, |alias| alias.1);
-    let scenario = Scenario::load(name)?;
+    Ok(Scenario::load(name)?)
+}
+
+fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
+    let scenario = simulated_scenario(&request.address)?;
     let options = request.options;
     if options.usual.max_frames.is_some_and(|number| number > MAX_FRAMES) {
         return request.cannot(format!("--frames: expected at most {MAX_FRAMES} for a simulation"));
