@@ -1,9 +1,10 @@
 //! Stands in for the studio where it was left out of the program.
 
 use anyhow::{Result, bail};
-use visloc_core::{CameraTrajectory, geom::Camera};
+use visloc_core::{CameraTrajectory, GrayFrame, geom::Camera};
 use visloc_io::sources::SourceOptions;
 use visloc_slam::{Slam, SlamConfig, SlamFrame};
+use visloc_vmap::{MapLocalizer, VisualMap};
 
 use crate::{
     args::{BroadcastArgs, DriveArgs},
@@ -67,6 +68,43 @@ impl Show {
 
 impl Spectator for Show {
     fn after_frame(&mut self, _: &FrameView<'_>) {}
+}
+
+/// Cannot be made.
+pub enum MapShow {}
+
+impl MapShow {
+    /// Says what is missing.
+    ///
+    /// # Errors
+    /// If somebody is to see the run.
+    pub fn open(args: &BroadcastArgs, _: &str, _: &SlamConfig, _: u64) -> Result<Option<Self>> {
+        check(args).map(|()| None)
+    }
+
+    /// Never called.
+    pub fn obey(&mut self) -> Option<(SlamConfig, u64)> {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn look(
+        &mut self,
+        _: (&VisualMap, Option<&CameraTrajectory>),
+        _: &MapLocalizer,
+        _: &GrayFrame,
+        _: &Camera,
+    ) {
+        match *self {}
+    }
+
+    /// Never called.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn finish(self) -> Result<()> {
+        match self {}
+    }
 }
 
 /// What is shown of a run.

@@ -8,6 +8,7 @@ use std::{
 use serde_json::{Value, json};
 use visloc_core::Clock;
 use visloc_sim::TOURS;
+use visloc_vmap::VisualMap;
 
 use crate::{
     Engine, Session, StudioError,
@@ -45,6 +46,8 @@ pub enum SourceOpener {
     Frames(FramesOpener),
     /// As images of a camera without a map.
     Images(ImagesOpener),
+    /// As images of a camera in the map of an earlier session.
+    InMap(ImagesOpener, Arc<VisualMap>),
 }
 
 /// What a file is that somebody at a page has handed over.
@@ -147,15 +150,29 @@ impl Scenes {
         robot.chain(sources).chain(recordings).chain(places).chain(tours).collect()
     }
 
-    fn slam(&self, scene: &str, from: SequenceSource) -> Result<Box<dyn Session>, StudioError> {
+    fn slam(
+        &self,
+        scene: &str,
+        from: SequenceSource,
+        map: Option<Arc<VisualMap>>,
+    ) -> Result<Box<dyn Session>, StudioError> {
         let more = json!({ "scene": scene, "scenes": self.list() });
-        Ok(Box::new(SlamSession::open(from, more, self.slam_clock.clone(), self.seed)?))
+        Ok(Box::new(SlamSession::open(from, map, more, self.slam_clock.clone(), self.seed)?))
     }
 
     fn source(&self, scene: &str, source: &NamedSource) -> Result<Box<dyn Session>, StudioError> {
         let NamedSource { name, is_live, opener } = source.clone();
         match opener {
-            SourceOpener::Images(open) => self.slam(scene, SequenceSource::Other(name, open, is_live)),
+            SourceOpener::Images(open) => self.slam(scene, SequenceSource::Other(name, open, is_live), None),
+            SourceOpener::InMap(open, map) => {
+                // Somebody can take the camera of a simulated tour into their hands.
+                let tour = name.strip_prefix(TOUR).filter(|tour| TOURS.iter().any(|(name, ..)| name == tour));
+                let from = match tour {
+                    Some(tour) => SequenceSource::Tour(tour.to_owned()),
+                    None => SequenceSource::Other(name, open, is_live),
+                };
+                self.slam(scene, from, Some(map))
+            }
             SourceOpener::Frames(open) => {
                 let more = json!({ "scene": scene, "scenes": self.list() });
                 let clock = self.clock.clone();
@@ -194,7 +211,7 @@ impl Engine for Scenes {
             )));
         }
         if let Some(name) = scene.strip_prefix(TOUR) {
-            return self.slam(scene, SequenceSource::Tour(name.to_owned()));
+            return self.slam(scene, SequenceSource::Tour(name.to_owned()), None);
         }
         Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), self.list())?))
     }

@@ -4,11 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 use visloc_core::{CameraPose, CameraTrajectory, Timestamp, eval::camera as eval};
 use visloc_slam::{
     atlas::Similarity,
-    map::{Correction, Keyframe, KeyframeId, MapId},
+    map::{Keyframe, KeyframeId, MapId},
 };
 
 use crate::{
     MapScale, ScaleSource, VisualMap,
+    frame::move_map,
     ground::{Ground, find_ground},
 };
 
@@ -104,19 +105,17 @@ impl VisualMap {
 
     /// Takes a map to another frame and unit of length.
     pub fn transform(&mut self, map: MapId, similarity: &Similarity, scale: MapScale) {
-        let of_map = self.map.all_keyframes().filter(|(_, keyframe)| keyframe.map == map);
-        let corrections: Vec<Correction> = of_map
-            .map(|(keyframe, k)| Correction {
-                keyframe,
-                camera_from_world: similarity.pose(k.camera_from_world()),
-                scale: similarity.scale,
-            })
-            .collect();
-        self.map.correct(&corrections);
+        move_map(&mut self.map, map, similarity);
         let least = map.index() + 1;
         if self.scales.len() < least {
             self.scales.resize(least, MapScale::default());
         }
         self.scales[map.index()] = scale;
+        if scale.source == ScaleSource::Aligned {
+            if self.levels.len() < least {
+                self.levels.resize(least, false);
+            }
+            self.levels[map.index()] = true;
+        }
     }
 }

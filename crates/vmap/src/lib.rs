@@ -11,6 +11,7 @@ mod container;
 mod error;
 mod export;
 mod file;
+mod frame;
 mod ground;
 mod image;
 mod localizer;

@@ -12,6 +12,8 @@ use visloc_slam::{
     track::Quality,
 };
 
+use crate::{ScaleSource, VisualMap};
+
 /// From this reliability on a camera counts as localized, as a robot on a drawn map does.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
 /// Odds that a place that was recognized by the fewest landmarks is another one: a door, a window, a poster that is there twice has that
@@ -152,6 +154,7 @@ pub struct MapLocalizer {
     visual_way: f64,
     way: Option<WaySince>,
     meters_per_unit: Option<f64>,
+    outcome: Option<FrameOutcome>,
 }
 
 impl MapLocalizer {
@@ -174,7 +177,23 @@ impl MapLocalizer {
             visual_way: 0.0,
             way: None,
             meters_per_unit,
+            outcome: None,
         })
+    }
+
+    /// For one camera in the maps of a file, see [`MapLocalizer::new`]: in meters if the scale of the largest is known.
+    ///
+    /// # Errors
+    /// If a parameter is out of range.
+    pub fn in_map(
+        map: &VisualMap,
+        camera: &Camera,
+        config: &SlamConfig,
+        seed: u64,
+    ) -> Result<Self, ConfigError> {
+        let scale = map.largest().map(|largest| map.scale(largest).source).unwrap_or_default();
+        let meters_per_unit = (scale != ScaleSource::Unknown).then_some(1.0);
+        Self::new(&map.map, meters_per_unit, camera, config, seed)
     }
 
     /// Measures times with a clock.
@@ -202,7 +221,20 @@ impl MapLocalizer {
             self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
         }
         self.last = seen.or(carried);
+        self.outcome = Some(outcome);
         Ok(self.last)
+    }
+
+    /// What the last image came to in the system below; `None` before the first one.
+    #[must_use]
+    pub fn outcome(&self) -> Option<&FrameOutcome> {
+        self.outcome.as_ref()
+    }
+
+    /// What is known since the last image; `None` where nothing is known of the place.
+    #[must_use]
+    pub fn estimate(&self) -> Option<&CameraEstimate> {
+        self.last.as_ref()
     }
 
     /// What an image tells that was tracked. Where the camera is expected is known by odometry, or where it was before.

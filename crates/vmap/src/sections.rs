@@ -14,6 +14,7 @@ use crate::{
 
 const SESSIONS: Kind = Kind(*b"SESS");
 const SCALES: Kind = Kind(*b"SCAL");
+const LEVELS: Kind = Kind(*b"LEVL");
 const CAMERAS: Kind = Kind(*b"CAMS");
 const KEYFRAMES: Kind = Kind(*b"KEYF");
 const LANDMARKS: Kind = Kind(*b"LAND");
@@ -73,6 +74,9 @@ fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
         section(CAMERAS, 0, &cameras),
         section(KEYFRAMES, 0, &stored.keyframes),
     ];
+    if map.levels.contains(&true) {
+        sections.push(section(LEVELS, 0, &map.levels));
+    }
     for (number, landmarks) in (0..).zip(stored.landmarks.chunks(LANDMARKS_A_SECTION)) {
         sections.push(section(LANDMARKS, number, &landmarks));
     }
@@ -108,11 +112,16 @@ fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
     let keyframes: Vec<StoredKeyframe> = reader.needed(KEYFRAMES)?;
     let sessions: Vec<Session> = reader.spared(SESSIONS, "where the map comes from is not known");
     let scales: Vec<MapScale> = reader.spared(SCALES, "the scale is not known");
+    // Files of earlier versions have none.
+    let levels = match reader.of_kind(LEVELS)[..] {
+        [] => Vec::new(),
+        _ => reader.spared(LEVELS, "which way is up is not known"),
+    };
     let landmarks = reader.landmarks();
     let pictures = reader.pictures(&cameras, &keyframes);
     let Reader { damages, .. } = reader;
     let map = Map::restored(StoredMap { cameras, keyframes, pictures, landmarks })?;
-    Ok(OpenedMap { map: VisualMap { map, scales, sessions }, damages })
+    Ok(OpenedMap { map: VisualMap { map, scales, levels, sessions }, damages })
 }
 
 /// The name of a section, for people.
@@ -120,6 +129,7 @@ fn name(kind: Kind, number: Option<u32>) -> String {
     let name = match kind {
         SESSIONS => "sessions",
         SCALES => "scales",
+        LEVELS => "levels",
         CAMERAS => "cameras",
         KEYFRAMES => "keyframes",
         LANDMARKS => "landmarks",

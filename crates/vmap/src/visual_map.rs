@@ -6,7 +6,10 @@ use visloc_slam::{
     map::{Map, MapId},
 };
 
-use crate::Damage;
+use crate::{
+    Damage,
+    frame::{move_map, odom_from_map},
+};
 
 /// Maps of a place.
 #[derive(Debug, Clone, Default)]
@@ -15,6 +18,9 @@ pub struct VisualMap {
     pub map: Map,
     /// The scale of each map, in order of their numbers. Those that are not listed are unknown.
     pub scales: Vec<MapScale>,
+    /// Whether z points up in each map, in order of their numbers; in those that are not listed x points to the right of the first image, y
+    /// down and z ahead.
+    pub levels: Vec<bool>,
     /// What it was made of, oldest first.
     pub sessions: Vec<Session>,
 }
@@ -82,13 +88,39 @@ pub struct Session {
 
 impl VisualMap {
     /// What a run of SLAM has made, or made of this map, which it began with: its keyframes, the scales, and the session. A map that was
-    /// there keeps its scale, also when others were joined to it; any other has what the odometry says.
+    /// there keeps its frame and its scale, also when others were joined to it; any other has the scale that the odometry says, and the
+    /// frame of the odometry then.
     #[must_use]
     pub fn after(self, slam: &Slam, session: Session) -> Self {
-        let scales = scales_after(&self, slam);
+        let standings = standings_after(&self, slam);
+        let mut map = slam.map().clone();
+        for (id, standing) in &standings {
+            if standing.scale.source == ScaleSource::Odometry
+                && !standing.was_level
+                && let Some(odom_from_map) = odom_from_map(&map, *id)
+            {
+                move_map(&mut map, *id, &odom_from_map);
+            }
+        }
         let mut sessions = self.sessions;
         sessions.push(session);
-        Self { map: slam.map().clone(), scales, sessions }
+        Self {
+            levels: standings
+                .iter()
+                .map(|(_, it)| it.was_level || it.scale.source == ScaleSource::Odometry)
+                .collect(),
+            scales: standings.into_iter().map(|(_, standing)| standing.scale).collect(),
+            map,
+            sessions,
+        }
+    }
+
+    /// Whether z points up in one of the maps.
+    #[must_use]
+    pub fn is_level(&self, map: MapId) -> bool {
+        // Files of earlier versions do not say so of a map that was aligned.
+        self.levels.get(map.index()).copied().unwrap_or_default()
+            || self.scale(map).source == ScaleSource::Aligned
     }
 
     /// The scale of one of the maps.
@@ -109,26 +141,35 @@ impl VisualMap {
 /// Change of the scale of a keyframe, in logarithms, up to which it was only adjusted: more, and its map was moved into the frame of another.
 const ADJUSTED: f64 = 0.1;
 
-/// The scales of the maps after a run.
-fn scales_after(loaded: &VisualMap, slam: &Slam) -> Vec<MapScale> {
+/// What is known of a map after a run.
+struct Standing {
+    scale: MapScale,
+    /// Whether z pointed up in the map that was there before.
+    was_level: bool,
+}
+
+/// What is known of the maps after a run, in the order in which a file numbers them.
+fn standings_after(loaded: &VisualMap, slam: &Slam) -> Vec<(MapId, Standing)> {
     let map = slam.map();
-    let mut maps: Vec<MapId> = Vec::new();
-    let mut scales: Vec<MapScale> = Vec::new();
+    let mut standings: Vec<(MapId, Standing)> = Vec::new();
     for (id, keyframe) in map.all_keyframes() {
-        let number = maps.iter().position(|map| *map == keyframe.map).unwrap_or_else(|| {
-            maps.push(keyframe.map);
-            scales.push(scale_by_odometry(slam, keyframe.map));
-            maps.len() - 1
+        let number = standings.iter().position(|(map, _)| *map == keyframe.map).unwrap_or_else(|| {
+            let scale = scale_by_odometry(slam, keyframe.map);
+            standings.push((keyframe.map, Standing { scale, was_level: false }));
+            standings.len() - 1
         });
         let is_loaded = id.index() < loaded.map.num_keyframe_ids();
         if is_loaded && map.scale_of(id).ln().abs() < ADJUSTED {
-            let known = loaded.scale(loaded.map.keyframe(id).map);
+            let before = loaded.map.keyframe(id).map;
+            let known = loaded.scale(before);
+            let standing = &mut standings[number].1;
             if known.source != ScaleSource::Unknown {
-                scales[number] = known;
+                standing.scale = known;
             }
+            standing.was_level |= loaded.is_level(before);
         }
     }
-    scales
+    standings
 }
 
 fn scale_by_odometry(slam: &Slam, map: MapId) -> MapScale {

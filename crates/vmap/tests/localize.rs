@@ -11,7 +11,7 @@ use visloc_core::{
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
 use visloc_slam::{Slam, SlamConfig};
-use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, VisualMap};
+use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, Session, VisualMap};
 
 struct Clip {
     camera: Camera,
@@ -134,4 +134,39 @@ fn odometry_carries_a_place_until_the_robot_is_lifted() {
     assert!(back.covariance[(0, 0)] > there.covariance[(0, 0)]);
     assert!(step(next(), None, None).is_none(), "in the air");
     assert!(step(next(), None, Some(0.0)).is_none(), "put down somewhere");
+}
+
+#[test]
+fn a_map_of_a_robot_has_the_frame_of_its_odometry_and_keeps_it() {
+    let clip = clip();
+    let mut slam = Slam::new(&clip.camera, &config(), 1).unwrap();
+    for (at, image) in &clip.images {
+        let truth = clip.truth.nearest(*at, 0.01).unwrap().world_from_camera;
+        let turn = Rotation3::from_matrix_unchecked(*truth.rotation());
+        let odom_from_camera = Some(Rigid3::new(turn, *truth.translation()));
+        slam.add_frame_of_robot(*at, image.clone(), odom_from_camera).unwrap();
+    }
+    slam.finish();
+    let map = VisualMap::default().after(&slam, Session::default());
+    let map = VisualMap::from_bytes(&map.to_bytes(&slam.session_camera())).unwrap().map;
+    let largest = map.largest().unwrap();
+    assert_eq!((map.scale(largest).source, map.is_level(largest)), (ScaleSource::Odometry, true));
+    map.map.check().unwrap();
+    for pose in map.way(largest).poses() {
+        let truth = clip.truth.nearest(pose.at, 0.01).unwrap().world_from_camera;
+        let apart = truth.inverse() * pose.world_from_camera;
+        assert!(apart.translation().norm() < 0.05 && apart.rotation_angle_rad() < 0.02, "{apart:?}");
+    }
+    // A camera on no robot goes on in it.
+    let before = map.way(largest);
+    let mut slam =
+        Slam::resume(map.map.clone(), &clip.camera, &config(), 1, visloc_slam::Schedule::Sequential).unwrap();
+    for (number, (_, image)) in clip.images.iter().enumerate() {
+        slam.add_frame(Timestamp::from_secs(2e9 + number as f64 / 30.0), image.clone()).unwrap();
+    }
+    slam.finish();
+    let after = map.after(&slam, Session::default());
+    assert!(after.is_level(largest) && after.scale(largest).source == ScaleSource::Odometry);
+    let (first, now) = (before.poses()[0], after.way(largest).poses()[0]);
+    assert!((first.world_from_camera.translation() - now.world_from_camera.translation()).norm() < 0.01);
 }

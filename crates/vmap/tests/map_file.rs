@@ -46,6 +46,7 @@ fn taught() -> &'static [u8] {
         let map = VisualMap {
             map: slam.map().clone(),
             scales: vec![MapScale { source: ScaleSource::TwoPoints, relative_sigma: 0.01 }],
+            levels: Vec::new(),
             sessions: vec![Session { source: "desk-clip".to_owned(), num_images: 45, ..Session::default() }],
         };
         map.to_bytes(&slam.session_camera())

@@ -23,6 +23,7 @@ use super::{
                        visloc studio --scene sim:room\n  \
                        visloc studio recording.mcap --map robocup-spl-2010\n  \
                        visloc studio clip.mp4 --camera camera.toml\n  \
+                       visloc studio clip.mp4 --camera camera.toml --map room.vmap\n  \
                        visloc studio ros2:/camera/image_raw --map my-field.toml\n  \
                        visloc studio --listen 0.0.0.0 --no-open"
 )]
@@ -31,7 +32,7 @@ pub struct StudioArgs {
     /// without one
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
-    /// The map that SOURCE moves on: a name (visloc maps) or a file
+    /// The map that SOURCE moves on: a name (visloc maps) or a file, also one of visloc slam (.vmap)
     #[arg(long, value_name = "NAME|FILE", requires = "source")]
     pub map: Option<InputName>,
     /// What to show first: robocup-2010, robocup-2024, office, office-large, or

@@ -33,7 +33,7 @@ use crate::{
 /// written first.
 pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if in_map::is_wanted(args) {
-        return in_map::execute(args);
+        return in_map::execute(args, honored_by_outputs(args));
     }
     let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
     if let Some(features) = args.features {

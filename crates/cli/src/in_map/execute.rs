@@ -9,11 +9,12 @@ use visloc_io::{
     sources::{SourceOption, SourceOptions},
 };
 use visloc_slam::SlamConfig;
-use visloc_vmap::{MapLocalizer, ScaleSource, VisualMap};
+use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{
     frames::MapFrames,
     report::{InMapReport, MapRecord, draw, summarize, trajectory, write_estimates},
+    watchers::Watchers,
 };
 use crate::{
     args::LocalizeArgs,
@@ -26,11 +27,11 @@ use crate::{
     stopwatch::thread_cpu_secs,
 };
 
-/// Finds a camera in a map of SLAM.
+/// Finds a camera in a map of SLAM. The options of the source that outputs honor are given.
 ///
 /// # Errors
 /// If an input cannot be used or an output not be written.
-pub fn execute(args: &LocalizeArgs) -> Result<()> {
+pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Result<()> {
     refuse_others(args)?;
     let name = args.map.as_deref().unwrap_or_default();
     let config = match args.config.as_deref().map(read_text).transpose()? {
@@ -41,16 +42,17 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),
-        honored_elsewhere: vec![SourceOption::Seed],
+        honored_elsewhere,
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     prepare(&args.source)?;
     let (mut frames, truth, warnings) = MapFrames::open(&args.source, &options, &args.corrections)?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
-    let run = run(args, &map, &config, &mut frames)?;
+    let mut watchers = Watchers::open(args, &options, &config, &frames)?;
+    let run = run(args, (&map, truth.as_ref()), &config, &mut frames, &mut watchers)?;
     let told = (!run.truth.poses().is_empty()).then_some(&run.truth);
-    finish(args, name, &map, &run, truth.as_ref().or(told))
+    finish(args, name, &map, &run, truth.as_ref().or(told), watchers)
 }
 
 /// What came of the images.
@@ -62,14 +64,21 @@ struct Run {
     broken: Option<String>,
 }
 
-fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut MapFrames) -> Result<Run> {
+fn run(
+    args: &LocalizeArgs,
+    (map, truth): (&VisualMap, Option<&CameraTrajectory>),
+    config: &SlamConfig,
+    frames: &mut MapFrames,
+    watchers: &mut Watchers,
+) -> Result<Run> {
     let progress = Progress::new(frames.num());
+    let (mut config, mut seed) = (config.clone(), args.seed.value());
     let mut localizer: Option<MapLocalizer> = None;
     let mut run =
         Run { records: Vec::new(), truth: CameraTrajectory::new(), skipped: Vec::new(), broken: None };
     let most = args.frames.map_or(usize::MAX, |frames| frames as usize);
     while run.records.len() < most {
-        let (frame, camera) = match frames.next() {
+        let frame = match frames.next() {
             Some(Ok(next)) => next,
             Some(Err(broken)) => {
                 run.broken = Some(broken.to_string());
@@ -77,25 +86,27 @@ fn run(args: &LocalizeArgs, map: &VisualMap, config: &SlamConfig, frames: &mut M
             }
             None => break,
         };
+        if watchers.take_wishes(&mut config, &mut seed) {
+            localizer = None;
+        }
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {
-                let scale = map.largest().map(|largest| map.scale(largest).source).unwrap_or_default();
-                let meters = (scale != ScaleSource::Unknown).then_some(1.0);
-                let made = MapLocalizer::new(&map.map, meters, &camera, config, args.seed.value())?;
-                none.insert(made)
+                let made = none.insert(MapLocalizer::in_map(map, &frame.camera, &config, seed)?);
+                made.set_clock(Clock::new(thread_cpu_secs));
+                made
             }
         };
-        localizer.set_clock(Clock::new(thread_cpu_secs));
         let started = thread_cpu_secs();
-        let at = frame.at;
-        if let Some(world_from_camera) = frame.truth {
+        let at = frame.gray.at;
+        if let Some(world_from_camera) = frame.gray.truth {
             let _ = run.truth.push(CameraPose { at, world_from_camera });
         }
-        match localizer.step(frame) {
+        match localizer.step(frame.gray.clone()) {
             Ok(estimate) => {
                 let secs = thread_cpu_secs() - started;
                 run.records.push(MapRecord { at, estimate, secs });
+                watchers.look((map, truth), localizer, &frame, frames.num_dropped());
             }
             Err(reason) => run.skipped.push(SkippedInput {
                 at: Some(at),
@@ -116,11 +127,14 @@ fn finish(
     map: &VisualMap,
     run: &Run,
     truth: Option<&CameraTrajectory>,
+    watchers: Watchers,
 ) -> Result<()> {
     let skipped = SkippedReport::new(run.skipped.iter());
     let report = summarize((&args.source, name), map, &run.records, truth, skipped, run.broken.clone());
     print(&report, map, truth.is_some());
+    watchers.print();
     let mut saving = Saving::default();
+    watchers.finish(&mut saving);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.trajectory.as_deref(), |path| {
         Ok(write_camera_trajectory(path, &trajectory(&run.records))?)
@@ -186,13 +200,10 @@ fn refuse_others(args: &LocalizeArgs) -> Result<()> {
         ("--pipeline", args.pipeline.is_some()),
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
-        ("--bag-out", args.bag_out.is_some()),
         ("--robot-out", args.robot_out.is_some()),
-        ("--publish-ros", args.publish_ros),
+        ("--allow-drive", args.broadcast.drive.allow_drive),
         ("--team", args.team.is_some()),
         ("--picture-at", args.picture_at.is_some()),
-        ("--record", args.broadcast.record.is_some()),
-        ("--publish", args.broadcast.publish.is_some()),
         ("--algorithm", args.algorithm != "evolutionary"),
     ];
     match others.into_iter().find(|(_, is_given)| *is_given) {

@@ -2,11 +2,22 @@
 
 use anyhow::{Context, Result, bail};
 use visloc_core::{
-    CameraTrajectory, FrameSource, GrayFrame, ImageSource, SkippedInput, SourceError, geom::Camera,
+    CameraTrajectory, Frame, FrameSource, GrayFrame, ImageSource, SkippedInput, SourceError, SourceFrame,
+    Truth, geom::Camera,
 };
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
 
 use crate::{args::CorrectionArgs, host::host, run::corrected};
+
+/// An image, and what is known with it.
+pub struct MapFrame {
+    /// What the place is looked for in.
+    pub gray: GrayFrame,
+    /// Its camera.
+    pub camera: Camera,
+    /// All that a robot senses, and where it was, if the camera is on one.
+    pub robot: Option<(Frame, Option<Truth>)>,
+}
 
 /// Where frames come from: a camera alone, or one on a robot.
 pub enum MapFrames {
@@ -37,16 +48,22 @@ impl MapFrames {
         Ok((Self::Images(open.images), open.truth, open.warnings))
     }
 
+    /// Whether the camera is on a robot.
+    pub fn has_robot(&self) -> bool {
+        matches!(self, Self::Robot(_))
+    }
+
     /// The next frame with its camera.
-    pub fn next(&mut self) -> Option<Result<(GrayFrame, Camera), SourceError>> {
+    pub fn next(&mut self) -> Option<Result<MapFrame, SourceError>> {
         Some(match self {
             Self::Images(images) => {
                 let frame = images.next_image()?;
-                frame.map(|frame| (frame, *images.camera()))
+                frame.map(|gray| MapFrame { gray, camera: *images.camera(), robot: None })
             }
             Self::Robot(frames) => frames.next_frame()?.map(|source| {
-                let camera = source.frame.camera;
-                (GrayFrame::of_robot(source), camera)
+                let SourceFrame { frame, truth } = source.clone();
+                let camera = frame.camera;
+                MapFrame { gray: GrayFrame::of_robot(source), camera, robot: Some((frame, truth)) }
             }),
         })
     }
@@ -64,6 +81,14 @@ impl MapFrames {
         match self {
             Self::Images(images) => images.skipped(),
             Self::Robot(frames) => frames.skipped(),
+        }
+    }
+
+    /// Images of a live source that came while others were worked on.
+    pub fn num_dropped(&self) -> usize {
+        match self {
+            Self::Images(images) => images.num_dropped(),
+            Self::Robot(frames) => frames.num_dropped(),
         }
     }
 }

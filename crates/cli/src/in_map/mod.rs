@@ -2,14 +2,21 @@
 
 mod execute;
 mod frames;
+#[cfg(feature = "ros2")]
+mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod live;
 mod report;
+mod results;
+mod watchers;
 
 pub use execute::execute;
 pub use report::draw;
 
-use crate::args::LocalizeArgs;
+use crate::{args::LocalizeArgs, slam::is_map_of_slam};
 
 /// Whether the map of a command is one of SLAM.
 pub fn is_wanted(args: &LocalizeArgs) -> bool {
-    args.map.as_deref().is_some_and(|map| map.ends_with(".vmap"))
+    args.map.as_deref().is_some_and(is_map_of_slam)
 }

@@ -203,9 +203,9 @@ pub fn write_estimates(path: &Path, records: &[MapRecord]) -> Result<()> {
 /// If a picture cannot be written.
 pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) -> Result<()> {
     let Some(largest) = map.largest() else { return Ok(()) };
-    let is_up = map.scale(largest).source == ScaleSource::Aligned;
+    let is_up = map.is_level(largest);
     let place = |point: &nalgebra::Vector3<f64>| {
-        // A frame of its own has x to the right, y down and z ahead; one that a map was aligned to has z up.
+        // A frame of its own has x to the right, y down and z ahead.
         if is_up { [point.x, point.y, point.z] } else { [point.x, point.z, -point.y] }
     };
     let shown = map.map.with_active(largest);

@@ -13,7 +13,7 @@ use super::{FrameView, LiveReport, Records, Runner, Spectator, TeamOutput, resul
 use crate::host::host;
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
-const TF_AHEAD_SECS: f64 = 0.2;
+pub const TF_AHEAD_SECS: f64 = 0.2;
 
 /// The robot's place in a team.
 pub struct TeamSettings<'a> {

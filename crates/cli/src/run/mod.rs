@@ -24,9 +24,9 @@ mod team;
 
 pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
-#[cfg(feature = "ros2")]
-pub use live::node_settings;
 pub use live::{LiveOutput, TeamSettings};
+#[cfg(feature = "ros2")]
+pub use live::{TF_AHEAD_SECS, node_settings};
 pub use live_report::LiveReport;
 pub use output::{OutputFiles, write_text};
 pub use progress::Progress;

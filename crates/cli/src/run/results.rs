@@ -3,7 +3,11 @@
 use std::path::Path;
 
 use anyhow::Result;
-use visloc_io::bag::{BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample};
+use visloc_core::{Frame, Truth};
+use visloc_io::bag::{
+    BagError, BagTopics, BagWriter, ResultFrames, ResultMessages, ResultSample, covariance_on_ground,
+    on_ground,
+};
 use visloc_locate::{Estimate, LOCALIZED_RELIABILITY};
 
 use super::{FrameView, Spectator};
@@ -18,13 +22,13 @@ fn result_sample(view: &FrameView<'_>) -> Option<ResultSample> {
 pub fn sample_of(view: &FrameView<'_>, estimate: &Estimate) -> ResultSample {
     ResultSample {
         at: view.frame.at,
-        world_from_robot: estimate.world_from_robot,
-        covariance: estimate.covariance,
+        world_from_robot: on_ground(&estimate.world_from_robot),
+        covariance: covariance_on_ground(&estimate.covariance),
         reliability: estimate.reliability,
         is_localized: estimate.reliability > LOCALIZED_RELIABILITY,
-        likelihood: estimate.likelihood,
-        hypotheses: estimate.hypotheses.iter().map(|hypothesis| hypothesis.world_from_robot).collect(),
-        odometry: view.frame.odometry,
+        likelihood: Some(estimate.likelihood),
+        hypotheses: estimate.hypotheses.iter().map(|it| on_ground(&it.world_from_robot)).collect(),
+        odometry: view.frame.odometry.as_ref().map(on_ground),
         num_dropped: view.num_dropped,
     }
 }
@@ -61,10 +65,22 @@ impl BagOutput {
         }
     }
 
-    fn write(&mut self, view: &FrameView<'_>) -> Result<(), BagError> {
-        self.writer.write_frame(view.frame, view.truth.as_ref())?;
-        let Some(sample) = result_sample(view) else { return Ok(()) };
-        for message in self.results.step(&sample) {
+    /// Writes a frame and what became of it; why that is not possible is told at the end.
+    pub fn add(&mut self, frame: &Frame, truth: Option<&Truth>, sample: Option<&ResultSample>) {
+        if self.fault.is_none() {
+            self.fault = self.write(frame, truth, sample).err();
+        }
+    }
+
+    fn write(
+        &mut self,
+        frame: &Frame,
+        truth: Option<&Truth>,
+        sample: Option<&ResultSample>,
+    ) -> Result<(), BagError> {
+        self.writer.write_frame(frame, truth)?;
+        let Some(sample) = sample else { return Ok(()) };
+        for message in self.results.step(sample) {
             self.writer.write_result(sample.at, &message)?;
         }
         Ok(())
@@ -73,8 +89,6 @@ impl BagOutput {
 
 impl Spectator for BagOutput {
     fn after_frame(&mut self, view: &FrameView<'_>) {
-        if self.fault.is_none() {
-            self.fault = self.write(view).err();
-        }
+        self.add(view.frame, view.truth.as_ref(), result_sample(view).as_ref());
     }
 }

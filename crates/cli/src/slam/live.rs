@@ -7,11 +7,14 @@ use visloc_core::Timestamp;
 use visloc_io::{
     bag::{
         diagnostics_message,
-        messages::{Header, Pose, PoseStamped},
+        messages::{Header, PointCloud2, Pose, PoseStamped},
     },
     ros2::{Order, ResultPublisher, point_cloud},
 };
-use visloc_slam::{FrameOutcome, Slam};
+use visloc_slam::{
+    FrameOutcome, Slam,
+    map::{Landmark, Map},
+};
 
 use super::{SlamRecord, SlamWatcher, write_ply};
 use crate::{host::host, run::node_settings};
@@ -63,21 +66,24 @@ impl SlamLive {
         }
     }
 
-    #[allow(clippy::cast_possible_truncation)]
     fn send_points(&mut self, at: Timestamp, slam: &Slam) {
         let is_due = self.points_sent_at.is_none_or(|sent| at.secs_since(sent).abs() >= POINTS_EVERY_SECS);
         if !is_due {
             return;
         }
         self.points_sent_at = Some(at);
-        let landmarks = slam.map().landmarks().filter(|(_, landmark)| landmark.is_converged());
-        let points: Vec<[f32; 3]> = landmarks
-            .map(|(_, l)| {
-                [l.point_in_world.x, l.point_in_world.y, l.point_in_world.z].map(|value| value as f32)
-            })
-            .collect();
-        self.publisher.publish_points(point_cloud(at, MAP_FRAME, &points));
+        self.publisher.publish_points(landmark_cloud(at, MAP_FRAME, slam.map()));
     }
+}
+
+/// The landmarks of the map that is active as a cloud in a frame.
+#[allow(clippy::cast_possible_truncation)]
+pub fn landmark_cloud(at: Timestamp, frame: &str, map: &Map) -> PointCloud2 {
+    let converged = map.landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let point = |(_, l): (_, &Landmark)| {
+        [l.point_in_world.x, l.point_in_world.y, l.point_in_world.z].map(|value| value as f32)
+    };
+    point_cloud(at, frame, &converged.map(point).collect::<Vec<_>>())
 }
 
 impl SlamWatcher for SlamLive {

@@ -8,6 +8,11 @@ use visloc_vmap::{Session, VisualMap, load, save};
 use super::SlamRun;
 use crate::{args::SlamArgs, say};
 
+/// Whether a map is one of SLAM, by its name.
+pub fn is_map_of_slam(name: &str) -> bool {
+    name.ends_with(".vmap")
+}
+
 /// Reads a map, and tells what is damaged.
 ///
 /// # Errors

@@ -19,7 +19,9 @@ pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher,
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 pub use live::SlamLive;
-pub use map_file::{load_map, save_map};
+#[cfg(feature = "ros2")]
+pub use live::landmark_cloud;
+pub use map_file::{is_map_of_slam, load_map, save_map};
 pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;

@@ -4,6 +4,8 @@ use std::{
     net::SocketAddr,
     path::{Path, PathBuf},
     sync::{Arc, mpsc::Receiver},
+    thread,
+    time::Duration,
 };
 
 use anyhow::{Context, Result};
@@ -21,6 +23,8 @@ use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
 
 /// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
 const NOTICE_SECS: f64 = 2.0;
+/// Longest wait for a frame: a gap in a recording need not be sat out.
+const MOST_WAIT_SECS: f64 = 1.0;
 /// Where a run writes what a page asks it to save.
 const FOLDER: &str = "out/studio";
 
@@ -66,9 +70,12 @@ impl Broadcast {
         Ok(Self { recording, watched, error: None })
     }
 
-    /// Whether frames are to come at the time at which they were taken.
-    pub fn is_live(&self) -> bool {
-        self.watched.is_some()
+    /// Waits until a frame is due, seconds since the first one: those who watch see frames at the time at which they were taken.
+    pub fn wait_for(&self, secs: f64) {
+        let ahead_secs = self.watched.as_ref().map_or(0.0, |watched| secs - watched.watch.secs());
+        if ahead_secs > 0.0 {
+            thread::sleep(Duration::from_secs_f64(ahead_secs.min(MOST_WAIT_SECS)));
+        }
     }
 
     /// What those who watch ask for since the last call. Pausing and playing the picture is done already. From here to [`Broadcast::rest`]

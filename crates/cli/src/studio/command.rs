@@ -33,6 +33,7 @@ use crate::{
     run::{refuse_source_options, source_options},
     say,
     settings::topic_options,
+    slam::{is_map_of_slam, load_map},
     stopwatch::{Stopwatch, thread_cpu_secs},
 };
 
@@ -154,11 +155,16 @@ fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     if let Some(name) = &args.source {
         let address = SourceAddress::parse(name)?;
         let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
+        let map = args.map.as_deref().filter(|map| is_map_of_slam(map));
+        let is_robot = is_robot && map.is_none();
         address.check(&options, if is_robot { Purpose::Frames } else { Purpose::Images })?;
         sources.push(NamedSource {
             name: name.to_string(),
             is_live: address.kind().is_live,
-            opener: if is_robot {
+            opener: if let Some(map) = map {
+                let map = Arc::new(load_map(Path::new(map))?);
+                SourceOpener::InMap(images_opener(name, &options, host), map)
+            } else if is_robot {
                 SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options, host)?)
             } else {
                 SourceOpener::Images(images_opener(name, &options, host))

@@ -15,9 +15,10 @@ use visloc_studio::{
 use visloc_world::Map;
 
 use super::command::{frames_opener, images_opener, refused};
+use crate::slam::{is_map_of_slam, load_map};
 
 /// Endings of maps and calibrations.
-const TEXTS: [&str; 6] = ["toml", "yaml", "yml", "svg", "dxf", "json"];
+const TEXTS: [&str; 7] = ["toml", "yaml", "yml", "svg", "dxf", "json", "vmap"];
 
 /// What was dropped last.
 struct Given {
@@ -52,6 +53,11 @@ pub(super) fn file_opener(map: Option<&str>, options: SourceOptions, host: &Host
 impl Given {
     /// Takes in a map or a calibration.
     fn learn(&mut self, path: &Path, name: &str) -> Result<(), StudioError> {
+        if is_map_of_slam(name) {
+            load_map(path).map_err(|error| refused(name, &format!("{error:#}")))?;
+            self.map = Some(name.to_owned());
+            return Ok(());
+        }
         let no_map = match Map::load(name) {
             Ok(_) => {
                 self.map = Some(name.to_owned());
@@ -73,11 +79,17 @@ impl Given {
         let Some(name) = &self.source else {
             return Err(refused("taken", &"now drop the recording, bag or video that it is for"));
         };
-        let purpose = if self.map.is_some() { Purpose::Frames } else { Purpose::Images };
+        let of_slam = self.map.as_deref().filter(|map| is_map_of_slam(map));
+        let is_robot = self.map.is_some() && of_slam.is_none();
+        let purpose = if is_robot { Purpose::Frames } else { Purpose::Images };
         let wrong = |error: &dyn std::fmt::Display| refused(name, error);
         let address = SourceAddress::parse(name).map_err(|error| wrong(&error))?;
         address.check(options, purpose).map_err(|error| wrong(&error))?;
         let opener = match &self.map {
+            Some(map) if of_slam.is_some() => {
+                let map = load_map(Path::new(map)).map_err(|error| refused(map, &format!("{error:#}")))?;
+                SourceOpener::InMap(images_opener(name, options, host), Arc::new(map))
+            }
             Some(map) => {
                 let opener = frames_opener(name, Some(map), options, host);
                 SourceOpener::Frames(opener.map_err(|error| wrong(&error))?)

@@ -3,11 +3,13 @@
 mod broadcast;
 mod command;
 mod files;
+mod map_show;
 mod show;
 mod slam_show;
 mod steering;
 
 pub use command::execute;
+pub use map_show::MapShow;
 pub use show::Show;
 pub use slam_show::{Shown, SlamShow};
 pub use steering::Steering;

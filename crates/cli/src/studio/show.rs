@@ -1,7 +1,5 @@
 //! Shows a run to a recording and to pages, and does what people there ask for.
 
-use std::{thread, time::Duration};
-
 use anyhow::{Context, Result};
 use visloc_core::StampedPose;
 use visloc_io::trajectory::{write_tum_header, write_tum_pose};
@@ -14,17 +12,12 @@ use super::{
 use crate::{
     args::BroadcastArgs,
     run::{FrameView, Runner, Spectator, write_text},
-    stopwatch::Stopwatch,
 };
-
-/// Longest wait for a frame: a gap in a recording need not be sat out.
-const MOST_WAIT_SECS: f64 = 1.0;
 
 /// A spectator that shows what it sees to others.
 pub struct Show {
     broadcast: Broadcast,
     viewer: RunViewer,
-    watch: Stopwatch,
 }
 
 impl Show {
@@ -34,7 +27,7 @@ impl Show {
     /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs, steering: Option<&Steering>, title: &str) -> Result<Self> {
         let broadcast = Broadcast::open(args, steering)?;
-        Ok(Self { broadcast, viewer: RunViewer::new(title), watch: Stopwatch::start() })
+        Ok(Self { broadcast, viewer: RunViewer::new(title) })
     }
 
     /// Ends the recording.
@@ -98,12 +91,7 @@ impl Spectator for Show {
 
     fn after_frame(&mut self, view: &FrameView<'_>) {
         self.broadcast.rest();
-        if self.broadcast.is_live() {
-            let ahead_secs = view.secs - self.watch.secs();
-            if ahead_secs > 0.0 {
-                thread::sleep(Duration::from_secs_f64(ahead_secs.min(MOST_WAIT_SECS)));
-            }
-        }
+        self.broadcast.wait_for(view.secs);
         let Some(runner) = view.runners.first() else { return };
         if self.broadcast.is_wanted() {
             let aside = self.broadcast.aside();

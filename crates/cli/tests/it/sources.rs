@@ -1,5 +1,7 @@
 //! Sources from outside: the list, typing mistakes, recordings of recordings, results in bags.
 
+use std::fs;
+
 use visloc_core::{FrameSource, PictureSource};
 use visloc_io::bag::{BagPictures, BagReader, BagTopics};
 
@@ -83,6 +85,29 @@ fn results_stand_beside_the_input() {
         num_frames += 1;
     }
     assert_eq!((num_frames, reader.skipped().len()), (60, 0));
+}
+
+#[test]
+fn a_camera_in_a_map_of_slam_has_the_same_outputs_as_a_robot_on_a_drawn_map() {
+    let workspace = Workspace::new();
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    workspace.must(&["slam", clip, "--save", "desk.vmap"]);
+    let see = ["localize", clip, "--map", "desk.vmap"];
+    workspace.must(&[&see[..], &["--record", "run.mcap", "--trajectory", "camera.tum"]].concat());
+    let recorded = workspace.read("camera.tum").lines().count();
+    assert!(recorded > 40, "{recorded}");
+    assert!(fs::metadata(workspace.path("run.mcap")).unwrap().len() > 100_000);
+    let error = workspace.refused(&[&see[..], &["--bag-out", "results.mcap"]].concat());
+    assert!(error.contains("robot") && !workspace.path("results.mcap").exists(), "{error}");
+    // A robot on a field finds nothing of a desk, and says so on all topics.
+    let bag = excerpt_text("R1");
+    let robot = ["localize", &bag, "--map", "desk.vmap", "--frames", "20", "--bag-out", "robot.mcap"];
+    workspace.must(&robot);
+    let reader = BagReader::open(workspace.path("robot.mcap"), BagTopics::default()).unwrap();
+    let topics = reader.available_topics();
+    let count = |topic: &str| topics.iter().find(|info| info.topic == topic).map(|info| info.num_messages);
+    assert_eq!((count("/visloc/reliability"), count("/diagnostics")), (Some(20), Some(20)));
+    assert_eq!(count("/visloc/pose").unwrap_or(0), 0);
 }
 
 #[test]

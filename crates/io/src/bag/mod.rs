@@ -37,7 +37,10 @@ pub use given::GivenInputs;
 pub use index::TopicInfo;
 pub use pictures::BagPictures;
 pub use reader::BagReader;
-pub use results::{ResultFrames, ResultMessage, ResultMessages, ResultSample, diagnostics_message};
+pub use results::{
+    ResultFrames, ResultMessage, ResultMessages, ResultSample, covariance_on_ground, diagnostics_message,
+    in_space, on_ground,
+};
 pub use schemas::definition;
 pub use stream::BagMessages;
 pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};

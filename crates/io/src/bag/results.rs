@@ -1,10 +1,13 @@
 //! What a localizer says, as messages that other programs of ROS 2 read: for bags and for live topics.
 
-use nalgebra::Matrix3;
-use visloc_core::{Timestamp, geom::PlanarPose};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3};
+use visloc_core::{
+    Timestamp,
+    geom::{PlanarPose, Rigid3},
+};
 
 use crate::bag::messages::{
-    DiagnosticArray, DiagnosticStatus, Float64, Header, KeyValue, Path, Pose, PoseArray, PoseStamped,
+    self, DiagnosticArray, DiagnosticStatus, Float64, Header, KeyValue, Path, Pose, PoseArray, PoseStamped,
     PoseWithCovariance, PoseWithCovarianceStamped, TfMessage, TransformStamped,
 };
 
@@ -23,21 +26,49 @@ pub struct ResultSample {
     /// Stamp of the image.
     pub at: Timestamp,
     /// Where the robot is.
-    pub world_from_robot: PlanarPose,
-    /// Covariance over (x, y, heading), meters and radians.
-    pub covariance: Matrix3<f64>,
+    pub world_from_robot: Isometry3<f64>,
+    /// Covariance over (x, y, z) and small turns about these axes, meters and radians.
+    pub covariance: Matrix6<f64>,
     /// Trust in the pose, 0 to 1.
     pub reliability: f64,
     /// Whether that is enough for the pose to be used.
     pub is_localized: bool,
-    /// Likelihood of the image at the pose, 0 to 1.
-    pub likelihood: f64,
+    /// Likelihood of the image at the pose, 0 to 1; `None` for who has no such thing.
+    pub likelihood: Option<f64>,
     /// All places where the robot may be.
-    pub hypotheses: Vec<PlanarPose>,
+    pub hypotheses: Vec<Isometry3<f64>>,
     /// Odometry of the image, `odom_from_robot`.
-    pub odometry: Option<PlanarPose>,
+    pub odometry: Option<Isometry3<f64>>,
     /// Images of a live source that were left out so far because others were being worked on.
     pub num_dropped: usize,
+}
+
+/// A pose on the ground, in space.
+#[must_use]
+pub fn on_ground(pose: &PlanarPose) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw_rad);
+    Isometry3::from_parts(Translation3::new(pose.x_m, pose.y_m, 0.0), turn)
+}
+
+/// The covariance of a pose on the ground, over (x, y, heading), in space.
+#[must_use]
+pub fn covariance_on_ground(covariance: &Matrix3<f64>) -> Matrix6<f64> {
+    let mut in_space = Matrix6::zeros();
+    for (i, row) in [0, 1, 5].into_iter().enumerate() {
+        for (j, column) in [0, 1, 5].into_iter().enumerate() {
+            in_space[(row, column)] = covariance[(i, j)];
+        }
+    }
+    [2, 3, 4].into_iter().for_each(|i| in_space[(i, i)] = ON_GROUND_VARIANCE);
+    in_space
+}
+
+/// A pose in space, without the names of its frames.
+#[must_use]
+pub fn in_space<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Isometry3<f64> {
+    let [x, y, z, w] = pose.quaternion_xyzw();
+    let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(Translation3::from(*pose.translation()), turn)
 }
 
 /// Names of the frames in results.
@@ -109,9 +140,9 @@ impl ResultMessage {
 pub struct ResultMessages {
     frames: ResultFrames,
     tf_ahead_secs: f64,
-    map_from_odom: Option<PlanarPose>,
+    map_from_odom: Option<Isometry3<f64>>,
     path: Vec<PoseStamped>,
-    path_end: Option<PlanarPose>,
+    path_end: Option<Isometry3<f64>>,
     path_step: (f64, f64),
     path_sent_at: Option<Timestamp>,
 }
@@ -145,7 +176,7 @@ impl ResultMessages {
             messages.push(ResultMessage::Pose(self.pose(sample)));
         }
         messages.extend(self.transform(sample).map(ResultMessage::Transform));
-        let poses = sample.hypotheses.iter().map(planar_message).collect();
+        let poses = sample.hypotheses.iter().map(pose_message).collect();
         let header = Header::new(sample.at, &self.frames.map);
         messages.push(ResultMessage::Hypotheses(PoseArray { header, poses }));
         messages.push(ResultMessage::Reliability(Float64 { data: sample.reliability }));
@@ -155,16 +186,10 @@ impl ResultMessages {
     }
 
     fn pose(&self, sample: &ResultSample) -> PoseWithCovarianceStamped {
-        let mut covariance = [[0.0; 6]; 6];
-        for (i, row) in [0, 1, 5].into_iter().enumerate() {
-            for (j, column) in [0, 1, 5].into_iter().enumerate() {
-                covariance[row][column] = sample.covariance[(i, j)];
-            }
-        }
-        [2, 3, 4].into_iter().for_each(|i| covariance[i][i] = ON_GROUND_VARIANCE);
+        let covariance = std::array::from_fn(|i| std::array::from_fn(|j| sample.covariance[(i, j)]));
         PoseWithCovarianceStamped {
             header: Header::new(sample.at, &self.frames.map),
-            pose: PoseWithCovariance { pose: planar_message(&sample.world_from_robot), covariance },
+            pose: PoseWithCovariance { pose: pose_message(&sample.world_from_robot), covariance },
         }
     }
 
@@ -172,7 +197,7 @@ impl ResultMessages {
         let (child, map_from_child) = match &sample.odometry {
             Some(odom_from_robot) => {
                 if sample.is_localized {
-                    let map_from_odom = sample.world_from_robot.compose(&odom_from_robot.inverse());
+                    let map_from_odom = sample.world_from_robot * odom_from_robot.inverse();
                     self.map_from_odom = Some(map_from_odom);
                 }
                 (&self.frames.odom, self.map_from_odom?)
@@ -184,7 +209,7 @@ impl ResultMessages {
         let transform = TransformStamped {
             header: Header::new(at, &self.frames.map),
             child_frame_id: child.clone(),
-            transform: planar_message(&map_from_child),
+            transform: pose_message(&map_from_child),
         };
         Some(TfMessage { transforms: vec![transform] })
     }
@@ -192,13 +217,13 @@ impl ResultMessages {
     fn path(&mut self, sample: &ResultSample) -> Option<Path> {
         let pose = &sample.world_from_robot;
         let has_moved = self.path_end.is_none_or(|end| {
-            end.distance_m(pose) >= self.path_step.0
-                || end.heading_difference_rad(pose).abs() >= self.path_step.1
+            (end.translation.vector - pose.translation.vector).norm() >= self.path_step.0
+                || end.rotation.angle_to(&pose.rotation) >= self.path_step.1
         });
         let header = Header::new(sample.at, &self.frames.map);
         if sample.is_localized && has_moved {
             self.path_end = Some(*pose);
-            self.path.push(PoseStamped { header: header.clone(), pose: planar_message(pose) });
+            self.path.push(PoseStamped { header: header.clone(), pose: pose_message(pose) });
             if self.path.len() > MAX_PATH_POSES {
                 let mut number = 0;
                 self.path.retain(|_| {
@@ -239,17 +264,23 @@ pub fn diagnostics_message(
 /// Reliability as a status: all is well, or a warning while the robot does not know where it is.
 fn diagnostics(sample: &ResultSample) -> DiagnosticArray {
     let message = if sample.is_localized { "localized" } else { "not localized" };
-    let values = [
+    let mut values = vec![
         ("reliability", format!("{:.3}", sample.reliability)),
-        ("likelihood", format!("{:.3}", sample.likelihood)),
         ("hypotheses", sample.hypotheses.len().to_string()),
         ("dropped images", sample.num_dropped.to_string()),
     ];
+    if let Some(likelihood) = sample.likelihood {
+        values.insert(1, ("likelihood", format!("{likelihood:.3}")));
+    }
     diagnostics_message(sample.at, "localization", (sample.is_localized, message), &values)
 }
 
-fn planar_message(pose: &PlanarPose) -> Pose {
-    Pose::planar(pose, 0.0)
+fn pose_message(pose: &Isometry3<f64>) -> Pose {
+    let (t, q) = (&pose.translation, &pose.rotation);
+    Pose {
+        position: messages::Vector3 { x: t.x, y: t.y, z: t.z },
+        orientation: messages::Quaternion { x: q.i, y: q.j, z: q.k, w: q.w },
+    }
 }
 
 #[cfg(test)]
@@ -260,13 +291,16 @@ mod tests {
     fn sample(secs: f64, x_m: f64, is_localized: bool) -> ResultSample {
         ResultSample {
             at: Timestamp::from_secs(secs),
-            world_from_robot: PlanarPose::new(x_m, 1.0, 0.5),
-            covariance: Matrix3::from_diagonal(&nalgebra::Vector3::new(0.1, 0.2, 0.3)),
+            world_from_robot: on_ground(&PlanarPose::new(x_m, 1.0, 0.5)),
+            covariance: covariance_on_ground(&Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.3))),
             reliability: if is_localized { 0.9 } else { 0.1 },
             is_localized,
-            likelihood: 0.8,
-            hypotheses: vec![PlanarPose::new(x_m, 1.0, 0.5), PlanarPose::new(-x_m, -1.0, 3.0)],
-            odometry: Some(PlanarPose::new(x_m - 1.0, 0.0, 0.0)),
+            likelihood: Some(0.8),
+            hypotheses: [PlanarPose::new(x_m, 1.0, 0.5), PlanarPose::new(-x_m, -1.0, 3.0)]
+                .iter()
+                .map(on_ground)
+                .collect(),
+            odometry: Some(on_ground(&PlanarPose::new(x_m - 1.0, 0.0, 0.0))),
             num_dropped: 3,
         }
     }
@@ -298,9 +332,9 @@ mod tests {
         let transform = &tf.transforms[0];
         assert_eq!((transform.header.frame_id.as_str(), transform.child_frame_id.as_str()), ("map", "odom"));
         let (p, q) = (transform.transform.position, transform.transform.orientation);
-        let map_from_odom = PlanarPose::new(p.x, p.y, 2.0 * q.z.atan2(q.w));
-        let robot = map_from_odom.compose(&sample.odometry.unwrap());
-        assert!(robot.distance_m(&sample.world_from_robot) < 1e-12);
+        let map_from_odom = on_ground(&PlanarPose::new(p.x, p.y, 2.0 * q.z.atan2(q.w)));
+        let robot = map_from_odom * sample.odometry.unwrap();
+        assert!((robot.translation.vector - sample.world_from_robot.translation.vector).norm() < 1e-12);
         let ResultMessage::Pose(pose) = &messages[0] else { panic!() };
         assert_eq!([0, 1, 5].map(|i| pose.pose.covariance[i][i]), [0.1, 0.2, 0.3]);
     }

@@ -22,14 +22,25 @@ pub(super) struct Display {
     shown_from_map: Similarity,
     num_frames: usize,
     is_aligned: bool,
+    /// Whether what is shown has the frame of a map that was there before.
+    is_fixed: bool,
+}
+
+/// x to the right stays, z ahead becomes y, y down becomes -z.
+fn upright() -> Similarity {
+    let rotation = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0);
+    Similarity { rotation, ..Similarity::identity() }
 }
 
 impl Display {
     pub fn new(truth: Option<CameraTrajectory>) -> Self {
-        // x to the right stays, z ahead becomes y, y down becomes -z.
-        let rotation = Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0);
-        let upright = Similarity { rotation, ..Similarity::identity() };
-        Self { truth, shown_from_map: upright, num_frames: 0, is_aligned: false }
+        Self { truth, shown_from_map: upright(), num_frames: 0, is_aligned: false, is_fixed: false }
+    }
+
+    /// In the frame of a map of an earlier session, which may have z up; the truth has the same frame.
+    pub fn of_map(is_level: bool, truth: Option<CameraTrajectory>) -> Self {
+        let shown_from_map = if is_level { Similarity::identity() } else { upright() };
+        Self { truth, shown_from_map, num_frames: 0, is_aligned: is_level, is_fixed: true }
     }
 
     /// Another truth, of a camera that somebody carries elsewhere.
@@ -40,6 +51,9 @@ impl Display {
     /// Takes in what has been found by now.
     pub fn follow(&mut self, slam: &Slam) {
         self.num_frames += 1;
+        if self.is_fixed {
+            return;
+        }
         let is_due = self.num_frames.is_multiple_of(ALIGN_EVERY);
         let Some(truth) = self.truth.as_ref().filter(|_| is_due || !self.is_aligned) else { return };
         let mut estimate = CameraTrajectory::new();

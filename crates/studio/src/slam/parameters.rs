@@ -6,10 +6,12 @@ use visloc_core::settings::{Overrides, parameters};
 use visloc_locate::lineup::LineupError;
 use visloc_slam::{ConfigError, PRESETS, SlamConfig};
 
-use crate::{Command, StudioError, tuning::with_defaults};
+use crate::{Command, StudioError, message::lay_over, tuning::with_defaults};
 
 /// Key of the settings in a scene message.
 const RUN: &str = "slam_run";
+/// Key of a scene message that says that the camera was in a map of an earlier session.
+const IN_MAP: &str = "is_in_map";
 
 /// Settings as a recording holds them. Numbers are TOML: what is read back is exactly what was written.
 #[derive(Serialize, Deserialize)]
@@ -81,7 +83,8 @@ impl SlamSettings {
         Ok(Self { preset: self.preset.clone(), overrides, config })
     }
 
-    /// The settings and the seed of a recorded scene; `None` if it has none, as those of localization and of older versions.
+    /// The settings and the seed of a recorded scene; `None` if it has none, as those of localization and of older versions, or if they are of
+    /// use only with a map that is not in the recording.
     ///
     /// # Errors
     /// If they are damaged, or of another version that knew other parameters.
@@ -89,10 +92,23 @@ impl SlamSettings {
         let (Some(stored), Some(seed)) = (header.get(RUN), header.get("seed").and_then(Value::as_u64)) else {
             return Ok(None);
         };
+        if header.contains_key(IN_MAP) {
+            return Ok(None);
+        }
         let damaged = |error: serde_json::Error| StudioError::input("settings of the recording", error);
         let stored: Stored = serde_json::from_value(stored.clone()).map_err(damaged)?;
         let settings = Self::preset(&stored.preset)?.with(Overrides::from_toml(&stored.parameters)?)?;
         Ok(Some((settings, seed)))
+    }
+
+    /// For the scene message of a camera in a map of an earlier session, as [`SlamSettings::scene_fields`].
+    ///
+    /// # Errors
+    /// If a parameter cannot be written.
+    pub fn scene_fields_in_map(&self) -> Result<Value, StudioError> {
+        let mut fields = self.scene_fields()?;
+        lay_over(&mut fields, &json!({ IN_MAP: true }));
+        Ok(fields)
     }
 
     /// For the scene message: `presets`, `preset`, `pipeline` with all parameters, and `slam_run`, from which

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 use visloc_core::{Clock, GrayFrame};
-use visloc_slam::{FrameOutcome, PRESETS, Slam, SlamFrame};
+use visloc_slam::{FrameOutcome, PRESETS};
+use visloc_vmap::VisualMap;
 
 use super::{
     images::{Images, SequenceSource},
     parameters::SlamSettings,
-    viewer::SlamViewer,
+    system::{Start, System},
 };
 use crate::{
     Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input,
@@ -26,16 +27,16 @@ const POLL_SECS: f64 = 0.004;
 /// A running system.
 struct Running {
     images: Images,
-    slam: Slam,
-    viewer: SlamViewer,
-    last: Option<(GrayFrame, FrameOutcome)>,
+    system: System,
+    last: Option<(GrayFrame, Option<FrameOutcome>)>,
     /// The message of the last frame's image.
     image: Option<Arc<[u8]>>,
 }
 
-/// SLAM on a sequence that is played and stepped.
+/// SLAM, or a camera in the map of an earlier session, on a sequence that is played and stepped.
 pub struct SlamSession {
     from: SequenceSource,
+    map: Option<Arc<VisualMap>>,
     more: Value,
     clock: Clock,
     seed: u64,
@@ -48,15 +49,23 @@ pub struct SlamSession {
 }
 
 impl SlamSession {
-    /// Opens a sequence; `more` is laid over the scene message, `clock` measures stages.
+    /// Opens a sequence; `more` is laid over the scene message, `clock` measures stages. With a map of an earlier session the camera is
+    /// found in it.
     ///
     /// # Errors
     /// If there is no such sequence.
-    pub fn open(from: SequenceSource, more: Value, clock: Clock, seed: u64) -> Result<Self, StudioError> {
+    pub fn open(
+        from: SequenceSource,
+        map: Option<Arc<VisualMap>>,
+        more: Value,
+        clock: Clock,
+        seed: u64,
+    ) -> Result<Self, StudioError> {
         let settings = SlamSettings::preset(PRESETS[0].name)?;
-        let running = Running::start(&from, &more, clock.clone(), seed, &settings)?;
+        let running = Running::start((&from, map.as_deref()), &more, clock.clone(), seed, &settings)?;
         let mut session = Self {
             from,
+            map,
             more,
             clock,
             seed,
@@ -73,7 +82,8 @@ impl SlamSession {
 
     /// From the beginning.
     fn restart(&mut self, seed: u64, settings: SlamSettings) -> Result<(), StudioError> {
-        self.running = Running::start(&self.from, &self.more, self.clock.clone(), seed, &settings)?;
+        let what = (&self.from, self.map.as_deref());
+        self.running = Running::start(what, &self.more, self.clock.clone(), seed, &settings)?;
         (self.seed, self.settings) = (seed, settings);
         self.is_over = false;
         self.playback.play();
@@ -91,11 +101,8 @@ impl SlamSession {
     }
 
     fn take(&mut self, frame: GrayFrame) -> Result<(), StudioError> {
-        let Running { slam, viewer, last, image, .. } = &mut self.running;
-        let outcome = slam
-            .add_frame(frame.at, frame.image.clone())
-            .map_err(|error| StudioError::input("image", error))?;
-        viewer.follow(slam, &SlamFrame { at: frame.at, image: &frame.image, outcome: &outcome });
+        let Running { system, last, image, .. } = &mut self.running;
+        let outcome = system.take(&frame)?;
         if let Some((before, _)) = last {
             self.step_secs = frame.at.secs_since(before.at).clamp(0.0, MAX_STEP_SECS);
         }
@@ -108,21 +115,20 @@ impl SlamSession {
 
 impl Running {
     fn start(
-        from: &SequenceSource,
+        (from, map): (&SequenceSource, Option<&VisualMap>),
         more: &Value,
         clock: Clock,
         seed: u64,
         settings: &SlamSettings,
     ) -> Result<Self, StudioError> {
         let (images, truth, title) = Images::open(from, seed)?;
-        let refused = |error: visloc_slam::ConfigError| StudioError::input("SLAM", error);
-        let mut slam = Slam::new(images.camera(), settings.config(), seed).map_err(refused)?;
-        slam.set_clock(clock);
-        let mut fields = settings.scene_fields()?;
+        let mut fields =
+            if map.is_some() { settings.scene_fields_in_map()? } else { settings.scene_fields()? };
         lay_over(&mut fields, &json!({ "seed": seed, "has_hands": images.hands().is_some() }));
         lay_over(&mut fields, more);
-        let viewer = SlamViewer::new(images.camera(), &title, truth, fields);
-        Ok(Self { images, slam, viewer, last: None, image: None })
+        let (camera, config) = (images.camera(), settings.config());
+        let start = Start { camera, title: &title, truth, map, config, seed, clock, fields };
+        Ok(Self { system: System::start(start)?, images, last: None, image: None })
     }
 }
 
@@ -162,7 +168,7 @@ impl Session for SlamSession {
         self.has_news = false;
         let (next, truth) = self.running.images.poll();
         if let Some(truth) = truth {
-            self.running.viewer.set_truth(truth);
+            self.running.system.set_truth(truth);
         }
         match next {
             Fed::Item(_) if self.is_live() && !self.playback.is_playing() && self.running.last.is_some() => {
@@ -194,22 +200,21 @@ impl Session for SlamSession {
         });
         lay_over(&mut more, &self.playback.fields());
         lay_over(&mut more, aside.unwrap_or(&Value::Null));
-        let Running { slam, viewer, last, image, .. } = &mut self.running;
-        match last {
-            Some((frame, outcome)) => {
-                let frame = SlamFrame { at: frame.at, image: &frame.image, outcome };
-                let update = viewer.moment(slam, &frame, &more)?.update(image.take())?;
-                image.clone_from(&update.image);
-                Ok(update)
-            }
-            None => viewer.waiting(&more),
+        let Running { system, last, image, .. } = &mut self.running;
+        if let Some((frame, outcome)) = last
+            && let Some(moment) = system.moment(frame, outcome.as_ref(), &more)?
+        {
+            let update = moment.update(image.take())?;
+            image.clone_from(&update.image);
+            return Ok(update);
         }
+        system.viewer().waiting(&more)
     }
 
     fn input(&self) -> Option<Input<'_>> {
-        let Running { images, last, viewer, .. } = &self.running;
+        let Running { images, last, system, .. } = &self.running;
         let (frame, _) = last.as_ref()?;
-        let world_from_camera = viewer.world_from_camera(frame.at);
+        let world_from_camera = system.world_from_camera(frame.at);
         Some(Input::Camera { at: frame.at, image: &frame.image, camera: images.camera(), world_from_camera })
     }
 }

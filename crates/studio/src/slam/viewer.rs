@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use visloc_core::{
     CameraTrajectory, Timestamp,
     geom::{Camera, CameraFrame, Rigid3, World},
 };
-use visloc_slam::{Slam, SlamFrame, StageTimes, TrackingState};
+use visloc_slam::{Slam, SlamFrame, StageTimes};
+use visloc_vmap::LOCALIZED_RELIABILITY;
 
 use super::{
     display::Display,
     moment::{Parts, SlamMoment},
     shapes::{camera_axes, candidates, keyframes, landmarks, links, missed, trajectory, xyz},
+    told::{Place, Told},
 };
 use crate::{MessageBuilder, MessageKind, StudioError, Update, message::lay_over};
 
@@ -37,6 +39,8 @@ pub struct SlamViewer {
     first_at: Option<Timestamp>,
     number: u64,
     mapping: StageTimes,
+    /// In a map of an earlier session: the floor.
+    bounds: Option<([f64; 4], f64)>,
 }
 
 impl SlamViewer {
@@ -53,7 +57,29 @@ impl SlamViewer {
             first_at: None,
             number: 0,
             mapping: StageTimes::default(),
+            bounds: None,
         }
+    }
+
+    /// Shows a camera in a map of an earlier session, with a floor: least x and y, largest x and y, and height.
+    pub(super) fn in_map(
+        camera: &Camera,
+        title: &str,
+        display: Display,
+        floor: ([f64; 4], f64),
+        more: Value,
+    ) -> Self {
+        Self { display, bounds: Some(floor), ..Self::new(camera, title, None, more) }
+    }
+
+    /// Another table is laid over the scene message from now on.
+    pub(super) fn change_scene(&mut self, more: Value) {
+        (self.more, self.scene) = (more, None);
+    }
+
+    /// A place of the map as it is shown.
+    pub(super) fn shown(&self, place_in_map: &Vector3<f64>) -> Point3<f64> {
+        self.display.point(&Point3::from(*place_in_map))
     }
 
     /// The system begins anew; numbers of frames and time go on. `more` is laid over the scene message instead of what was.
@@ -99,13 +125,24 @@ impl SlamViewer {
         frame: &SlamFrame<'_>,
         more: &Value,
     ) -> Result<SlamMoment, StudioError> {
+        self.moment_of(slam, frame, &Told::of_slam(frame.outcome), more)
+    }
+
+    /// The same of what is told of the frame.
+    pub(super) fn moment_of(
+        &mut self,
+        slam: &Slam,
+        frame: &SlamFrame<'_>,
+        told: &Told<'_>,
+        more: &Value,
+    ) -> Result<SlamMoment, StudioError> {
         if self.number.is_multiple_of(LINKS_EVERY) {
             self.links = links(slam.map(), &self.display);
         }
         Ok(SlamMoment {
             scene: self.scene_message()?,
-            state: self.state_parts(slam, frame, more),
-            image: self.image_parts(slam, frame),
+            state: self.state_parts(slam, frame, told, more),
+            image: self.image_parts(slam, frame, told),
             pixels: frame.image.clone(),
         })
     }
@@ -127,14 +164,26 @@ impl SlamViewer {
         }
         let (bounds, floor_m) = self.bounds();
         let plot = |title: &str, unit: &str, series: &[&str], digits: u8| json!({ "title": title, "unit": unit, "series": series, "digits": digits, "least": 0.01 });
+        let mut reliability = plot("Reliability", "", &["reliability"], 2);
+        lay_over(&mut reliability, &json!({ "fixed": 1, "threshold": LOCALIZED_RELIABILITY }));
+        let [second, third] = match self.bounds {
+            Some(_) => [
+                reliability,
+                plot("Searched, found, of the map", "", &["searched", "found", "of the map"], 0),
+            ],
+            None => [
+                plot("Searched, found", "", &["searched", "found"], 0),
+                plot("Points, candidates", "", &["landmarks", "candidates"], 0),
+            ],
+        };
         let mut header = json!({
             "mode": "slam",
             "title": self.title,
             "world": { "kind": "space", "name": self.title, "bounds_m": bounds, "floor_m": floor_m },
             "plots": [
                 plot("Position error", "m", &["error"], 3),
-                plot("Searched, found", "", &["searched", "found"], 0),
-                plot("Points, candidates", "", &["landmarks", "candidates"], 0),
+                second,
+                third,
                 plot("Tracking, mapping", "ms", &["tracking", "mapping"], 2),
             ],
         });
@@ -146,53 +195,65 @@ impl SlamViewer {
 
     /// Least x and y, largest x and y, and height of the floor that is drawn.
     fn bounds(&self) -> ([f64; 4], f64) {
-        let Some(truth) = self.display.truth() else {
-            return ([-HALF_FLOOR, -HALF_FLOOR, HALF_FLOOR, HALF_FLOOR], -1.0);
+        let of_truth = |truth: &CameraTrajectory| {
+            let places = truth.poses().iter().map(|pose| *pose.world_from_camera.translation());
+            let start = ([f64::MAX, f64::MAX, f64::MIN, f64::MIN], f64::MAX);
+            let (b, low) = places.fold(start, |(b, low), p| {
+                ([b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)], low.min(p.z))
+            });
+            ([b[0] - MARGIN_M, b[1] - MARGIN_M, b[2] + MARGIN_M, b[3] + MARGIN_M], (low - 1.0).min(0.0))
         };
-        let places = truth.poses().iter().map(|pose| *pose.world_from_camera.translation());
-        let start = ([f64::MAX, f64::MAX, f64::MIN, f64::MIN], f64::MAX);
-        let (b, low) = places.fold(start, |(b, low), p| {
-            ([b[0].min(p.x), b[1].min(p.y), b[2].max(p.x), b[3].max(p.y)], low.min(p.z))
-        });
-        ([b[0] - MARGIN_M, b[1] - MARGIN_M, b[2] + MARGIN_M, b[3] + MARGIN_M], (low - 1.0).min(0.0))
+        let unknown = ([-HALF_FLOOR, -HALF_FLOOR, HALF_FLOOR, HALF_FLOOR], -1.0);
+        self.bounds.unwrap_or_else(|| self.display.truth().map_or(unknown, of_truth))
     }
 
-    fn state_parts(&self, slam: &Slam, frame: &SlamFrame<'_>, more: &Value) -> Parts {
+    fn state_parts(&self, slam: &Slam, frame: &SlamFrame<'_>, told: &Told<'_>, more: &Value) -> Parts {
         let map = slam.map();
         let points = landmarks(map, &self.display);
         let segments = candidates(map, &self.display);
         let cameras = keyframes(map, &self.display);
-        let (num_points, num_segments) = (points.len() / 3, segments.len() / 6);
-        let error_m = self.error_m(frame);
+        let counts = [points.len() / 3, segments.len() / 6, cameras.len() / 12];
+        let error_m = self.error_m(frame, told);
         let [tracking_ms, mapping_ms] =
             [&frame.outcome.tracking, &self.mapping].map(|times| times.total_secs() * 1e3);
         let (searched, found) = frame.outcome.matches;
+        let values = match told.place {
+            Some(Place { reliability, num_of_map, .. }) => {
+                json!([[error_m], [reliability], [searched, found, num_of_map], [tracking_ms, mapping_ms]])
+            }
+            None => {
+                json!([[error_m], [searched, found], [counts[0], counts[1]], [tracking_ms, mapping_ms]])
+            }
+        };
         let mut header = json!({
             "number": self.number,
             "secs": self.secs(frame.at),
-            "is_lost": frame.outcome.state == TrackingState::Lost,
-            "values": [[error_m], [searched, found], [num_points, num_segments], [tracking_ms, mapping_ms]],
-            "facts": self.facts(frame, error_m, [num_points, num_segments, cameras.len() / 12]),
+            "is_lost": told.is_lost,
+            "values": values,
+            "facts": self.facts(frame, told, error_m, counts),
         });
         lay_over(&mut header, more);
+        let way = match told.place {
+            Some(Place { way, .. }) => way.to_vec(),
+            None => trajectory(slam, &self.display),
+        };
         let mut arrays = vec![
             ("landmarks", points),
             ("candidates", segments),
             ("keyframes", cameras),
             ("links", self.links.clone()),
-            ("trajectory", trajectory(slam, &self.display)),
+            ("trajectory", way),
             ("truth", self.truth_so_far(frame.at)),
         ];
-        if let Some(camera_from_world) = &frame.outcome.camera_from_world {
-            arrays.push(("camera", camera_axes(&camera_from_world.inverse(), &self.display)));
+        if let Some(world_from_camera) = &told.world_from_camera {
+            arrays.push(("camera", camera_axes(world_from_camera, &self.display)));
         }
         Parts { header, arrays }
     }
 
-    fn error_m(&self, frame: &SlamFrame<'_>) -> Option<f64> {
+    fn error_m(&self, frame: &SlamFrame<'_>, told: &Told<'_>) -> Option<f64> {
         let truth = self.display.truth_at(frame.at).filter(|_| self.display.is_aligned())?;
-        let world_from_camera = frame.outcome.camera_from_world.as_ref()?.inverse();
-        let place = self.display.point(&Point3::from(*world_from_camera.translation()));
+        let place = self.shown(told.world_from_camera.as_ref()?.translation());
         Some((place - Point3::from(*truth.world_from_camera.translation())).norm())
     }
 
@@ -208,18 +269,13 @@ impl SlamViewer {
     fn facts(
         &self,
         frame: &SlamFrame<'_>,
+        told: &Told<'_>,
         error_m: Option<f64>,
         [num_points, num_segments, num_keyframes]: [usize; 3],
     ) -> Vec<Vec<String>> {
         let row = |label: &str, value: String| vec![label.to_owned(), value];
-        let state = match frame.outcome.state {
-            TrackingState::Starting(wait) => format!("starting: {wait}"),
-            TrackingState::Tracking(quality) => format!("tracking, {}", quality.name()),
-            TrackingState::Carried => "carried by odometry".to_owned(),
-            TrackingState::Lost => "lost".to_owned(),
-        };
         let mut rows = vec![
-            row("State", state),
+            row("State", told.state.clone()),
             row("Frame", self.number.to_string()),
             row("Landmarks", num_points.to_string()),
             row("Candidates", num_segments.to_string()),
@@ -227,7 +283,10 @@ impl SlamViewer {
             row("Searched, found", format!("{}, {}", frame.outcome.matches.0, frame.outcome.matches.1)),
             row("Error", error_m.map_or("\u{2013}".to_owned(), |error| format!("{error:.3} m"))),
         ];
-        if self.display.is_aligned() {
+        if let Some(Place { reliability, num_of_map, .. }) = told.place {
+            rows.insert(1, row("Reliability", format!("{reliability:.2}")));
+            rows.push(row("Of the map", num_of_map.to_string()));
+        } else if self.display.is_aligned() {
             rows.push(row("Map unit", format!("{:.3} m", self.display.scale())));
         }
         for (part, times) in [("track", &frame.outcome.tracking), ("map", &self.mapping)] {
@@ -238,7 +297,7 @@ impl SlamViewer {
         rows
     }
 
-    fn image_parts(&self, slam: &Slam, frame: &SlamFrame<'_>) -> Parts {
+    fn image_parts(&self, slam: &Slam, frame: &SlamFrame<'_>, told: &Told<'_>) -> Parts {
         let header = json!({ "number": self.number, "size_px": [frame.image.width(), frame.image.height()] });
         let features = &frame.outcome.features;
         let places = |wanted: bool| {
@@ -246,8 +305,9 @@ impl SlamViewer {
             chosen.flat_map(|(px, _)| [px.x, px.y]).collect()
         };
         let mut arrays = vec![("landmarks", places(true)), ("candidates", places(false))];
-        if let Some(camera_from_world) = &frame.outcome.camera_from_world {
-            arrays.push(("missed", missed(slam.map(), &self.camera, camera_from_world, features)));
+        if let Some(world_from_camera) = &told.world_from_camera {
+            let camera_from_world = world_from_camera.inverse();
+            arrays.push(("missed", missed(slam.map(), &self.camera, &camera_from_world, features)));
         }
         Parts { header, arrays }
     }

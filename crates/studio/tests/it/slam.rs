@@ -3,21 +3,24 @@
 use std::{path::Path, sync::Arc};
 
 use serde_json::json;
-use visloc_core::Clock;
+use visloc_core::{Clock, ImageSource};
 use visloc_sim::CameraTour;
+use visloc_slam::{Slam, SlamConfig};
 use visloc_studio::{
     Message, Session, StudioError,
     recording::{Recorder, RecordingIndex},
     replay::Replay,
     slam::{OpenCamera, SequenceSource, SlamSession},
 };
+use visloc_vmap::VisualMap;
 
 use crate::support::{command_of, scene, state, steps, tell};
 
 #[test]
 fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
     let from = SequenceSource::Tour("room".to_owned());
-    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap();
+    let mut session =
+        SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap();
     steps(&mut session, 50);
     let update = session.update(None).unwrap();
     assert_eq!(scene(&update)["world"]["kind"], "space");
@@ -36,7 +39,8 @@ const SHOWN: [&str; 6] = ["landmarks", "candidates", "keyframes", "links", "traj
 
 fn record(path: &Path, num_frames: usize, seed: u64) {
     let from = SequenceSource::Tour("room".to_owned());
-    let mut session = SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), seed).unwrap();
+    let mut session =
+        SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), seed).unwrap();
     tell(&mut session, json!({ "type": "parameter", "path": "tracking.max_matches", "value": 130 }));
     let mut recorder = Recorder::create(path).unwrap();
     for frame in 0..num_frames {
@@ -136,7 +140,7 @@ fn a_recording_is_computed_with_another_preset_and_as_recorded_again() {
 
 #[test]
 fn an_unknown_sequence_is_refused() {
-    let open = |from| SlamSession::open(from, json!({}), Clock::still(), 1).err().unwrap().to_string();
+    let open = |from| SlamSession::open(from, None, json!({}), Clock::still(), 1).err().unwrap().to_string();
     assert!(open(SequenceSource::Tour("moon".to_owned())).contains("room"));
     let nowhere =
         |_| Err(StudioError::Input { origin: "/nowhere".to_owned(), reason: "not there".to_owned() });
@@ -146,7 +150,7 @@ fn an_unknown_sequence_is_refused() {
 
 fn room() -> SlamSession {
     let from = SequenceSource::Tour("room".to_owned());
-    SlamSession::open(from, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap()
+    SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap()
 }
 
 /// Frames within which a kidnapped camera finds itself, ten seconds.
@@ -209,7 +213,7 @@ fn images_of_any_source_are_followed_to_their_end() {
         Ok(OpenCamera { truth: Some(tour.truth()), images: Box::new(tour) })
     };
     let from = SequenceSource::Other("any".to_owned(), Arc::new(open), false);
-    let mut session = SlamSession::open(from, json!({}), Clock::still(), 1).unwrap();
+    let mut session = SlamSession::open(from, None, json!({}), Clock::still(), 1).unwrap();
     while session.step_secs().is_some() {
         session.step().unwrap();
         std::thread::yield_now();
@@ -220,4 +224,69 @@ fn images_of_any_source_are_followed_to_their_end() {
     );
     assert!(scene(&session.update(None).unwrap())["has_hands"] == json!(false));
     assert!(session.handle(&command_of(json!({ "type": "kidnap" }))).is_err());
+}
+
+/// A map of the beginning of a tour, in the frame of the truth.
+fn taught() -> Arc<VisualMap> {
+    let mut tour = CameraTour::new("room", 1).unwrap().with_frames(0, 120, 2);
+    let mut slam = Slam::new(tour.camera(), &SlamConfig::default(), 1).unwrap();
+    while let Some(frame) = tour.next_image() {
+        let frame = frame.unwrap();
+        slam.add_frame(frame.at, frame.image).unwrap();
+    }
+    let mut map = VisualMap::default().after(&slam, Default::default());
+    let largest = map.largest().unwrap();
+    map.align(largest, &tour.truth()).unwrap();
+    Arc::new(map)
+}
+
+#[test]
+fn a_camera_is_found_in_the_map_of_an_earlier_session_also_after_a_kidnap() {
+    let from = SequenceSource::Tour("room".to_owned());
+    let more = json!({ "scene": "source-0" });
+    let mut session = SlamSession::open(from, Some(taught()), more, Clock::still(), 5).unwrap();
+    steps(&mut session, 20);
+    let update = session.update(None).unwrap();
+    assert_eq!(scene(&update)["plots"][1]["title"], json!("Reliability"));
+    let message = Message::read(&update.state).unwrap();
+    assert_eq!(message.header["is_lost"], json!(false));
+    let error_m = message.header["values"][0][0].as_f64().unwrap();
+    assert!(error_m < 0.05, "{error_m} m from the truth, in the frame of the map");
+    assert!(message.header["values"][1][0].as_f64().unwrap() > 0.6);
+    assert!(message.header["values"][2][2].as_f64().unwrap() > 20.0, "landmarks of the map");
+    for name in ["landmarks", "keyframes", "trajectory", "truth", "camera"] {
+        assert!(message.floats(name).unwrap().len() >= 12, "{name}");
+    }
+    tell(&mut session, json!({ "type": "cover", "is_on": true }));
+    steps(&mut session, 4);
+    let lost = state(&mut session);
+    assert_eq!((&lost["is_lost"], &lost["values"][1][0]), (&json!(true), &json!(0.0)));
+    tell(&mut session, json!({ "type": "cover", "is_on": false }));
+    steps(&mut session, 6);
+    let message = Message::read(&session.update(None).unwrap().state).unwrap();
+    assert_eq!(message.header["is_lost"], json!(false));
+    assert!(
+        message.floats("trajectory").unwrap().iter().any(|value| value.is_nan()),
+        "the way was interrupted"
+    );
+}
+
+#[test]
+fn a_recording_of_a_camera_in_a_map_is_replayed_but_not_computed_without_the_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("in-map.mcap");
+    let from = SequenceSource::Tour("room".to_owned());
+    let mut session =
+        SlamSession::open(from, Some(taught()), json!({ "scene": "source-0" }), Clock::still(), 1).unwrap();
+    let mut recorder = Recorder::create(&path).unwrap();
+    for frame in 0..5 {
+        let update = session.update(None).unwrap();
+        recorder.add(&update, f64::from(frame) / 30.0, session.input().as_ref()).unwrap();
+        steps(&mut session, 1);
+    }
+    recorder.finish().unwrap();
+    let mut replay = Replay::open(&path, "recording-0", json!([])).unwrap();
+    assert_eq!(scene(&replay.update(None).unwrap())["recording"]["can_recompute"], json!(false));
+    let (state, _) = shown(&mut replay, 4);
+    assert!(state.header["values"][1][0].as_f64().unwrap() > 0.6);
 }

@@ -53,7 +53,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     }
     let scales = vec![MapScale { source: ScaleSource::TwoPoints, relative_sigma: 0.01 }];
     let sessions = vec![Session { source: "wall".to_owned(), num_images: 2, ..Session::default() }];
-    let map = VisualMap { map, scales, sessions };
+    let map = VisualMap { map, scales, levels: vec![true], sessions };
     vec![
         map.to_bytes(&SessionCamera { calibrated: camera, camera }),
         VisualMap::default().to_bytes(&SessionCamera { calibrated: camera, camera }),

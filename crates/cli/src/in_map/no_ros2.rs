@@ -1,0 +1,36 @@
+//! Stands in for live topics where they were left out of the program.
+
+use anyhow::{Result, bail};
+use visloc_io::bag::ResultFrames;
+use visloc_slam::map::Map;
+use visloc_vmap::CameraEstimate;
+
+use super::frames::MapFrame;
+
+/// Cannot be made.
+pub enum MapLive {}
+
+impl MapLive {
+    /// Says what is missing.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn open(_: u16, _: ResultFrames) -> Result<Self> {
+        bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
+    }
+
+    /// Never called.
+    pub fn look(&mut self, _: &Map, _: &MapFrame, _: Option<&CameraEstimate>, _: usize) {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn takes_reset(&mut self) -> bool {
+        match *self {}
+    }
+
+    /// Never called.
+    pub fn num_unsent(&self) -> usize {
+        match *self {}
+    }
+}

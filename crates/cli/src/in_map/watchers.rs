@@ -1,0 +1,103 @@
+//! Who looks on while a camera is found in a map: live topics, a bag, a recording, and pages.
+
+use anyhow::{Result, bail};
+use visloc_core::CameraTrajectory;
+use visloc_io::{bag::ResultFrames, sources::SourceOptions};
+use visloc_slam::SlamConfig;
+use visloc_vmap::{MapLocalizer, VisualMap};
+
+use super::{
+    frames::{MapFrame, MapFrames},
+    live::MapLive,
+    results::result_sample,
+};
+use crate::{
+    args::LocalizeArgs,
+    run::{BagOutput, Saving},
+    say,
+    studio::MapShow,
+};
+
+/// Frame of a camera that is on no robot, unless it has a name.
+const CAMERA_FRAME: &str = "camera_optical";
+
+/// All who look on.
+pub struct Watchers {
+    live: Option<MapLive>,
+    bag_out: Option<BagOutput>,
+    show: Option<MapShow>,
+}
+
+impl Watchers {
+    /// Opens what the user asks for; topics also if the source is one itself.
+    ///
+    /// # Errors
+    /// If one cannot be opened, or has nothing to tell.
+    pub fn open(
+        args: &LocalizeArgs,
+        options: &SourceOptions,
+        config: &SlamConfig,
+        frames: &MapFrames,
+    ) -> Result<Self> {
+        let topics = options.topics.names();
+        let camera = || topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.to_owned());
+        let base = if frames.has_robot() { topics.base_frame.clone() } else { camera() };
+        let is_live = args.source.starts_with("ros2:") && !args.no_publish_ros;
+        let open_live =
+            || MapLive::open(options.domain_id(), ResultFrames { base, ..ResultFrames::default() });
+        if args.bag_out.is_some() && !frames.has_robot() {
+            bail!(
+                "--bag-out: expected a source with a robot, found {}, which is a camera alone",
+                args.source
+            );
+        }
+        Ok(Self {
+            live: (args.publish_ros || is_live).then(open_live).transpose()?,
+            bag_out: args.bag_out.as_deref().map(|path| BagOutput::create(path, &topics)).transpose()?,
+            show: MapShow::open(&args.broadcast, &args.source, config, args.seed.value())?,
+        })
+    }
+
+    /// Takes in what they ask for; whether the camera is to be looked for anew.
+    pub fn take_wishes(&mut self, config: &mut SlamConfig, seed: &mut u64) -> bool {
+        let is_reset = self.live.as_mut().is_some_and(MapLive::takes_reset);
+        let Some(wished) = self.show.as_mut().and_then(MapShow::obey) else { return is_reset };
+        (*config, *seed) = wished;
+        true
+    }
+
+    /// Shows a frame to all of them.
+    pub fn look(
+        &mut self,
+        (map, truth): (&VisualMap, Option<&CameraTrajectory>),
+        localizer: &MapLocalizer,
+        frame: &MapFrame,
+        num_dropped: usize,
+    ) {
+        let estimate = localizer.estimate();
+        // First, so that a pose waits for nothing.
+        if let Some(live) = &mut self.live {
+            live.look(localizer.slam().map(), frame, estimate, num_dropped);
+        }
+        if let (Some(bag_out), Some((robot, truth))) = (&mut self.bag_out, &frame.robot) {
+            bag_out.add(robot, truth.as_ref(), Some(&result_sample(frame, estimate, num_dropped)));
+        }
+        if let Some(show) = &mut self.show {
+            show.look((map, truth), localizer, &frame.gray, &frame.camera);
+        }
+    }
+
+    /// Says what did not arrive.
+    pub fn print(&self) {
+        let num_unsent = self.live.as_ref().map_or(0, MapLive::num_unsent);
+        if num_unsent > 0 {
+            say::line!("  {num_unsent} messages could not be sent: a subscriber is too slow");
+        }
+    }
+
+    /// Completes what they write.
+    pub fn finish(self, saving: &mut Saving) {
+        saving.save_if(self.bag_out, BagOutput::finish);
+        saving.save_if(self.show, MapShow::finish);
+    }
+}
