@@ -38,6 +38,26 @@ def test_a_bag_is_localized_as_by_the_program(tmp_path):
             assert float(printed) == pytest.approx(value, abs=0.6 * 10 ** -len(printed.partition(".")[2]))
 
 
+def test_errors_are_the_program_s_to_the_last_bit(tmp_path):
+    program = os.environ.get("VISLOC")
+    if not program:
+        pytest.skip("VISLOC does not name the program")
+    simulated = tmp_path / "tour.mcap"
+    subprocess.run([program, "simulate", "tour", "--frames", "120", "--out", str(simulated)], check=True, capture_output=True)
+    for bag in (TESTDATA / "R1-excerpt.mcap", simulated):
+        numbers = tmp_path / "run.json"
+        arguments = ["localize", str(bag), "--map", "robocup-spl-2010", "--seed", "7", "--json", str(numbers)]
+        subprocess.run([program, *arguments], check=True, capture_output=True)
+        rows = [
+            ((frame.at_s, *frame.truth), (frame.at_s, estimate.x_m, estimate.y_m, estimate.yaw_rad), estimate.reliability)
+            for frame, estimate in localized(bag, "robocup-spl-2010", seed=7)
+        ]
+        ours = visloc.evaluate_robot(*(np.array(part) for part in zip(*rows)))
+        theirs = json.loads(numbers.read_text())
+        for name in ("position_error_m", "heading_error_deg", "tracking_position_error_m", "localized_share"):
+            assert ours[name] == theirs[name], f"{bag.name}: {name}"
+
+
 def test_a_simulated_robot_is_found():
     frames = visloc.frames("sim:robocup", seed=5)
     localizer = visloc.Localizer(frames.map, seed=5)

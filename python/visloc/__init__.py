@@ -25,7 +25,8 @@ In a map that was made before::
 
 Transforms are 4 x 4 matrices named by their frames: ``world_from_camera`` takes points of the camera to the world. The robot looks
 along x, y is to its left, z up; a camera looks along z, x is to its right, y down. Lengths are in meters (SLAM: in units of the map),
-angles in radians. The same seed and the same images give the same bits, and those of the program ``visloc``.
+angles in radians. The same seed and the same images give the same bits, and those of the program ``visloc``; but images with stamps since
+1970, which seconds as a float hold to a quarter of a microsecond only, give other last bits in SLAM than in the program.
 """
 
 from ._visloc import (

@@ -16,7 +16,7 @@ class VislocError(Exception):
 class Map:
     """A known map."""
 
-    def __init__(self, name: str) -> None:
+    def __new__(cls, name: str) -> Map:
         """The name of one that is built in (``map_names()``), or a file: dimensions of a field, plan of a building, SVG, DXF, grid.
 
         :raises VislocError: if it cannot be read or no world can be like this.
@@ -33,14 +33,14 @@ def map_names() -> list[str]:
 class Camera:
     """The calibration of a camera. The center of the top-left pixel is (0, 0)."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         size_px: tuple[int, int],
         focal_px: tuple[float, float],
         center_px: tuple[float, float],
         distortion: list[float] = ...,
         model: str = "radial-tangential",
-    ) -> None:
+    ) -> Camera:
         """:param size_px: width and height.
         :param distortion: none; k1, k2, p1, p2 and maybe k3; or k1 to k4 of ``model="kannala-brandt"``.
         """
@@ -64,8 +64,8 @@ class Camera:
 class Frame:
     """What a robot senses at a moment."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         at_s: float,
         image: NDArray[np.uint8],
         camera: Camera,
@@ -78,7 +78,7 @@ class Frame:
         robot_from_camera: NDArray[np.float64] | None = None,
         odometry: tuple[float, float, float] | None = None,
         is_on_ground: bool | None = None,
-    ) -> None:
+    ) -> Frame:
         """:param at_s: when the image was taken, seconds.
         :param height_m: of the camera above the ground; with ``tilt_rad`` (down is positive), ``pan_rad`` (to the left),
             ``roll_rad`` and ``forward_m`` (ahead of the robot's middle).
@@ -182,8 +182,8 @@ class Estimate:
 class Localizer:
     """Finds and follows a robot on a map."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         map: Map,
         algorithm: str = "evolutionary",
         *,
@@ -193,7 +193,7 @@ class Localizer:
         start: tuple[float, float, float] | None = None,
         start_spread_m: float = 0.3,
         start_spread_rad: float = 0.2,
-    ) -> None:
+    ) -> Localizer:
         """:param algorithm: one of ``algorithms()``.
         :param parameters: of the algorithm (``visloc config show NAME``), as TOML or a dict; what is left out keeps its default.
         :param pipeline: of everything else (``visloc config show pipeline``).
@@ -229,15 +229,15 @@ class SlamOutcome:
 class Slam:
     """Follows one camera, and makes a map of what it sees."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         camera: Camera,
         *,
         preset: str | None = None,
         parameters: str | dict[str, Any] | None = None,
         seed: int = 1,
         threaded: bool = False,
-    ) -> None:
+    ) -> Slam:
         """:param preset: parameters by name (``visloc config show slam``).
         :param threaded: map on a thread beside tracking; then runs are not repeatable bit by bit.
         """
@@ -299,14 +299,14 @@ class CameraEstimate:
 class MapLocalizer:
     """Finds a camera in a map and follows it there. The map stays as it is."""
 
-    def __init__(
-        self,
+    def __new__(
+        cls,
         map: VisualMap,
         camera: Camera,
         *,
         parameters: str | dict[str, Any] | None = None,
         seed: int = 1,
-    ) -> None: ...
+    ) -> MapLocalizer: ...
     def step(
         self,
         at_s: float,

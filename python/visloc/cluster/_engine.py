@@ -1,5 +1,6 @@
 """Runs on Ray."""
 
+import logging
 import os
 import sys
 import time
@@ -136,7 +137,8 @@ def _ray(address: str | None, workers: int | None) -> Iterator[tuple[Any, str]]:
         yield ray, ""
         return
     is_here = address is None and "RAY_ADDRESS" not in os.environ
-    context = ray.init(address, log_to_driver=False, logging_level="warning", **({"num_cpus": workers} if is_here and workers else {}))
+    cores = workers if is_here else None
+    context = ray.init(address, num_cpus=cores, log_to_driver=False, logging_level=logging.WARNING)
     try:
         url = context.dashboard_url
         yield ray, f"; Ray's page: http://{url}" if url else ""

@@ -36,10 +36,10 @@ def execute(run: Run) -> Outcome:
     :raises VislocError: what is wrong with the recording, the map or the parameters.
     """
     with ExitStack() as stack:
-        files = {name: stack.enter_context(_here(getattr(run, name))) for name in ("source", "map", "camera")}
+        source, map, camera = (stack.enter_context(_here(file)) for file in (run.source, run.map, run.camera))
         follow = _slam if run.command == "slam" else _in_taught_map if _is_taught(run.map) else _localize
         begin, begin_cpu = time.perf_counter(), time.process_time()
-        found, poses = follow(replace(run, **files))
+        found, poses = follow(replace(run, source=source or run.source, map=map, camera=camera))
         times = {"wall_s": time.perf_counter() - begin, "cpu_s": time.process_time() - begin_cpu}
     row = {
         **json.loads(run.to_json()),
@@ -128,7 +128,7 @@ def _slam(run: Run) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 def _in_taught_map(run: Run) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     images = visloc.images(run.source, camera=run.camera, **_seed_of_source(run))
-    taught = visloc.VisualMap.load(run.map)
+    taught = visloc.VisualMap.load(run.map or "")
     localizer = visloc.MapLocalizer(taught, images.camera, seed=run.seed, parameters=dict(run.parameters) or None)
     stamps, times, matrices, reliability = [], [], [], []
     for at_s, image in islice(images, run.max_frames):

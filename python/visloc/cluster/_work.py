@@ -122,9 +122,9 @@ def grid(
     for algorithm, changed in itertools.product(algorithms, parameters):
         _check(command, map, algorithm, changed)
     cells = itertools.product(recordings(*sources), algorithms, parameters, seeds)
-    shared = {"map": _seen_by_workers(map), "camera": _seen_by_workers(camera), "max_frames": max_frames}
+    map, camera = _seen_by_workers(map), _seen_by_workers(camera)
     return [
-        Run(command, source, seed=seed, algorithm=algorithm, parameters=dict(changed), **shared)
+        Run(command, source, seed, map, algorithm, dict(changed), camera, max_frames)
         for source, algorithm, changed, seed in cells
     ]
 
@@ -139,4 +139,6 @@ def _check(command: str, map: str | os.PathLike[str] | None, algorithm: str, par
 
 def _seen_by_workers(file: str | os.PathLike[str] | None) -> str | None:
     """Workers run in folders of their own."""
-    return file if file is None or "://" in str(file) or not os.path.exists(file) else os.path.abspath(file)
+    if file is None or "://" in str(file) or not os.path.exists(file):
+        return None if file is None else str(file)
+    return os.path.abspath(file)
