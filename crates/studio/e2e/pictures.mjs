@@ -9,6 +9,7 @@ import { join } from "node:path";
 import { chromium } from "playwright-core";
 
 import { SCREENS } from "./screens.mjs";
+import { firstMap, firstVisit } from "./visit.mjs";
 import { BROWSER, Programs, open as openPage, send, until } from "./visloc.mjs";
 
 const [visloc, folder, only] = process.argv.slice(2);
@@ -27,23 +28,7 @@ async function picture(page, name, more = {}) {
   await page.context().close();
 }
 
-/** What somebody sees who opens the page, presses Kidnap and watches. */
-async function firstMinute(open) {
-  const page = await open(await programs.studio());
-  const shot = (number) => page.screenshot({ path: join(folder, `studio-minute-${number}.jpg`), type: "jpeg", quality: 85 });
-  await localized(page);
-  await shot(1);
-  await page.click("#kidnap");
-  await until(page, () => window.studio.store.state.contenders.every((c) => !c.is_localized));
-  await page.waitForTimeout(600);
-  await shot(2);
-  await until(page, () => !window.studio.store.state.controls.is_held);
-  await localized(page);
-  await shot(3);
-  await page.context().close();
-}
-
-/** The same on a phone. */
+/** A kidnap on a phone. */
 async function phone(open) {
   const page = await open(await programs.studio(), SCREENS["390x844"]);
   const shot = (number) => page.screenshot({ path: join(folder, `studio-phone-${number}.jpg`), type: "jpeg", quality: 80 });
@@ -144,7 +129,10 @@ async function slam(open) {
 const browser = await chromium.launch(BROWSER);
 try {
   const open = (url, options) => openPage(browser, url, errors, options);
-  const tasks = { firstMinute, phone, field, office, recording, connected, slam };
+  const told = (isTrue, text) => { if (!isTrue) throw new Error(text); };
+  const firstMinute = () => firstVisit(browser, programs, errors, told, folder);
+  const building = () => firstMap(browser, programs, errors, told, folder);
+  const tasks = { firstMinute, building, phone, field, office, recording, connected, slam };
   for (const [name, task] of Object.entries(tasks)) if (!only || name === only) await task(open);
   if (errors.length > 0) throw new Error(errors.join("; "));
 } finally {

@@ -17,6 +17,7 @@ import { slow, wrongToken } from "./far.mjs";
 import { keys, touches } from "./hands.mjs";
 import { measure } from "./measure.mjs";
 import { look, scenesOf } from "./screens.mjs";
+import { draws as drawsBuildings, firstMap, firstVisit } from "./visit.mjs";
 import { BROWSER, Programs, open as openPage, send, state, until } from "./visloc.mjs";
 
 const isWhole = process.argv.includes("--all");
@@ -371,6 +372,9 @@ async function main() {
     await commandsAway(browser);
     await drives(browser, programs, errors, check, pictures);
     await sources(browser, recording);
+    await firstVisit(browser, programs, errors, check, pictures);
+    await firstMap(browser, programs, errors, check, pictures);
+    await drawsBuildings(browser, programs, errors, check);
     if (isWhole) {
       await slow(programs, check);
       await goesThrough((address) => open(browser, address), await studio("--replay", recording), check);

@@ -44,6 +44,17 @@ export function scenesOf(programs, visloc) {
     const address = await programs.start(/--connect (\S+)/, ...run, "--publish", "127.0.0.1:0", "--token", "secret");
     return programs.studio("--connect", address, "--token", "secret");
   };
+  const drawn = async (page) => {
+    await page.evaluate(() => window.studio.editor.open());
+    await page.evaluate(() => {
+      const corners = [[0, 0], [8, 0], [8, 2], [0, 2], [0, 0]];
+      corners.forEach((at) => window.studio.editor.act(at));
+      window.studio.editor.act([4, 5]);
+      window.studio.editor.act([9, 4]);
+      window.studio.editor.fit();
+    });
+    await page.waitForTimeout(800);
+  };
   const recordOne = async (page) => {
     await send(page, "record", { is_on: true });
     await until(page, () => window.studio.store.state.recorder?.num_frames > 3);
@@ -59,6 +70,7 @@ export function scenesOf(programs, visloc) {
     source: { open: () => programs.studio(recording(), "--map", "robocup-spl-2010") },
     "robot-elsewhere": { open: () => away("localize", "sim:tour") },
     "robot-driven": { open: () => away("localize", "sim:robocup", "--allow-drive") },
+    editor: { open: () => programs.studio(), prepare: drawn, isDialog: true },
     "camera-elsewhere": { open: () => away("slam", "sim:room") },
   };
 }
@@ -70,7 +82,8 @@ function faultsOf({ least, wide }) {
   if (document.documentElement.scrollWidth > innerWidth) faults.push(`the page is ${document.documentElement.scrollWidth} px wide`);
   const isShown = (element) => element.checkVisibility({ visibilityProperty: true, opacityProperty: true }) && element.getBoundingClientRect().width > 2;
   const controls = [...document.querySelectorAll("button, select, input, [role=slider]")]
-    .filter((element) => isShown(element) && !element.closest("dialog:not([open]), .marks"));
+    .filter((element) => isShown(element) && !element.closest("dialog:not([open]), .marks"))
+    .filter((element) => !document.querySelector("dialog[open]") || element.closest("dialog"));
   for (const control of controls) {
     const box = control.getBoundingClientRect();
     const scroller = control.closest(".events, .tabpanel");
@@ -130,9 +143,10 @@ export async function look(browser, [name, scene], screens, lights, pictures) {
       await until(page, () => window.studio.image.bitmap);
       await page.waitForTimeout(700);
       const wide = options.viewport.width;
-      const tabs = await page.$$eval("[role=tab]", (all) => all.filter((tab) => tab.checkVisibility()).map(({ id }) => id));
+      // What lies below a dialog is out of reach.
+      const tabs = scene.isDialog ? ["editor"] : await page.$$eval("[role=tab]", (all) => all.filter((tab) => tab.checkVisibility()).map(({ id }) => id));
       for (const tab of tabs) {
-        await page.click(`#${tab}`);
+        if (!scene.isDialog) await page.click(`#${tab}`);
         await page.waitForTimeout(150);
         const where = `${name} at ${screen}, ${colorScheme}, ${tab}`;
         const least = options.hasTouch ? FINGER_PX : 0;
@@ -141,7 +155,7 @@ export async function look(browser, [name, scene], screens, lights, pictures) {
         const isPictured = pictures && (tab === tabs[0] || (screen === "390x844" && name === "playground"));
         if (isPictured) await page.screenshot({ path: join(pictures, `${name}-${screen}-${colorScheme}${tab === tabs[0] ? "" : `-${tab}`}.png`), fullPage: true });
       }
-      if (await page.locator("#more").isVisible()) {
+      if (!scene.isDialog && await page.locator("#more").isVisible()) {
         await page.click("#more");
         faults.push(...(await page.evaluate(faultsOf, { least: FINGER_PX, wide })).map((fault) => `${name} at ${screen}, bar: ${fault}`));
       }

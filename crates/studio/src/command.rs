@@ -162,6 +162,8 @@ pub enum Command {
     OpenFile {
         /// Where it is.
         path: std::path::PathBuf,
+        /// Whether it is a map to play on.
+        is_place: bool,
     },
     /// Goes to a moment of a recording.
     Seek {

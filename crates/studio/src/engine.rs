@@ -38,6 +38,14 @@ pub trait Engine: Send {
     fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
         Err(StudioError::input(path.display(), "nothing is opened here"))
     }
+
+    /// Takes in a map to play on; the id by which it can be opened.
+    ///
+    /// # Errors
+    /// If it is none.
+    fn add_place(&mut self, path: &Path) -> Result<String, StudioError> {
+        Err(StudioError::input(path.display(), "nothing is opened here"))
+    }
 }
 
 /// What is shown: a session, with what the people there should know besides.
@@ -120,8 +128,8 @@ impl Stage<'_> {
         match command {
             Command::Hello {} => Ok(()),
             Command::Open { scene } => self.open(scene),
-            Command::OpenFile { path } => {
-                let scene = self.engine.add_file(path)?;
+            Command::OpenFile { path, is_place } => {
+                let scene = if *is_place { self.engine.add_place(path) } else { self.engine.add_file(path) }?;
                 self.open(&scene)
             }
             Command::Record { is_on: true } => {

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use visloc_core::Clock;
 use visloc_sim::TOURS;
 use visloc_vmap::VisualMap;
+use visloc_world::Map;
 
 use crate::{
     Engine, Session, StudioError,
@@ -23,6 +24,8 @@ use crate::{
 const RECORDING: &str = "recording-";
 /// Before the name of a simulated tour.
 const TOUR: &str = "sim:";
+/// Before the number of a map to play on.
+const MAP: &str = "map-";
 /// Before the number of a source.
 const SOURCE: &str = "source-";
 /// The robot elsewhere.
@@ -56,6 +59,8 @@ pub enum GivenFile {
     Recording(PathBuf),
     /// A source.
     Source(NamedSource),
+    /// A map, without a source that it would be for: a place to play in.
+    Place(PathBuf),
 }
 
 /// Says what a file is; what only tells how others are to be opened is kept, and refused with a sentence that says what is missing.
@@ -68,6 +73,7 @@ pub struct Scenes {
     slam_clock: Clock,
     seed: u64,
     recordings: Vec<PathBuf>,
+    maps: Vec<PathBuf>,
     folder: PathBuf,
     sources: Vec<NamedSource>,
     robot: Option<Remote>,
@@ -84,6 +90,7 @@ impl Scenes {
             slam_clock,
             seed,
             recordings: Vec::new(),
+            maps: Vec::new(),
             folder: std::env::temp_dir(),
             sources: Vec::new(),
             robot: None,
@@ -141,13 +148,15 @@ impl Scenes {
             scene(&format!("{SOURCE}{i}"), "Sources", short(Path::new(&source.name)))
         };
         let sources = self.sources.iter().enumerate().map(source);
+        let map = |(i, path): (usize, &PathBuf)| scene(&format!("{MAP}{i}"), "Playground", short(path));
+        let maps = self.maps.iter().enumerate().map(map);
         let places = PLACES.iter().map(|place| scene(place.id, "Playground", place.label));
         let tours =
             TOURS.iter().map(|(name, ..)| scene(&format!("{TOUR}{name}"), "SLAM", &format!("SLAM: {name}")));
         let recording =
             |(i, path): (usize, &PathBuf)| scene(&format!("{RECORDING}{i}"), "Recordings", short(path));
         let recordings = self.recordings.iter().enumerate().map(recording);
-        robot.chain(sources).chain(recordings).chain(places).chain(tours).collect()
+        robot.chain(sources).chain(recordings).chain(places).chain(maps).chain(tours).collect()
     }
 
     fn slam(
@@ -210,6 +219,11 @@ impl Engine for Scenes {
                 self.slam_clock.clone(),
             )));
         }
+        if let Some(path) = named(scene, MAP, &self.maps) {
+            let path = path.display().to_string();
+            let playground = Playground::on_map(&path, scene, self.seed, self.clock.clone(), self.list())?;
+            return Ok(Box::new(playground));
+        }
         if let Some(name) = scene.strip_prefix(TOUR) {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()), None);
         }
@@ -227,7 +241,15 @@ impl Engine for Scenes {
                 self.sources.push(source);
                 format!("{SOURCE}{}", self.sources.len() - 1)
             }
+            GivenFile::Place(path) => self.add_place(&path)?,
         })
+    }
+
+    fn add_place(&mut self, path: &Path) -> Result<String, StudioError> {
+        Map::load(&path.display().to_string())
+            .map_err(|error| StudioError::input(path.display(), format!("no map to play on: {error}")))?;
+        self.maps.push(path.to_path_buf());
+        Ok(format!("{MAP}{}", self.maps.len() - 1))
     }
 
     fn add_recording(&mut self, path: PathBuf) -> String {

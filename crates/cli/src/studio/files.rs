@@ -28,7 +28,7 @@ struct Given {
 }
 
 /// Opens what is dropped: a recording is replayed, a source is followed, on the map if there is one. A map or a calibration counts for
-/// the source that was dropped before, and for those that come.
+/// the source that was dropped before, and for those that come; a map without a source is a place to play in.
 pub(super) fn file_opener(map: Option<&str>, options: SourceOptions, host: &Host) -> FileOpener {
     let given =
         Mutex::new(Given { map: map.map(str::to_owned), camera: options.camera.clone(), source: None });
@@ -41,7 +41,9 @@ pub(super) fn file_opener(map: Option<&str>, options: SourceOptions, host: &Host
         let name = path.display().to_string();
         let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
         if TEXTS.contains(&ending) {
-            given.learn(path, &name)?;
+            if given.learn(path, &name)? && given.source.is_none() {
+                return Ok(GivenFile::Place(path.to_path_buf()));
+            }
         } else {
             given.source = Some(name);
         }
@@ -51,17 +53,17 @@ pub(super) fn file_opener(map: Option<&str>, options: SourceOptions, host: &Host
 }
 
 impl Given {
-    /// Takes in a map or a calibration.
-    fn learn(&mut self, path: &Path, name: &str) -> Result<(), StudioError> {
+    /// Takes in a map or a calibration; whether it is a map that a robot can play on.
+    fn learn(&mut self, path: &Path, name: &str) -> Result<bool, StudioError> {
         if is_map_of_slam(name) {
             load_map(path).map_err(|error| refused(name, &format!("{error:#}")))?;
             self.map = Some(name.to_owned());
-            return Ok(());
+            return Ok(false);
         }
         let no_map = match Map::load(name) {
             Ok(_) => {
                 self.map = Some(name.to_owned());
-                return Ok(());
+                return Ok(true);
             }
             Err(error) => error,
         };
@@ -72,7 +74,7 @@ impl Given {
                 return Err(refused(name, &reason));
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     fn open(&self, options: &SourceOptions, host: &Host) -> Result<NamedSource, StudioError> {

@@ -154,7 +154,7 @@ export class Bar {
   onKey(event, isDown) {
     const { target } = event;
     const isTyping = target.matches?.("input:not([type=range]):not([type=checkbox]), select, textarea");
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || byId("help-dialog").open) return;
+    if (isTyping || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     const isPlayground = this.store.scene?.mode === "playground";
     if (target.matches?.("input[type=range], [role=tab], [role=tabpanel]") && /^(Arrow|Page|Home|End)/.test(event.code)) return;
     const isPress = target.matches?.("button, input") && ["Enter", "Space"].includes(event.code);
@@ -170,7 +170,7 @@ export class Bar {
     const view = { Digit1: "slant", Digit2: "top", Digit3: "follow" }[event.code];
     if (view) this.setView(view);
     if (event.code === "Comma") this.time.step(-1);
-    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now", KeyO: "open-file" };
+    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now", KeyO: "open-file", KeyB: "draw" };
     const inHands = { KeyK: "kidnap", KeyC: "cover" };
     const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
     const isReplay = this.store.scene?.mode === "replay";

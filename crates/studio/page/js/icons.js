@@ -6,6 +6,7 @@ const PATHS = {
   step: "M3 2.5v11l7-5.5zM11 2.5h2v11h-2z",
   open: "M1 3h5l1.5 2H15v8H1zM3 7v4h10V7z",
   more: "M2 3h12v2H2zM2 7h12v2H2zM2 11h12v2H2z",
+  draw: "M1 1h14v2H3v10h10V9h2v6H1zM6 8l7-6 2 2-6 7-3 1z",
   theme: "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 2v10A5 5 0 0 1 8 3z",
 };
 

@@ -6,6 +6,7 @@ import { Bar } from "./bar.js";
 import { Cards, Facts } from "./cards.js";
 import { byId } from "./dom.js";
 import { DrivePanel } from "./drive_panel.js";
+import { Editor } from "./editor.js";
 import { Files } from "./files.js";
 import { Freshness } from "./freshness.js";
 import { ImageView } from "./image_view.js";
@@ -71,6 +72,7 @@ const panels = [new WorldPanel(store, socket), new AlgorithmsPanel(store, socket
 const bar = new Bar(store, socket, view, drive, aim, time);
 followLink(store, socket);
 new Files((text) => bar.notice(text));
+const editor = new Editor(socket.token);
 
 /** Another moment is shown or pointed at, or another span of time. */
 function timeChanged() {
@@ -121,4 +123,4 @@ function drawSlow() {
 }
 
 /** For tests, and for the curious in the console. */
-window.studio = { store, socket, view, image, bar, panels, freshness, time };
+window.studio = { store, socket, view, image, bar, panels, freshness, time, editor };

@@ -32,6 +32,8 @@ use crate::{
 
 /// Algorithms that run until somebody chooses others.
 const FIRST_ALGORITHMS: [&str; 2] = ["evolutionary", "mce"];
+/// Robot and light on maps of the user's own.
+const OWN_MAP_SCENARIO: &str = "office-walk";
 /// Coordinates beyond this are no place, meters.
 const MAX_COORDINATE_M: f64 = 200.0;
 
@@ -56,7 +58,8 @@ pub const PLACES: [Place; 4] = [
 
 /// A simulated robot with algorithms that look for it.
 pub struct Playground {
-    place: Place,
+    /// Id of the place.
+    place: String,
     scenes: Value,
     scenario: Scenario,
     simulation: LiveSimulation,
@@ -85,7 +88,33 @@ impl Playground {
             .iter()
             .find(|known| known.id == place)
             .ok_or_else(|| StudioError::command("place", PLACES.map(|place| place.id).join(", "), place))?;
-        let scenario = Scenario::load(place.scenario)?;
+        Self::in_scenario(place.id, Scenario::load(place.scenario)?, seed, clock, scenes)
+    }
+
+    /// A playground on a map of the user's own, with the robot and the light of the usual ones, and nothing that stands around; `id` is told
+    /// to the pages.
+    ///
+    /// # Errors
+    /// If the map cannot be used, or has no place for a robot.
+    pub fn on_map(map: &str, id: &str, seed: u64, clock: Clock, scenes: Value) -> Result<Self, StudioError> {
+        let usual = Scenario::load(OWN_MAP_SCENARIO)?;
+        let scenario = Scenario {
+            name: map.to_owned(),
+            map: map.to_owned(),
+            robot: usual.robot,
+            light: usual.light,
+            ..Scenario::default()
+        };
+        Self::in_scenario(id, scenario, seed, clock, scenes)
+    }
+
+    fn in_scenario(
+        id: &str,
+        scenario: Scenario,
+        seed: u64,
+        clock: Clock,
+        scenes: Value,
+    ) -> Result<Self, StudioError> {
         let mut simulation = LiveSimulation::new(&scenario, seed)?;
         let mut driver = Driver::default();
         let frame = simulation.step(&driver.controls(&simulation));
@@ -99,7 +128,7 @@ impl Playground {
         };
         let lineup = Lineup::new(settings, clock.clone())?;
         let mut playground = Self {
-            place: *place,
+            place: id.to_owned(),
             scenes,
             settings: WorldSettings::of(&scenario),
             scenario,
@@ -243,7 +272,7 @@ impl Playground {
             return Ok(Arc::clone(scene));
         }
         let scene = Scene {
-            place: self.place.id,
+            place: &self.place,
             step_secs: self.simulation.step_secs(),
             settings: self.lineup.settings(),
             others: &self.scenes,

@@ -45,9 +45,10 @@ pub(super) async fn take_file(hub: &Arc<Hub>, isolated: bool, uri: &Uri, body: B
         Ok(new) => new,
         Err(error) => return refused(StatusCode::INTERNAL_SERVER_ERROR, &error.to_string()),
     };
+    let is_place = query.split('&').any(|pair| pair == "as=place");
     match save(body, file).await {
         Ok(()) => {
-            hub.take(Command::OpenFile { path });
+            hub.take(Command::OpenFile { path, is_place });
             StatusCode::ACCEPTED.into_response()
         }
         Err(reason) => {

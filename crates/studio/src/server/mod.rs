@@ -2,6 +2,7 @@
 
 mod access;
 mod assets;
+mod building;
 mod files;
 mod guests;
 pub mod hub;

@@ -11,13 +11,13 @@ use axum::{
     extract::{DefaultBodyLimit, State, WebSocketUpgrade},
     http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
     response::{IntoResponse, Response},
-    routing::get,
+    routing::{get, post},
 };
 use tokio::sync::Semaphore;
 
 use super::{
     access::{Access, Refusal},
-    assets,
+    assets, building,
     files::take_file,
     guests::Peer,
     hub::Hub,
@@ -49,6 +49,7 @@ pub(super) fn router(hub: Arc<Hub>, access: Access, num_pages: usize) -> Router 
         .route("/socket", get(open_socket))
         .route("/access", get(may_open))
         .route("/files", get(takes_files).post(open_file).layer(DefaultBodyLimit::disable()))
+        .route("/building", post(check_building).layer(DefaultBodyLimit::max(building::MAX_BYTES)))
         .fallback(get(page))
         .with_state(Shared { hub, access, places, num_visitors: Arc::default() })
 }
@@ -92,6 +93,19 @@ async fn takes_files(State(shared): State<Shared>) -> Response {
 async fn open_file(State(shared): State<Shared>, uri: Uri, headers: HeaderMap, body: Body) -> Response {
     with_headers(match check(&shared, &uri, &headers) {
         Ok(()) => take_file(&shared.hub, shared.access.token().is_none(), &uri, body).await,
+        Err(refused) => refused,
+    })
+}
+
+/// Tells whether a building that a page has drawn can be one.
+async fn check_building(
+    State(shared): State<Shared>,
+    uri: Uri,
+    headers: HeaderMap,
+    body: String,
+) -> Response {
+    with_headers(match check(&shared, &uri, &headers) {
+        Ok(()) => building::check_building(body).await,
         Err(refused) => refused,
     })
 }

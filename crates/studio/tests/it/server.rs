@@ -14,7 +14,8 @@ use tokio_tungstenite::tungstenite::{
 };
 use visloc_core::Clock;
 use visloc_studio::{
-    Command, Engine, Hub, Message, Session, StudioError, Update, recording::Tape, run_engine, server::Server,
+    Command, Engine, Hub, Message, Scenes, Session, StudioError, Update, recording::Tape, run_engine,
+    server::Server,
 };
 
 use crate::support::playground;
@@ -116,17 +117,22 @@ fn other_origins_cannot_open_the_socket() {
 
 /// Hands over a file, as a page of an origin does; the answer's first line.
 fn post(server: &Server, name: &str, origin: &str, content: &str) -> String {
+    let answer = post_to(server, &format!("/files?name={name}"), origin, content);
+    answer.lines().next().unwrap_or_default().to_owned()
+}
+
+fn post_to(server: &Server, path: &str, origin: &str, content: &str) -> String {
     let mut stream = TcpStream::connect(server.address()).unwrap();
     let length = content.len();
     write!(
         stream,
-        "POST /files?name={name} HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: {origin}\r\nContent-Length: {length}\r\n\
+        "POST {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: {origin}\r\nContent-Length: {length}\r\n\
          Connection: close\r\n\r\n{content}"
     )
     .unwrap();
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
-    String::from_utf8_lossy(&answer).lines().next().unwrap_or_default().to_owned()
+    String::from_utf8_lossy(&answer).into_owned()
 }
 
 #[test]
@@ -141,7 +147,7 @@ fn only_pages_on_this_computer_hand_over_files() {
     hub.take_files(folder.path());
     let content = "x".repeat(300_000);
     assert!(post(&server, "../a.toml", "http://127.0.0.1", &content).contains("202"));
-    let Ok(Command::OpenFile { path }) = commands.try_recv() else { panic!("it is opened") };
+    let Ok(Command::OpenFile { path, is_place: false }) = commands.try_recv() else { panic!("it is opened") };
     assert!(path.starts_with(folder.path()) && path.ends_with("opened/a-001.toml"), "{path:?}");
     assert_eq!(std::fs::read_to_string(path).unwrap(), content);
     assert!(post(&server, "a.toml", "http://example.org", "x").contains("403"));
@@ -152,6 +158,43 @@ fn only_pages_on_this_computer_hand_over_files() {
         "others can be there"
     );
     assert!(commands.try_recv().is_err());
+}
+
+#[test]
+fn buildings_are_checked_for_whoever_may_watch_and_nothing_is_kept() {
+    let (hub, commands) = hub();
+    let (server, guarded) = (serve(&hub, "127.0.0.1:0", None), serve(&hub, "127.0.0.1:0", Some("secret")));
+    let home = "http://127.0.0.1";
+    let ask = |plan: &str| post_to(&server, "/building", home, plan);
+    let plan = r#"{"plan":{"kind":"office","name":"hall","walls":[],"corridors":[{"outline":[[0,0],[9,0],[9,2],[0,2]]}]}}"#;
+    let answer = ask(plan);
+    assert!(answer.starts_with("HTTP/1.1 200") && answer.contains("no doors"), "{answer}");
+    assert!(answer.contains("[[corridors]]"), "the text of the map file comes along: {answer}");
+    assert!(ask(&plan.replace("9,2", "9,\"two\"")).starts_with("HTTP/1.1 400"));
+    assert!(ask(&plan.replace("hall", &"h".repeat(300_000))).contains("413"));
+    assert!(post_to(&guarded, "/building", home, plan).contains("403"));
+    assert!(post_to(&server, "/building", "http://example.org", plan).contains("403"));
+    assert!(commands.try_recv().is_err());
+}
+
+#[test]
+fn a_map_that_is_handed_over_is_a_place_to_play_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let (hub, commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    hub.take_files(folder.path());
+    let office = visloc_world::Map::built_in("office").unwrap().to_toml().unwrap();
+    assert!(post(&server, "own.toml&as=place", "http://127.0.0.1", &office).contains("202"));
+    let Ok(Command::OpenFile { path, is_place: true }) = commands.try_recv() else { panic!("it is opened") };
+    let mut scenes = Scenes::new(Clock::still(), Clock::still(), 1);
+    let id = scenes.add_place(&path).unwrap();
+    let mut own = scenes.open(&id).unwrap();
+    let update = own.update(None).unwrap();
+    let scene = crate::support::scene(&update);
+    assert_eq!((&scene["scene"], &scene["mode"]), (&id.into(), &"playground".into()));
+    assert_eq!(scene["world"]["kind"], "office");
+    std::fs::write(&path, "kind = \"office\"\n").unwrap();
+    assert!(scenes.add_place(&path).unwrap_err().to_string().contains("no map to play on"));
 }
 
 #[test]
