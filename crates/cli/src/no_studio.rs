@@ -36,6 +36,14 @@ impl Steering {
         Ok(None)
     }
 
+    /// As [`Steering::of`].
+    ///
+    /// # Errors
+    /// If somebody is to drive.
+    pub fn over_ros2(args: &DriveArgs, source: &str, options: &SourceOptions) -> Result<Option<Self>> {
+        Self::of(args, source, options)
+    }
+
     /// Never called.
     ///
     /// # Errors
@@ -78,7 +86,13 @@ impl MapShow {
     ///
     /// # Errors
     /// If somebody is to see the run.
-    pub fn open(args: &BroadcastArgs, _: &str, _: &SlamConfig, _: u64) -> Result<Option<Self>> {
+    pub fn open(
+        args: &BroadcastArgs,
+        _: Option<&Steering>,
+        _: &str,
+        _: &SlamConfig,
+        _: u64,
+    ) -> Result<Option<Self>> {
         check(args).map(|()| None)
     }
 

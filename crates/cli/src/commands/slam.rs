@@ -87,14 +87,8 @@ fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
 
 /// What moves the robot that carries the camera, if others may.
 fn steering(args: &SlamArgs) -> Result<Option<Steering>> {
-    let drive = &args.broadcast.drive;
-    if drive.allow_drive && !args.source.starts_with("ros2:") {
-        bail!(
-            "--allow-drive: expected a robot on ROS 2 topics (ros2:...), found {}; leave it out",
-            args.source
-        );
-    }
-    Steering::of(drive, &args.source, &source_options(&args.options, topic_options(&args.topics)?)?)
+    let options = source_options(&args.options, topic_options(&args.topics)?)?;
+    Steering::over_ros2(&args.broadcast.drive, &args.source, &options)
 }
 
 /// What shows the run to others, if anybody asks for it.

@@ -201,7 +201,6 @@ fn refuse_others(args: &LocalizeArgs) -> Result<()> {
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
         ("--robot-out", args.robot_out.is_some()),
-        ("--allow-drive", args.broadcast.drive.allow_drive),
         ("--team", args.team.is_some()),
         ("--picture-at", args.picture_at.is_some()),
         ("--algorithm", args.algorithm != "evolutionary"),

@@ -15,7 +15,7 @@ use crate::{
     args::LocalizeArgs,
     run::{BagOutput, Saving},
     say,
-    studio::MapShow,
+    studio::{MapShow, Steering},
 };
 
 /// Frame of a camera that is on no robot, unless it has a name.
@@ -26,6 +26,8 @@ pub struct Watchers {
     live: Option<MapLive>,
     bag_out: Option<BagOutput>,
     show: Option<MapShow>,
+    /// What moves the robot, if others may; it stands when the run ends.
+    _steering: Option<Steering>,
 }
 
 impl Watchers {
@@ -51,10 +53,12 @@ impl Watchers {
                 args.source
             );
         }
+        let steering = Steering::over_ros2(&args.broadcast.drive, &args.source, options)?;
         Ok(Self {
             live: (args.publish_ros || is_live).then(open_live).transpose()?,
             bag_out: args.bag_out.as_deref().map(|path| BagOutput::create(path, &topics)).transpose()?,
-            show: MapShow::open(&args.broadcast, &args.source, config, args.seed.value())?,
+            show: MapShow::open(&args.broadcast, steering.as_ref(), &args.source, config, args.seed.value())?,
+            _steering: steering,
         })
     }
 

@@ -74,17 +74,44 @@ struct Course {
 }
 
 impl Course {
-    fn tell(&mut self, publisher: &DrivePublisher, (speeds, head): Wanted) {
+    /// What the robot is told now; nothing while nobody drives.
+    fn next(&mut self, (speeds, head): Wanted) -> Wanted {
+        let look = head.filter(|_| head != self.head);
+        self.head = head;
+        if speeds.is_some() {
+            self.num_stops_due = NUM_STOPS;
+            return (speeds, look);
+        }
+        let is_told = self.num_stops_due > 0;
+        self.num_stops_due = self.num_stops_due.saturating_sub(1);
+        (is_told.then_some([0.0; 3]), look)
+    }
+
+    fn tell(&mut self, publisher: &DrivePublisher, wanted: Wanted) {
+        let (speeds, look) = self.next(wanted);
         if let Some(speeds) = speeds {
             publisher.drive(speeds);
-            self.num_stops_due = NUM_STOPS;
-        } else if self.num_stops_due > 0 {
-            publisher.drive([0.0; 3]);
-            self.num_stops_due -= 1;
         }
-        if let Some(angles) = head.filter(|_| head != self.head) {
+        if let Some(angles) = look {
             publisher.look(angles);
         }
-        self.head = head;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_not_driven_is_told_to_stand_and_then_left_alone() {
+        let mut course = Course::default();
+        assert_eq!(course.next((None, None)), (None, None), "others may move it");
+        let ahead = Some([0.2, 0.0, 0.0]);
+        let left = Some(HeadAngles { yaw_rad: 0.5, pitch_rad: 0.0 });
+        assert_eq!(course.next((ahead, left)), (ahead, left));
+        assert_eq!(course.next((ahead, left)), (ahead, None), "the head is told once");
+        let told: Vec<_> = (0..20).map(|_| course.next((None, left)).0).collect();
+        assert!(told[..10].iter().all(|speeds| *speeds == Some([0.0; 3])), "half a second: {told:?}");
+        assert!(told[10..].iter().all(Option::is_none));
     }
 }

@@ -12,7 +12,10 @@ use visloc_studio::{
 };
 use visloc_vmap::{MapLocalizer, VisualMap};
 
-use super::broadcast::{Broadcast, new_saved_file};
+use super::{
+    broadcast::{Broadcast, new_saved_file},
+    steering::Steering,
+};
 use crate::args::BroadcastArgs;
 
 /// Shows each frame to others.
@@ -31,12 +34,18 @@ impl MapShow {
     ///
     /// # Errors
     /// If the file cannot be created or nobody can listen at the address.
-    pub fn open(args: &BroadcastArgs, title: &str, config: &SlamConfig, seed: u64) -> Result<Option<Self>> {
+    pub fn open(
+        args: &BroadcastArgs,
+        steering: Option<&Steering>,
+        title: &str,
+        config: &SlamConfig,
+        seed: u64,
+    ) -> Result<Option<Self>> {
         if args.record.is_none() && args.publish.is_none() {
             return Ok(None);
         }
         Ok(Some(Self {
-            broadcast: Broadcast::open(args, None)?,
+            broadcast: Broadcast::open(args, steering)?,
             title: title.to_owned(),
             settings: SlamSettings::of(config)?,
             seed,

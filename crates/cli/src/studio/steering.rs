@@ -42,10 +42,21 @@ impl Steering {
         }
         Ok(Some(Self {
             #[cfg(feature = "ros2")]
-            _driver: if is_simulated { None } else { Some(over_ros2(args, options, Arc::clone(&wheel))?) },
+            _driver: if is_simulated { None } else { Some(ros_driver(args, options, Arc::clone(&wheel))?) },
             is_simulated,
             wheel,
         }))
+    }
+
+    /// The same where only a robot on ROS 2 can be moved: what carries the camera of SLAM.
+    ///
+    /// # Errors
+    /// If the source is no such robot, or there is no network.
+    pub fn over_ros2(args: &DriveArgs, source: &str, options: &SourceOptions) -> Result<Option<Self>> {
+        if args.allow_drive && !source.starts_with("ros2:") {
+            bail!("--allow-drive: expected a robot on ROS 2 topics (ros2:...), found {source}; leave it out");
+        }
+        Self::of(args, source, options)
     }
 
     /// What those who watch turn.
@@ -89,7 +100,7 @@ fn controls(order: &DriveOrder) -> LiveControls {
 }
 
 #[cfg(feature = "ros2")]
-fn over_ros2(args: &DriveArgs, options: &SourceOptions, wheel: Arc<Wheel>) -> Result<crate::run::RosDriver> {
+fn ros_driver(args: &DriveArgs, options: &SourceOptions, wheel: Arc<Wheel>) -> Result<crate::run::RosDriver> {
     let joints = <[String; 2]>::try_from(args.head_joints.clone());
     let topics = visloc_io::ros2::DriveTopics {
         velocity: args.drive_topic.clone(),
