@@ -32,7 +32,7 @@ export async function drops(open, programs, visloc, recording, check) {
   writeFileSync(map, run("map", "show", "robocup-spl-2010"));
   const bag = join(programs.folder, "walk.mcap");
   run("simulate", "tour", "--frames", "150", "--out", bag);
-  await page.setInputFiles("input[type=file]", [bag, map]);
+  await page.setInputFiles("input[aria-label='Files to open']", [bag, map]);
   await until(page, () => window.studio.store.scene.scene.startsWith("source-") && window.studio.store.state.contenders?.[0]?.is_localized);
   check(true, "a bag and its map that are chosen in the dialog are followed");
   const wrong = join(programs.folder, "wrong.toml");
