@@ -7,10 +7,12 @@
 //! Lengths are in map units, or in meters where the scale is known ([`MapScale`]).
 
 mod align;
+mod care;
 mod container;
 mod error;
 mod export;
 mod file;
+mod floor;
 mod frame;
 mod ground;
 mod image;
@@ -23,6 +25,7 @@ pub use container::{FORMAT_VERSION, MAX_FILE_BYTES};
 pub use error::{Damage, VmapError};
 pub use export::{ColmapModel, NerfstudioModel, picture_name};
 pub use file::{load, save};
+pub use floor::FloorPicture;
 pub use ground::{Ground, find_ground};
 pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer, Support};
 pub use visual_map::{MapScale, OpenedMap, ScaleSource, Session, VisualMap};

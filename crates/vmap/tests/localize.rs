@@ -10,7 +10,7 @@ use visloc_core::{
     geom::{Camera, Rigid3},
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
-use visloc_slam::{Slam, SlamConfig};
+use visloc_slam::{Slam, SlamConfig, mapping::GivenViews};
 use visloc_vmap::{CameraEstimate, MapLocalizer, ScaleSource, Session, VisualMap};
 
 struct Clip {
@@ -169,4 +169,115 @@ fn a_map_of_a_robot_has_the_frame_of_its_odometry_and_keeps_it() {
     assert!(after.is_level(largest) && after.scale(largest).source == ScaleSource::Odometry);
     let (first, now) = (before.poses()[0], after.way(largest).poses()[0]);
     assert!((first.world_from_camera.translation() - now.world_from_camera.translation()).norm() < 0.01);
+}
+
+/// A map of some images, as a file has it.
+fn map_of<'a>(clip: &Clip, images: impl Iterator<Item = &'a (Timestamp, GrayImage)>) -> VisualMap {
+    let mut slam = Slam::new(&clip.camera, &config(), 1).unwrap();
+    for (at, image) in images {
+        slam.add_frame(*at, image.clone()).unwrap();
+    }
+    let map = VisualMap::default().after(&slam, Session::default());
+    VisualMap::from_bytes(&map.to_bytes(&slam.session_camera())).unwrap().map
+}
+
+#[test]
+fn two_maps_of_one_desk_become_one_in_the_frame_that_is_known() {
+    let clip = clip();
+    let first = map_of(&clip, clip.images[..40].iter());
+    let mut second = map_of(&clip, clip.images[20..].iter());
+    let largest = second.largest().unwrap();
+    second.align(largest, &clip.truth).unwrap();
+    let counts = |map: &VisualMap| (map.map.all_keyframes().count(), map.map.all_landmarks().count());
+    let (a, b) = (counts(&first), counts(&second));
+    let before = second.way(largest);
+    let (merged, how) = first.merged_with(second, &config(), 1).unwrap().unwrap();
+    merged.map.check().unwrap();
+    assert!(how.num_keyframes >= 3 && how.num_same > 20, "{how:?}");
+    assert_eq!((merged.map.maps().len(), counts(&merged).0), (1, a.0 + b.0));
+    assert!(counts(&merged).1 < a.1 + b.1, "landmarks that are the same became one");
+    // The aligned map stays where it is, though it was named second, and the other one came to it.
+    let map = merged.largest().unwrap();
+    assert_eq!(merged.scale(map).source, ScaleSource::Aligned);
+    let way = merged.way(map);
+    assert_eq!(
+        way.poses().len(),
+        merged.map.all_keyframes().map(|(_, k)| k.at).collect::<std::collections::BTreeSet<_>>().len()
+    );
+    for pose in before.poses() {
+        let now = merged
+            .map
+            .all_keyframes()
+            .any(|(_, k)| k.camera_from_world().inverse() == pose.world_from_camera);
+        assert!(now, "{:?} has moved", pose.at);
+    }
+    for pose in way.poses() {
+        let truth = clip.truth.nearest(pose.at, 0.01).unwrap().world_from_camera;
+        let apart = (truth.translation() - pose.world_from_camera.translation()).norm();
+        assert!(apart < 0.05, "{apart} m at {:?}", pose.at);
+    }
+}
+
+#[test]
+fn maps_of_different_places_stay_two() {
+    let clip = clip();
+    let map = map_of(&clip, clip.images.iter());
+    // The other way up it would be the same desk.
+    let mirrored = |(at, image): &(Timestamp, GrayImage)| {
+        let data = image.data().chunks(image.width()).flat_map(|row| row.iter().rev()).copied().collect();
+        (*at, GrayImage::from_raw(image.width(), image.height(), data).unwrap())
+    };
+    let images: Vec<(Timestamp, GrayImage)> = clip.images.iter().map(mirrored).collect();
+    let other = map_of(&clip, images.iter());
+    let apart = map.merged_with(other, &config(), 1).err().unwrap();
+    assert!(apart.num_agreeing < 3 && apart.num_keyframes > 0, "{apart:?}");
+}
+
+#[test]
+fn a_smaller_map_still_finds_the_camera() {
+    let clip = clip();
+    let mut map = taught(&clip);
+    let largest = map.largest().unwrap();
+    let before = map.map.all_keyframes().count();
+    let thinned = map.trim(largest, 4);
+    assert_eq!((map.map.all_keyframes().count(), thinned.num_keyframes), (4, before - 4));
+    map.map.check().unwrap();
+    let camera = *map.map.all_keyframes().next().unwrap().1.foreign.as_deref().unwrap();
+    let map = VisualMap::from_bytes(&map.to_bytes(&camera)).unwrap().map;
+    let mut localizer = MapLocalizer::in_map(&map, &clip.camera, &config(), 3).unwrap();
+    let (at, image) = &clip.images[1];
+    let estimate = localizer.step(GrayFrame::new(*at, image.clone())).unwrap().unwrap();
+    assert!(errors(&clip, &estimate).0 < 0.03);
+}
+
+#[test]
+fn a_map_of_views_with_given_poses_locates_the_views_between() {
+    let clip = clip();
+    let mut views = GivenViews::new(&clip.camera, &config()).unwrap();
+    for (at, image) in clip.images.iter().step_by(6) {
+        let pose = clip.truth.nearest(*at, 0.01).unwrap().world_from_camera;
+        views.add(*at, image.clone(), pose.inverse()).unwrap();
+    }
+    let small = GrayImage::new(10, 10);
+    assert!(views.add(Timestamp::from_secs(3e9), small, Rigid3::identity()).is_err());
+    let map = views.finish();
+    map.check().unwrap();
+    for (_, keyframe) in map.keyframes() {
+        let truth = clip.truth.nearest(keyframe.at, 0.01).unwrap().world_from_camera;
+        let apart = truth.inverse() * keyframe.camera_from_world().inverse();
+        assert!(apart.translation().norm() < 1e-9 && apart.rotation_angle_rad() < 1e-6, "the poses stay");
+    }
+    assert!(map.landmarks().count() > 100, "{}", map.landmarks().count());
+    let camera = visloc_slam::map::SessionCamera { calibrated: clip.camera, camera: clip.camera };
+    let map = VisualMap { map, ..VisualMap::default() };
+    let map = VisualMap::from_bytes(&map.to_bytes(&camera)).unwrap().map;
+    let mut num = 0;
+    for (at, image) in clip.images.iter().skip(3).step_by(6) {
+        let mut localizer = MapLocalizer::in_map(&map, &clip.camera, &SlamConfig::default(), 3).unwrap();
+        let Some(estimate) = localizer.step(GrayFrame::new(*at, image.clone())).unwrap() else { continue };
+        let (meters, radians) = errors(&clip, &estimate);
+        assert!(meters < 0.02 && radians < 0.02, "{meters} m, {radians} rad at {at}");
+        num += usize::from(estimate.is_localized());
+    }
+    assert!(num >= 9, "{num} of 10");
 }

@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 
-use super::{InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap};
+use super::{InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap, SeedArg};
 
 /// Arguments of `visloc config`.
 #[derive(Debug, Args)]
@@ -40,6 +40,8 @@ pub enum ConfigCommand {
     after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml\n  \
                        visloc map info room.vmap --plots out/room\n  \
                        visloc map align room.vmap --to truth.tum --out room.vmap\n  \
+                       visloc map merge room.vmap hall.vmap --out both.vmap\n  \
+                       visloc map trim room.vmap --keyframes 100 --out small.vmap\n  \
                        visloc map export room.vmap --colmap out/colmap"
 )]
 pub struct MapArgs {
@@ -93,11 +95,14 @@ pub enum MapCommand {
         #[arg(value_name = "FILE")]
         file: InputName,
     },
-    /// Print a built-in map as TOML, to start a map of your own from
+    /// Print a built-in map as TOML, to start a map of your own from; of a map of visloc slam (.vmap) what info says
     Show {
-        /// Built-in map
-        #[arg(value_name = "NAME")]
-        map: String,
+        /// Built-in map, or map of visloc slam (.vmap)
+        #[arg(value_name = "NAME|FILE")]
+        map: InputName,
+        /// Draw the map into this folder
+        #[arg(long, value_name = "DIR")]
+        plots: Option<OutputFolder>,
     },
     /// Say what a map of visloc slam (.vmap) has: keyframes, landmarks, scale, where it comes from; draw it
     Info {
@@ -113,6 +118,32 @@ pub enum MapCommand {
     },
     /// Give a map of visloc slam (.vmap) the frame and the meters of known places, or its scale
     Align(MapAlignArgs),
+    /// Make one map of two maps of visloc slam (.vmap) that show a common place
+    Merge {
+        /// Map whose frame and unit of length stay, unless only the other one's are known
+        #[arg(value_name = "FILE")]
+        map: InputMap,
+        /// Map that becomes a part of it
+        #[arg(value_name = "OTHER")]
+        other: InputMap,
+        /// Where the one map goes; it may be one of the two, which is kept as FILE~ then
+        #[arg(long, value_name = "FILE")]
+        out: OutputMap,
+        #[command(flatten)]
+        seed: SeedArg,
+    },
+    /// Make a map of visloc slam (.vmap) smaller: keyframes of which most is seen by others go
+    Trim {
+        /// Map of visloc slam
+        #[arg(value_name = "FILE")]
+        map: InputMap,
+        /// Keyframes to keep of the largest map in it
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+        keyframes: u32,
+        /// Where the smaller map goes; it may be the same file, which is kept as FILE~ then
+        #[arg(long, value_name = "FILE")]
+        out: OutputMap,
+    },
     /// Write a map of visloc slam (.vmap) for other programs
     Export {
         /// Map of visloc slam
@@ -127,5 +158,8 @@ pub enum MapCommand {
         /// Write transforms.json of nerfstudio and the images into this folder
         #[arg(long, value_name = "DIR")]
         nerfstudio: Option<OutputFolder>,
+        /// Write a floor picture for Nav2 into this folder (floor.pgm, floor.yaml): of a map in meters that has z up
+        #[arg(long, value_name = "DIR")]
+        floor: Option<OutputFolder>,
     },
 }

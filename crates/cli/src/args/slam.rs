@@ -49,6 +49,7 @@ pub enum ScheduleArg {
                        visloc slam sim:room --plots out/room\n  \
                        visloc slam clip.mp4 --camera camera.toml --save room.vmap\n  \
                        visloc slam later.mp4 --camera camera.toml --load room.vmap --save room.vmap\n  \
+                       visloc slam photos --poses poses.tum --save room.vmap\n  \
                        visloc slam clip.mp4 --camera camera.toml --points clip.ply\n  \
                        visloc slam v4l2:/dev/video0 --camera camera.toml --points desk.ply"
 )]
@@ -92,6 +93,12 @@ pub struct SlamArgs {
     /// Keep the map in this file (.vmap); one that was there is kept as FILE~
     #[arg(long, value_name = "FILE")]
     pub save: Option<OutputMap>,
+    /// Make the map of --save from the images that have a pose in this file (TUM format, EuRoC's CSV): nothing is followed, and the poses stay
+    /// as they are. For turntables and single photos
+    #[arg(long, value_name = "FILE", requires = "save", conflicts_with_all = [
+        "load", "fixed", "publish_ros", "realtime", "schedule", "trajectory", "keyframes", "points", "log", "plots", "record", "publish", "json",
+    ])]
+    pub poses: Option<InputPath>,
     /// Only find the camera in the map of --load and follow it there; the map stays as it is
     #[arg(long, requires = "load", conflicts_with = "save")]
     pub fixed: bool,

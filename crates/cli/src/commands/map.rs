@@ -7,11 +7,12 @@ use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
 use visloc_world::{BUILT_IN_MAPS, Hindrance, Map, field::Field, import::ImportNote, office::Office};
 
-use super::visual_map;
+use super::{care, visual_map};
 use crate::{
-    args::{MapArgs, MapCommand},
+    args::{JsonArg, MapArgs, MapCommand},
     report::{ground, save_json},
     say,
+    slam::is_map_of_slam,
 };
 
 /// Runs the command.
@@ -53,17 +54,32 @@ pub fn execute(args: &MapArgs) -> Result<()> {
         }
         MapCommand::Info { map, plots, json } => visual_map::info(map, plots.as_deref(), json)?,
         MapCommand::Align(args) => visual_map::align(args)?,
-        MapCommand::Export { map, points, colmap, nerfstudio } => {
+        MapCommand::Merge { map, other, out, seed } => care::merge(map, other, out, seed.value())?,
+        MapCommand::Trim { map, keyframes, out } => care::trim(map, *keyframes as usize, out)?,
+        MapCommand::Export { map, points, colmap, nerfstudio, floor } => {
             let wanted = visual_map::Wanted {
+                floor: floor.as_deref(),
                 points: points.as_deref(),
                 colmap: colmap.as_deref(),
                 nerfstudio: nerfstudio.as_deref(),
             };
             visual_map::export(map, &wanted)?;
         }
-        MapCommand::Show { map } => {
-            let known = BUILT_IN_MAPS.iter().find(|(name, _)| name == map);
-            let (_, text) = known.ok_or_else(|| anyhow!("no built-in map {map:?}; known: {}", names()))?;
+        MapCommand::Show { map, plots } if is_map_of_slam(map) => {
+            visual_map::info(Path::new(&**map), plots.as_deref(), &JsonArg { json: None })?;
+        }
+        MapCommand::Show { map, plots } => {
+            let known = BUILT_IN_MAPS.iter().find(|(name, _)| *name == &**map);
+            let (name, text) = known.ok_or_else(|| {
+                anyhow!(
+                    "no built-in map \"{map}\"; known: {}; a file is checked by: visloc map check",
+                    names()
+                )
+            })?;
+            if let Some(folder) = plots {
+                draw(folder, &Map::parse(name, text)?)?;
+                return Ok(());
+            }
             say::text(format_args!("{text}"));
         }
     }

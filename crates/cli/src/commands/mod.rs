@@ -4,6 +4,7 @@ mod benchmark;
 mod calibrate;
 mod calibrate_robot;
 mod camera;
+mod care;
 mod check_camera;
 mod colors;
 mod config;

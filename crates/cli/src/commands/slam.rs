@@ -16,7 +16,7 @@ use crate::{
     settings::{slam_config, topic_options},
     slam::{
         FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
-        SlamWatcher, draw, load_map, open_input, run, save_map, write_log, write_ply,
+        SlamWatcher, draw, load_map, map_given_poses, open_input, run, save_map, write_log, write_ply,
     },
     studio::{Shown, SlamShow, Steering},
 };
@@ -34,6 +34,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
     for warning in &warnings {
         say::note!("{warning}");
+    }
+    if let (Some(poses), Some(out)) = (args.poses.as_deref(), args.save.as_deref()) {
+        return map_given_poses(args, &config, source.as_mut(), (poses, out));
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args)?;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use visloc_core::{Timestamp, files, geom::Camera};
 use visloc_io::sequence::read_camera_trajectory;
 use visloc_slam::map::{MapId, SessionCamera};
-use visloc_vmap::{VisualMap, load, picture_name, save};
+use visloc_vmap::{ScaleSource, VisualMap, load, picture_name, save};
 
 use crate::{
     args::{JsonArg, MapAlignArgs},
@@ -145,12 +145,16 @@ fn cameras_of(map: &VisualMap) -> Vec<SessionCamera> {
     cameras
 }
 
-/// Every keyframe of a map that was read has a camera of its own.
-fn nobody() -> SessionCamera {
+/// Whose keyframes have no camera of their own: every keyframe of a map that was read has one.
+pub fn nobody() -> SessionCamera {
     SessionCamera { calibrated: Camera::default(), camera: Camera::default() }
 }
 
-fn largest(map: &VisualMap, path: &Path) -> Result<MapId> {
+/// The map that has most keyframes.
+///
+/// # Errors
+/// If there is none.
+pub fn largest(map: &VisualMap, path: &Path) -> Result<MapId> {
     map.largest().ok_or_else(|| anyhow!("{}: expected a map with keyframes, found none", path.display()))
 }
 
@@ -217,6 +221,8 @@ pub struct Wanted<'a> {
     pub colmap: Option<&'a Path>,
     /// Folder of nerfstudio.
     pub nerfstudio: Option<&'a Path>,
+    /// Folder of a floor picture.
+    pub floor: Option<&'a Path>,
 }
 
 /// Writes a map for other programs.
@@ -224,8 +230,9 @@ pub struct Wanted<'a> {
 /// # Errors
 /// If it cannot be read or an output not be written.
 pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
-    if wanted.points.is_none() && wanted.colmap.is_none() && wanted.nerfstudio.is_none() {
-        bail!("expected --points, --colmap or --nerfstudio");
+    let all = [wanted.points, wanted.colmap, wanted.nerfstudio, wanted.floor];
+    if all.iter().all(Option::is_none) {
+        bail!("expected --points, --colmap, --nerfstudio or --floor");
     }
     let map = load_map(path)?;
     let id = largest(&map, path)?;
@@ -246,7 +253,30 @@ pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
         save_json(&folder.join("transforms.json"), &map.to_nerfstudio(id))?;
         write_pictures(&map, id, folder)
     });
+    saving.save_if(wanted.floor, |folder| write_floor(path, &map, id, folder));
     saving.end()
+}
+
+fn write_floor(path: &Path, map: &VisualMap, id: MapId, folder: &Path) -> Result<()> {
+    if !map.is_level(id) || map.scale(id).source == ScaleSource::Unknown {
+        bail!(
+            "--floor: expected a map in meters with z up, found {}; visloc map align --to gives it both, a robot's odometry as well",
+            path.display()
+        );
+    }
+    let Some(floor) = map.floor_picture(id) else {
+        bail!("--floor: nothing in {} stands in a robot's way", path.display());
+    };
+    write(&folder.join("floor.pgm"), floor.to_pgm())?;
+    write(&folder.join("floor.yaml"), floor.to_yaml("floor.pgm"))?;
+    say::line!(
+        "floor: {}, {} x {} cells of {} m",
+        folder.display(),
+        floor.size.0,
+        floor.size.1,
+        floor.cell_m
+    );
+    Ok(())
 }
 
 fn write_pictures(map: &VisualMap, id: MapId, folder: &Path) -> Result<()> {

@@ -3,6 +3,7 @@
 use std::{fs, path::Path};
 
 use anyhow::{Context, Result};
+use visloc_slam::map::SessionCamera;
 use visloc_vmap::{Session, VisualMap, load, save};
 
 use super::SlamRun;
@@ -30,14 +31,27 @@ pub fn load_map(path: &Path) -> Result<VisualMap> {
 /// # Errors
 /// If it cannot be written.
 pub fn save_map(path: &Path, args: &SlamArgs, run: &SlamRun, loaded: Option<VisualMap>) -> Result<()> {
-    let session = Session {
+    let session = session(args, run.history.records.num_seen());
+    let map = loaded.unwrap_or_default().after(&run.slam, session);
+    write(path, &map, &run.slam.session_camera())
+}
+
+/// A run over so many images.
+pub(super) fn session(args: &SlamArgs, num_images: usize) -> Session {
+    Session {
         source: args.source.to_string(),
         program: concat!("visloc ", env!("CARGO_PKG_VERSION")).to_owned(),
-        num_images: run.history.records.num_seen() as u64,
+        num_images: num_images as u64,
         seed: args.seed.value(),
-    };
-    let map = loaded.unwrap_or_default().after(&run.slam, session);
-    save(path, &map, &run.slam.session_camera()).with_context(|| path.display().to_string())?;
+    }
+}
+
+/// Writes a map, and says how large it is.
+///
+/// # Errors
+/// If it cannot be written.
+pub(super) fn write(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<()> {
+    save(path, map, own).with_context(|| path.display().to_string())?;
     let (num, num_bytes) = (map.map.all_keyframes().count(), fs::metadata(path).map_or(0, |file| file.len()));
     let each = num_bytes / num.max(1) as u64;
     say::line!("map: {}, {num} keyframes of {:.1} kB", path.display(), each as f64 / 1e3);

@@ -1,6 +1,7 @@
 //! Running SLAM over a sequence: the loop, its records, its numbers and its files.
 
 mod drive;
+mod given;
 mod history;
 mod input;
 #[cfg(feature = "ros2")]
@@ -16,6 +17,7 @@ mod record;
 mod report;
 
 pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
+pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 pub use live::SlamLive;

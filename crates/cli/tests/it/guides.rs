@@ -10,7 +10,8 @@ use std::{fs, path::Path, process::Command, thread};
 use super::support::Workspace;
 
 /// Files and folders that stand for the reader's own.
-const READERS_OWN: [&str; 31] = [
+const READERS_OWN: [&str; 32] = [
+    "other.vmap",
     "first.mp4",
     "later.mp4",
     "other.mp4",

@@ -87,6 +87,8 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
         "camera render" => {
             &[&["camera.toml", "--size", "9x6", "--square", "0.025", "--count", "1", "--out", "rendered"]]
         }
+        "map merge" => &[&["no-such.vmap", "no-such.vmap", "--out", "both.vmap"]],
+        "map trim" => &[&["no-such.vmap", "--keyframes", "5", "--out", "small.vmap"]],
         "map align" => &[
             &["no-such.vmap", "--camera-height", "1", "--out", "aligned.vmap"],
             &["no-such.vmap", "--distance", "1", "--between", "0", "1", "--out", "aligned.vmap"],

@@ -111,6 +111,45 @@ fn a_camera_in_a_map_of_slam_has_the_same_outputs_as_a_robot_on_a_drawn_map() {
 }
 
 #[test]
+fn a_map_of_given_poses_is_merged_trimmed_and_written_for_nav2() {
+    let workspace = Workspace::new();
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    let poses = format!("{clip}/groundtruth.txt");
+    let text =
+        workspace.must(&["slam", clip, "--stride", "6", "--poses", &poses, "--save", "given.vmap"]).stdout;
+    assert!(text.contains("10 images, 10 of them with a pose"), "{text}");
+    workspace.must(&["localize", clip, "--map", "given.vmap", "--json", "run.json"]);
+    let run = workspace.json("run.json");
+    assert!(run["localized"].as_f64().unwrap() > 0.9, "{run}");
+    assert!(run["error"]["median_m"].as_f64().unwrap() < 0.01, "{run}");
+    let error = workspace.refused(&["slam", clip, "--poses", "given.tum", "--save", "none.vmap"]);
+    assert!(error.contains("given.tum"), "{error}");
+    workspace.write("given.tum", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
+    let error = workspace.refused(&["slam", clip, "--poses", "given.tum", "--save", "none.vmap"]);
+    assert!(error.contains("at least 2 images") && !workspace.path("none.vmap").exists(), "{error}");
+
+    workspace.must(&["slam", clip, "--save", "desk.vmap"]);
+    let text = workspace.must(&["map", "merge", "desk.vmap", "given.vmap", "--out", "both.vmap"]).stdout;
+    assert!(text.contains("show the same places"), "{text}");
+    let text = workspace.must(&["map", "show", "both.vmap", "--plots", "both"]).stdout;
+    assert!(text.contains("aligned to known places") && workspace.path("both/map.png").exists(), "{text}");
+    workspace.must(&["map", "trim", "both.vmap", "--keyframes", "6", "--out", "both.vmap"]);
+    assert!(workspace.path("both.vmap~").exists(), "what was there is kept");
+    let text = workspace.must(&["map", "info", "both.vmap"]).stdout;
+    assert!(text.contains("both.vmap: 6 keyframes"), "{text}");
+
+    workspace.must(&["map", "export", "given.vmap", "--floor", "floor"]);
+    let picture = fs::read(workspace.path("floor/floor.pgm")).unwrap();
+    assert!(picture.starts_with(b"P5\n") && workspace.read("floor/floor.yaml").contains("resolution: 0.05"));
+    let cells = |value: u8| picture.iter().filter(|cell| **cell == value).count();
+    assert!(cells(0) > 10 && cells(254) > 100, "{} occupied, {} free", cells(0), cells(254));
+    // Our own occupancy grids are read by the same reader as everybody's.
+    assert_eq!(workspace.visloc(&["map", "import", "floor/floor.yaml"]).code, 0);
+    let error = workspace.refused(&["map", "export", "desk.vmap", "--floor", "none"]);
+    assert!(error.contains("z up") && !workspace.path("none").exists(), "{error}");
+}
+
+#[test]
 fn slam_reads_bags_and_simulated_robots() {
     let workspace = Workspace::new();
     let bag = excerpt_text("R1");

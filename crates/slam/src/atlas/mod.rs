@@ -4,6 +4,7 @@
 mod closing;
 mod global;
 mod meeting;
+mod merge;
 mod pose_graph;
 mod recognizer;
 mod revisit;
@@ -11,6 +12,7 @@ mod sighting;
 mod similarity;
 
 pub use meeting::Meeting;
+pub use merge::{Apart, Merged, merge};
 pub use pose_graph::{PoseGraph, PoseGraphEdge};
 pub use recognizer::Recognizer;
 pub use similarity::Similarity;

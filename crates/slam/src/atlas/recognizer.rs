@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Keyframes in a row that must agree.
-const IN_A_ROW: usize = 3;
+pub(super) const IN_A_ROW: usize = 3;
 /// Keyframes in a row without agreement after which a hypothesis is dropped.
 const MOST_MISSED: usize = 2;
 /// Fewest descriptors in common for a candidate.
@@ -276,7 +276,7 @@ impl Recognizer {
 }
 
 /// Moves the map that is tracked into the frame of another one and makes one of both.
-fn move_over(map: &mut Map, newest: &Sighting, into: MapId) -> Meeting {
+pub(super) fn move_over(map: &mut Map, newest: &Sighting, into: MapId) -> Meeting {
     let joined = map.active();
     let old_from_new = newest.old_from_new;
     let corrections: Vec<Correction> = map
@@ -318,7 +318,7 @@ fn is_own_visit(map: &Map, keyframe: KeyframeId, began: KeyframeId, other: Keyfr
 }
 
 /// Makes one of landmarks that are the same, and links the others to the keyframes that see them.
-fn fuse(map: &mut Map, sightings: &[Sighting]) {
+pub(super) fn fuse(map: &mut Map, sightings: &[Sighting]) {
     for sighting in sightings {
         for (old, new) in &sighting.same {
             map.fuse(*old, *new);

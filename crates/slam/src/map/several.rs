@@ -6,6 +6,7 @@ use visloc_core::geom::{CameraFrame, Rigid3};
 
 use super::{
     Keyframe, KeyframeId, Landmark, LandmarkId, LandmarkState, Map, MapId,
+    keyframe::Anchor,
     store::{center, scaled},
 };
 use crate::{
@@ -29,6 +30,7 @@ pub struct Correction {
 pub struct Offsets {
     keyframes: u32,
     landmarks: u32,
+    maps: u32,
 }
 
 impl Offsets {
@@ -36,6 +38,12 @@ impl Offsets {
     #[must_use]
     pub fn keyframe(&self, id: KeyframeId) -> KeyframeId {
         KeyframeId(id.0 + self.keyframes)
+    }
+
+    /// The number of a map after it was appended.
+    #[must_use]
+    pub fn map(&self, id: MapId) -> MapId {
+        MapId(id.0 + self.maps)
     }
 
     /// The number of a landmark after the map was appended.
@@ -115,10 +123,17 @@ impl Map {
         Self { active: map, ..self.clone() }
     }
 
+    fn offsets(&self) -> Offsets {
+        Offsets {
+            keyframes: self.keyframes.len() as u32,
+            landmarks: self.landmarks.len() as u32,
+            maps: self.num_maps,
+        }
+    }
+
     /// Appends a map that has just been started and goes on with it.
     pub fn append(&mut self, started: &Self) -> Offsets {
-        let offsets =
-            Offsets { keyframes: self.keyframes.len() as u32, landmarks: self.landmarks.len() as u32 };
+        let offsets = self.offsets();
         self.active = MapId(self.num_maps);
         self.num_maps += 1;
         for keyframe in started.keyframes.iter() {
@@ -137,6 +152,48 @@ impl Map {
             self.landmarks.push(Landmark { observations, ..landmark.clone() });
         }
         offsets
+    }
+
+    /// Appends all maps of another store, each as a map of its own, which can be recognized as before.
+    pub fn append_all(&mut self, others: &Self) -> Offsets {
+        let offsets = self.offsets();
+        for (id, keyframe) in (0..).map(KeyframeId).zip(others.keyframes.iter()) {
+            let view = keyframe.view.as_deref().map(|view| {
+                let mut view = view.clone();
+                for place in &mut view.places {
+                    place.landmark = place.landmark.map(|landmark| offsets.landmark(landmark));
+                }
+                Arc::new(view)
+            });
+            if let Some(view) = &view {
+                Arc::make_mut(&mut self.index).add(offsets.keyframe(id), view);
+            }
+            let anchor = keyframe
+                .anchor
+                .map(|anchor| Anchor { keyframe: offsets.keyframe(anchor.keyframe), ..anchor });
+            self.keyframes.push(Keyframe {
+                map: offsets.map(keyframe.map),
+                landmarks: keyframe.landmarks.iter().map(|id| offsets.landmark(*id)).collect(),
+                turned_from: keyframe.turned_from.map(|id| offsets.keyframe(id)),
+                anchor,
+                view,
+                ..keyframe.clone()
+            });
+        }
+        for landmark in others.landmarks.iter() {
+            let mut observations = landmark.observations.clone();
+            for observation in &mut observations {
+                observation.keyframe = offsets.keyframe(observation.keyframe);
+            }
+            self.landmarks.push(Landmark { observations, ..landmark.clone() });
+        }
+        self.num_maps += others.num_maps;
+        offsets
+    }
+
+    /// Lets go of what was fixed.
+    pub fn release(&mut self) {
+        (self.num_fixed_keyframes, self.num_fixed_landmarks) = (0, 0);
     }
 
     /// Takes a whole map out: its start was wrong.

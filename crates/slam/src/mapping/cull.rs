@@ -58,6 +58,42 @@ pub fn cull_keyframes(map: &mut Map, newest: KeyframeId, config: &MappingConfig)
     }
 }
 
+/// What was taken out of a map to make it smaller.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thinned {
+    /// Keyframes that went.
+    pub num_keyframes: usize,
+    /// Landmarks that went with them: nobody else saw them twice.
+    pub num_landmarks: usize,
+    /// Of the keyframe that was missed most, the share of its landmarks that three others see; 1 if none went.
+    pub least_redundancy: f64,
+}
+
+/// Keeps so many keyframes of the map that is active: those go first of which most is seen by others. Its first two stay.
+pub fn thin(map: &mut Map, most: usize) -> Thinned {
+    let counts = |map: &Map| (map.keyframes().count(), map.landmarks().count());
+    let before = counts(map);
+    let mut least_redundancy: f64 = 1.0;
+    let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).skip(2).collect();
+    let mut shares: Vec<(KeyframeId, f64)> =
+        ids.into_iter().map(|id| (id, redundancy(map, id).unwrap_or(1.0))).collect();
+    while map.keyframes().count() > most {
+        let Some(i) = (0..shares.len()).max_by(|a, b| shares[*a].1.total_cmp(&shares[*b].1)) else { break };
+        let (id, share) = shares.swap_remove(i);
+        least_redundancy = least_redundancy.min(share);
+        // Only those that saw the same are needed more now.
+        let connected = map.connected(id, 1);
+        cull(map, id);
+        for (other, share) in &mut shares {
+            if connected.iter().any(|(near, _)| near == other) {
+                *share = redundancy(map, *other).unwrap_or(1.0);
+            }
+        }
+    }
+    let after = counts(map);
+    Thinned { num_keyframes: before.0 - after.0, num_landmarks: before.1 - after.1, least_redundancy }
+}
+
 /// Hangs a keyframe on its best connected one, or else the nearest, and takes it out.
 fn cull(map: &mut Map, id: KeyframeId) {
     let center: Point3<f64> = *map.keyframe(id).center_in_world();
@@ -140,6 +176,20 @@ mod tests {
         cull_keyframes(&mut map, ids[11], &config);
         assert_eq!(map.keyframes().count(), 8);
         assert!(map.keyframe(ids[2]).is_alive());
+        map.check().unwrap();
+    }
+
+    #[test]
+    fn a_map_is_thinned_where_most_is_seen_twice() {
+        let (mut map, ids) = map_with_a_place_of_its_own();
+        let thinned = thin(&mut map, 5);
+        assert_eq!((map.keyframes().count(), thinned.num_keyframes), (5, 7));
+        assert!(map.keyframe(ids[2]).is_alive(), "nobody else sees its place");
+        assert_eq!((thinned.num_landmarks, thinned.least_redundancy), (0, 1.0));
+        map.check().unwrap();
+        assert_eq!(thin(&mut map, 50).num_keyframes, 0);
+        thin(&mut map, 0);
+        assert_eq!(map.keyframes().count(), 2);
         map.check().unwrap();
     }
 

@@ -5,13 +5,16 @@ mod candidate;
 mod cull;
 mod depth_filter;
 mod epipolar;
+mod given;
 mod keyframes;
 mod lens;
 mod mapper;
 
 pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
+pub use cull::{Thinned, thin};
 pub use depth_filter::DepthFilter;
 pub use epipolar::{EpipolarSearch, View};
+pub use given::GivenViews;
 pub use keyframes::{KeyframeDecision, KeyframeRule};
 pub use mapper::{Mapper, MappingReport};

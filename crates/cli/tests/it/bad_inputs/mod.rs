@@ -56,7 +56,7 @@ fn every_bad_input_is_refused_with_a_sentence() {
 }
 
 /// Value names of arguments that may be files or folders.
-const PATHS: [&str; 13] = [
+const PATHS: [&str; 14] = [
     "FILE",
     "NAME|FILE",
     "DIR",
@@ -70,6 +70,7 @@ const PATHS: [&str; 13] = [
     "PHOTO",
     "IN",
     "SEQUENCE",
+    "OTHER",
 ];
 
 #[test]

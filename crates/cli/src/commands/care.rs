@@ -1,0 +1,67 @@
+//! `visloc map merge | trim`.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use visloc_slam::SlamConfig;
+use visloc_vmap::{VisualMap, save};
+
+use super::visual_map::{largest, nobody};
+use crate::{say, slam::load_map};
+
+/// Makes one map of two.
+///
+/// # Errors
+/// If one cannot be read, they show no common place, or the map cannot be written.
+pub fn merge(path: &Path, other_path: &Path, out: &Path, seed: u64) -> Result<()> {
+    let (map, other) = (load_map(path)?, load_map(other_path)?);
+    largest(&map, path)?;
+    largest(&other, other_path)?;
+    let merged = map.merged_with(other, &SlamConfig::default(), seed);
+    let (merged, how) = match merged {
+        Ok(Some(merged)) => merged,
+        Ok(None) => bail!("{}: expected a map with keyframes", path.display()),
+        Err(apart) => {
+            let reason = apart.reason.map(|reason| format!("; the last one: {reason}")).unwrap_or_default();
+            bail!(
+                "expected at least 3 keyframes that show a common place of {} and {} and agree on it, found {}: {} of {} look alike{reason}",
+                path.display(),
+                other_path.display(),
+                apart.num_agreeing,
+                apart.num_alike,
+                apart.num_keyframes
+            );
+        }
+    };
+    say::line!(
+        "{} keyframes show the same places: {} landmarks are the same, lengths of the one were multiplied by {:.4}",
+        how.num_keyframes,
+        how.num_same,
+        how.scale
+    );
+    write(out, &merged)
+}
+
+/// Makes a map smaller.
+///
+/// # Errors
+/// If it cannot be read or the smaller one not be written.
+pub fn trim(path: &Path, keyframes: usize, out: &Path) -> Result<()> {
+    let mut map = load_map(path)?;
+    let id = largest(&map, path)?;
+    let thinned = map.trim(id, keyframes);
+    say::line!(
+        "{} keyframes went, and {} landmarks that nobody else saw twice; three others see at least {:.0} % of what each of them saw",
+        thinned.num_keyframes,
+        thinned.num_landmarks,
+        thinned.least_redundancy * 100.0
+    );
+    write(out, &map)
+}
+
+fn write(out: &Path, map: &VisualMap) -> Result<()> {
+    save(out, map, &nobody()).with_context(|| out.display().to_string())?;
+    let (keyframes, landmarks) = (map.map.all_keyframes().count(), map.map.all_landmarks().count());
+    say::line!("map: {}, {keyframes} keyframes, {landmarks} landmarks", out.display());
+    Ok(())
+}

@@ -1,0 +1,79 @@
+//! A map of images with given poses.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use visloc_core::ImageSource;
+use visloc_io::sequence::read_camera_trajectory;
+use visloc_slam::{
+    SlamConfig,
+    map::{Landmark, SessionCamera},
+    mapping::GivenViews,
+};
+use visloc_vmap::{MapScale, ScaleSource, VisualMap};
+
+use super::{POSE_TOLERANCE_SECS, map_file};
+use crate::{args::SlamArgs, run::Progress, say};
+
+/// Makes the map of `--save` from the images that have a pose in a file.
+///
+/// # Errors
+/// If an input cannot be used, fewer than two images have a pose, they have no landmark in common, or the map cannot be written.
+pub fn map_given_poses(
+    args: &SlamArgs,
+    config: &SlamConfig,
+    images: &mut dyn ImageSource,
+    (poses, out): (&Path, &Path),
+) -> Result<()> {
+    let given = read_camera_trajectory(poses)?;
+    let camera = *images.camera();
+    let mut views = GivenViews::new(&camera, config)?;
+    let progress = Progress::new(images.num_images());
+    let (mut num_images, mut broken) = (0_usize, None);
+    while let Some(next) = images.next_image() {
+        let frame = match next {
+            Ok(frame) => frame,
+            Err(error) => {
+                broken = Some(error);
+                break;
+            }
+        };
+        num_images += 1;
+        progress.advance();
+        let Some(pose) = given.nearest(frame.at, POSE_TOLERANCE_SECS) else { continue };
+        if let Err(reason) = views.add(frame.at, frame.image, pose.world_from_camera.inverse()) {
+            say::note!("image at {}: {reason}; it is left out", frame.at);
+        }
+    }
+    progress.clear();
+    let num_views = views.num_views();
+    if num_views < 2 {
+        bail!(
+            "{}: expected poses for at least 2 images of {}, found {num_views} among {} poses; are their times those of the images?",
+            poses.display(),
+            args.source,
+            given.poses().len()
+        );
+    }
+    let map = views.finish();
+    let mut seen: Vec<usize> =
+        map.landmarks().map(|(_, landmark): (_, &Landmark)| landmark.observations.len()).collect();
+    seen.sort_unstable();
+    let Some(median) = seen.get(seen.len() / 2) else {
+        bail!("{}: no two images of {} show the same where these poses say so", poses.display(), args.source);
+    };
+    say::line!("{}: {num_images} images, {num_views} of them with a pose", args.source);
+    say::line!("  {} landmarks, half of them seen by {median} images or more", seen.len());
+    let map = VisualMap {
+        map,
+        // The unit and the frame are those of the poses.
+        scales: vec![MapScale { source: ScaleSource::Aligned, relative_sigma: 0.0 }],
+        levels: vec![true],
+        sessions: vec![map_file::session(args, num_views)],
+    };
+    map_file::write(out, &map, &SessionCamera { calibrated: camera, camera })?;
+    match broken {
+        Some(error) => bail!("{error} (the {num_images} images before are done)"),
+        None => Ok(()),
+    }
+}
