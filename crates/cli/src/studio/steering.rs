@@ -11,13 +11,19 @@ use visloc_world::Map;
 
 use crate::{args::DriveArgs, host::host, run::OpenSource, stopwatch::Stopwatch};
 
+#[cfg(feature = "ros2")]
+use crate::run::RosDriver as Driver;
+
+/// Cannot be made.
+#[cfg(not(feature = "ros2"))]
+enum Driver {}
+
 /// What moves the robot.
 pub struct Steering {
     wheel: Arc<Wheel>,
     is_simulated: bool,
     /// Ends with the run.
-    #[cfg(feature = "ros2")]
-    _driver: Option<crate::run::RosDriver>,
+    _driver: Option<Driver>,
 }
 
 impl Steering {
@@ -41,7 +47,6 @@ impl Steering {
             );
         }
         Ok(Some(Self {
-            #[cfg(feature = "ros2")]
             _driver: if is_simulated { None } else { Some(ros_driver(args, options, Arc::clone(&wheel))?) },
             is_simulated,
             wheel,
@@ -100,7 +105,7 @@ fn controls(order: &DriveOrder) -> LiveControls {
 }
 
 #[cfg(feature = "ros2")]
-fn ros_driver(args: &DriveArgs, options: &SourceOptions, wheel: Arc<Wheel>) -> Result<crate::run::RosDriver> {
+fn ros_driver(args: &DriveArgs, options: &SourceOptions, wheel: Arc<Wheel>) -> Result<Driver> {
     let joints = <[String; 2]>::try_from(args.head_joints.clone());
     let topics = visloc_io::ros2::DriveTopics {
         velocity: args.drive_topic.clone(),
@@ -108,8 +113,13 @@ fn ros_driver(args: &DriveArgs, options: &SourceOptions, wheel: Arc<Wheel>) -> R
         joints: joints
             .map_err(|found| anyhow::anyhow!("--head-joints: expected two names, found {found:?}"))?,
     };
-    crate::run::RosDriver::start(options.domain_id(), &topics, move || {
+    Driver::start(options.domain_id(), &topics, move || {
         let order = wheel.order();
         (order.is_driven.then_some(order.speeds), order.head)
     })
+}
+
+#[cfg(not(feature = "ros2"))]
+fn ros_driver(_: &DriveArgs, _: &SourceOptions, _: Arc<Wheel>) -> Result<Driver> {
+    bail!("--allow-drive: this visloc was built without ROS 2; build with --features ros2")
 }
