@@ -30,6 +30,7 @@ pub(super) fn is_object(kind: FeatureKind, label: Label) -> bool {
         FeatureKind::FieldLine => label == Label::Line,
         FeatureKind::YellowGoal => label == Label::YellowGoal,
         FeatureKind::BlueGoal => label == Label::BlueGoal,
+        FeatureKind::WhiteGoal => label == Label::WhiteGoal,
         _ => false,
     }
 }

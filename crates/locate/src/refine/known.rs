@@ -4,9 +4,8 @@ use visloc_core::geom::PlanarPose;
 
 use crate::{StartPrior, observation::features::FeatureModel};
 
-/// How sure a prior makes one of two mirrored poses, and having been near one of them last.
+/// How sure a prior makes one of two mirrored poses, and having been near one of them last for sure.
 const SURE: f64 = 0.99;
-const LIKELY: f64 = 0.9;
 /// So near is where the robot was last.
 const NEAR_LAST_M: f64 = 1.0;
 const NEAR_LAST_RAD: f64 = 1.0;
@@ -20,26 +19,29 @@ pub(super) struct Known {
     /// The robot seen from where it was when the prior held.
     start_from_robot: PlanarPose,
     way_m: f64,
-    /// Where the last established track was.
-    last_pose: Option<PlanarPose>,
+    /// Where the last established track would be now, as the odometry has it, and its probability beside its mirrored one.
+    last: Option<(PlanarPose, f64)>,
 }
 
 impl Known {
     /// Of a robot that is where the prior says.
     pub fn new(prior: StartPrior) -> Self {
-        Self { prior, start_from_robot: PlanarPose::default(), way_m: 0.0, last_pose: None }
+        Self { prior, start_from_robot: PlanarPose::default(), way_m: 0.0, last: None }
     }
 
     /// The robot was carried: where it was last says nothing any more. A prior may have been given for where it is put
     /// down, so that stays.
     pub fn forget_last(&mut self) {
-        self.last_pose = None;
+        self.last = None;
     }
 
     /// Takes in the motion since the last image, as the odometry has it.
     pub fn move_by(&mut self, motion: &PlanarPose) {
         self.start_from_robot = self.start_from_robot.compose(motion);
         self.way_m += motion.x_m.hypot(motion.y_m);
+        if let Some((last, _)) = &mut self.last {
+            *last = last.compose(motion);
+        }
     }
 
     /// The robot seen from where it was in the first image, as the odometry has it.
@@ -47,10 +49,10 @@ impl Known {
         &self.start_from_robot
     }
 
-    /// A track is established: it knows better from now on.
-    pub fn establish(&mut self, pose: PlanarPose) {
+    /// A track is established: it knows better from now on. `share` is its probability beside its mirrored one.
+    pub fn establish(&mut self, pose: PlanarPose, share: f64) {
         self.prior = StartPrior::Uniform;
-        self.last_pose = Some(pose);
+        self.last = Some((pose, share));
     }
 
     /// How far off the place where the prior held is, if the pose now is off by `spread_m`, meters.
@@ -75,15 +77,45 @@ impl Known {
         if let Some(share) = self.share_by_prior(model, pose) {
             return share;
         }
+        let Some((last, share_of_last)) = self.last else { return 0.5 };
         let is_near_last = |pose: &PlanarPose| {
-            self.last_pose.is_some_and(|last| {
-                pose.distance_m(&last) < NEAR_LAST_M && pose.heading_difference_rad(&last) < NEAR_LAST_RAD
-            })
+            pose.distance_m(&last) < NEAR_LAST_M && pose.heading_difference_rad(&last) < NEAR_LAST_RAD
         };
-        match (is_near_last(pose), is_near_last(&mirrored)) {
-            (true, false) => LIKELY,
-            (false, true) => 1.0 - LIKELY,
+        let is_of_last = match (is_near_last(pose), is_near_last(&mirrored)) {
+            (true, false) => SURE,
+            (false, true) => 1.0 - SURE,
             _ => 0.5,
+        };
+        // Who never knew the side of the field does not learn it by having been somewhere.
+        is_of_last * share_of_last + (1.0 - is_of_last) * (1.0 - share_of_last)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use visloc_world::Map;
+
+    use super::*;
+    use crate::observation::field::FieldFeatureModel;
+
+    #[test]
+    fn who_never_knew_the_side_does_not_learn_it_by_being_lost() {
+        let Ok(Map::Field(field)) = Map::load("robocup-spl-2024") else { panic!("built-in map") };
+        let model = FieldFeatureModel::new(&field);
+        let pose = PlanarPose::new(2.0, 1.0, 0.5);
+        let mut known = Known::new(StartPrior::Uniform);
+        for (share, again) in [(0.5, 0.5), (1.0, SURE), (0.99, 0.98)] {
+            known.establish(pose, share);
+            assert!((known.share(&model, &pose) - again).abs() < 0.001);
         }
+        // The robot walks on while it is lost: ahead is where it was going.
+        let step = PlanarPose::new(1.5, 0.0, 0.0);
+        known.move_by(&step);
+        let there = pose.compose(&step);
+        assert!(known.share(&model, &there) > 0.9);
+        let mirrored = PlanarPose::new(-there.x_m, -there.y_m, there.yaw_rad + PI);
+        assert!(known.share(&model, &mirrored) < 0.1);
     }
 }

@@ -167,7 +167,7 @@ impl Refined {
         if let Some(best) = self.tracks.best()
             && best.confirmed >= ESTABLISHED
         {
-            self.known.establish(best.filter.pose());
+            self.known.establish(best.filter.pose(), best.own_share);
             if self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY {
                 self.tracks.remember_robot();
             }

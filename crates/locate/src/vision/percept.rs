@@ -28,6 +28,8 @@ pub enum FeatureKind {
     YellowGoal,
     /// Border of a blue goal.
     BlueGoal,
+    /// Upright border of a post of a white goal.
+    WhiteGoal,
     /// Upright edge of a door, where the wall begins.
     DoorEdge {
         /// Which of its edges.
@@ -47,7 +49,7 @@ impl FeatureKind {
     /// Whether the pixel belongs to a goal.
     #[must_use]
     pub fn is_goal(self) -> bool {
-        matches!(self, Self::YellowGoal | Self::BlueGoal)
+        matches!(self, Self::YellowGoal | Self::BlueGoal | Self::WhiteGoal)
     }
 
     /// Whether the pixel belongs to an upright edge of a door.

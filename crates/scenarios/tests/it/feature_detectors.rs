@@ -63,3 +63,10 @@ fn detectors_are_right_among_robots() {
     let bounds = [("line", 0.8, 0.6), ("junction L", 0.75, 0.15), ("junction T", 0.8, 0.3)];
     expect("crowd", &bounds);
 }
+
+#[test]
+fn white_posts_are_found_in_front_of_white_walls() {
+    let bounds =
+        [("line", 0.85, 0.7), ("junction L", 0.9, 0.3), ("junction T", 0.9, 0.3), ("post", 0.9, 0.45)];
+    expect("tour-2024", &bounds);
+}

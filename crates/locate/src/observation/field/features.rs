@@ -32,6 +32,8 @@ const NET_DEPTH_M: f64 = 1.0;
 /// elsewhere. Inside, the map is complete.
 const NET_AGREEMENT: f64 = 0.9;
 const OUTSIDE_AGREEMENT: f64 = 0.5;
+/// Agreement of the border of a white post that matches none: legs, tubes of the net and other white things stand upright as well.
+const WHITE_UPRIGHT_AGREEMENT: f64 = 0.5;
 /// Share of the suggestions that come from composite features, if there are any.
 const COMPOSITE_SHARE: f64 = 0.6;
 /// Group of the goals; lines are 0.
@@ -210,7 +212,9 @@ impl FeatureModel for FieldFeatureModel {
         for border in self.borders.iter().step_by(stride) {
             visit(if border.kind.is_goal() {
                 let residual = self.match_goal(border, &eye, gate_px);
-                FeatureMatch { group: GOALS, residual, unmatched_agreement: 0.0 }
+                let is_white = border.kind == FeatureKind::WhiteGoal;
+                let unmatched_agreement = if is_white { WHITE_UPRIGHT_AGREEMENT } else { 0.0 };
+                FeatureMatch { group: GOALS, residual, unmatched_agreement }
             } else {
                 let (residual, unmatched_agreement) = self.match_line(border, &eye, gate_px);
                 FeatureMatch { group: 0, residual, unmatched_agreement }

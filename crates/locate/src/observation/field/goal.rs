@@ -38,7 +38,9 @@ impl GoalSilhouette {
     pub fn matches(&self, kind: FeatureKind) -> bool {
         matches!(
             (kind, self.color),
-            (FeatureKind::YellowGoal, GoalColor::Yellow) | (FeatureKind::BlueGoal, GoalColor::Blue)
+            (FeatureKind::YellowGoal, GoalColor::Yellow)
+                | (FeatureKind::BlueGoal, GoalColor::Blue)
+                | (FeatureKind::WhiteGoal, GoalColor::White)
         )
     }
 

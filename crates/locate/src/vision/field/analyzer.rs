@@ -191,7 +191,7 @@ impl FieldAnalyzer {
 
     /// Composite features, from what the filters let pass.
     fn find_features(&mut self, frame: &Frame) {
-        let Self { features: detector, table, config, field_end, blobs, percept, .. } = self;
+        let Self { features: detector, table, config, field_end, blobs, percept, goal_borders, .. } = self;
         if !config.composite.is_on {
             percept.features.clear();
             return;
@@ -203,6 +203,7 @@ impl FieldAnalyzer {
         };
         let view = features::GroundView::new(frame, table);
         detector.finish(&view, config, field_end, is_goal, &mut percept.features);
+        goal_borders.extend_from_slice(detector.post_borders());
     }
 
     fn line_drop_reason(

@@ -11,9 +11,10 @@ use super::{
     posts::PostFinder,
     segments::{self, Segment},
     view::GroundView,
+    white_posts::{PostSize, WhitePostFinder},
 };
 use crate::vision::{
-    FieldFeatures, PostColor,
+    BorderPixel, FieldFeatures, PostColor,
     field::{
         FieldAnalysisConfig, FieldEnd,
         edges::Edge,
@@ -29,6 +30,7 @@ pub(in crate::vision::field) struct FeatureDetector {
     segments: Vec<Segment>,
     circle: CircleFinder,
     posts: PostFinder,
+    white_posts: WhitePostFinder,
 }
 
 impl FeatureDetector {
@@ -36,16 +38,25 @@ impl FeatureDetector {
     pub fn clear(&mut self) {
         self.crossings.clear();
         self.posts.clear();
+        self.white_posts.clear();
     }
 
     /// Takes the runs of a horizontal scan line; they come from top to bottom. `white` is the luma of white beside the carpet.
     pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white: u32, config: &FeatureDetectionConfig) {
-        self.posts.add_row(line, runs, white, config);
+        self.posts.add_row(line, runs, white);
+        if config.has_white_goals {
+            self.white_posts.add_row(line, runs);
+        }
     }
 
     /// Takes a border of a line that passed the filters; they come in the order of the scan lines.
     pub fn add_border(&mut self, view: &GroundView, edge: &Edge, ideal_px: Point2<f64>, white: u32) {
         self.crossings.add(view, edge, ideal_px, white);
+    }
+
+    /// The sides of the white posts that were found in this image.
+    pub fn post_borders(&self) -> &[BorderPixel] {
+        self.white_posts.borders()
     }
 
     /// Finds everything. `is_goal` tells whether a pixel belongs to something that can be a colored goal.
@@ -67,6 +78,12 @@ impl FeatureDetector {
         junctions::find(&self.segments, view, line_width_m, &mut out.junctions);
         marks::find(crossings, &self.segments, view, field.mark_size_m, &mut out.marks);
         self.posts.finish(view, field_end, field.post_diameter_m, is_goal, &mut out.posts);
+        let size = PostSize {
+            diameter_m: field.post_diameter_m,
+            height_m: config.goal_height_m,
+            range_m: config.max_line_distance_m,
+        };
+        self.white_posts.finish(view, &size, &mut out.posts);
         out.lines.extend(self.segments.iter().map(Segment::perceived));
     }
 }

@@ -1,7 +1,8 @@
 //! Composite features: what several border pixels together are.
 //!
 //! borders -> places where scan lines cross a line (`crossings`) -> pieces (`chains`) -> lines (`segments`) -> the circle
-//! takes its pieces (`circle`) -> `junctions`; what is left over may be `marks`; runs of goal colors are `posts`.
+//! takes its pieces (`circle`) -> `junctions`; what is left over may be `marks`; runs of goal colors are `posts`, white ones with
+//! upright borders `white_posts`.
 //! Straight things are fitted in the image, where their noise is the same everywhere; each detector looks again at the
 //! image before it believes what it found.
 
@@ -16,6 +17,7 @@ mod marks;
 mod posts;
 mod segments;
 mod view;
+mod white_posts;
 
 pub use config::FeatureDetectionConfig;
 pub(super) use detector::FeatureDetector;

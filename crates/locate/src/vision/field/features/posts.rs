@@ -3,7 +3,6 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
-    config::FeatureDetectionConfig,
     line_fit::LineFit,
     view::{GroundView, Seen},
 };
@@ -38,8 +37,6 @@ const MAX_FOOT_BELOW_PX: f64 = 30.0;
 const MAX_FOOT_BELOW: f64 = 4.0;
 /// A bar goes on at least this many widths of the post.
 const MIN_BAR: f64 = 1.5;
-/// A white post must be this high at least, meters: legs and feet of robots are lower.
-const MIN_WHITE_HEIGHT_M: f64 = 0.45;
 
 /// Runs below each other.
 #[derive(Debug, Clone, Copy)]
@@ -74,11 +71,10 @@ impl PostFinder {
     }
 
     /// Adds the runs of the next horizontal scan line. `white` is the luma of white beside the carpet.
-    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white: u32, config: &FeatureDetectionConfig) {
+    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run], white: u32) {
         self.this_row.clear();
         for run in runs {
-            let is_post_color = matches!(run.class, ColorClass::Yellow | ColorClass::Blue)
-                || (run.class == ColorClass::White && config.has_white_goals);
+            let is_post_color = matches!(run.class, ColorClass::Yellow | ColorClass::Blue);
             if is_post_color && run.end - run.start >= MIN_RUN_PX {
                 let (start, end) = (f64::from(run.start), f64::from(run.end - 1));
                 self.this_row.push((run.class, start, end));
@@ -145,7 +141,7 @@ impl PostFinder {
             let Some(post) = column.post(view, field_end, post_diameter_m) else { continue };
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let middle = (f64::midpoint(column.start, column.end) as u32, column.row);
-            if post.color == PostColor::White || is_goal(post.color, middle) {
+            if is_goal(post.color, middle) {
                 out.push(post);
             }
         }
@@ -160,11 +156,7 @@ impl Column {
         if self.num < MIN_ROWS || height_px < MIN_ASPECT * width_px {
             return None;
         }
-        let color = match self.class {
-            ColorClass::Yellow => PostColor::Yellow,
-            ColorClass::Blue => PostColor::Blue,
-            _ => PostColor::White,
-        };
+        let color = if self.class == ColorClass::Yellow { PostColor::Yellow } else { PostColor::Blue };
         let axis = self.fit.line();
         // The raw pixels of the axis; a post is so short that a lens hardly bends it.
         let at_row = |row: f64| {
@@ -188,7 +180,7 @@ impl Column {
         };
         if foot_raw_px.y + 3.0 >= f64::from(view.camera().size_px().1) {
             let is_high = height_px > MIN_ASPECT_WITHOUT_FOOT * width_px;
-            return (is_high && color != PostColor::White).then_some(post);
+            return is_high.then_some(post);
         }
         if foot_raw_px.y < field_end.row_px(foot_raw_px.x) || !self.stands_on_carpet(view, &foot_px) {
             return None;
@@ -196,10 +188,7 @@ impl Column {
         let front = view.ground(&foot_px)?;
         let distance_m = (front.coords - view.eye().xy()).norm().hypot(view.eye().z);
         let expected_px = view.focal_px() * diameter_m / distance_m;
-        let height_m = height_px * distance_m / view.focal_px();
-        if !WIDTH_RANGE.contains(&(width_px / expected_px))
-            || (color == PostColor::White && height_m < MIN_WHITE_HEIGHT_M)
-        {
+        if !WIDTH_RANGE.contains(&(width_px / expected_px)) {
             return None;
         }
         post.base_in_robot = Some(front + ahead * (diameter_m / 2.0));
@@ -223,7 +212,7 @@ impl Column {
         while other <= MAX_FOOT_GAP_PX * view.scale && white <= MAX_LINE * (self.end - self.start) {
             match view.at_px(&(foot_px + Vector2::new(0.0, below)), self.white) {
                 Seen::Carpet | Seen::Nothing => return true,
-                Seen::White if self.class != ColorClass::White => white += 1.0,
+                Seen::White => white += 1.0,
                 _ => other += 1.0,
             }
             below += 1.0;

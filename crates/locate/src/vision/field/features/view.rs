@@ -1,12 +1,12 @@
 //! The image of the ground: from pixels to places and back, and what color a place has.
 
-use nalgebra::{Matrix3, Point2, Vector2, Vector3};
+use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 use visloc_core::{
     Frame, RgbImage,
     geom::{Camera, Distortion},
 };
 
-use crate::vision::color::{ColorClass, ColorTable};
+use crate::vision::color::{ColorClass, ColorTable, luma};
 
 /// What is seen at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -124,6 +124,22 @@ impl<'a> GroundView<'a> {
         let (x, y) = (nearest(px.x)?, nearest(px.y)?);
         (x < self.image.width() && y < self.image.height())
             .then(|| self.table.class_beside_carpet(self.image.get(x, y), white))
+    }
+
+    /// Pixel of the image as it is of a place seen from the robot; `None` behind the camera.
+    pub fn raw_px_of(&self, in_robot: &Point3<f64>) -> Option<Point2<f64>> {
+        let p = self.robot_from_camera.tr_mul(&(in_robot.coords - self.eye));
+        let ideal = (p.z > 1e-3).then(|| (p.xy() / p.z).component_mul(&self.focal_px) + self.center_px)?;
+        self.raw_px(&ideal.into())
+    }
+
+    /// Mean brightness of three pixels above each other; `None` outside of the image.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    pub fn luma_in_column(&self, column: i64, row: f64) -> Option<f64> {
+        let x = u32::try_from(column).ok().filter(|x| *x < self.image.width())?;
+        let y = (row > 0.5 && row < f64::from(self.image.height()) - 1.5).then_some((row + 0.5) as u32)?;
+        let sum: u32 = (y - 1..=y + 1).map(|y| luma(self.image.get(x, y))).sum();
+        Some(f64::from(sum) / 3.0)
     }
 
     /// What is seen at a place of the ground: white also if it is white a pixel beside it in this direction.

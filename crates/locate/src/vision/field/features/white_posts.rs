@@ -1,0 +1,431 @@
+//! White goal posts, which no color tells from walls, nets and robots: a bright run on the carpet as wide as a post that stands there,
+//! whose two borders go on upright as far as a post is high.
+
+use nalgebra::{Point2, Point3, Vector2};
+
+use super::view::{GroundView, Seen};
+use crate::vision::{
+    BorderPixel, FeatureKind, GoalPost, PostColor,
+    color::ColorClass,
+    field::scan::{Run, ScanLine},
+};
+
+/// A post is looked at in so many heights.
+const HEIGHTS: usize = 24;
+/// Up to this height both borders have to be there: mostly it is below the camera, and what is behind is the floor. Meters.
+const BOTH_BELOW_M: f64 = 0.3;
+/// Up to this height one of them has to be there, where a wall as white as the post may hide the other: legs of robots are lower.
+const ONE_BELOW_M: f64 = 0.45;
+/// In so many of these heights, as a share.
+const MIN_SHARE: f64 = 0.7;
+/// Fewer heights than this tell nothing.
+const MIN_SEEN: usize = 5;
+/// A border changes the brightness by this share of the post's own.
+const MIN_CONTRAST: f64 = 0.05;
+/// The brightness of a post changes from height to height by at most this share.
+const MAX_STEP: f64 = 0.3;
+/// The width of a post, as a share of what the distance of its foot demands. That distance is uncertain: a tilt that is off by a degree
+/// makes 3.4 m of 4 m.
+const WIDTH_RANGE: std::ops::Range<f64> = 0.65..1.6;
+/// How far a border may lie from a straight line: as a share of the width, and in pixels.
+const MAX_BEND: f64 = 0.06;
+const MAX_BEND_PX: f64 = 0.8;
+/// Both borders run alike: the width at the top differs from that at the foot by at most this share.
+const MAX_TAPER: f64 = 0.25;
+/// Carpet is looked for so far to the sides of a post and so far behind it, meters.
+const BESIDE_M: [f64; 3] = [0.1, 0.2, 0.3];
+const BEHIND_M: f64 = 0.2;
+/// An upright thing leans by at most this in the image, columns a row.
+const MAX_SLOPE: f64 = 0.25;
+/// Below a foot carpet comes within this share of the post's width, at least so many pixels.
+const MAX_FOOT_GAP: f64 = 0.5;
+const MIN_FOOT_GAP_PX: f64 = 3.0;
+
+/// A white run below the end of the field.
+#[derive(Debug, Clone, Copy)]
+struct WhiteRun {
+    start: f64,
+    end: f64,
+    row: f64,
+    /// Luma that is white there.
+    white: u32,
+}
+
+/// A post with what of its borders was seen.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    post: GoalPost,
+    /// Columns and rows that it covers, pixels: left, top, right, bottom.
+    bounds_px: [f64; 4],
+}
+
+/// Collects white runs from the horizontal scan lines.
+#[derive(Debug, Default)]
+pub(super) struct WhitePostFinder {
+    runs: Vec<WhiteRun>,
+    found: Vec<Found>,
+    /// Sides of the posts of this image, from the foot up.
+    borders: Vec<BorderPixel>,
+    profile: Profile,
+}
+
+/// What is looked for, meters.
+pub(super) struct PostSize {
+    pub diameter_m: f64,
+    /// To the middle of the crossbar.
+    pub height_m: f64,
+    /// How far away it may stand.
+    pub range_m: f64,
+}
+
+impl WhitePostFinder {
+    pub fn clear(&mut self) {
+        self.runs.clear();
+    }
+
+    /// Adds the runs of the next horizontal scan line. What the border of the image cuts has no known width.
+    pub fn add_row(&mut self, line: &ScanLine, runs: &[Run]) {
+        let whole = |run: &&Run| run.class == ColorClass::White && run.start > line.from && run.end < line.to;
+        self.runs.extend(runs.iter().filter(whole).map(|run| WhiteRun {
+            start: f64::from(run.start),
+            end: f64::from(run.end - 1),
+            row: f64::from(line.fixed),
+            white: run.white_luma,
+        }));
+    }
+
+    /// The sides of the posts that were found.
+    pub fn borders(&self) -> &[BorderPixel] {
+        &self.borders
+    }
+
+    /// Judges the runs, those nearest to the robot first.
+    pub fn finish(&mut self, view: &GroundView, size: &PostSize, out: &mut Vec<GoalPost>) {
+        self.found.clear();
+        self.borders.clear();
+        for run in self.runs.iter().rev() {
+            let center = run.center();
+            let is_part = |found: &Found| {
+                let [left, top, right, bottom] = found.bounds_px;
+                (left..=right).contains(&center) && (top..=bottom).contains(&run.row)
+            };
+            if self.found.iter().any(is_part) {
+                continue;
+            }
+            let Some((found, bar)) = run.post(view, size, &mut self.profile) else { continue };
+            self.found.push(found);
+            out.push(found.post);
+            bar.add_borders(view, &mut self.borders);
+        }
+    }
+}
+
+impl WhiteRun {
+    fn center(&self) -> f64 {
+        f64::midpoint(self.start, self.end)
+    }
+
+    fn width(&self) -> f64 {
+        self.end - self.start + 1.0
+    }
+
+    /// The post that this run is a part of.
+    fn post(&self, view: &GroundView, size: &PostSize, profile: &mut Profile) -> Option<(Found, Bar)> {
+        let expected = |raw: &Point2<f64>| {
+            let front = view.ground(&view.camera().ideal_px(raw))?;
+            let distance_m = (front.coords - view.eye().xy()).norm().hypot(view.eye().z);
+            Some((front, view.focal_px() * size.diameter_m / distance_m))
+        };
+        let fits = |width_px: f64, expected_px: f64| {
+            (width_px + 1.0) / expected_px >= WIDTH_RANGE.start
+                && (width_px - 1.0) / expected_px < WIDTH_RANGE.end
+        };
+        // The run may lie above the foot, where the ground that is seen beside it is farther away.
+        let (_, farthest_px) = expected(&Point2::new(self.center(), self.row))?;
+        if self.width() + 1.0 < WIDTH_RANGE.start * farthest_px {
+            return None;
+        }
+        let foot = self.foot(view);
+        let (front, expected_px) = expected(&foot)?;
+        if (front.coords - view.eye().xy()).norm() > size.range_m
+            || !fits(self.width(), expected_px)
+            || !self.stands_on_carpet(view, &foot)
+            || !carpet_goes_on(view, &front, size.diameter_m, self.white)
+        {
+            return None;
+        }
+        let width = self.width().clamp(0.8 * expected_px, 1.4 * expected_px);
+        let bar = self.follow_up(view, (&foot, &front), width, size.height_m, profile)?;
+        if !fits(bar.width_px, expected_px) {
+            return None;
+        }
+        let foot_px = view.camera().ideal_px(&Point2::new(bar.column_at(foot.y), foot.y));
+        let ahead = view.ray(&foot_px).xy().try_normalize(1e-9)?;
+        let front = view.ground(&foot_px)?;
+        let half = 0.5 * bar.width_px + 2.0;
+        let top_row = bar.rows[bar.num - 1];
+        let columns = [bar.column_at(foot.y), bar.column_at(top_row)];
+        let found = Found {
+            post: GoalPost {
+                color: PostColor::White,
+                bearing_rad: ahead.y.atan2(ahead.x),
+                base_in_robot: Some(front + ahead * (size.diameter_m / 2.0)),
+                foot_px,
+                side: None,
+            },
+            bounds_px: [
+                columns[0].min(columns[1]) - half,
+                top_row,
+                columns[0].max(columns[1]) + half,
+                foot.y + 2.0,
+            ],
+        };
+        Some((found, bar))
+    }
+
+    /// Follows the white down the column of the run's middle.
+    fn foot(&self, view: &GroundView) -> Point2<f64> {
+        let mut at = Point2::new(self.center(), self.row);
+        while view.class_at_raw(&Point2::new(at.x, at.y + 1.0), self.white) == Some(ColorClass::White) {
+            at.y += 1.0;
+        }
+        at.y += 0.5;
+        at
+    }
+
+    fn stands_on_carpet(&self, view: &GroundView, foot: &Point2<f64>) -> bool {
+        let gap = (MAX_FOOT_GAP * self.width()).max(MIN_FOOT_GAP_PX * view.scale);
+        let mut below = 1.0;
+        while below <= gap {
+            let px = view.camera().ideal_px(&Point2::new(foot.x, foot.y + below));
+            // Below the image nothing says that it does not stand there, but neither how far away it is.
+            match view.at_px(&px, self.white) {
+                Seen::Carpet => return true,
+                Seen::Nothing => return false,
+                _ => below += 1.0,
+            }
+        }
+        false
+    }
+
+    /// Looks for both borders in all heights of a post that stands at a place.
+    fn follow_up(
+        &self,
+        view: &GroundView,
+        (foot, front): (&Point2<f64>, &Point2<f64>),
+        width: f64,
+        height_m: f64,
+        profile: &mut Profile,
+    ) -> Option<Bar> {
+        let bottom = view.raw_px_of(&Point3::new(front.x, front.y, 0.0))?;
+        let mut off = self.center() - foot.x;
+        let mut luma = None;
+        let mut bar = Bar::default();
+        for i in 0..HEIGHTS {
+            #[allow(clippy::cast_precision_loss)]
+            let z_m = height_m * (i as f64 + 0.5) / HEIGHTS as f64;
+            let at = view.raw_px_of(&Point3::new(front.x, front.y, z_m))?;
+            let center = foot.x + at.x - bottom.x + off;
+            if !profile.read(view, &Point2::new(center, at.y), 1.2 * width + 2.0) {
+                break;
+            }
+            #[allow(clippy::cast_possible_truncation)]
+            let inside = profile.mean((center - 0.2 * width).round() as i64, (0.4 * width).ceil() as i64);
+            if luma.is_some_and(|before: f64| (inside - before).abs() > MAX_STEP * before) {
+                break;
+            }
+            luma = Some(inside);
+            // In front of carpet and floor a post is the brighter one, in front of walls and windows it may be either.
+            let is_brighter = z_m <= BOTH_BELOW_M;
+            let edges = [-0.5, 0.5].map(|side: f64| {
+                let sign = is_brighter.then_some(-side.signum());
+                profile.strongest_edge(center + side * width, width, sign, MIN_CONTRAST * inside)
+            });
+            if let [Some(left), Some(right)] = edges {
+                off += 0.3 * (f64::midpoint(left, right) - center);
+            }
+            bar.borders.iter_mut().zip(edges).for_each(|(border, edge)| border[i] = edge);
+            (bar.rows[i], bar.num) = (at.y, i + 1);
+            if z_m <= BOTH_BELOW_M {
+                bar.num_both = bar.num;
+            }
+            if z_m <= ONE_BELOW_M {
+                bar.num_one = bar.num;
+            }
+        }
+        bar.judge(foot.y, width).then_some(bar)
+    }
+}
+
+/// Whether there is carpet beside and behind a foot: goals stand on it, what is beyond the field stands where it ends.
+fn carpet_goes_on(view: &GroundView, front: &Point2<f64>, diameter_m: f64, white: u32) -> bool {
+    let Some(ahead) = (front.coords - view.eye().xy()).try_normalize(1e-9) else { return false };
+    let across = Vector2::new(-ahead.y, ahead.x);
+    BESIDE_M.iter().flat_map(|m| [m + diameter_m / 2.0, -m - diameter_m / 2.0]).any(|beside_m| {
+        let px = view.px(&(front + ahead * BEHIND_M + across * beside_m));
+        px.is_some_and(|px| view.at_px(&px, white) == Seen::Carpet)
+    })
+}
+
+/// What is seen of two upright borders.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bar {
+    /// Rows of the heights, pixels.
+    rows: [f64; HEIGHTS],
+    /// Columns of the left and the right border there.
+    borders: [[Option<f64>; HEIGHTS]; 2],
+    num: usize,
+    /// Heights at which both borders, or one, have to be there.
+    num_both: usize,
+    num_one: usize,
+    /// Column at row 0 and columns a row of both borders.
+    lines: [(f64, f64); 2],
+    /// How far a border may lie from its line, pixels.
+    most_px: f64,
+    width_px: f64,
+}
+
+impl Bar {
+    /// Whether the borders are straight, alike, and go as high as they have to.
+    fn judge(&mut self, foot_row: f64, width: f64) -> bool {
+        if self.num_both < MIN_SEEN {
+            return false;
+        }
+        let most = MAX_BEND * width + MAX_BEND_PX;
+        self.most_px = most;
+        let mut counts = [[0; 2]; 2];
+        for (side, count) in counts.iter_mut().enumerate() {
+            let Some(line) = self.straight(side, 2.0 * most).and_then(|_| self.straight(side, most)) else {
+                return false;
+            };
+            self.lines[side] = line;
+            let is_there = |i: &usize| self.is_on(side, *i, line, most);
+            *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
+        }
+        let share = |count: usize, of: usize| {
+            #[allow(clippy::cast_precision_loss)]
+            let (count, of) = (count as f64, of as f64);
+            count >= MIN_SHARE * of
+        };
+        let width_at = |row: f64| self.column_of(1, row) - self.column_of(0, row);
+        let (low, high) = (width_at(foot_row), width_at(self.rows[self.num_both - 1]));
+        self.width_px = f64::midpoint(low, high);
+        counts.iter().all(|count| share(count[0], self.num_both))
+            && share(counts[0][1].max(counts[1][1]), self.num_one)
+            && (high - low).abs() <= MAX_TAPER * self.width_px + 1.0
+    }
+
+    /// The borders on their straight lines.
+    fn add_borders(&self, view: &GroundView, out: &mut Vec<BorderPixel>) {
+        for i in 0..self.num {
+            for (side, inward) in [(0, Vector2::x()), (1, -Vector2::x())] {
+                let on_line =
+                    self.borders[side][i].filter(|_| self.is_on(side, i, self.lines[side], self.most_px));
+                out.extend(on_line.map(|x| BorderPixel {
+                    ideal_px: view.camera().ideal_px(&Point2::new(x, self.rows[i])),
+                    inward,
+                    kind: FeatureKind::WhiteGoal,
+                }));
+            }
+        }
+    }
+
+    fn is_on(&self, side: usize, i: usize, (column, slope): (f64, f64), most: f64) -> bool {
+        self.borders[side][i].is_some_and(|x| (x - column - slope * self.rows[i]).abs() <= most)
+    }
+
+    /// The straight line with the most columns of a border near it, of all through two of them; then the mean line of those.
+    fn straight(&self, side: usize, most: f64) -> Option<(f64, f64)> {
+        let mut best = (0, (0.0, 0.0));
+        for i in 0..self.num_one {
+            for j in i + 3..self.num_one {
+                let Some((a, b)) = self.borders[side][i].zip(self.borders[side][j]) else { continue };
+                let slope = (b - a) / (self.rows[j] - self.rows[i]);
+                let line = (a - slope * self.rows[i], slope);
+                let count = (0..self.num_one).filter(|k| self.is_on(side, *k, line, most)).count();
+                if count > best.0 && slope.abs() < MAX_SLOPE {
+                    best = (count, line);
+                }
+            }
+        }
+        if best.0 < 3 {
+            return None;
+        }
+        let (mut n, mut x, mut y, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for k in (0..self.num_one).filter(|k| self.is_on(side, *k, best.1, most)) {
+            let (column, row) = (self.borders[side][k]?, self.rows[k]);
+            n += 1.0;
+            x += column;
+            y += row;
+            xy += column * row;
+            yy += row * row;
+        }
+        let slope = (n * xy - x * y) / (n * yy - y * y);
+        Some(((x - slope * y) / n, slope))
+    }
+
+    fn column_of(&self, side: usize, row: f64) -> f64 {
+        self.lines[side].0 + self.lines[side].1 * row
+    }
+
+    /// Column of the axis, raw pixels.
+    fn column_at(&self, row: f64) -> f64 {
+        f64::midpoint(self.column_of(0, row), self.column_of(1, row))
+    }
+}
+
+/// Sums of the brightness along a part of a row.
+#[derive(Debug, Default)]
+struct Profile {
+    first: i64,
+    /// Of all columns from the first one on, before each.
+    sums: Vec<f64>,
+}
+
+impl Profile {
+    /// Reads the columns so far to both sides of a pixel; false if they are not all in the image.
+    #[allow(clippy::cast_possible_truncation)]
+    fn read(&mut self, view: &GroundView, middle: &Point2<f64>, reach: f64) -> bool {
+        let (from, to) = ((middle.x - reach).floor() as i64, (middle.x + reach).ceil() as i64);
+        self.first = from;
+        self.sums.clear();
+        self.sums.push(0.0);
+        let mut sum = 0.0;
+        for x in from..=to {
+            let Some(luma) = view.luma_in_column(x, middle.y) else { return false };
+            sum += luma;
+            self.sums.push(sum);
+        }
+        true
+    }
+
+    /// Mean brightness of some columns.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
+    fn mean(&self, from: i64, num: i64) -> f64 {
+        let last = self.sums.len() as i64 - 1;
+        let at = |x: i64| self.sums[(x - self.first).clamp(0, last) as usize];
+        (at(from + num) - at(from)) / num as f64
+    }
+
+    /// Where the brightness changes most near a column, rising or falling if only one counts, if it changes by so much. What is compared
+    /// is a third of the post's width on both sides, so that no cord of a net is a border.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
+    fn strongest_edge(&self, near: f64, width: f64, sign: Option<f64>, least: f64) -> Option<f64> {
+        let num = ((width / 3.0).round() as i64).max(1);
+        let change = |x: i64| {
+            let rise = self.mean(x, num) - self.mean(x - num, num);
+            sign.map_or(rise.abs(), |sign| sign * rise)
+        };
+        let reach = width / 3.0 + 1.0;
+        let (from, to) = ((near - reach).round() as i64, (near + reach).round() as i64);
+        let (most, x) = (from..=to).map(|x| (change(x), x)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        if most < least {
+            return None;
+        }
+        let (before, after) = (change(x - 1), change(x + 1));
+        let bend = 2.0 * most - before - after;
+        let shift = if bend > 1e-9 { (0.5 * (after - before) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+        // The change is between two columns.
+        Some(x as f64 - 0.5 + shift)
+    }
+}
