@@ -1,19 +1,15 @@
 //! Shows a camera in a map of SLAM to a recording and to pages, and does what people there ask for.
 
 use anyhow::Result;
-use serde_json::json;
 use visloc_core::{CameraPose, CameraTrajectory, GrayFrame, geom::Camera};
 use visloc_io::sequence::write_camera_trajectory;
 use visloc_slam::SlamConfig;
-use visloc_studio::{
-    Command, StudioError,
-    recording::Input,
-    slam::{MapViewer, SlamSettings},
-};
+use visloc_studio::{recording::Input, slam::MapViewer};
 use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{
     broadcast::{Broadcast, new_saved_file},
+    steered::{Asked, Steered},
     steering::Steering,
 };
 use crate::args::BroadcastArgs;
@@ -21,9 +17,7 @@ use crate::args::BroadcastArgs;
 /// Shows each frame to others.
 pub struct MapShow {
     broadcast: Broadcast,
-    title: String,
-    settings: SlamSettings,
-    seed: u64,
+    run: Steered,
     /// From the first frame on, with its camera.
     viewer: Option<(MapViewer, Camera)>,
     way: CameraTrajectory,
@@ -46,9 +40,7 @@ impl MapShow {
         }
         Ok(Some(Self {
             broadcast: Broadcast::open(args, steering)?,
-            title: title.to_owned(),
-            settings: SlamSettings::of(config)?,
-            seed,
+            run: Steered::new(title, config, seed, true)?,
             viewer: None,
             way: CameraTrajectory::new(),
         }))
@@ -56,45 +48,23 @@ impl MapShow {
 
     /// What people ask for; parameters and seed if the camera is to be looked for anew.
     pub fn obey(&mut self) -> Option<(SlamConfig, u64)> {
-        let mut is_new = false;
-        for command in self.broadcast.commands() {
-            match self.take(&command) {
-                Ok(is_restart) => is_new |= is_restart,
-                Err(error) => self.broadcast.tell(&format!("{error:#}")),
-            }
-        }
-        is_new.then(|| (self.settings.config().clone(), self.seed))
-    }
-
-    /// Whether the camera is to be looked for anew.
-    fn take(&mut self, command: &Command) -> Result<bool> {
-        match command {
-            Command::Save {} => {
-                let path = new_saved_file("trajectory", "tum")?;
-                write_camera_trajectory(&path, self.way.poses())?;
-                self.broadcast.tell(&format!("saved on the robot: {}", path.display()));
-                return Ok(false);
-            }
-            Command::Reset { seed } => self.seed = *seed,
-            Command::Forget {} => {}
-            command => match self.settings.changed(command)? {
-                Some(settings) => self.settings = settings,
-                None => {
-                    return Err(StudioError::Command {
-                        what: "command".to_owned(),
-                        expected: "one for a run: parameters, reset, save, pause".to_owned(),
-                        found: command.name(),
-                    }
-                    .into());
+        let Self { broadcast, run, viewer, way } = self;
+        run.obey(broadcast, |broadcast, asked| {
+            match asked {
+                Asked::Save => {
+                    let path = new_saved_file("trajectory", "tum")?;
+                    write_camera_trajectory(&path, way.poses())?;
+                    broadcast.tell(&format!("saved on the robot: {}", path.display()));
                 }
-            },
-        }
-        let fields = self.fields()?;
-        if let Some((viewer, _)) = &mut self.viewer {
-            viewer.start_anew(fields);
-        }
-        self.broadcast.tell("the camera's place is forgotten");
-        Ok(true)
+                Asked::Anew(fields) => {
+                    if let Some((viewer, _)) = viewer {
+                        viewer.start_anew(fields);
+                    }
+                    broadcast.tell("the camera's place is forgotten");
+                }
+            }
+            Ok(())
+        })
     }
 
     /// Shows a frame, if anybody wants to see it.
@@ -119,7 +89,7 @@ impl MapShow {
         camera: &Camera,
     ) -> Result<()> {
         if self.viewer.is_none() {
-            let viewer = MapViewer::new(camera, &self.title, map, truth.cloned(), self.fields()?);
+            let viewer = MapViewer::new(camera, &self.run.title, map, truth.cloned(), self.run.fields()?);
             self.viewer = Some((viewer, *camera));
         }
         let Some((viewer, camera)) = &mut self.viewer else { return Ok(()) };
@@ -138,17 +108,6 @@ impl MapShow {
         let input = Input::Camera { at: frame.at, image: &frame.image, camera, world_from_camera };
         self.broadcast.send(secs, || moment.update(None), &input);
         Ok(())
-    }
-
-    /// What the scene message has besides.
-    fn fields(&self) -> Result<serde_json::Value> {
-        let mut fields = self.settings.scene_fields_in_map()?;
-        let scenes = json!([{ "id": "run", "group": "Run", "label": self.title }]);
-        let own = json!({ "mode": "watch", "scene": "run", "scenes": scenes, "seed": self.seed });
-        if let (Some(fields), Some(own)) = (fields.as_object_mut(), own.as_object()) {
-            fields.extend(own.clone());
-        }
-        Ok(fields)
     }
 
     /// Ends the recording.

@@ -6,6 +6,7 @@ mod files;
 mod map_show;
 mod show;
 mod slam_show;
+mod steered;
 mod steering;
 
 pub use command::execute;

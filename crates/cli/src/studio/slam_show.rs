@@ -1,18 +1,14 @@
 //! Shows a run to a recording and to pages, and does what people there ask for.
 
 use anyhow::Result;
-use serde_json::json;
 use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
 use visloc_io::sequence::write_camera_trajectory;
 use visloc_slam::{Slam, SlamConfig, SlamFrame};
-use visloc_studio::{
-    Command, StudioError,
-    recording::Input,
-    slam::{SlamSettings, SlamViewer},
-};
+use visloc_studio::{recording::Input, slam::SlamViewer};
 
 use super::{
     broadcast::{Broadcast, new_saved_file},
+    steered::{Asked, Steered},
     steering::Steering,
 };
 use crate::{
@@ -39,10 +35,8 @@ pub struct SlamShow {
     broadcast: Broadcast,
     viewer: SlamViewer,
     camera: Camera,
-    title: String,
     truth: Option<CameraTrajectory>,
-    settings: SlamSettings,
-    seed: u64,
+    run: Steered,
 }
 
 impl SlamShow {
@@ -60,57 +54,9 @@ impl SlamShow {
         }
         let broadcast = Broadcast::open(args, steering)?;
         let Shown { title, camera, truth, config, seed } = *shown;
-        let settings = SlamSettings::of(config)?;
-        let viewer = viewer(title, camera, truth, &settings, seed)?;
-        Ok(Some(Self {
-            broadcast,
-            viewer,
-            camera: *camera,
-            title: title.to_owned(),
-            truth: truth.cloned(),
-            settings,
-            seed,
-        }))
-    }
-
-    /// Whether the run is to begin anew.
-    fn take(&mut self, command: &Command, slam: &Slam) -> Result<bool> {
-        match command {
-            Command::Save {} => {
-                self.save(slam)?;
-                return Ok(false);
-            }
-            Command::Reset { seed } => self.seed = *seed,
-            Command::Forget {} => {}
-            command => match self.settings.changed(command)? {
-                Some(settings) => self.settings = settings,
-                None => {
-                    return Err(StudioError::Command {
-                        what: "command".to_owned(),
-                        expected: "one for a run: parameters, reset, save, pause".to_owned(),
-                        found: command.name(),
-                    }
-                    .into());
-                }
-            },
-        }
-        // Numbers of frames go on, so that a recording has one course.
-        let fields = fields(&self.title, &self.settings, self.seed)?;
-        self.viewer.start_anew(self.truth.clone(), fields);
-        self.broadcast.tell("the run begins anew: the map is forgotten");
-        Ok(true)
-    }
-
-    fn save(&mut self, slam: &Slam) -> Result<()> {
-        let (map, way) = (new_saved_file("map", "ply")?, new_saved_file("trajectory", "tum")?);
-        write_ply(&map, slam.map(), slam.camera())?;
-        let mut trajectory = CameraTrajectory::new();
-        for pose in slam.trajectory() {
-            let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
-        }
-        write_camera_trajectory(&way, trajectory.poses())?;
-        self.broadcast.tell(&format!("saved on the robot: {}, {}", map.display(), way.display()));
-        Ok(())
+        let run = Steered::new(title, config, seed, false)?;
+        let viewer = SlamViewer::new(camera, title, truth.cloned(), run.fields()?);
+        Ok(Some(Self { broadcast, viewer, camera: *camera, truth: truth.cloned(), run }))
     }
 
     /// Ends the recording.
@@ -144,34 +90,29 @@ impl SlamAudience for SlamShow {
     }
 
     fn obey(&mut self, slam: &Slam) -> Option<(SlamConfig, u64)> {
-        let mut is_new = false;
-        for command in self.broadcast.commands() {
-            match self.take(&command, slam) {
-                Ok(is_restart) => is_new |= is_restart,
-                Err(error) => self.broadcast.tell(&format!("{error:#}")),
+        let Self { broadcast, viewer, truth, run, .. } = self;
+        run.obey(broadcast, |broadcast, asked| {
+            match asked {
+                Asked::Save => broadcast.tell(&save(slam)?),
+                Asked::Anew(fields) => {
+                    // Numbers of frames go on, so that a recording has one course.
+                    viewer.start_anew(truth.clone(), fields);
+                    broadcast.tell("the run begins anew: the map is forgotten");
+                }
             }
-        }
-        is_new.then(|| (self.settings.config().clone(), self.seed))
+            Ok(())
+        })
     }
 }
 
-fn viewer(
-    title: &str,
-    camera: &Camera,
-    truth: Option<&CameraTrajectory>,
-    settings: &SlamSettings,
-    seed: u64,
-) -> Result<SlamViewer> {
-    Ok(SlamViewer::new(camera, title, truth.cloned(), fields(title, settings, seed)?))
-}
-
-/// What the scene message has besides.
-fn fields(title: &str, settings: &SlamSettings, seed: u64) -> Result<serde_json::Value> {
-    let mut fields = settings.scene_fields()?;
-    let scenes = json!([{ "id": "run", "group": "Run", "label": title }]);
-    let own = json!({ "mode": "watch", "scene": "run", "scenes": scenes, "seed": seed });
-    if let (Some(fields), Some(own)) = (fields.as_object_mut(), own.as_object()) {
-        fields.extend(own.clone());
+/// Saves map and way; what to tell of it.
+fn save(slam: &Slam) -> Result<String> {
+    let (map, way) = (new_saved_file("map", "ply")?, new_saved_file("trajectory", "tum")?);
+    write_ply(&map, slam.map(), slam.camera())?;
+    let mut trajectory = CameraTrajectory::new();
+    for pose in slam.trajectory() {
+        let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
-    Ok(fields)
+    write_camera_trajectory(&way, trajectory.poses())?;
+    Ok(format!("saved on the robot: {}, {}", map.display(), way.display()))
 }

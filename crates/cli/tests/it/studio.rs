@@ -102,7 +102,8 @@ fn whoever_watches_changes_no_estimate() {
     let num_bytes = watch(words.next().unwrap(), "secret");
     lines.for_each(drop);
     assert!(watched.wait().unwrap().success());
-    assert!(num_bytes > 200_000, "it was watched, with images: {num_bytes} bytes");
+    // On a busy machine most images are left out; a single one has more than this.
+    assert!(num_bytes > 30_000, "it was watched, with images: {num_bytes} bytes");
     assert_eq!(workspace.read("alone.tum"), workspace.read("watched.tum"));
 }
 

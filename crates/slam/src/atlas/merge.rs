@@ -63,7 +63,8 @@ pub fn merge(
     let agreeing = |sighting: &Sighting| sightings.iter().filter(|other| sighting.agrees(map, other)).count();
     // The first of those with which most agree.
     let best = sightings.iter().rev().max_by_key(|sighting| agreeing(sighting));
-    let Some(best) = best.filter(|best| agreeing(best) >= IN_A_ROW) else {
+    let camera = best.and_then(|best| map.keyframe(best.keyframe).foreign.as_deref()).map(|own| own.camera);
+    let (Some(best), Some(camera)) = (best.filter(|best| agreeing(best) >= IN_A_ROW), camera) else {
         apart.num_agreeing = best.map_or(0, agreeing);
         return Err(apart);
     };
@@ -77,7 +78,7 @@ pub fn merge(
     map.activate(into);
     let num_same = sure.iter().map(|sighting| sighting.same.len()).sum();
     fuse(map, &sure);
-    let focal = map.keyframe(best.keyframe).foreign.as_ref().map_or(500.0, |own| focal_px(&own.camera));
+    let focal = focal_px(&camera);
     if map.free_keyframes().count() <= MOST_AT_ONCE {
         adjust_all(map, &config.mapping, focal);
     } else {

@@ -43,6 +43,11 @@ impl Display {
         Self { truth, shown_from_map, num_frames: 0, is_aligned: is_level, is_fixed: true }
     }
 
+    /// One more place of the truth, where it is told with the images. Times that do not increase are passed over.
+    pub fn add_truth(&mut self, pose: CameraPose) {
+        let _ = self.truth.get_or_insert_default().push(pose);
+    }
+
     /// Another truth, of a camera that somebody carries elsewhere.
     pub fn set_truth(&mut self, truth: CameraTrajectory) {
         self.truth = Some(truth);

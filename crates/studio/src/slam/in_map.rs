@@ -21,8 +21,6 @@ pub struct MapViewer {
     viewer: SlamViewer,
     /// Whether map and truth have the same frame.
     is_aligned: bool,
-    /// Where the truth is told with the images: what was told so far.
-    told: CameraTrajectory,
     /// The way as it is shown; places that are no number stand where it was interrupted.
     way: Vec<f64>,
 }
@@ -47,7 +45,7 @@ impl MapViewer {
         let landmarks = of_map.landmarks().map(|(_, landmark)| display.point(&landmark.point_in_world));
         let floor = floor_of(keyframes.chain(landmarks).collect());
         let viewer = SlamViewer::in_map(camera, title, display, floor, more);
-        Self { viewer, is_aligned, told: CameraTrajectory::new(), way: Vec::new() }
+        Self { viewer, is_aligned, way: Vec::new() }
     }
 
     /// The camera is looked for anew; numbers of frames and time go on. `more` is laid over the scene message instead of what was.
@@ -78,9 +76,7 @@ impl MapViewer {
     /// Takes in a frame that the localizer has taken; to be called for each one, shown or not.
     pub fn follow(&mut self, localizer: &MapLocalizer, frame: &GrayFrame) {
         if let Some(world_from_camera) = frame.truth.filter(|_| self.is_aligned) {
-            // Times that do not increase are refused by the localizer.
-            let _ = self.told.push(CameraPose { at: frame.at, world_from_camera });
-            self.viewer.set_truth(self.told.clone());
+            self.viewer.add_truth(CameraPose { at: frame.at, world_from_camera });
         }
         let Some(outcome) = localizer.outcome() else { return };
         let place = localizer.estimate().filter(|estimate| estimate.is_localized());

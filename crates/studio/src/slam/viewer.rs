@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 use visloc_core::{
-    CameraTrajectory, Timestamp,
+    CameraPose, CameraTrajectory, Timestamp,
     geom::{Camera, CameraFrame, Rigid3, World},
 };
 use visloc_slam::{Slam, SlamFrame, StageTimes};
@@ -86,6 +86,11 @@ impl SlamViewer {
     pub fn start_anew(&mut self, truth: Option<CameraTrajectory>, more: Value) {
         (self.display, self.more, self.scene) = (Display::new(truth), more, None);
         self.links.clear();
+    }
+
+    /// One more place of the truth, where it is told with the images.
+    pub(super) fn add_truth(&mut self, pose: CameraPose) {
+        self.display.add_truth(pose);
     }
 
     /// Another truth from now on, of a camera that somebody carries elsewhere.

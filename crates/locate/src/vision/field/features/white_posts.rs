@@ -41,7 +41,7 @@ const MAX_SLOPE: f64 = 0.25;
 const MAX_FOOT_GAP: f64 = 0.5;
 const MIN_FOOT_GAP_PX: f64 = 3.0;
 
-/// A white run below the end of the field.
+/// A white run, perhaps across a post.
 #[derive(Debug, Clone, Copy)]
 struct WhiteRun {
     start: f64,
@@ -295,9 +295,7 @@ impl Bar {
         self.most_px = most;
         let mut counts = [[0; 2]; 2];
         for (side, count) in counts.iter_mut().enumerate() {
-            let Some(line) = self.straight(side, 2.0 * most).and_then(|_| self.straight(side, most)) else {
-                return false;
-            };
+            let Some(line) = self.straight(side, most) else { return false };
             self.lines[side] = line;
             let is_there = |i: &usize| self.is_on(side, *i, line, most);
             *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
