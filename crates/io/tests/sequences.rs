@@ -241,7 +241,6 @@ fn unlikely_calibrations_are_warned_about() {
         ("cx: 31.5", "cx: 90", "principal point (90.0, 23.5) is outside"),
         ("fy: 60", "fy: 200", "fx is 60.0 px and fy 200.0"),
         ("fx: 60\nfy: 60", "fx: 900\nfy: 900", "sees 4 degrees across"),
-        ("height: 48", "height: 60", "64 x 60 px, these have 64 x 48, another shape"),
         ("width: 64\nheight: 48", "width: 640\nheight: 480", "converted by the factor 0.1"),
     ] {
         let dataset = five();
@@ -253,6 +252,9 @@ fn unlikely_calibrations_are_warned_about() {
     let error = dataset.text("camera.yaml", &YAML.replace("fx: 60", "fx: -60"));
     let error = error.open(&SequenceOptions::default()).unwrap_err();
     assert!(error.contains("camera.yaml") && error.contains("positive focal lengths"), "{error}");
+    let cropped = dataset.text("camera.yaml", &YAML.replace("height: 48", "height: 60"));
+    let error = cropped.open(&SequenceOptions::default()).unwrap_err();
+    assert!(error.contains("64 x 60 px, these have 64 x 48: cropped"), "{error}");
 }
 
 #[test]

@@ -12,6 +12,9 @@ pub enum VmapError {
     /// The file cannot be read or written.
     #[error("{0}")]
     Io(#[from] io::Error),
+    /// Nobody can be localized in it, so it is neither written nor used.
+    #[error("expected a map with keyframes, found none")]
+    Empty,
     /// It is another kind of file.
     #[error("expected a map of SLAM (.vmap), found something else")]
     Foreign,

@@ -10,17 +10,25 @@ use crate::{MAX_FILE_BYTES, OpenedMap, VisualMap, VmapError};
 /// Reads a map.
 ///
 /// # Errors
-/// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long.
+/// As [`VisualMap::from_bytes`], or if the file cannot be read or is too long, or has no keyframes.
 pub fn load(path: &Path) -> Result<OpenedMap, VmapError> {
-    VisualMap::from_bytes(&files::read(path, MAX_FILE_BYTES)?)
+    let opened = VisualMap::from_bytes(&files::read(path, MAX_FILE_BYTES)?)?;
+    has_keyframes(&opened.map).then_some(opened).ok_or(VmapError::Empty)
+}
+
+fn has_keyframes(map: &VisualMap) -> bool {
+    map.map.all_keyframes().next().is_some()
 }
 
 /// Writes a map: beside the file of that name first, so that at any moment there is a whole one. A file that was there is kept as
 /// `NAME~`.
 ///
 /// # Errors
-/// If it cannot be written; the file that was there is untouched then.
+/// If it has no keyframes or cannot be written; the file that was there is untouched then.
 pub fn save(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<(), VmapError> {
+    if !has_keyframes(map) {
+        return Err(VmapError::Empty);
+    }
     let mut file = NewFile::create(path)?;
     file.write_all(&map.to_bytes(own))?;
     Ok(file.finish_and_keep()?)

@@ -20,7 +20,7 @@ mod localizer;
 mod sections;
 mod visual_map;
 
-pub use align::Aligned;
+pub use align::{Aligned, BetweenError, ScaledBetween};
 pub use container::{FORMAT_VERSION, MAX_FILE_BYTES};
 pub use error::{Damage, VmapError};
 pub use export::{ColmapModel, NerfstudioModel, picture_name};

@@ -7,7 +7,7 @@ use visloc_core::geom::{Camera, Distortion};
 use visloc_slam::map::{Map, PictureShelf, SessionCamera, StoredKeyframe, StoredLandmark, StoredMap};
 
 use crate::{
-    Damage, MapScale, OpenedMap, Session, VisualMap, VmapError,
+    Damage, MapScale, OpenedMap, ScaleSource, Session, VisualMap, VmapError,
     container::{Entry, Kind, Section, Sections, assemble},
     image::{SHELF_PICTURES, budget, packed, unpacked},
 };
@@ -74,7 +74,9 @@ fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
         section(CAMERAS, 0, &cameras),
         section(KEYFRAMES, 0, &stored.keyframes),
     ];
-    if map.levels.contains(&true) {
+    // What is not said is that aligned maps are level and no other is.
+    let is_aligned = |scale: &MapScale| scale.source == ScaleSource::Aligned;
+    if map.levels.contains(&true) || map.scales.iter().any(is_aligned) {
         sections.push(section(LEVELS, 0, &map.levels));
     }
     for (number, landmarks) in (0..).zip(stored.landmarks.chunks(LANDMARKS_A_SECTION)) {

@@ -118,9 +118,9 @@ impl VisualMap {
     /// Whether z points up in one of the maps.
     #[must_use]
     pub fn is_level(&self, map: MapId) -> bool {
-        // Files of earlier versions do not say so of a map that was aligned.
-        self.levels.get(map.index()).copied().unwrap_or_default()
-            || self.scale(map).source == ScaleSource::Aligned
+        // Files of earlier versions do not say it: a map that was aligned is taken to be level.
+        let is_aligned = || self.scale(map).source == ScaleSource::Aligned;
+        self.levels.get(map.index()).copied().unwrap_or_else(is_aligned)
     }
 
     /// The scale of one of the maps.

@@ -4,7 +4,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use visloc_io::sources::{SourceOption, SourceOptions};
 use visloc_locate::{
-    StartPrior, feature_model,
+    Half, StartPrior, feature_model,
     robot_calibration::{
         DriveRecord, MountEstimate, OdometryEstimate, RobotCorrection, solve_mount, solve_odometry,
     },
@@ -12,7 +12,7 @@ use visloc_locate::{
 use visloc_world::Map;
 
 use crate::{
-    args::CalibrateRobotArgs,
+    args::{CalibrateRobotArgs, StartArg},
     host::host,
     report::{diagnosis_lines, explain_localization, save_json},
     run::{
@@ -20,7 +20,7 @@ use crate::{
         prepare, read_correction, source_options, with_correction, write_correction,
     },
     say,
-    settings::{pipeline_config, topic_options},
+    settings::{pipeline_config, start_prior, topic_options},
 };
 
 /// The algorithm that finds the places; the tracks make poses of them.
@@ -120,7 +120,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         algorithm: ALGORITHM,
         algorithm_toml: None,
         pipeline: pipeline_config(None)?,
-        start: StartPrior::Uniform,
+        start: start_on(&source.map)?,
         seed: args.seed.value(),
     };
     let mut runners = [Runner::new(&source.map, &settings, OutputFiles::default())?];
@@ -136,6 +136,13 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         say::note!("{error} (the {} frames before are used)", outcome.num_frames);
     }
     Ok((source.map, collector.record))
+}
+
+/// Where the robot may start. On a field that looks the same from both sides it is said to be in one half: if it is in the other one, all its
+/// places are mirrored, which changes nothing of what is found.
+fn start_on(map: &Map) -> Result<StartPrior> {
+    let is_mirrored = matches!(map, Map::Field(field) if field.is_point_symmetric());
+    start_prior(if is_mirrored { &[StartArg::Half(Half::Negative)] } else { &[] }, map)
 }
 
 fn print(args: &CalibrateRobotArgs, report: &RobotReport) {

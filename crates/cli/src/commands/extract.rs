@@ -2,8 +2,7 @@
 
 use std::{
     fmt::Write as _,
-    fs,
-    io::{ErrorKind, Write as _},
+    io::Write as _,
     path::{Path, PathBuf},
 };
 
@@ -20,7 +19,7 @@ use crate::{
     args::{ExtractArgs, ExtractFormat},
     host::host,
     report::SkippedReport,
-    run::{Progress, prepare, source_options},
+    run::{Progress, expect_new_folder, prepare, source_options},
     say,
     settings::topic_options,
 };
@@ -94,15 +93,7 @@ struct Folder {
 
 impl Folder {
     fn create(path: &Path, format: ExtractFormat) -> Result<Self> {
-        let in_folder = || path.display().to_string();
-        let has_entries = match fs::read_dir(path) {
-            Ok(mut entries) => entries.next().is_some(),
-            Err(error) if error.kind() == ErrorKind::NotFound => false,
-            Err(error) => return Err(error).with_context(in_folder),
-        };
-        if has_entries {
-            bail!("{}: expected a new or empty folder, so that nothing is lost or mixed", path.display());
-        }
+        expect_new_folder(path)?;
         Ok(Self { path: path.into(), format, list: None, num_images: 0, last_at: None })
     }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use visloc_core::{Timestamp, files, geom::Camera};
+use visloc_core::{files, geom::Camera};
 use visloc_io::sequence::read_camera_trajectory;
 use visloc_slam::map::{MapId, SessionCamera};
 use visloc_vmap::{ScaleSource, VisualMap, load, picture_name, save};
@@ -13,7 +13,7 @@ use crate::{
     args::{JsonArg, MapAlignArgs},
     in_map::draw,
     report::save_json,
-    run::Saving,
+    run::{Saving, expect_new_folder},
     say,
     slam::{load_map, write_ply},
 };
@@ -169,26 +169,30 @@ pub fn align(args: &MapAlignArgs) -> Result<()> {
         let truth = read_camera_trajectory(path)?;
         let Some(aligned) = map.align(id, &truth) else {
             bail!(
-                "{}: expected the places of at least four keyframes of {}, not all on a line; are the times those of its images?",
+                "{}: expected the places of at least four keyframes of {}, with the camera's directions if they lie about on a line; are the times those of its images?",
                 path.display(),
                 args.map.display()
             );
         };
         say::line!(
-            "{} keyframes with known places: a map unit is {:.5} m, to {:.2} %; {:.4} m are left (RMSE)",
+            "{} keyframes with known places: a map unit is {:.5} m, to {:.2} %, turned to {:.2} degrees; {:.4} m are left (RMSE)",
             aligned.num_pairs,
             aligned.scale,
             aligned.relative_sigma * 100.0,
+            aligned.turn_sigma_rad.to_degrees(),
             aligned.rmse_m
         );
     }
     if let (Some(meters), Some([first, second])) = (args.distance, args.between.as_deref()) {
         check_length("--distance", meters)?;
-        let times = (Timestamp::from_secs(*first), Timestamp::from_secs(*second));
-        let Some(scale) = map.scale_by_distance(id, times, meters) else {
-            bail!("--between: the camera was at the same place at both times");
-        };
-        say::line!("a map unit is {scale:.5} m");
+        let scaled = map.scale_by_distance(id, [*first, *second], meters).context("--between")?;
+        say::line!(
+            "{meters} m between the camera's places {:.2} and {:.2} s after the first keyframe: a map unit is {:.5} m, to {:.1} %",
+            scaled.secs[0],
+            scaled.secs[1],
+            scaled.scale,
+            scaled.relative_sigma * 100.0
+        );
     }
     if let Some(meters) = args.camera_height {
         check_length("--camera-height", meters)?;
@@ -243,6 +247,7 @@ pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
         Ok(())
     });
     saving.save_if(wanted.colmap, |folder| {
+        expect_new_folder(folder)?;
         let model = map.to_colmap(id);
         write(&folder.join("cameras.txt"), model.cameras)?;
         write(&folder.join("images.txt"), model.images)?;
@@ -250,6 +255,7 @@ pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
         write_pictures(&map, id, folder)
     });
     saving.save_if(wanted.nerfstudio, |folder| {
+        expect_new_folder(folder)?;
         save_json(&folder.join("transforms.json"), &map.to_nerfstudio(id))?;
         write_pictures(&map, id, folder)
     });

@@ -28,7 +28,7 @@ pub use live::{LiveOutput, TeamSettings};
 #[cfg(feature = "ros2")]
 pub use live::{TF_AHEAD_SECS, node_settings};
 pub use live_report::LiveReport;
-pub use output::{OutputFiles, write_text};
+pub use output::{OutputFiles, expect_new_folder, write_text};
 pub use progress::Progress;
 pub use records::Records;
 pub use results::BagOutput;

@@ -1,11 +1,12 @@
 //! Files that a run writes.
 
 use std::{
-    io::{self, Write},
+    fs,
+    io::{self, ErrorKind, Write},
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use visloc_core::{
     StampedPose, Timestamp,
     files::{self, NewFile},
@@ -129,4 +130,20 @@ fn csv_line(record: &FrameRecord) -> String {
         record.num_pixels,
         record.num_individuals,
     )
+}
+
+/// Refuses a folder that has anything in it: many files are written into it, and somebody's own would be mixed with them.
+///
+/// # Errors
+/// If there is such a folder, or nobody can tell.
+pub fn expect_new_folder(path: &Path) -> Result<()> {
+    let has_entries = match fs::read_dir(path) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(error) if error.kind() == ErrorKind::NotFound => false,
+        Err(error) => return Err(error).with_context(|| path.display().to_string()),
+    };
+    if has_entries {
+        bail!("{}: expected a new or empty folder, so that nothing is lost or mixed", path.display());
+    }
+    Ok(())
 }

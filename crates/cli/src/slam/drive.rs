@@ -12,7 +12,7 @@ use visloc_slam::{
 };
 
 use super::{FramePictures, Pace, SlamHistory};
-use crate::{run::Progress, stopwatch::thread_cpu_secs};
+use crate::{host::host, run::Progress, stopwatch::thread_cpu_secs};
 
 /// Most unusable images of which the reason is kept.
 const MOST_REFUSED: usize = 10_000;
@@ -142,9 +142,8 @@ pub fn run(
     let mut num_before = 0;
     let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
     let mut history = SlamHistory::new(options.most_records);
-    let (mut refused, mut error) = (Vec::new(), None);
+    let (mut refused, mut error, mut num_dropped) = (Vec::new(), None, 0);
     let mut pace = options.is_realtime.then(Pace::start);
-    let mut num_dropped = 0;
     let mut counters = RunCounters::default();
     let mut truth = CameraTrajectory::new();
     while let Some(next) = source.next_image() {
@@ -202,7 +201,9 @@ pub fn run(
     let map = slam.map().with_active(maps.first().map_or(slam.map().active(), |way| way.map));
     let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
     num_dropped += source.num_dropped();
-    let num_images = source.num_images().unwrap_or(history.records.num_seen() + skipped.len() + num_dropped);
+    let num_came = history.records.num_seen() + skipped.len() + num_dropped;
+    // Of a run that was ended by hand only the images that came.
+    let num_images = source.num_images().filter(|_| !host().was_interrupted()).unwrap_or(num_came);
     let truth = (!truth.poses().is_empty()).then_some(truth);
     Ok(SlamRun {
         slam,

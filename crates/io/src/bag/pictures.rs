@@ -21,6 +21,8 @@ pub struct BagPictures {
     camera: Option<Camera>,
     num_pictures: Option<usize>,
     last_at: Option<Timestamp>,
+    num_used: usize,
+    num_backward: usize,
     /// The file of the last picture, if it was one.
     original: Option<Vec<u8>>,
     skipped: Vec<SkippedInput>,
@@ -47,6 +49,8 @@ impl BagPictures {
             topics: names,
             num_pictures,
             last_at: None,
+            num_used: 0,
+            num_backward: 0,
             original: None,
             skipped: Vec::new(),
             is_done: false,
@@ -88,12 +92,14 @@ impl BagPictures {
             rejects.into_iter().for_each(|reject| self.skip(reject.at, reject.reason));
             let Some(SensorMessage::Image(image)) = message else { continue };
             if let Some(last) = self.last_at.filter(|last| *last >= image.at) {
+                self.num_backward += 1;
                 self.skip(Some(image.at), format!("expected an image later than {last}, found {}", image.at));
                 continue;
             }
             match image.decode() {
                 Ok(pixels) => {
                     self.last_at = Some(image.at);
+                    self.num_used += 1;
                     self.original = match image.payload {
                         ImagePayload::Compressed(bytes) => Some(bytes),
                         ImagePayload::Raw { .. } => None,
@@ -113,6 +119,11 @@ impl PictureSource for BagPictures {
         }
         let next = self.read_on();
         self.is_done = !matches!(next, Some(Ok(_)));
+        if next.is_none() && self.num_backward > self.num_used {
+            let origin = format!("{}: {}", self.path.display(), self.topics.image);
+            let reason = time_goes_back(self.num_backward, self.num_used);
+            return Some(Err(SourceError::Broken { origin, reason }));
+        }
         if next.is_none() && self.last_at.is_none() {
             let first = self.skipped.first().map_or("it has no images", |skipped| &skipped.reason);
             let origin = format!("{}: {}", self.path.display(), self.topics.image);
@@ -133,6 +144,14 @@ impl PictureSource for BagPictures {
     fn skipped(&self) -> &[SkippedInput] {
         &self.skipped
     }
+}
+
+/// Why a recording is of no use of which most images are left out since their stamps go back.
+pub(super) fn time_goes_back(num_backward: usize, num_used: usize) -> String {
+    format!(
+        "the stamps of its images do not grow: {num_backward} are not later than those before and are left out, {num_used} were used; \
+         expected a clock that runs on: cut the recording where it was set, or have the driver stamp its images"
+    )
 }
 
 /// No topic at all.

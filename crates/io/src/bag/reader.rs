@@ -11,6 +11,7 @@ use crate::bag::{
     decode::{RawMessage, Reject, decode},
     files::bag_files,
     index::{check_topics, topics_of_files},
+    pictures::time_goes_back,
     stream::MessageStream,
 };
 
@@ -150,6 +151,14 @@ impl BagReader {
 
     /// At the end: the error that ended it, or that nothing could be used at all.
     fn last_words(&self, error: Option<SourceError>) -> Option<SourceError> {
+        let num_backward = self.synchronizer.num_backward();
+        if error.is_none() && num_backward > self.num_frames && self.num_frames > 0 {
+            let origin = format!("{}: {}", self.path.display(), self.topics.image);
+            return Some(SourceError::Broken {
+                origin,
+                reason: time_goes_back(num_backward, self.num_frames),
+            });
+        }
         if error.is_some() || self.num_frames > 0 || self.num_images == 0 {
             return error;
         }

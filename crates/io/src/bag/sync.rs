@@ -84,6 +84,7 @@ pub struct Synchronizer {
     last_image_at: Option<Timestamp>,
     image_interval_secs: f64,
     num_wrong_size: u32,
+    num_backward: usize,
     is_finished: bool,
     skipped: Vec<SkippedInput>,
 }
@@ -109,6 +110,7 @@ impl Synchronizer {
             last_image_at: None,
             image_interval_secs: 1.0 / 30.0,
             num_wrong_size: 0,
+            num_backward: 0,
             is_finished: false,
             skipped: Vec::new(),
         }
@@ -223,6 +225,12 @@ impl Synchronizer {
         None
     }
 
+    /// Images that came after later ones.
+    #[must_use]
+    pub fn num_backward(&self) -> usize {
+        self.num_backward
+    }
+
     /// What was left out so far. At most 10000 entries are kept.
     #[must_use]
     pub fn skipped(&self) -> &[SkippedInput] {
@@ -242,6 +250,7 @@ impl Synchronizer {
         let is_twice = self.images.get(position).is_some_and(|waiting| waiting.at == image.at);
         if !is_after_last || is_twice {
             let last = self.last_image_at.filter(|_| !is_after_last).unwrap_or(image.at);
+            self.num_backward += 1;
             let reason = format!("expected an image later than {last}, found one at {}", image.at);
             self.skip(Some(image.at), TopicRole::Image, reason);
             return;

@@ -23,6 +23,10 @@ pub fn read_camera(path: &Path) -> Result<Camera, FileError> {
     calibration.camera(size_px, path)
 }
 
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit())
+}
+
 /// The camera, if the text has one of the forms that are told from each other here.
 pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, String>> {
     let starts = |key: &str| text.lines().any(|line| line.starts_with(key));
@@ -35,7 +39,10 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
         };
         return Some(table.map_err(reason).and_then(|table| table.camera()));
     }
-    if starts("cam0:") {
+    let is_cam = |line: &str| {
+        line.strip_prefix("cam").and_then(|rest| rest.trim_end().strip_suffix(':')).is_some_and(is_number)
+    };
+    if text.lines().any(is_cam) {
         return Some(yaml_forms::kalibr(text));
     }
     let has_size = starts("image_width") && starts("image_height");
@@ -94,6 +101,10 @@ mod tests {
                       distortion_model: equidistant\n  intrinsics: [521.3, 523.1, 323.8, 236.4]\n  resolution: [640, 480]\n  \
                       rostopic: /cam0/image_raw\n";
         assert_eq!(read("k.yaml", kalibr).unwrap(), cameras()[2]);
+        assert_eq!(read("k.yaml", &kalibr.replace("cam0", "cam1")).unwrap(), cameras()[2]);
+        let two = format!("{kalibr}\n{}", kalibr.replace("cam0", "cam1"));
+        let error = read("two.yaml", &two).unwrap_err().to_string();
+        assert!(error.contains("expected one camera, found 2 (cam0"), "{error}");
         let error = read("omni.yaml", &kalibr.replace("pinhole", "omni")).unwrap_err().to_string();
         assert!(error.contains("omni.yaml: cam0: expected camera_model pinhole, found 'omni'"), "{error}");
         let error = read("x.toml", "model = \"pinhole\"\nsize_px = [640]\n").unwrap_err().to_string();

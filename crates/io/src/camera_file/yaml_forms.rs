@@ -14,6 +14,8 @@ type Chain = BTreeMap<String, KalibrCamera>;
 struct KalibrCamera {
     camera_model: String,
     #[serde(default)]
+    rostopic: String,
+    #[serde(default)]
     distortion_model: String,
     #[serde(default)]
     distortion_coeffs: Vec<f64>,
@@ -21,10 +23,19 @@ struct KalibrCamera {
     resolution: [u32; 2],
 }
 
-/// The first camera of a chain. Entries that are no cameras cannot be there.
+/// The camera of a chain of one. Entries that are no cameras cannot be there.
 pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
     let chain: Chain = serde_saphyr::from_str(text).map_err(|error| one_line(&error))?;
     let (name, entry) = chain.iter().next().ok_or("expected cam0, found nothing")?;
+    if chain.len() > 1 {
+        let names: Vec<String> =
+            chain.iter().map(|(name, entry)| format!("{name} {}", entry.rostopic)).collect();
+        return Err(format!(
+            "expected one camera, found {} ({}): keep the entry of yours in a file of its own",
+            chain.len(),
+            names.join(", ")
+        ));
+    }
     if entry.camera_model != "pinhole" {
         return Err(format!(
             "{name}: expected camera_model pinhole, found '{}'; calibrate with pinhole-radtan or pinhole-equi",

@@ -223,11 +223,11 @@ fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), Fil
     Err(FileError::form(folder, reason))
 }
 
-/// The camera for images of a size. A calibration for the same picture in another resolution is converted; one for another
-/// picture is used as it is. Both are worth a warning.
+/// The camera for images of a size. A calibration for the same picture in another resolution is converted, which is worth a warning.
 ///
 /// # Errors
-/// If no camera has these values.
+/// If the calibration is for a picture of another shape, of which nobody knows how it was cropped or turned, or no camera has these
+/// values.
 pub fn fit_calibration(
     calibration: &Calibration,
     size_px: (u32, u32),
@@ -244,15 +244,13 @@ pub fn fit_calibration(
                 "the calibration is for images of {} x {} px, these have {} x {}",
                 expected.0, expected.1, size_px.0, size_px.1
             );
-            if is_same_picture {
-                warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));
-                calibration.camera(expected, path)?.scaled_to(size_px)
-            } else {
-                warnings.push(format!(
-                    "{difference}, another shape; focal length and principal point are used as they are"
-                ));
-                calibration.camera(size_px, path)?
+            if !is_same_picture {
+                let reason =
+                    format!("{difference}: cropped, turned or another camera; calibrate with these images");
+                return Err(FileError::form(path, reason));
             }
+            warnings.push(format!("{difference}; it is converted by the factor {ratio:.4}"));
+            calibration.camera(expected, path)?.scaled_to(size_px)
         }
     };
     warnings.extend(unlikely(&camera));

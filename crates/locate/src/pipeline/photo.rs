@@ -25,9 +25,12 @@ const HEIGHT_STEP: f64 = 1.15;
 const KNOWN_HEIGHT: f64 = 0.05;
 /// Standard deviation of a photo's tilt and roll against what is supposed, radians: half of the step between two suppositions.
 const TILT_RAD: f64 = PITCH_STEP_RAD / 2.0;
-/// Suggestions of poses that are weighed, and places that are fitted: for all supposed cameras together, and at least for each.
-const EFFORT_FOR_ALL: (usize, usize) = (200_000, 1000);
-const EFFORT_FOR_EACH: (usize, usize) = (1000, 8);
+/// Suggestions of poses that are weighed, and places that are fitted, in each of the searches: for all supposed cameras together, and at
+/// least for each.
+const EFFORT_FOR_ALL: (usize, usize) = (100_000, 500);
+const EFFORT_FOR_EACH: (usize, usize) = (2000, 16);
+/// Searches that know nothing of each other: what only one of them has found tells how much none of them has.
+const NUM_SEARCHES: usize = 2;
 /// Places this near to each other are one.
 const SAME_M: f64 = 0.25;
 const SAME_RAD: f64 = 0.15;
@@ -71,7 +74,8 @@ pub struct PhotoPose {
 pub struct PhotoAnswer {
     /// The most probable one first.
     pub poses: Vec<PhotoPose>,
-    /// How probable it is that the photo was taken at none of them: what it shows is not on the map, or too little.
+    /// How probable it is that the photo was taken at none of them: at a place that was not found or is hardly probable, or what it shows is
+    /// not on the map, or too little.
     pub elsewhere: f64,
 }
 
@@ -116,13 +120,15 @@ pub fn locate_photo(
         for _ in 0..NUM_LOOKS {
             analyzer.analyze(&frame, &mut looks)?;
         }
-        found.clear();
         let config = uncertain(&rich.config, photo, mount);
-        search.explain(analyzer.percept(), &config, effort, &mut draws, &mut found);
-        for explanation in &found {
-            let log_evidence = explanation.log_evidence + log_prior;
-            let pose = photo_pose(&explanation.camera, &frame.robot_from_camera);
-            places.push((pose, log_evidence));
+        for number in 0..NUM_SEARCHES {
+            found.clear();
+            search.explain(analyzer.percept(), &config, effort, &mut draws, &mut found);
+            for explanation in &found {
+                let log_evidence = explanation.log_evidence + log_prior;
+                let pose = photo_pose(&explanation.camera, &frame.robot_from_camera);
+                places.push(Place { pose, log_evidence, found_by: 1 << number });
+            }
         }
     }
     let mirrored = |pose: &PlanarPose| search.mirrored(pose);
@@ -162,24 +168,30 @@ fn uncertain(config: &RefinementConfig, photo: &Photo, mount: &Mount) -> Refinem
     }
 }
 
-/// A place with its evidence.
-type Place = (PhotoPose, f64);
+/// A place that explains a photo.
+struct Place {
+    pose: PhotoPose,
+    log_evidence: f64,
+    /// A bit for each search that has found it.
+    found_by: u32,
+}
 
 /// The best one of all that are at one place, or at mirrored ones.
 fn distinct(mut found: Vec<Place>, mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>) -> Vec<Place> {
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     let is_near =
         |a: &PlanarPose, b: &PlanarPose| a.distance_m(b) < SAME_M && a.heading_difference_rad(b) < SAME_RAD;
     let mut places: Vec<Place> = Vec::new();
     for place in found {
-        let view = place.0.world_from_view;
+        let view = place.pose.world_from_view;
         let mirrored = mirrored(&view);
-        let is_known = places.iter().any(|(other, _)| {
-            let other = &other.world_from_view;
+        let known = places.iter_mut().find(|other| {
+            let other = &other.pose.world_from_view;
             is_near(other, &view) || mirrored.as_ref().is_some_and(|view| is_near(other, view))
         });
-        if !is_known {
-            places.push(place);
+        match known {
+            Some(known) => known.found_by |= place.found_by,
+            None => places.push(place),
         }
     }
     places
@@ -205,14 +217,18 @@ fn pose_of(world_from_camera: Rigid3<World, CameraFrame>) -> PhotoPose {
     }
 }
 
-/// Probabilities of the places, and of none of them, whose evidence is that of features that belong to nothing. On a symmetric map the photo
-/// may have been taken at the mirrored place as well.
+/// Probabilities of the places, and of none of them: a place that no search has found is as probable as all that only one has (Good and
+/// Turing), and features may belong to nothing. On a symmetric map the photo may have been taken at the mirrored place as well.
 fn answer(places: &[Place], mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>) -> PhotoAnswer {
-    let best = places.iter().map(|(_, log_evidence)| *log_evidence).fold(0.0, f64::max);
+    let best = places.iter().map(|place| place.log_evidence).fold(0.0, f64::max);
     let weight = |log_evidence: f64| (log_evidence - best).exp();
-    let total = weight(0.0) + places.iter().map(|(_, log_evidence)| weight(*log_evidence)).sum::<f64>();
+    let sum = |is_counted: &dyn Fn(&&Place) -> bool| -> f64 {
+        places.iter().filter(is_counted).map(|place| weight(place.log_evidence)).sum()
+    };
+    let not_found = sum(&|place| place.found_by.count_ones() == 1);
+    let total = weight(0.0) + sum(&|_| true) + not_found;
     let mut poses = Vec::new();
-    for (pose, log_evidence) in places {
+    for Place { pose, log_evidence, .. } in places {
         let probability = weight(*log_evidence) / total;
         let planar = pose.world_from_view;
         match mirrored(&planar) {
@@ -227,5 +243,6 @@ fn answer(places: &[Place], mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>
     }
     poses.retain(|pose| pose.probability >= MIN_PROBABILITY);
     poses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-    PhotoAnswer { poses, elsewhere: weight(0.0) / total }
+    let listed: f64 = poses.iter().map(|pose| pose.probability).sum();
+    PhotoAnswer { poses, elsewhere: (1.0 - listed).clamp(0.0, 1.0) }
 }
