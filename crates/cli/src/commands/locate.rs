@@ -58,6 +58,9 @@ impl From<&PhotoPose> for PoseReport {
     }
 }
 
+/// A place as probable as this, or its mirror image, leaves little to ask for.
+const ABOUT_SURE: f64 = 0.4;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -74,7 +77,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
-    print(&answer);
+    print(&answer, &photo);
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| {
         let report = LocateReport {
@@ -110,12 +113,26 @@ fn in_words(pose: &PhotoPose) -> String {
     )
 }
 
-fn print(answer: &PhotoAnswer) {
+fn print(answer: &PhotoAnswer, photo: &Photo) {
     for pose in answer.poses.iter().take(MAX_SHOWN) {
         say::line!("{:4.0} %  {}", 100.0 * pose.probability, in_words(pose));
     }
     if answer.poses.len() > MAX_SHOWN {
         say::line!("        and {} places less probable than these", answer.poses.len() - MAX_SHOWN);
     }
-    say::line!("{:4.0} %  somewhere else, or it shows too little", 100.0 * answer.elsewhere);
+    say::line!(
+        "{:4.0} %  at a place that is not among these, or it shows too little",
+        100.0 * answer.elsewhere
+    );
+    let best = answer.poses.first().map_or(0.0, |pose| pose.probability);
+    let unknown: Vec<&str> = [("--pitch", photo.pitch_down_rad), ("--height", photo.height_m)]
+        .into_iter()
+        .filter_map(|(option, given)| given.is_none().then_some(option))
+        .collect();
+    if best < ABOUT_SURE && !unknown.is_empty() {
+        say::line!(
+            "It is told better if the camera's pose over the ground is known: {}",
+            unknown.join(" and ")
+        );
+    }
 }
