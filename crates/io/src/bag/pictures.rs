@@ -19,6 +19,8 @@ pub struct BagPictures {
     topics: BagTopics,
     messages: MessageStream,
     camera: Option<Camera>,
+    /// Whether another calibration came.
+    has_changed: bool,
     num_pictures: Option<usize>,
     last_at: Option<Timestamp>,
     num_used: usize,
@@ -41,11 +43,14 @@ impl BagPictures {
         let topics = &choose_topics(&available, topics);
         let images = check_topic(path, &available, topics, TopicRole::Image)?;
         let num_pictures = usize::try_from(images.num_messages).ok();
-        let names = BagTopics { image: topics.image.clone(), ..nothing() };
+        let camera = first_camera(files.clone(), &available, topics);
+        let camera_info = camera.map(|_| topics.camera_info.clone()).unwrap_or_default();
+        let names = BagTopics { image: topics.image.clone(), camera_info, ..nothing() };
         Ok(Self {
             path: path.to_path_buf(),
-            messages: MessageStream::new(files.clone(), names.clone()),
-            camera: first_camera(files, &available, topics),
+            messages: MessageStream::new(files, names.clone()),
+            camera,
+            has_changed: false,
             topics: names,
             num_pictures,
             last_at: None,
@@ -73,6 +78,21 @@ impl BagPictures {
         self.skipped.push(SkippedInput { at, origin: self.topics.image.clone(), reason });
     }
 
+    /// One camera has one calibration: of others the first is told.
+    fn note_calibration(&mut self, at: Timestamp, camera: &Camera) {
+        if self.has_changed || self.camera.as_ref().is_none_or(|first| first == camera) {
+            return;
+        }
+        self.has_changed = true;
+        let of = |camera: &Camera| {
+            format!("{} x {} px, fx {:.1}", camera.size_px().0, camera.size_px().1, camera.focal_px().0)
+        };
+        let first = self.camera.as_ref().map(of).unwrap_or_default();
+        let reason =
+            format!("another calibration ({}): the first one ({first}) is used for all images", of(camera));
+        self.skipped.push(SkippedInput { at: Some(at), origin: self.topics.camera_info.clone(), reason });
+    }
+
     /// The next picture that can be used, or why the recording ends early.
     fn read_on(&mut self) -> Option<Result<Picture, SourceError>> {
         loop {
@@ -89,8 +109,17 @@ impl BagPictures {
             };
             let mut rejects = Vec::new();
             let message = decode(&raw, &mut rejects);
-            rejects.into_iter().for_each(|reject| self.skip(reject.at, reject.reason));
-            let Some(SensorMessage::Image(image)) = message else { continue };
+            if raw.role == TopicRole::Image {
+                rejects.into_iter().for_each(|reject| self.skip(reject.at, reject.reason));
+            }
+            let image = match message {
+                Some(SensorMessage::Image(image)) => image,
+                Some(SensorMessage::CameraInfo(at, camera)) => {
+                    self.note_calibration(at, &camera);
+                    continue;
+                }
+                _ => continue,
+            };
             if let Some(last) = self.last_at.filter(|last| *last >= image.at) {
                 self.num_backward += 1;
                 self.skip(Some(image.at), format!("expected an image later than {last}, found {}", image.at));
