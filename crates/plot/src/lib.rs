@@ -55,7 +55,7 @@ pub use field::{
 pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
 pub use histogram::{Histogram, HistogramSeries, histogram};
 pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};
-pub use picture::Picture;
+pub use picture::{Picture, is_of_series, remove_earlier};
 pub use run_chart::{RunChart, RunGroup, run_chart};
 pub use scatter::{ScatterPicture, ScatterSeries, scatter};
 pub use space::{SpacePath, SpaceViews, space_views};

@@ -73,10 +73,46 @@ impl Picture {
     }
 }
 
+/// Removes pictures of an earlier run from a folder, so that they are not taken for those of this one: those whose names, without the ending,
+/// are to go. A PNG without an SVG of its name is somebody else's. What cannot be removed stays.
+pub fn remove_earlier(dir: &Path, is_to_go: impl Fn(&str) -> bool) {
+    let Ok(entries) = std::fs::read_dir(dir) else { return };
+    for svg in entries.flatten().map(|entry| entry.path()) {
+        let is_svg = svg.extension().is_some_and(|ending| ending == "svg");
+        if is_svg && svg.file_stem().and_then(|stem| stem.to_str()).is_some_and(&is_to_go) {
+            let _ = std::fs::remove_file(svg.with_extension("png"));
+            let _ = std::fs::remove_file(svg);
+        }
+    }
+}
+
+/// Whether a name is that of a picture of a series: `prefix`, then digits.
+#[must_use]
+pub fn is_of_series(name: &str, prefix: &str) -> bool {
+    let digits = |rest: &str| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit());
+    name.strip_prefix(prefix).is_some_and(digits)
+}
+
 #[cfg(test)]
 impl Picture {
     /// Whether other programs can draw it.
     pub(crate) fn is_valid_svg(&self) -> bool {
         resvg::usvg::Tree::from_str(&self.svg, &resvg::usvg::Options::default()).is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_pictures_of_an_earlier_run_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = ["frame-07.svg", "frame-07.png", "frame-08.png", "frame-x.svg", "map.svg"];
+        names.iter().for_each(|name| std::fs::write(folder.path().join(name), "").unwrap());
+        remove_earlier(folder.path(), |name| is_of_series(name, "frame-"));
+        let is_left = |name: &&&str| folder.path().join(name).exists();
+        assert_eq!(names.iter().filter(is_left).count(), 3);
+        assert!(!folder.path().join("frame-07.png").exists() && folder.path().join("frame-08.png").exists());
     }
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 use visloc_core::RngTree;
 use visloc_io::{camera_file::read_camera, image_codec::read_image};
 use visloc_locate::{Photo, PhotoAnswer, PhotoPose, locate_photo};
+use visloc_plot::{is_of_series, remove_earlier};
 use visloc_world::Map;
 
 use crate::{
@@ -90,6 +91,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
         save_json(path, &report)
     });
     saving.save_if(args.out.as_deref(), |folder| {
+        remove_earlier(folder, |name| is_of_series(name, "place-"));
         for (i, pose) in answer.poses.iter().take(MAX_SHOWN).enumerate() {
             let title = format!("{:.0} %: {}", 100.0 * pose.probability, in_words(pose));
             draw_overlay(&photo, &map, pose, title)?.save(folder, &format!("place-{}", i + 1))?;

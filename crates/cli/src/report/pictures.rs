@@ -10,7 +10,7 @@ use visloc_core::{
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Ground, Kidnap, Panel, PathPoint, Picture, ReferenceLine, Series, Span,
-    TimeSeriesPicture, ValueAxis, field_picture, time_series,
+    TimeSeriesPicture, ValueAxis, field_picture, remove_earlier, time_series,
 };
 use visloc_world::Map;
 
@@ -209,7 +209,10 @@ fn is_carried(frame: &visloc_core::eval::FrameError) -> bool {
 }
 
 fn save(folder: &Path, name: &str, picture: Option<Picture>) -> Result<Option<PathBuf>> {
-    let Some(picture) = picture else { return Ok(None) };
+    let Some(picture) = picture else {
+        remove_earlier(folder, |earlier| earlier == name);
+        return Ok(None);
+    };
     let path = folder.join(name);
     picture.save(folder, name).with_context(|| format!("{}: cannot draw it", path.display()))?;
     Ok(Some(path))

@@ -9,7 +9,7 @@ use visloc_core::{
 };
 use visloc_plot::{
     Color, ImageDots, ImagePicture, Panel, PlotError, Series, SpacePath, SpaceViews, TimeSeriesPicture,
-    image_picture, space_views, time_series,
+    image_picture, is_of_series, remove_earlier, space_views, time_series,
 };
 use visloc_slam::{FrameOutcome, TrackingState, track::Quality};
 
@@ -25,6 +25,7 @@ pub struct FramePictures {
 impl FramePictures {
     /// Into a folder, every so many frames.
     pub fn new(folder: &Path, every: usize) -> Self {
+        remove_earlier(folder, |name| is_of_series(name, "frame-"));
         Self { folder: folder.to_path_buf(), every: every.max(1), fault: None }
     }
 
@@ -97,6 +98,7 @@ pub fn draw(
     truth: Option<&CameraTrajectory>,
     error: Option<&AbsoluteError>,
 ) -> Result<()> {
+    remove_earlier(folder, |name| name == "trajectory" || name == "trajectory-side");
     time_series(&courses(title, run, truth, error)).save(folder, "courses")?;
     let views = match (truth, error) {
         (Some(truth), Some(error)) => paths(title, run, truth, error),
