@@ -33,16 +33,22 @@ use clap::{
 
 fn main() -> ExitCode {
     let result = run();
-    if let Err(error) = &result {
+    let (said, code) = match &result {
+        // What is missing then is not the fault of the input.
+        Err(error) if host::host().was_interrupted() => (
+            format!("interrupted before the end: {}", say::one_line(error)),
+            ExitCode::from(host::INTERRUPTED),
+        ),
         // One line, outermost context first, so that scripts and people find the place at once.
-        let _ = writeln!(io::stderr(), "error: {}", say::one_line(error));
-        return ExitCode::FAILURE;
-    }
-    if host::host().was_interrupted() {
-        let _ = writeln!(io::stderr(), "interrupted; what was computed until then is saved");
-        return ExitCode::from(host::INTERRUPTED);
-    }
-    ExitCode::SUCCESS
+        Err(error) => (format!("error: {}", say::one_line(error)), ExitCode::FAILURE),
+        Ok(()) if host::host().was_interrupted() => {
+            let said = "interrupted; what was computed until then is saved".to_owned();
+            (said, ExitCode::from(host::INTERRUPTED))
+        }
+        Ok(()) => return ExitCode::SUCCESS,
+    };
+    let _ = writeln!(io::stderr(), "{said}");
+    code
 }
 
 /// Ends the program with a mistake of the command line. Nobody who mistypes an option wants to pass it as a value, so that tip is

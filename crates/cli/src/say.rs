@@ -12,11 +12,19 @@ pub fn text(text: Arguments<'_>) {
     let _ = output.write_fmt(text).and_then(|()| output.flush());
 }
 
-/// The message with its causes. A cause that the message before already quotes is not said twice.
+/// A number of things, of which the word is given for one.
+pub fn count(num: usize, what: &str) -> String {
+    let plural = if num == 1 { "" } else { "s" };
+    format!("{num} {what}{plural}")
+}
+
+/// The message with its causes. A cause that the message before already quotes is not said twice, nor is a place that the cause names too.
 pub fn one_line(error: &anyhow::Error) -> String {
     let mut line = String::new();
     for cause in error.chain().map(ToString::to_string) {
-        if !line.contains(&cause) {
+        if !line.is_empty() && cause.starts_with(&format!("{line}: ")) {
+            line = cause;
+        } else if !line.contains(&cause) {
             let separator = if line.is_empty() { "" } else { ": " };
             line = line + separator + &cause;
         }
@@ -80,6 +88,8 @@ mod tests {
     fn a_quoted_cause_is_said_once() {
         let error = anyhow!("no such file").context("x.mcap: no such file").context("cannot start");
         assert_eq!(one_line(&error), "cannot start: x.mcap: no such file");
+        let error = anyhow!("photos: expected a file").context("photos");
+        assert_eq!(one_line(&error), "photos: expected a file");
     }
 
     #[test]

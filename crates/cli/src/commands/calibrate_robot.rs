@@ -129,8 +129,10 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector]);
     progress.clear();
     let [runner] = runners;
-    for line in diagnosis_lines("localized", &explain_localization(&runner.counters().diagnosis())) {
-        say::line!("{line}");
+    if !host().was_interrupted() {
+        for line in diagnosis_lines("localized", &explain_localization(&runner.counters().diagnosis())) {
+            say::line!("{line}");
+        }
     }
     if let Some(error) = outcome.error {
         say::note!("{error} (the {} frames before are used)", outcome.num_frames);

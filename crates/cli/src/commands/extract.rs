@@ -49,7 +49,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     let mut folder = Folder::create(&args.out, args.format)?;
     let progress = Progress::new(pictures.num_pictures());
     let (mut num_seen, mut error) = (0, None);
-    while !host().is_stopped() && args.frames.is_none_or(|most| folder.num_images < most as usize) {
+    while args.frames.is_none_or(|most| folder.num_images < most as usize) {
         let picture = match pictures.next_picture() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
@@ -70,7 +70,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     progress.clear();
     let num_images = folder.finish()?;
     if num_images > 0 {
-        say::line!("{}: {num_images} images", args.out.display());
+        say::line!("{}: {}", args.out.display(), say::count(num_images, "image"));
     }
     SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
     match error {

@@ -60,7 +60,7 @@ fn has(workspace: &Workspace, names: &[&str]) {
     }
 }
 
-const CASES: [Case; 8] = [
+const CASES: [Case; 9] = [
     Case {
         args: &[
             "localize",
@@ -167,6 +167,12 @@ const CASES: [Case; 8] = [
         begun: ("e/records.jsonl", 0),
         code: 130,
         check: |workspace| has(workspace, &["e/report.txt", "e/report.json", "e/kidnap.csv", "e.json"]),
+    },
+    Case {
+        args: &["extract", "sim:tour", "--out", "d"],
+        begun: ("d/camera.yaml", 0),
+        code: 130,
+        check: |workspace| has(workspace, &["d/rgb.txt", "d/camera.yaml"]),
     },
     Case {
         args: &["studio", "--no-open", "--port", "0", "--recordings", "out"],
