@@ -5,9 +5,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
 use visloc_core::{GrayImage, RgbImage, files};
+
+use crate::raw_image::{range_of, to_8_bits};
 
 /// Largest width or height that is decoded, pixels.
 const MAX_SIDE_PX: u32 = 16_384;
@@ -49,7 +51,7 @@ pub enum ImageCodecError {
     },
 }
 
-/// Decodes JPEG or PNG bytes, whatever they contain: gray and 16-bit pictures become 8-bit color.
+/// Decodes JPEG or PNG bytes, whatever they contain: gray and 16-bit pictures become 8-bit color, 12 bits in 16 too.
 ///
 /// # Errors
 /// If the bytes are not such a picture, are cut off, or the picture is larger than 16384 px a side.
@@ -67,9 +69,7 @@ pub fn decode(bytes: &[u8]) -> Result<RgbImage, ImageCodecError> {
 pub fn decode_gray(bytes: &[u8]) -> Result<GrayImage, ImageCodecError> {
     let gray = match decode_any(bytes)? {
         DynamicImage::ImageLuma8(gray) => gray,
-        gray @ (DynamicImage::ImageLumaA8(_)
-        | DynamicImage::ImageLuma16(_)
-        | DynamicImage::ImageLumaA16(_)) => gray.into_luma8(),
+        gray @ DynamicImage::ImageLumaA8(_) => gray.into_luma8(),
         color => {
             let color = color.into_rgb8();
             let (width, height) = color.dimensions();
@@ -103,7 +103,43 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
     limits.max_image_height = Some(MAX_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODE_BYTES);
     reader.limits(limits);
-    reader.decode().map_err(|error| decode_error(error.to_string()))
+    let decoded = reader.decode().map_err(|error| match error {
+        ImageError::Limits(_) => decode_error(too_large(bytes)),
+        error => decode_error(error.to_string()),
+    });
+    Ok(in_8_bits(decoded?))
+}
+
+/// Values of 16 bits in 8, as those of raw images.
+fn in_8_bits(image: DynamicImage) -> DynamicImage {
+    let of = |values: &[u16]| {
+        let range = range_of(values.iter().copied().max().unwrap_or(0));
+        values.iter().map(|value| to_8_bits(*value, range)).collect::<Vec<u8>>()
+    };
+    let (width, height) = (image.width(), image.height());
+    let small = match &image {
+        DynamicImage::ImageLuma16(gray) => {
+            image::GrayImage::from_raw(width, height, of(gray)).map(DynamicImage::ImageLuma8)
+        }
+        DynamicImage::ImageRgb16(color) => {
+            image::RgbImage::from_raw(width, height, of(color)).map(DynamicImage::ImageRgb8)
+        }
+        DynamicImage::ImageLumaA16(_) => return in_8_bits(image.into_luma16().into()),
+        DynamicImage::ImageRgba16(_) => return in_8_bits(image.into_rgb16().into()),
+        _ => None,
+    };
+    small.unwrap_or(image)
+}
+
+/// What was found and what there may be.
+fn too_large(bytes: &[u8]) -> String {
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok();
+    let size = reader.and_then(|reader| reader.into_dimensions().ok());
+    let found = size.map_or_else(String::new, |(width, height)| format!(" of {width} x {height} px"));
+    let millions = MAX_DECODE_BYTES / 3 / 1_000_000;
+    format!(
+        "the picture{found} is too large: at most {MAX_SIDE_PX} px a side and {millions} million px in all; make it smaller"
+    )
 }
 
 /// Whether the picture goes on to its end mark. Whatever stands behind that does not matter: phones append films and notes.
@@ -204,6 +240,12 @@ fn write_image(encoder: impl ImageEncoder, image: &RgbImage) -> Result<(), Image
 pub fn read_image_file(path: &Path) -> Result<Vec<u8>, ImageCodecError> {
     files::read(path, MAX_FILE_BYTES)
         .map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
+}
+
+/// Width and height of a JPEG or PNG file, pixels, by its header; `None` if it has none that can be read.
+#[must_use]
+pub fn image_size(path: &Path) -> Option<(u32, u32)> {
+    ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_dimensions().ok()
 }
 
 /// Reads a JPEG or PNG file.
@@ -322,5 +364,36 @@ mod tests {
         let mut png = encode_png(&gradient()).unwrap();
         png[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
         assert!(decode(&png).is_err());
+    }
+
+    #[test]
+    fn what_is_too_large_is_told_with_its_size() {
+        for (width, height) in [(12_000, 9000), (20_000, 10)] {
+            let mut png = Vec::new();
+            let gray = image::GrayImage::new(width, height);
+            let encoder = image::codecs::png::PngEncoder::new(&mut png);
+            let color = ExtendedColorType::Rgb8;
+            let data = if height > 10 { vec![0; 3 * width as usize * height as usize] } else { Vec::new() };
+            match height {
+                10 => encoder.write_image(gray.as_raw(), width, height, ExtendedColorType::L8).unwrap(),
+                _ => encoder.write_image(&data, width, height, color).unwrap(),
+            }
+            let error = decode(&png).unwrap_err().to_string();
+            assert!(error.contains(&format!("{width} x {height} px is too large")), "{error}");
+        }
+    }
+
+    #[test]
+    fn values_of_12_bits_in_16_are_brought_to_their_whole_range() {
+        for (values, expected) in [([0, 0x0800, 0x0fff], [0, 128, 255]), ([0, 0x8000, 0xffff], [0, 128, 255])]
+        {
+            let gray = image::ImageBuffer::<image::Luma<u16>, _>::from_raw(3, 1, values.to_vec()).unwrap();
+            let color = DynamicImage::ImageLuma16(gray.clone()).into_rgb16();
+            for image in [DynamicImage::ImageLuma16(gray), DynamicImage::ImageRgb16(color)] {
+                let mut png = Cursor::new(Vec::new());
+                image.write_to(&mut png, ImageFormat::Png).unwrap();
+                assert_eq!(decode_gray(png.get_ref()).unwrap().data(), expected);
+            }
+        }
     }
 }

@@ -70,8 +70,8 @@ const ENCODINGS: [(&str, Layout, usize); 27] = [
 
 /// The picture.
 ///
-/// Values of 16 bits are brought to 8 over their whole range. Colors behind a Bayer filter are the means of the nearest pixels
-/// that have them.
+/// Values of 16 bits are brought to 8 over their whole range, or over that of 12 bits if none is larger. Colors behind a Bayer filter are
+/// the means of the nearest pixels that have them.
 ///
 /// # Errors
 /// If the encoding is not known, or rows or bytes are missing: what was expected and what was found.
@@ -111,9 +111,13 @@ pub fn decode(image: &RawImage<'_>) -> Result<RgbImage, String> {
     if value_bytes == 1 {
         rows.for_each(|row| values.extend_from_slice(row));
     } else {
-        rows.for_each(|row| {
-            values.extend(row.chunks_exact(2).map(|pair| to_8_bits(pair, image.is_big_endian)))
-        });
+        let value = |pair: &[u8]| match image.is_big_endian {
+            true => u16::from_be_bytes([pair[0], pair[1]]),
+            false => u16::from_le_bytes([pair[0], pair[1]]),
+        };
+        let pairs = || rows.clone().flat_map(|row| row.chunks_exact(2));
+        let range = range_of(pairs().map(value).max().unwrap_or(0));
+        values.extend(pairs().map(|pair| to_8_bits(value(pair), range)));
     }
     let rgb = match layout {
         Layout::Channels(num_channels, order) => {
@@ -136,11 +140,16 @@ fn unknown(encoding: &str) -> String {
     format!("image encoding '{encoding}': expected one of {}; convert the recording", known.join(", "))
 }
 
-/// A value of 16 bits over the whole range of 8.
-fn to_8_bits(pair: &[u8], is_big_endian: bool) -> u8 {
-    let pair = [pair[0], pair[1]];
-    let value = if is_big_endian { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) };
-    ((u32::from(value) + 128) / 257) as u8
+/// The largest value that there can be, by the largest one of an image. Cameras with sensors of 12 bits (and of 10) often leave the
+/// four high bits of 16 empty; over the whole range such an image, and no other that is worth anything, would be black.
+pub(crate) fn range_of(largest: u16) -> u16 {
+    const OF_12_BITS: u16 = (1 << 12) - 1;
+    if largest <= OF_12_BITS { OF_12_BITS } else { u16::MAX }
+}
+
+/// A value over the whole range of 8 bits.
+pub(crate) fn to_8_bits(value: u16, range: u16) -> u8 {
+    ((u32::from(value) * 255 + u32::from(range / 2)) / u32::from(range)) as u8
 }
 
 /// Bilinear: each missing color is the mean of the pixels with that color that touch this one. At the borders the pixels inside
@@ -227,6 +236,8 @@ mod tests {
         assert_eq!(decode("mono16", 4, &[0, 128, 255, 255]).unwrap().data(), [128, 128, 128, 255, 255, 255]);
         let big = RawImage { is_big_endian: true, ..raw((2, 1), "mono16", 4, &[128, 0, 255, 255]) };
         assert_eq!(super::decode(&big).unwrap().data(), [128, 128, 128, 255, 255, 255]);
+        // A sensor of 12 bits: 4095 and half of it.
+        assert_eq!(decode("mono16", 4, &[255, 15, 0, 8]).unwrap().data(), [255, 255, 255, 128, 128, 128]);
     }
 
     #[test]

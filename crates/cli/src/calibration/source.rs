@@ -6,6 +6,7 @@ use anyhow::{Context, Result, bail};
 use visloc_core::{GrayImage, Timestamp};
 use visloc_io::{
     image_codec::read_gray_image,
+    sequence::is_image,
     sources::{OpenPictures, SourceAddress, SourceOptions, open_pictures},
 };
 
@@ -67,9 +68,14 @@ pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
         return Ok(vec![named(path.to_path_buf())]);
     }
     let is_folder = path.is_dir() && !path.join("metadata.yaml").exists();
-    let images = if is_folder { in_folder(path)? } else { in_stream(source)? };
+    let mut images = if is_folder { in_folder(path)? } else { Vec::new() };
+    // A folder without images of its own may be a dataset.
     if images.is_empty() {
-        bail!("{source}: expected {}, found none", if is_folder { "PNG or JPEG images" } else { "pictures" });
+        let none = || format!("{source}: expected PNG or JPEG images, found none");
+        images = if is_folder { in_stream(source).with_context(none)? } else { in_stream(source)? };
+    }
+    if images.is_empty() {
+        bail!("{source}: expected pictures, found none");
     }
     Ok(images)
 }
@@ -83,11 +89,6 @@ fn in_folder(folder: &Path) -> Result<Vec<NamedImage>> {
         .collect();
     images.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(images)
-}
-
-fn is_image(path: &Path) -> bool {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
 }
 
 fn named(path: PathBuf) -> NamedImage {

@@ -48,7 +48,7 @@ pub enum BagError {
     },
     /// A topic that is needed is not in the recording.
     #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; name the right one (on the command line --topics or \
-             --image-topic){instead}. Topics there: {}", path.display(), list_topics(available))]
+             --image-topic){instead}. {}", path.display(), list_of_type(expected_type, available))]
     MissingTopic {
         /// The recording.
         path: PathBuf,
@@ -108,6 +108,14 @@ pub enum BagError {
         /// What the library says.
         reason: String,
     },
+}
+
+/// Those of the wanted types first.
+fn list_of_type(expected_type: &str, topics: &[TopicInfo]) -> String {
+    let (fitting, others): (Vec<TopicInfo>, Vec<TopicInfo>) =
+        topics.iter().cloned().partition(|topic| expected_type.contains(&topic.type_name));
+    let none = if fitting.is_empty() && !topics.is_empty() { ", none of them of that type" } else { "" };
+    format!("Topics there{none}: {}", list_topics(&[fitting, others].concat()))
 }
 
 fn list_topics(topics: &[TopicInfo]) -> String {

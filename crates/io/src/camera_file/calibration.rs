@@ -4,6 +4,7 @@
 //!   names of EuRoC (`resolution`, `intrinsics`, `distortion_coefficients`, `rate_hz`, `T_BS`), of ROS and OpenCV (`image_width`,
 //!   `camera_matrix`, `distortion_coefficients`) and of ORB-SLAM (`Camera.fx`, `Camera.k1`, ...);
 //! * the forms of [`crate::camera_file`]: our TOML, `camchain.yaml` of Kalibr, `camera_matrix` with the size of the images;
+//! * COLMAP's `cameras.txt` and the `transforms.json` of nerfstudio, the first camera;
 //! * KITTI: twelve numbers of a projection matrix, maybe after `P0:`;
 //! * Middlebury: a count and lines `IMAGE K R t`.
 //!
@@ -23,6 +24,10 @@ use crate::{
     FileError,
     text::{data_lines, parse_number},
 };
+
+/// For people who have another one.
+const KNOWN_FORMS: &str = "the TOML of visloc, YAML of ROS, OpenCV, Kalibr, EuRoC and ORB-SLAM, COLMAP's cameras.txt, transforms.json and \
+                           KITTI's calib.txt (docs/datasets.md)";
 
 /// What a calibration says.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,6 +93,9 @@ pub fn read_calibration(path: &Path) -> Result<Calibration, FileError> {
             ..Calibration::pinhole(camera.focal_px(), camera.center_px())
         });
     }
+    if let Some(calibration) = super::models::in_form_of_model(&text) {
+        return calibration.map_err(|reason| FileError::form(path, reason));
+    }
     let second = data_lines(&text).nth(1).map_or(0, |(_, line)| line.split_whitespace().count());
     let first = data_lines(&text).next().unwrap_or_default();
     let matrix = first.1.split_once(':').map_or(first.1, |(_, values)| values);
@@ -119,6 +127,11 @@ struct Keys<'a> {
     values: BTreeMap<String, (usize, String)>,
 }
 
+/// Whether a list goes on in the next line.
+fn is_open(list: &str) -> bool {
+    list.matches('[').count() > list.matches(']').count()
+}
+
 /// Focal lengths and principal point, horizontal and vertical, pixels.
 type Intrinsics = ((f64, f64), (f64, f64));
 
@@ -132,8 +145,8 @@ impl<'a> Keys<'a> {
                 // A list that goes on.
                 if let Some((_, list)) = values.get_mut(key) {
                     *list += content.trim();
+                    open = open.filter(|_| is_open(list));
                 }
-                open = open.filter(|_| !content.contains(']'));
                 continue;
             }
             let Some((key, value)) = content.split_once(':').filter(|_| !content.starts_with('%')) else {
@@ -145,7 +158,7 @@ impl<'a> Keys<'a> {
             if !is_below {
                 parent = if value.is_empty() { name.clone() } else { String::new() };
             }
-            open = (value.contains('[') && !value.contains(']')).then(|| name.clone());
+            open = is_open(&value).then(|| name.clone());
             values.insert(name, (i + 1, value));
         }
         // The first camera of Kalibr, and the table of our own.
@@ -172,13 +185,16 @@ impl<'a> Keys<'a> {
 
     fn number(&self, names: &[&str]) -> Result<f64, FileError> {
         self.optional(names)?.ok_or_else(|| {
-            FileError::form(self.path, format!("expected a line '{}: NUMBER', found none", names[0]))
+            let reason =
+                format!("expected a line '{}: NUMBER', found none; known are {KNOWN_FORMS}", names[0]);
+            FileError::form(self.path, reason)
         })
     }
 
     fn list(&self, names: &[&str]) -> Result<Option<(usize, Vec<f64>)>, FileError> {
         let Some((line, value)) = self.find(names) else { return Ok(None) };
-        let inside = value.trim_start_matches('[').trim_end_matches(']');
+        // The rows of a matrix one after the other.
+        let inside = value.replace(['[', ']'], " ");
         let numbers = inside.split(',').map(str::trim).filter(|v| !v.is_empty()).map(parse_number);
         let numbers: Result<Vec<f64>, String> = numbers.collect();
         numbers.map(|list| Some((*line, list))).map_err(FileError::line(self.path, *line))
@@ -212,7 +228,7 @@ impl<'a> Keys<'a> {
             };
             return Ok(((*fx, *fy), (*cx, *cy)));
         }
-        if let Some((line, k)) = self.list(&["camera_matrix.data", "K", "k"])? {
+        if let Some((line, k)) = self.list(&["camera_matrix.data", "camera_matrix", "K", "k"])? {
             if k.len() != 9 {
                 let reason = format!("expected the 9 numbers of a camera matrix, found {}", k.len());
                 return Err(FileError::line(self.path, line)(reason));
@@ -258,6 +274,8 @@ impl<'a> Keys<'a> {
             "distortion_coefficients",
             "distortion_coefficients.data",
             "distortion_coeffs",
+            "dist_coeffs",
+            "dist_coeff",
             "D",
             "d",
         ];
@@ -361,6 +379,18 @@ mod tests {
         }
         let text = "2\na.png 1520 0 302 0 1525 246 0 0 1 1 0 0 0 1 0 0 0 1 0 0 0\n";
         assert_eq!(read(text).unwrap(), Calibration::pinhole((1520.0, 1525.0), (302.0, 246.0)));
+    }
+
+    #[test]
+    fn rows_of_a_matrix() {
+        let rows = "camera_matrix: [[500, 0, 319.5],\n  [0, 501, 239.5], [0, 0, 1]]\ndist_coeffs: [[0.1, -0.2, 0.001, 0.002, 0]]\n";
+        let Calibration { focal_px, center_px, distortion, .. } = read(OURS).unwrap();
+        let of_rows = read(rows).unwrap();
+        assert_eq!(of_rows, Calibration { distortion, ..Calibration::pinhole(focal_px, center_px) });
+        assert_eq!(
+            read(&format!("image_width: 640\nimage_height: 480\n{rows}")).unwrap().size_px,
+            Some((640, 480))
+        );
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! Files with the calibration of one camera: our own TOML, ROS (`camera_info.yaml`), Kalibr (`camchain.yaml`) and OpenCV
-//! (`FileStorage`, `%YAML:1.0`).
+//! (`FileStorage`, `%YAML:1.0`); COLMAP's `cameras.txt` and `transforms.json` are read only.
 //!
 //! Our own file:
 //!
@@ -14,6 +14,7 @@
 //! Further tables are kept for people, for instance how good the calibration is, and are not read.
 
 mod calibration;
+mod models;
 mod read;
 mod toml_form;
 mod write;

@@ -45,7 +45,9 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
     if text.lines().any(is_cam) {
         return Some(yaml_forms::kalibr(text));
     }
-    let has_size = starts("image_width") && starts("image_height");
+    // A matrix in rows has no size and type of its own.
+    let is_rows = starts("camera_matrix: [");
+    let has_size = starts("image_width") && starts("image_height") && !is_rows;
     (has_size && (starts("camera_matrix") || starts("Camera_Matrix"))).then(|| yaml_forms::matrices(text))
 }
 

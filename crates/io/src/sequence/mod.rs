@@ -11,6 +11,7 @@ mod pictures;
 mod range;
 
 pub use files::{FileSequence, ImageFile};
+pub use layouts::{instead_of_images, is_image};
 pub use open::{
     Listing, SCALES, Sequence, SequenceOptions, check_scaled, fit_calibration, list_sequence, open_sequence,
     open_tum, sequence_layouts,

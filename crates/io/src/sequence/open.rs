@@ -10,10 +10,13 @@ use visloc_core::{
 
 use super::{
     Calibration, FileSequence, ImageFile, SequenceRange,
-    layouts::{Contents, LAYOUTS, Layout},
+    layouts::{Contents, LAYOUTS, Layout, instead_of_images},
     read_calibration,
 };
-use crate::{FileError, image_codec::read_gray_image};
+use crate::{
+    FileError,
+    image_codec::{image_size, read_gray_image},
+};
 
 /// How a sequence is opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,9 +103,12 @@ pub fn list_sequence(folder: &Path, options: &SequenceOptions) -> Result<Listing
         Some(rate_hz) => at_a_rate(images, rate_hz),
         None => images,
     };
+    let length_secs = images.first().zip(images.last()).map_or(0.0, |(a, b)| b.at.secs_since(a.at));
     let images = options.range.select(images);
     if images.is_empty() {
-        let reason = format!("expected a range within the sequence of {num_all} images, found none of them");
+        let reason = format!(
+            "expected a range within the sequence of {num_all} images, found none of them; it is {length_secs:.1} s long"
+        );
         return Err(FileError::form(folder, reason));
     }
     Ok(Listing { images, calibration, truth, layout: layout.name, skipped, warnings })
@@ -117,10 +123,10 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
         let reason = format!("expected a scale from {} to {}, found {:?}", SCALES.0, SCALES.1, options.scale);
         return Err(FileError::form(folder, reason));
     }
-    let Listing { images, calibration, truth, layout, skipped, mut warnings } =
-        list_sequence(folder, options)?;
+    let mut listing = list_sequence(folder, options)?;
+    let size_px = listing.begin_with_usual_size(folder)?;
+    let Listing { images, calibration, truth, layout, skipped, mut warnings } = listing;
     let (calibration, calibration_file) = calibration?;
-    let size_px = size_of_images(folder, &images)?;
     let camera = fit_calibration(&calibration, size_px, &calibration_file, &mut warnings)?;
     check_scaled(&camera, options.scale).map_err(|reason| FileError::form(folder, reason))?;
     warnings.extend(gaps(&images));
@@ -171,7 +177,8 @@ fn recognize(folder: &Path, wanted: Option<&str>) -> Result<&'static Layout, Fil
         let layouts = LAYOUTS.iter().filter(is_wanted);
         let marks: Vec<String> = layouts.map(|l| format!("{} ({})", l.mark, l.name)).collect();
         let found = if marks.len() == 1 { "it is not there" } else { "found none of them" };
-        FileError::form(folder, format!("expected a dataset: {}; {found}", marks.join(", ")))
+        let instead = instead_of_images(folder);
+        FileError::form(folder, format!("expected a dataset: {}; {found}{instead}", marks.join(", ")))
     })
 }
 
@@ -205,8 +212,55 @@ fn no_calibration(folder: &Path, looked_for: &Path) -> FileError {
     )
 }
 
+impl Listing {
+    /// Leaves out images at the beginning that have another size than most, and says which size the others have, width and height in
+    /// pixels: one odd image must not decide for all.
+    ///
+    /// # Errors
+    /// If no image can be read.
+    pub(crate) fn begin_with_usual_size(&mut self, folder: &Path) -> Result<(u32, u32), FileError> {
+        let first = first_size(folder, &self.images)?;
+        let calibrated = self.calibration.as_ref().ok().and_then(|(calibration, _)| calibration.size_px);
+        if calibrated == Some(first) {
+            return Ok(first);
+        }
+        let sizes: Vec<Option<(u32, u32)>> =
+            self.images.iter().map(|image| image_size(&image.path)).collect();
+        let count = |size: (u32, u32)| sizes.iter().filter(|other| **other == Some(size)).count();
+        // Those of the calibration's shape before all others; the first of those that are as frequent.
+        let rank = |size: (u32, u32)| (calibrated.is_some_and(|of| is_same_shape(of, size)), count(size));
+        let mut known: Vec<(u32, u32)> = Vec::new();
+        for size in sizes.iter().flatten() {
+            if !known.contains(size) {
+                known.push(*size);
+            }
+        }
+        let usual = known.into_iter().rev().max_by_key(|size| rank(*size)).unwrap_or(first);
+        let num_odd = sizes.iter().take_while(|size| **size != Some(usual)).count();
+        let reason = |size: Option<(u32, u32)>| match size {
+            Some((width, height)) => {
+                format!("expected {} x {} px as most have, found {width} x {height}", usual.0, usual.1)
+            }
+            None => "expected an image, found none that can be read".to_owned(),
+        };
+        let odd = self.images.drain(..num_odd).zip(&sizes);
+        self.skipped.extend(odd.map(|(image, size)| SkippedInput {
+            at: Some(image.at),
+            origin: image.path.display().to_string(),
+            reason: reason(*size),
+        }));
+        Ok(usual)
+    }
+}
+
+/// Whether two sizes are those of the same picture in two resolutions.
+fn is_same_shape(of: (u32, u32), other: (u32, u32)) -> bool {
+    let ratio = f64::from(other.0) / f64::from(of.0);
+    (f64::from(of.1) * ratio - f64::from(other.1)).abs() <= 1.0
+}
+
 /// Width and height of the first image that can be read.
-fn size_of_images(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), FileError> {
+fn first_size(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), FileError> {
     let mut first_error = None;
     for image in images {
         match read_gray_image(&image.path) {

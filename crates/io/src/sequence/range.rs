@@ -46,6 +46,16 @@ impl Default for SequenceRange {
 }
 
 impl SequenceRange {
+    /// Whether it ends before it begins, whatever the sequence.
+    #[must_use]
+    pub fn is_backward(&self) -> bool {
+        match (self.start, self.end) {
+            (Bound::Frame(start), Some(Bound::Frame(end))) => end < start,
+            (Bound::Secs(start), Some(Bound::Secs(end))) => end < start,
+            _ => false,
+        }
+    }
+
     /// The images in the range.
     #[must_use]
     pub fn select(&self, files: Vec<ImageFile>) -> Vec<ImageFile> {

@@ -4,7 +4,7 @@ use std::{fmt, io, path::Path};
 
 use crate::sources::{KINDS, Purpose, SourceKind, SourceOptions, SourcesError, kinds};
 
-/// Names that differ in at most so many letters are thought to be meant.
+/// Names that differ in at most so many letters, and in less than half of them, are thought to be meant.
 const MAX_TYPOS: usize = 2;
 
 /// A source as a user names it: `KIND:REST`, or a path that says by itself what it is.
@@ -126,7 +126,7 @@ fn nearest_name(text: &str) -> Option<String> {
 /// The name that is most like another one, if it is like it.
 pub(crate) fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
     let typos = names.map(|known| (strsim::damerau_levenshtein(name, known), known));
-    typos.filter(|(typos, _)| *typos <= MAX_TYPOS && *typos < name.len()).min().map(|(_, known)| known)
+    typos.filter(|(typos, _)| *typos <= MAX_TYPOS && 2 * *typos < name.len()).min().map(|(_, known)| known)
 }
 
 fn known_forms() -> String {
@@ -166,6 +166,7 @@ mod tests {
         let error = kind("vidoe:clip.mp4").unwrap_err();
         assert!(error.contains("did you mean 'video:'?") && error.contains("v4l2:DEVICE"), "{error}");
         assert!(!kind("quux:x").unwrap_err().contains("did you mean"));
+        assert!(!kind("desk").unwrap_err().contains("did you mean"));
         assert!(kind("robcup").unwrap_err().contains("did you mean 'sim:robocup'?"));
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("run1.mcap"), "").unwrap();

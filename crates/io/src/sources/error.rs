@@ -77,7 +77,7 @@ pub enum SourcesError {
     },
     /// There is no ffmpeg.
     #[error(
-        "{argument}: videos and cameras are read by ffmpeg, and '{}' cannot be started: {source}. Install it (Debian, \
+        "{argument}: videos, cameras and loop: are read by ffmpeg, and '{}' cannot be started: {source}. Install it (Debian, \
          Ubuntu: apt install ffmpeg; macOS: brew install ffmpeg), name it with --ffmpeg PATH, or make a folder of \
          images from the video elsewhere",
         program.display()
@@ -108,10 +108,12 @@ pub enum SourcesError {
         argument: String,
     },
     /// The source ended before its first image.
-    #[error("{argument}: no image came")]
+    #[error("{argument}: no image came{why}")]
     Empty {
         /// What the user wrote.
         argument: String,
+        /// Why, as the end of a sentence; may be empty.
+        why: String,
     },
     /// The first image cannot be had.
     #[error(transparent)]

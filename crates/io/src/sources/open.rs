@@ -66,6 +66,11 @@ impl<'a> Request<'a> {
         Err(SourcesError::CannotDeliver { argument: self.address.text().into(), reason: reason.into() })
     }
 
+    /// That no image came, and why if that is known.
+    pub fn empty(&self, why: String) -> SourcesError {
+        SourcesError::Empty { argument: self.argument(), why }
+    }
+
     /// Names of topics and frames.
     pub fn topics(&self) -> BagTopics {
         self.options.topics.names()

@@ -340,6 +340,10 @@ impl SourceOptions {
             }),
             _ => Ok(()),
         };
+        if self.range.is_backward() {
+            let reason = "expected a place behind that of --start".to_owned();
+            return Err(SourcesError::Refused { flag: SourceOption::End.flag(), reason });
+        }
         in_range(SourceOption::Scale, self.scale, SCALES)?;
         in_range(SourceOption::Fps, self.rate_hz, (0.01, 10_000.0))?;
         in_range(SourceOption::Patience, self.patience_secs, (0.01, 1e6))?;
@@ -383,7 +387,7 @@ impl SourceOptions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sources::KINDS;
+    use crate::{sequence::Bound, sources::KINDS};
 
     #[test]
     fn every_option_is_listed_once_and_honored_somewhere() {
@@ -405,6 +409,11 @@ mod tests {
         };
         let seeded = SourceOptions { seed: Some(2), ..SourceOptions::default() };
         assert_eq!(check(&seeded).unwrap_err(), "--seed: x (kind): nothing in it is random; leave it out");
+        let range = SequenceRange { start: Bound::Secs(1.0), end: Some(Bound::Secs(0.5)), stride: 1 };
+        let backward = SourceOptions { range, ..SourceOptions::default() };
+        let ends = [SourceOption::Start, SourceOption::End];
+        let error = backward.check("x", "kind", Purpose::Images, &ends).unwrap_err().to_string();
+        assert!(error.starts_with("--end: expected a place behind that of --start"), "{error}");
         let elsewhere = vec![SourceOption::Seed];
         assert!(check(&SourceOptions { honored_elsewhere: elsewhere, ..seeded }).is_ok());
         let twice = |name: &str| SourceOptions {

@@ -25,9 +25,34 @@ pub(super) fn has_images(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.any(|e| e.is_ok_and(|e| is_image(&e.path()))))
 }
 
-fn is_image(path: &Path) -> bool {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg"))
+/// Whether a file is a picture that can be read, by its name. Hidden files, notes of a system about others for instance, are none.
+#[must_use]
+pub fn is_image(path: &Path) -> bool {
+    let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+    !is_hidden && matches!(ending(path).as_str(), "png" | "jpg" | "jpeg")
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Where the images may be, and what to do, for a folder without any that can be read; empty if there is nothing to say.
+#[must_use]
+pub fn instead_of_images(folder: &Path) -> String {
+    const OTHERS: [&str; 12] =
+        ["heic", "heif", "avif", "tif", "tiff", "bmp", "webp", "gif", "pgm", "ppm", "dng", "raw"];
+    let Ok(entries) = fs::read_dir(folder) else { return String::new() };
+    let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.sort();
+    let count = |wanted: &str| paths.iter().filter(|path| ending(path) == wanted).count();
+    let most = OTHERS.into_iter().map(|other| (count(other), other)).max_by_key(|(count, _)| *count);
+    if let Some((count @ 1.., other)) = most {
+        return format!("; it has {count} .{other} files: convert them to JPEG or PNG");
+    }
+    match paths.iter().find(|path| has_images(path)) {
+        Some(below) => format!("; images are in {}: name that folder", below.display()),
+        None => String::new(),
+    }
 }
 
 /// The last number in the name of a file: 17 of `left-00017.png`.
@@ -48,5 +73,21 @@ mod tests {
         assert_eq!(number("rgb/0017.png"), Some(17));
         assert_eq!(number("left12-00003_a.jpg"), Some(3));
         assert_eq!(number("image.png"), None);
+    }
+
+    #[test]
+    fn what_is_no_image_here_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let add = |name: &str| {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        };
+        add("._0001.jpg");
+        assert!(!has_images(folder.path()) && instead_of_images(folder.path()).is_empty());
+        add("part0/0001.jpg");
+        assert!(instead_of_images(folder.path()).contains("part0: name that folder"));
+        ["a.HEIC", "b.heic", "c.bmp"].into_iter().for_each(add);
+        assert!(instead_of_images(folder.path()).contains("2 .heic files: convert them to JPEG or PNG"));
     }
 }

@@ -201,7 +201,8 @@ pub(crate) fn images_of_gray(
 ) -> Result<OpenImages, SourcesError> {
     let mut stream = Box::new(Ranged::new(stream, request.options.range));
     let (calibration, path) = calibration_of(request, calibration)?;
-    let first = stream.next_gray().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let first = stream.next_gray();
+    let first = first.ok_or_else(|| request.empty(stream.why_none()))??;
     let camera = fit_calibration(&calibration, size_of(&first), &path, &mut warnings)?;
     if let Err(reason) = check_scaled(&camera, request.options.scale()) {
         return request.cannot(reason);
@@ -221,8 +222,8 @@ pub(crate) fn frames_of_pictures(
     let mount = mount.ok_or_else(|| SourcesError::NoMount { argument: request.argument() })?;
     let (calibration, path) = calibration_of(request, calibration)?;
     let mut pictures = Ranged::new(pictures, *range);
-    let first =
-        pictures.next_picture().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let first = pictures.next_picture();
+    let first = first.ok_or_else(|| request.empty(pictures.why_none()))??;
     let size_px = (first.image.width(), first.image.height());
     let camera = fit_calibration(&calibration, size_px, &path, &mut warnings)?;
     let place = mount.robot_from_camera();

@@ -10,6 +10,7 @@ pub(crate) struct Ranged<P> {
     inner: P,
     range: SequenceRange,
     first_at: Option<Timestamp>,
+    last_at: Option<Timestamp>,
     /// Images seen so far, and of them since the start of the range.
     num_seen: usize,
     num_inside: usize,
@@ -24,7 +25,7 @@ enum Verdict {
 
 impl<P> Ranged<P> {
     pub(crate) fn new(inner: P, range: SequenceRange) -> Self {
-        Self { inner, range, first_at: None, num_seen: 0, num_inside: 0 }
+        Self { inner, range, first_at: None, last_at: None, num_seen: 0, num_inside: 0 }
     }
 
     /// Whether no further image can be in the range, so that a live source is not waited for, and a long one is not read to its
@@ -39,6 +40,7 @@ impl<P> Ranged<P> {
         let number = self.num_seen;
         self.num_seen += 1;
         let first_at = *self.first_at.get_or_insert(at);
+        self.last_at = Some(at);
         let is_before = |bound: Bound| match bound {
             Bound::Frame(frame) => number < frame,
             Bound::Secs(secs) => at.secs_since(first_at) < secs,
@@ -73,6 +75,19 @@ impl<P> Ranged<P> {
             }
         }
         None
+    }
+
+    /// Why no image came, as the end of a sentence: what the source has beside what was asked for.
+    pub(crate) fn why_none(&self) -> String {
+        if self.range == SequenceRange::default() {
+            return String::new();
+        }
+        let secs = self.first_at.zip(self.last_at).map_or(0.0, |(first, last)| last.secs_since(first));
+        let has = match self.num_seen {
+            0 => String::new(),
+            num => format!(": the source has {num} images, {secs:.1} s long"),
+        };
+        format!(" in the range that was asked for{has}")
     }
 
     fn number(&self, number: Option<usize>) -> Option<usize> {

@@ -108,8 +108,7 @@ fn given_camera(
     let calibration = read_calibration(path)?;
     let topics = BagTopics { camera_info: String::new(), ..request.topics() };
     let mut pictures = BagPictures::open(request.address.rest(), &topics)?;
-    let first =
-        pictures.next_picture().ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let first = pictures.next_picture().ok_or_else(|| request.empty(String::new()))??;
     let size_px = (first.image.width(), first.image.height());
     Ok(Some(fit_calibration(&calibration, size_px, path, warnings)?))
 }

@@ -53,11 +53,11 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     let folder = Path::new(request.address.rest());
-    list(folder, &sequence_options(request))
+    pictures_of(list_sequence(folder, &sequence_options(request))?)
 }
 
-fn list(folder: &Path, options: &SequenceOptions) -> Result<OpenPictures, SourcesError> {
-    let Listing { images, calibration, skipped, mut warnings, .. } = list_sequence(folder, options)?;
+fn pictures_of(listing: Listing) -> Result<OpenPictures, SourcesError> {
+    let Listing { images, calibration, skipped, mut warnings, .. } = listing;
     if let Err(error) = &calibration {
         warnings.push(format!("no calibration: {error}"));
     }
@@ -68,5 +68,8 @@ fn list(folder: &Path, options: &SequenceOptions) -> Result<OpenPictures, Source
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
     // The range is that of the frames, which follow.
     let options = SequenceOptions { range: SequenceRange::default(), ..sequence_options(request) };
-    frames_of_pictures(request, list(Path::new(request.address.rest()), &options)?)
+    let folder = Path::new(request.address.rest());
+    let mut listing = list_sequence(folder, &options)?;
+    listing.begin_with_usual_size(folder)?;
+    frames_of_pictures(request, pictures_of(listing)?)
 }

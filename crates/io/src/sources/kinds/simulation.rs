@@ -111,7 +111,7 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 /// A robot's camera and its calibration.
 fn robot(request: &Request<'_>) -> Result<(FramePictures, (Calibration, PathBuf)), SourcesError> {
     let frames = FramePictures::new(Box::new(simulation(request)?));
-    let frames = frames.ok_or_else(|| SourcesError::Empty { argument: request.argument() })??;
+    let frames = frames.ok_or_else(|| request.empty(String::new()))??;
     let calibration = Calibration::of(frames.camera());
     Ok((frames, (calibration, request.argument().into())))
 }
