@@ -105,10 +105,12 @@ pub fn heat_map(input: &HeatMap, ground: Option<Ground<'_>>) -> Picture {
         Some(Ground::Office(office)) => view.draw_walls(&mut canvas, office, 0.8),
         None => {}
     }
-    for mark in input.marks.iter().filter(|mark| mark.pose.is_finite()) {
+    for (i, mark) in input.marks.iter().enumerate().filter(|(_, mark)| mark.pose.is_finite()) {
         let paint = Paint::fill(mark.color).outlined(Color::WHITE, 1.5);
         draw_pose_arrow(&mut canvas, &view, &mark.pose, 28.0, &paint);
-        view.draw_pose_label(&mut canvas, &mark.pose, &mark.label, mark.color);
+        let near =
+            input.marks[..i].iter().filter(|other| view.labels_touch(&mark.pose, &other.pose, &mark.label));
+        view.draw_pose_label(&mut canvas, &mark.pose, (&mark.label, near.count()), mark.color);
     }
     canvas.end_group();
     view.draw_frame(&mut canvas);

@@ -68,7 +68,10 @@ fn coverage_picture(found: &Calibration, coverage: &Coverage) -> Picture {
     let size = (f64::from(width) / 260.0).max(3.0);
     image_picture(&ImagePicture {
         title: "What the pictures cover".to_owned(),
-        subtitle: format!("{:.0} % of the cells have corners (gray: none){advice}", 100.0 * coverage.covered),
+        subtitle: format!(
+            "{:.0} % of the cells have corners: none where it is gray, up to {most} where it is lightest{advice}",
+            100.0 * coverage.covered
+        ),
         image,
         enlargement: enlargement(found),
         dots: vec![dots("corners of all pictures", Color::WHITE, size, places(found.corners()))],

@@ -6,6 +6,7 @@ use anyhow::{Result, bail};
 use visloc_core::{
     CameraPose, CameraTrajectory,
     eval::camera::{Alignment, Motions, Step, absolute_error, associate, coverage, relative_errors},
+    files,
 };
 use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
 
@@ -34,11 +35,27 @@ fn is_tilted(path: &Path) -> bool {
     read_camera_trajectory_file(path).is_ok_and(|file| file.trajectory.poses().iter().any(is_tilted))
 }
 
+/// Whether a file is a table of poses on the ground, which has a heading and no orientation in space.
+fn is_table_of_robot(path: &Path) -> bool {
+    let text = files::read_text(path).unwrap_or_default();
+    let header = text.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+    header.is_some_and(|header| header.split(',').any(|name| name.trim() == "yaw"))
+}
+
 /// Runs the command.
 ///
 /// # Errors
 /// If a file cannot be read or written, the two have no time in common, or they cannot be aligned.
 pub fn execute(args: &EvaluateArgs) -> Result<()> {
+    for (path, other) in [(&args.truth, &args.estimate), (&args.estimate, &args.truth)] {
+        if is_table_of_robot(path) {
+            bail!(
+                "{}: a table of a robot on the ground, and {} has poses of a camera in space; expected two of the same kind",
+                path.display(),
+                other.display()
+            );
+        }
+    }
     let (truth, truth_format) = read(&args.truth)?;
     let (estimate, format) = read(&args.estimate)?;
     if (truth_format == TrajectoryFormat::Kitti) != (format == TrajectoryFormat::Kitti) {
@@ -98,7 +115,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.plots.as_deref(), |folder| {
         let title = args.estimate.display().to_string();
-        camera_pictures(folder, &title, (&truth, &estimate), &pairs, (&absolute, &relative))?;
+        camera_pictures(folder, &title, (&truth, &estimate), &pairs, (&absolute, &relative, alignment))?;
         say::line!("\npictures: {}", folder.display());
         Ok(())
     });
@@ -106,7 +123,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
 }
 
 fn read(path: &Path) -> Result<(CameraTrajectory, TrajectoryFormat)> {
-    let CameraTrajectoryFile { trajectory, format, skipped } = read_camera_trajectory_file(path)?;
+    let CameraTrajectoryFile { trajectory, format, skipped, .. } = read_camera_trajectory_file(path)?;
     if let Some(first) = skipped.first() {
         say::note!(
             "{} poses with repeated or earlier times; the first: {}: {}",

@@ -6,9 +6,13 @@ use anyhow::Result;
 use serde::Serialize;
 use visloc_core::{
     CameraTrajectory,
-    eval::camera::{AbsoluteError, PosePair, RelativeErrors, Statistics},
+    eval::camera::{AbsoluteError, Alignment, PosePair, RelativeErrors, Statistics},
 };
 use visloc_plot::{Color, Panel, Series, SpacePath, SpaceViews, TimeSeriesPicture, space_views, time_series};
+
+/// Names and colors in the picture of errors.
+const OF_POSES: (&str, Color) = ("error of poses", Color::BLUE);
+const OF_MOTIONS: (&str, Color) = ("error of motions", Color::ORANGE);
 
 /// All numbers of a comparison. Keys stay as they are; what is not known is `null`.
 #[derive(Debug, Clone, Serialize)]
@@ -93,15 +97,17 @@ pub fn camera_pictures(
     title: &str,
     (truth, estimate): (&CameraTrajectory, &CameraTrajectory),
     pairs: &[PosePair],
-    (absolute, relative): (&AbsoluteError, &RelativeErrors),
+    (absolute, relative, alignment): (&AbsoluteError, &RelativeErrors, Alignment),
 ) -> Result<()> {
-    let subtitle =
-        format!("RMSE {:.4} m after alignment, scale {:.4}", absolute.rmse, absolute.similarity.scale);
+    let subtitle = match alignment {
+        Alignment::None => format!("RMSE {:.4} m, not aligned", absolute.rmse),
+        _ => format!("RMSE {:.4} m after alignment, scale {:.4}", absolute.rmse, absolute.similarity.scale),
+    };
     let start = truth.poses().first().map(|pose| pose.at).unwrap_or_default();
     let secs = |i: usize| pairs[i].truth.at.secs_since(start);
-    let panel = |label: &str, color, points| Panel {
+    let panel = |label: &str, (name, color), points| Panel {
         label: label.to_owned(),
-        series: vec![Series::new("error", color, points)],
+        series: vec![Series::new(name, color, points)],
         ..Panel::default()
     };
     let at_pairs = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
@@ -115,10 +121,10 @@ pub fn camera_pictures(
         title: title.to_owned(),
         subtitle: subtitle.clone(),
         panels: vec![
-            panel("position [m]", Color::BLUE, at_pairs(&absolute.each, 1.0)),
-            panel("rotation [deg]", Color::BLUE, at_pairs(&absolute.each_rotation_rad, degrees)),
-            panel("motion [m]", Color::ORANGE, at_motions(&relative.translation_m, 1.0)),
-            panel("motion [deg]", Color::ORANGE, at_motions(&relative.rotation_rad, degrees)),
+            panel("position [m]", OF_POSES, at_pairs(&absolute.each, 1.0)),
+            panel("rotation [deg]", OF_POSES, at_pairs(&absolute.each_rotation_rad, degrees)),
+            panel("motion [m]", OF_MOTIONS, at_motions(&relative.translation_m, 1.0)),
+            panel("motion [deg]", OF_MOTIONS, at_motions(&relative.rotation_rad, degrees)),
         ],
         ..TimeSeriesPicture::default()
     };
@@ -137,7 +143,7 @@ pub fn camera_pictures(
         title: title.to_owned(),
         subtitle,
         paths: vec![
-            path("truth", Color::BLUISH_GREEN, true_points),
+            path("truth", Color::BLACK, true_points),
             path("estimate", Color::BLUE, moved.map(|point| place(&point)).collect()),
         ],
         ..SpaceViews::default()

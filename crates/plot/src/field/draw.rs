@@ -62,8 +62,12 @@ fn legend(input: &FieldPicture) -> Vec<LegendEntry> {
         .map(|path| LegendEntry::new(&path.label, Symbol::Line(path.color)))
         .collect();
     let is_faint = |path: &FieldPath| path.points.iter().any(|p| !p.is_localized && p.x_m.is_finite());
-    if input.estimates.iter().any(is_faint) {
-        entries.push(LegendEntry::new("not localized", Symbol::FaintLine(Color::GRAY)));
+    for path in input.estimates.iter().filter(|path| is_faint(path)) {
+        let label = match input.estimates.len() {
+            1 => "not localized".to_owned(),
+            _ => format!("{}, not localized", path.label),
+        };
+        entries.push(LegendEntry::new(&label, Symbol::FaintLine(path.color)));
     }
     if !input.kidnaps.is_empty() {
         entries.push(LegendEntry::new("carried", Symbol::DashedArrow(kidnap::COLOR)));

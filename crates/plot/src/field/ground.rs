@@ -22,6 +22,8 @@ const NET_DEPTH_M: f64 = 0.35;
 
 /// Between a pose and its name, pixels.
 const LABEL_GAP_PX: f64 = 12.0;
+/// From one row of names to the next, in heights of letters.
+const LABEL_ROW: f64 = 1.2;
 
 /// What lies below a picture.
 #[derive(Debug, Clone, Copy)]
@@ -177,9 +179,24 @@ impl GroundView {
         }
     }
 
-    /// The name of a pose behind its arrow, with a white shadow, where the ground leaves room for it.
-    pub(crate) fn draw_pose_label(&self, canvas: &mut Canvas, pose: &PlanarPose, label: &str, color: Color) {
+    /// Whether labels at two poses would cover each other if they were in the same row.
+    pub(crate) fn labels_touch(&self, a: &PlanarPose, b: &PlanarPose, label: &str) -> bool {
+        let ((ax, ay), (bx, by)) = (self.px(a.x_m, a.y_m), self.px(b.x_m, b.y_m));
+        let width_px = font::width_px(label, LABEL_PX, Weight::Bold) + LABEL_GAP_PX;
+        (ax - bx).abs() < width_px && (ay - by).abs() < LABEL_ROW * LABEL_PX
+    }
+
+    /// The name of a pose behind its arrow, with a white shadow, where the ground leaves room for it; so many rows lower.
+    pub(crate) fn draw_pose_label(
+        &self,
+        canvas: &mut Canvas,
+        pose: &PlanarPose,
+        (label, row): (&str, usize),
+        color: Color,
+    ) {
         let (x, y) = self.px(pose.x_m, pose.y_m);
+        #[allow(clippy::cast_precision_loss)] // small
+        let y = y + row as f64 * LABEL_ROW * LABEL_PX;
         let room_px = font::width_px(label, LABEL_PX, Weight::Bold) + 2.0 * LABEL_GAP_PX;
         let fits_left = x - room_px > self.area.rect.left;
         let fits_right = x + room_px < self.area.rect.right;
