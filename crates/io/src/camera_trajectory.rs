@@ -41,6 +41,8 @@ pub struct CameraTrajectoryFile {
     pub trajectory: CameraTrajectory,
     /// How they were written.
     pub format: TrajectoryFormat,
+    /// Whether it says of itself that its unit of length is that of a map without scale.
+    pub is_in_map_units: bool,
     /// Lines whose time is not after the one before; even published truths have some. Of poses of the same time the last
     /// counts, as in `evo`; earlier ones are left out.
     pub skipped: Vec<SkippedInput>,
@@ -95,7 +97,9 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
         // In order by now.
         let _ = trajectory.push(pose);
     }
-    Ok(CameraTrajectoryFile { trajectory, format, skipped })
+    let mut comments = text.lines().take_while(|line| line.starts_with('#'));
+    let is_in_map_units = comments.any(|line| line.contains(MAP_UNITS));
+    Ok(CameraTrajectoryFile { trajectory, format, is_in_map_units, skipped })
 }
 
 fn recognize(line: &str) -> Result<TrajectoryFormat, String> {
@@ -159,14 +163,18 @@ pub(crate) fn parse_kitti(line: &str) -> Result<Rigid3<World, CameraFrame>, Stri
     Ok(Rigid3::new(Rotation3::from_matrix_unchecked(rotation), Vector3::new(m[3], m[7], m[11])))
 }
 
-/// Writes camera poses in TUM format.
+/// What the first line says of a unit of length that is not known.
+const MAP_UNITS: &str = "map units";
+
+/// Writes camera poses in TUM format; the unit of length is the meter or not known.
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose]) -> Result<(), FileError> {
+pub fn write_camera_trajectory(path: &Path, poses: &[CameraPose], is_metric: bool) -> Result<(), FileError> {
+    let unit = if is_metric { "m" } else { MAP_UNITS };
     let mut out = NewFile::create(path).map_err(FileError::io(path))?;
     let write = move || -> io::Result<()> {
-        writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, map units")?;
+        writeln!(out, "# t_s tx ty tz qx qy qz qw, camera to world, {unit}")?;
         for pose in poses {
             let t = pose.world_from_camera.translation();
             let [x, y, z, w] = pose.world_from_camera.quaternion_xyzw();
@@ -218,7 +226,10 @@ mod tests {
             at: Timestamp::from_nanos(1_700_000_000_033_333_333),
             world_from_camera: Rigid3::from_quaternion([0.1, -0.2, 0.3, 0.9], [1.5, -2.5, 3.5]).unwrap(),
         };
-        write_camera_trajectory(&path, &[pose]).unwrap();
+        for is_metric in [true, false] {
+            write_camera_trajectory(&path, &[pose], is_metric).unwrap();
+            assert_eq!(read_camera_trajectory_file(&path).unwrap().is_in_map_units, !is_metric);
+        }
         let back = read_camera_trajectory(&path).unwrap().poses()[0];
         assert_eq!(back.at, pose.at);
         assert!((back.world_from_camera.rotation() - pose.world_from_camera.rotation()).norm() < 1e-10);

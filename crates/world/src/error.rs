@@ -11,7 +11,7 @@ use crate::built_in::BUILT_IN_MAPS;
 #[non_exhaustive]
 pub enum MapError {
     /// The file cannot be read, and it is not the name of a built-in map either.
-    #[error("map {name}: {}", unreadable(source))]
+    #[error("map {name}: {}", unreadable(name, source))]
     Unreadable {
         /// What the user wrote.
         name: String,
@@ -42,9 +42,17 @@ pub enum MapError {
     },
 }
 
-fn unreadable(source: &std::io::Error) -> String {
+fn unreadable(name: &str, source: &std::io::Error) -> String {
+    // Who names the league alone means one of its fields.
+    let mut meant = BUILT_IN_MAPS.iter().map(|(known, _)| *known).filter(|known| known.starts_with(name));
+    let did_you_mean = meant
+        .next()
+        .filter(|_| !name.is_empty())
+        .map_or_else(String::new, |known| format!("; did you mean '{known}'?"));
     match source.kind() {
-        ErrorKind::NotFound => format!("{source}; expected a file or one of: {}", built_in_names()),
+        ErrorKind::NotFound => {
+            format!("{source}{did_you_mean}; expected a file or one of: {}", built_in_names())
+        }
         _ => source.to_string(),
     }
 }

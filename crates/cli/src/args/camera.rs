@@ -55,7 +55,7 @@ pub enum CameraCommand {
         #[command(flatten)]
         pattern: PatternArgs,
         /// File to write
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE.svg")]
         out: OutputFile,
     },
     /// Write a page on which map and image are laid over each other by hand, for a browser
@@ -80,7 +80,7 @@ pub enum CameraCommand {
         )]
         pose: Option<[f64; 6]>,
         /// Page to write
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE.html")]
         out: OutputFile,
     },
     /// Draw pictures of a board as a camera would see it, to try a calibration out

@@ -11,7 +11,7 @@ use super::{
 /// Arguments of `visloc localize`.
 #[derive(Debug, Args)]
 #[command(
-    long_about = "Finds the robot on a map: in a recording (a ROS 2 bag, as an .mcap file or a folder), on live ROS 2 topics, in a \
+    long_about = "Finds the robot on a map: in a recording (a bag of ROS 2, .mcap, .db3 or a folder, or of ROS 1), on live ROS 2 topics, in a \
                   video, at a webcam, in a simulation; `visloc sources` lists all. Needed are images, their \
                   calibration and the pose of the camera on the robot (/tf, or --camera-height and --camera-tilt). Odometry \
                   and foot sensors are used if they are there. If the source has the truth, the result is compared with it; \
@@ -33,7 +33,7 @@ use super::{
                        Parameters: visloc config show evolutionary > mine.toml, edit, then --config mine.toml"
 )]
 pub struct LocalizeArgs {
-    /// ROS 2 bag (.mcap or folder), sim:SCENARIO, ros2:TOPIC, video, v4l2:DEVICE, ... (see: visloc sources)
+    /// Bag (.mcap, .db3, folder, or .bag of ROS 1), sim:SCENARIO, ros2:TOPIC, video, v4l2:DEVICE, ... (see: visloc sources)
     #[arg(value_name = "SOURCE")]
     pub source: InputName,
     /// Built-in map, TOML file, or a map of visloc slam (.vmap); may be left out with sim:SCENARIO

@@ -125,7 +125,7 @@ pub enum Command {
     Maps,
     /// Show the parameters that can be set in files
     Config(ConfigArgs),
-    /// Check a map
+    /// Check, import and show maps; info, align, merge, trim and export of those of SLAM
     Map(MapArgs),
     /// Calibrate a camera from pictures of a board
     Calibrate(Box<CalibrateArgs>),

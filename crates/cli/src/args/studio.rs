@@ -63,7 +63,7 @@ pub struct StudioArgs {
     #[arg(long, default_value_t = 7878)]
     pub port: u16,
     /// Address to listen at instead of this computer's own; then a token is needed
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub listen: Option<IpAddr>,
     /// Do not open the browser
     #[arg(long)]
@@ -74,6 +74,14 @@ pub struct StudioArgs {
     pub topics: TopicArgs,
     #[command(flatten)]
     pub seed: SeedArg,
+}
+
+/// An address of this computer, without the port.
+fn address(text: &str) -> Result<IpAddr, String> {
+    text.parse().map_err(|_| match text.parse::<std::net::SocketAddr>() {
+        Ok(both) => format!("expected an address alone: --listen {} --port {}", both.ip(), both.port()),
+        Err(_) => "expected an address such as 0.0.0.0".to_owned(),
+    })
 }
 
 impl StudioArgs {

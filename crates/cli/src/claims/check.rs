@@ -34,6 +34,7 @@ impl Claims {
                 bail!("{}: expected another file than {}", output.text, earlier.text);
             }
             self.check_recording(output)?;
+            check_ending(output)?;
         }
         self.outputs.iter().try_for_each(check_writable)
     }
@@ -97,6 +98,24 @@ fn has_harm(folder: &Identity, read: &Identity) -> bool {
         let entry = Identity::of(&path);
         entry.is(read) || entry.is_inside(read)
     })
+}
+
+/// A name must not promise another form than the one that is written.
+fn check_ending(output: &Output) -> Result<()> {
+    let found = output.path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    if let (Some(wanted), Some(found)) = (&output.ending, &found)
+        && wanted != found
+    {
+        bail!("{}: expected a name that ends with .{wanted}, which is what is written", output.text);
+    }
+    let is_foreign = output.use_as == UseAs::Recording && has_ending(&output.path, &["bag", "db3"]);
+    if is_foreign && output.identity.kind() != Kind::Folder {
+        bail!(
+            "{}: recordings are written as MCAP: name it .mcap, or without an ending for a folder",
+            output.text
+        );
+    }
+    Ok(())
 }
 
 fn is_picture(path: &Path) -> bool {

@@ -40,6 +40,8 @@ pub(super) struct Output {
     pub text: String,
     pub path: PathBuf,
     pub use_as: UseAs,
+    /// The only ending that fits what is written.
+    pub ending: Option<String>,
     pub identity: Identity,
 }
 
@@ -64,6 +66,7 @@ impl Claims {
             Self { is_overwriting: values::<bool>(matches, "overwrite").next(), ..Self::default() };
         for arg in command.get_arguments() {
             let (id, name) = (arg.get_id().as_str(), name_of(arg));
+            let num_before = claims.outputs.len();
             values::<InputPath>(matches, id)
                 .for_each(|path| claims.add_input(&name, &path.to_string_lossy()));
             for path in values::<InputMap>(matches, id) {
@@ -77,6 +80,7 @@ impl Claims {
                 .for_each(|path| claims.add_output(&name, &path, UseAs::Folder));
             values::<OutputRecording>(matches, id)
                 .for_each(|path| claims.add_output(&name, &path, UseAs::Recording));
+            claims.outputs[num_before..].iter_mut().for_each(|output| output.ending = ending_of(arg));
         }
         claims
     }
@@ -108,7 +112,13 @@ impl Claims {
 
     fn add_output(&mut self, argument: &str, path: &Path, use_as: UseAs) {
         let text = format!("{argument} {}", path.display());
-        self.outputs.push(Output { text, path: path.to_path_buf(), use_as, identity: Identity::of(path) });
+        self.outputs.push(Output {
+            text,
+            path: path.to_path_buf(),
+            use_as,
+            ending: None,
+            identity: Identity::of(path),
+        });
     }
 }
 
@@ -122,6 +132,12 @@ fn name_of(arg: &Arg) -> String {
     let value_name = || arg.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
     let long = arg.get_long().map(|long| format!("--{long}"));
     long.or_else(value_name).unwrap_or_else(|| arg.get_id().to_string())
+}
+
+/// What stands behind the dot in `FILE.svg`, the name of a value that can have this form only.
+fn ending_of(arg: &Arg) -> Option<String> {
+    let (_, ending) = arg.get_value_names()?.first()?.split_once('.')?;
+    Some(ending.to_owned())
 }
 
 /// Files that a file of settings names, relative to itself or to the working folder: the picture of a map, the map of a scenario.

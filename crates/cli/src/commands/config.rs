@@ -1,6 +1,6 @@
 //! `visloc algorithms` and `visloc config`.
 
-use anyhow::{Context, Result};
+use anyhow::{Result, anyhow};
 use visloc_core::settings::commented_toml;
 use visloc_io::bag::BagTopics;
 use visloc_locate::{ALGORITHMS, Algorithm, PipelineConfig};
@@ -23,11 +23,15 @@ pub fn execute(args: &ConfigArgs) -> Result<()> {
         name => match SlamPreset::find(name) {
             Ok(preset) => preset.config().commented_toml()?,
             Err(_) => {
-                let others = || {
+                let algorithm = Algorithm::named(name).map_err(|_| {
+                    let algorithms = ALGORITHMS.map(|algorithm| algorithm.name).join(", ");
                     let presets = PRESETS.map(|preset| preset.name).join(", ");
-                    format!("presets of SLAM: {presets}; others: pipeline, topics")
-                };
-                Algorithm::named(name).with_context(others)?.to_toml()?
+                    anyhow!(
+                        "{name}: there are no parameters of that name; known are the algorithms {algorithms}, the presets of SLAM \
+                         {presets}, pipeline and topics"
+                    )
+                });
+                algorithm?.to_toml()?
             }
         },
     };

@@ -48,9 +48,9 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
     let mut saving = Saving::default();
     saving.save(save_json(&out.join("summary.json"), &report));
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
-    saving.save(write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses()));
-    saving.save(write_camera_trajectory(&out.join("truth.tum"), truth.poses()));
-    saving.save(write_ply(&out.join("map.ply"), &run.map, run.slam.camera()));
+    saving.save(write_camera_trajectory(&out.join("estimate.tum"), run.trajectory.poses(), false));
+    saving.save(write_camera_trajectory(&out.join("truth.tum"), truth.poses(), true));
+    saving.save(write_ply(&out.join("map.ply"), &run.map, run.slam.camera(), "map units"));
     saving.save(draw(&out, &title, &run, Some(&truth), error.as_ref()));
     saving.save(pictures.finish());
     saving.save(run.error.as_ref().map_or(Ok(()), |error| Err(anyhow!(error.clone()))));

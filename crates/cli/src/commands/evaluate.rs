@@ -44,7 +44,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
         );
     }
     let report = EvaluationReport::of(&evaluation);
-    say::line!("{} frames in common\n", evaluation.frames);
+    say::line!("{} in common\n", say::count(evaluation.frames, "frame"));
     let label =
         args.estimate.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     say::text(format_args!("{}", comparison_table(&[Column { title: &label, report: &report }])));

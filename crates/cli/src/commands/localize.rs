@@ -101,6 +101,12 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         if let Some(snapshot) = snapshots.snapshot() {
             snapshot.draw().save(folder, "analysis")?;
         }
+        if let Some(at_secs) = args.picture_at.filter(|at_secs| *at_secs > outcome.duration_secs) {
+            say::note!(
+                "--picture-at {at_secs}: the images end after {:.1} s; analysis.png shows the last one",
+                outcome.duration_secs
+            );
+        }
         say::line!("pictures: {}", folder.display());
         Ok(())
     });
@@ -199,9 +205,9 @@ fn summarize(
 
 fn print(report: &LocalizeReport, runner: &Runner) {
     say::line!(
-        "{}: {} frames, {:.1} s, at {:.0} frames a second",
+        "{}: {}, {:.1} s, at {:.0} frames a second",
         report.source,
-        report.algorithm.evaluation.frames,
+        say::count(report.algorithm.evaluation.frames, "frame"),
         report.duration_s,
         report.frames_per_s
     );
@@ -305,8 +311,10 @@ fn draw(
 
 fn subtitle(report: &LocalizeReport) -> String {
     let LocalizeReport { algorithm, map, .. } = report;
-    let frames = format!("{}, {} frames on {map}", algorithm.algorithm, algorithm.evaluation.frames);
-    let Some(error_m) = algorithm.evaluation.position_error_m else { return frames };
+    let frames = say::count(algorithm.evaluation.frames, "frame");
+    let frames = format!("{}, {frames} on {map}", algorithm.algorithm);
+    let error_m = algorithm.evaluation.position_error_m.filter(|error_m| error_m.mean.is_some());
+    let Some(error_m) = error_m else { return frames };
     let [mean, median] = [error_m.mean, error_m.median].map(|value| measure(value, " m", 2));
     format!("{frames}; position error {mean} mean, {median} median")
 }

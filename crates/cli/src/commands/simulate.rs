@@ -50,7 +50,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
         bag: bag.display().to_string(),
         truth: truth_path.display().to_string(),
     };
-    say::line!("{}: {} frames, {:.1} s", report.bag, report.frames, report.duration_s);
+    say::line!("{}: {}, {:.1} s", report.bag, say::count(report.frames, "frame"), report.duration_s);
     say::line!("{}: the truth", report.truth);
     say::line!("next: visloc localize {} --map {map}", report.bag);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));

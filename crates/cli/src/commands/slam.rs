@@ -59,7 +59,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     // Numbers first, pictures last.
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
-    write_files(args, &run, &mut saving);
+    let is_metric = run.maps.first().is_some_and(|way| way.scale.is_some())
+        || loaded.as_ref().is_some_and(crate::in_map::is_metric);
+    write_files(args, &run, is_metric, &mut saving);
     saving.save_if(args.save.as_deref(), |path| save_map(path, args, &run, loaded));
     saving.save_if(show, SlamShow::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
@@ -122,9 +124,9 @@ fn run_options(args: &SlamArgs) -> Result<RunOptions<'static>> {
     Ok(RunOptions { seed: args.seed.value(), schedule, is_realtime, most_records, ..RunOptions::default() })
 }
 
-fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
+fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Saving) {
     saving.save_if(args.trajectory.as_deref(), |path| {
-        Ok(write_camera_trajectory(path, run.trajectory.poses())?)
+        Ok(write_camera_trajectory(path, run.trajectory.poses(), is_metric)?)
     });
     saving.save_if(args.keyframes.as_deref(), |path| {
         let map = &run.map;
@@ -136,10 +138,10 @@ fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
         for pose in map.keyframes().map(pose) {
             let _ = keyframes.push(pose);
         }
-        Ok(write_camera_trajectory(path, keyframes.poses())?)
+        Ok(write_camera_trajectory(path, keyframes.poses(), is_metric)?)
     });
     saving.save_if(args.points.as_deref(), |path| {
-        write_ply(path, &run.map, run.slam.camera())?;
+        write_ply(path, &run.map, run.slam.camera(), if is_metric { "m" } else { "map units" })?;
         say::line!("map: {}", path.display());
         Ok(())
     });
@@ -147,7 +149,7 @@ fn write_files(args: &SlamArgs, run: &SlamRun, saving: &mut Saving) {
 }
 
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
-    say::line!("{}: {} frames", args.source, report.frames);
+    say::line!("{}: {}", args.source, say::count(report.frames, "frame"));
     say::line!(
         "  tracked {:.1} %, lost {} times, found again {} times; {} keyframes, {} landmarks",
         report.coverage * 100.0,

@@ -5,13 +5,13 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 use visloc_core::{files, geom::Camera};
-use visloc_io::sequence::read_camera_trajectory;
+use visloc_io::camera_trajectory::{CameraTrajectoryFile, read_camera_trajectory_file};
 use visloc_slam::map::{MapId, SessionCamera};
 use visloc_vmap::{ScaleSource, VisualMap, load, picture_name, save};
 
 use crate::{
     args::{JsonArg, MapAlignArgs},
-    in_map::draw,
+    in_map::{draw, unit},
     report::save_json,
     run::{Saving, expect_new_folder},
     say,
@@ -166,7 +166,15 @@ pub fn align(args: &MapAlignArgs) -> Result<()> {
     let mut map = load_map(&args.map)?;
     let id = largest(&map, &args.map)?;
     if let Some(path) = &args.to {
-        let truth = read_camera_trajectory(path)?;
+        let CameraTrajectoryFile { trajectory: truth, is_in_map_units, .. } =
+            read_camera_trajectory_file(path)?;
+        if is_in_map_units {
+            bail!(
+                "{}: expected places in meters, found map units, of which nobody knows how long they are; --distance or \
+                 --camera-height says it",
+                path.display()
+            );
+        }
         let Some(aligned) = map.align(id, &truth) else {
             bail!(
                 "{}: expected the places of at least four keyframes of {}, with the camera's directions if they lie about on a line; are the times those of its images?",
@@ -242,7 +250,7 @@ pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
     let id = largest(&map, path)?;
     let mut saving = Saving::default();
     saving.save_if(wanted.points, |out| {
-        write_ply(out, &map.map.with_active(id), &Camera::default())?;
+        write_ply(out, &map.map.with_active(id), &Camera::default(), unit(&map))?;
         say::line!("landmarks: {}", out.display());
         Ok(())
     });

@@ -12,14 +12,15 @@ use visloc_slam::SlamConfig;
 use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{
+    diagnosis::MapCounters,
     frames::MapFrames,
-    report::{InMapReport, MapRecord, draw, summarize, trajectory, write_estimates},
+    report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
     watchers::Watchers,
 };
 use crate::{
     args::LocalizeArgs,
     host::host,
-    report::{SkippedReport, save_json},
+    report::{SkippedReport, diagnosis_lines, save_json},
     run::{Progress, Saving, prepare, source_options},
     say,
     settings::{read_text, topic_options},
@@ -58,6 +59,8 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
 /// What came of the images.
 struct Run {
     records: Vec<MapRecord>,
+    /// What stood in the way of places.
+    counters: MapCounters,
     /// Where the camera really was, if the source said so with its images.
     truth: CameraTrajectory,
     skipped: Vec<SkippedInput>,
@@ -74,8 +77,13 @@ fn run(
     let progress = Progress::new(frames.num());
     let (mut config, mut seed) = (config.clone(), args.seed.value());
     let mut localizer: Option<MapLocalizer> = None;
-    let mut run =
-        Run { records: Vec::new(), truth: CameraTrajectory::new(), skipped: Vec::new(), broken: None };
+    let mut run = Run {
+        records: Vec::new(),
+        counters: MapCounters::new(map),
+        truth: CameraTrajectory::new(),
+        skipped: Vec::new(),
+        broken: None,
+    };
     let most = args.frames.map_or(usize::MAX, |frames| frames as usize);
     while run.records.len() < most {
         let frame = match frames.next() {
@@ -106,6 +114,7 @@ fn run(
             Ok(estimate) => {
                 let secs = thread_cpu_secs() - started;
                 run.records.push(MapRecord { at, estimate, secs });
+                run.counters.count(&frame, localizer, &config);
                 watchers.look((map, truth), localizer, &frame, frames.num_dropped());
             }
             Err(reason) => run.skipped.push(SkippedInput {
@@ -130,14 +139,15 @@ fn finish(
     watchers: Watchers,
 ) -> Result<()> {
     let skipped = SkippedReport::new(run.skipped.iter());
-    let report = summarize((&args.source, name), map, &run.records, truth, skipped, run.broken.clone());
+    let mut report = summarize((&args.source, name), map, &run.records, truth, skipped, run.broken.clone());
+    report.diagnosis = run.counters.explain();
     print(&report, map, truth.is_some());
     watchers.print();
     let mut saving = Saving::default();
     watchers.finish(&mut saving);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.trajectory.as_deref(), |path| {
-        Ok(write_camera_trajectory(path, &trajectory(&run.records))?)
+        Ok(write_camera_trajectory(path, &trajectory(&run.records), is_metric(map))?)
     });
     saving.save_if(args.estimates.as_deref(), |path| write_estimates(path, &run.records));
     saving.save_if(args.plots.as_deref(), |folder| {
@@ -155,7 +165,7 @@ fn finish(
 }
 
 fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
-    say::line!("{}: {} frames in {}", report.source, report.frames, report.map);
+    say::line!("{}: {} in {}", report.source, say::count(report.frames, "frame"), report.map);
     say::line!(
         "  localized in {:.1} % (carried on in {:.1} % by what was seen since, in {:.1} % by odometry), found from nothing {} times",
         report.localized * 100.0,
@@ -189,7 +199,7 @@ fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
         let scale = map.scale(largest);
         say::line!("  lengths in {}; scale: {}", report.unit, scale.source.name());
     }
-    for line in report.skipped.lines() {
+    for line in diagnosis_lines("localized", &report.diagnosis).into_iter().chain(report.skipped.lines()) {
         say::line!("{line}");
     }
 }

@@ -1,5 +1,6 @@
 //! `visloc localize` in a map that SLAM has made.
 
+mod diagnosis;
 mod execute;
 mod frames;
 #[cfg(feature = "ros2")]
@@ -12,7 +13,7 @@ mod results;
 mod watchers;
 
 pub use execute::execute;
-pub use report::draw;
+pub use report::{draw, is_metric, unit};
 
 use crate::{args::LocalizeArgs, slam::is_map_of_slam};
 

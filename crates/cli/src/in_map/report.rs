@@ -8,7 +8,7 @@ use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile};
 use visloc_plot::{Color, SpacePath, SpaceViews, space_views};
 use visloc_vmap::{CameraEstimate, ScaleSource, Support, VisualMap};
 
-use crate::report::SkippedReport;
+use crate::report::{FindingReport, SkippedReport};
 
 /// Largest difference of stamps that belong together, seconds.
 const TOLERANCE_SECS: f64 = 0.01;
@@ -63,6 +63,8 @@ pub struct InMapReport {
     pub error: Option<InMapError>,
     /// The same of the images in which the camera was carried on alone.
     pub carried_error: Option<InMapError>,
+    /// Why so little was localized; empty if enough was.
+    pub diagnosis: Vec<FindingReport>,
     /// What was left out.
     pub skipped: SkippedReport,
     /// Why the source ended early.
@@ -117,6 +119,7 @@ pub fn summarize(
                 localized.iter().copied().filter(|estimate| estimate.is_carried()).collect();
             error(map, &carried, truth)
         }),
+        diagnosis: Vec::new(),
         skipped,
         broken,
     }
@@ -124,8 +127,12 @@ pub fn summarize(
 
 /// What a length of the largest map is measured in.
 pub fn unit(map: &VisualMap) -> &'static str {
-    let scale = map.largest().map(|largest| map.scale(largest).source).unwrap_or_default();
-    if scale == ScaleSource::Unknown { "map units" } else { "m" }
+    if is_metric(map) { "m" } else { "map units" }
+}
+
+/// Whether the lengths of the largest map are meters.
+pub fn is_metric(map: &VisualMap) -> bool {
+    map.largest().is_some_and(|largest| map.scale(largest).source != ScaleSource::Unknown)
 }
 
 /// Against the truth, if a map was aligned to its frame.

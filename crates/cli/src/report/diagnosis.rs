@@ -1,7 +1,7 @@
 //! Why a run localized or tracked nothing, or almost nothing, in words: what was counted, and the option that helps.
 
 use serde::Serialize;
-use visloc_locate::diagnosis as locating;
+use visloc_locate::{LOCALIZED_RELIABILITY, diagnosis as locating};
 use visloc_slam::diagnosis as tracking;
 
 /// One reason.
@@ -9,7 +9,9 @@ use visloc_slam::diagnosis as tracking;
 pub struct FindingReport {
     /// Name of the reason for programs.
     pub code: &'static str,
-    /// Share of the images, 0 to 1.
+    /// When the judged images begin, seconds after the first one.
+    pub from_s: f64,
+    /// Share of the judged images, 0 to 1.
     pub share: f64,
     /// What was found.
     pub sentence: String,
@@ -21,7 +23,8 @@ pub struct FindingReport {
 pub fn explain_localization(diagnosis: &locating::Diagnosis) -> Vec<FindingReport> {
     let report = |finding: &locating::Finding| {
         let (sentence, advice) = of_localization(finding.cause, &diagnosis.facts);
-        FindingReport { code: finding.cause.code(), share: finding.share, sentence, advice }
+        let from_s = diagnosis.facts.judged_from_secs;
+        FindingReport { code: finding.cause.code(), from_s, share: finding.share, sentence, advice }
     };
     diagnosis.findings.iter().map(report).collect()
 }
@@ -30,17 +33,23 @@ pub fn explain_localization(diagnosis: &locating::Diagnosis) -> Vec<FindingRepor
 pub fn explain_tracking(diagnosis: &tracking::Diagnosis) -> Vec<FindingReport> {
     let report = |finding: &tracking::Finding| {
         let (sentence, advice) = of_tracking(finding.cause, &diagnosis.facts);
-        FindingReport { code: finding.cause.code(), share: finding.share, sentence, advice }
+        FindingReport { code: finding.cause.code(), from_s: 0.0, share: finding.share, sentence, advice }
     };
     diagnosis.findings.iter().map(report).collect()
 }
 
 /// For people. `what` is what was not reached, for instance `localized`.
 pub fn diagnosis_lines(what: &str, findings: &[FindingReport]) -> Vec<String> {
-    if findings.is_empty() {
-        return Vec::new();
-    }
-    let mut lines = vec![format!("Why so little was {what}, by share of the images:")];
+    let mut lines = match findings.first() {
+        None => return Vec::new(),
+        Some(first) if first.from_s > 0.0 => {
+            vec![format!(
+                "Why so little was {what} after the first {} s, by share of those images:",
+                first.from_s
+            )]
+        }
+        Some(_) => vec![format!("Why so little was {what}, by share of the images:")],
+    };
     for FindingReport { share, sentence, advice, .. } in findings {
         lines.push(format!("  {:3.0} %  {sentence}", 100.0 * share));
         lines.push(format!("         -> {advice}"));
@@ -77,7 +86,7 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
         ),
         Cause::FewBorders => (
             "there is carpet, but hardly a border of a line or a goal".to_owned(),
-            "raise or turn the camera; --plots DIR draws what the analysis drops, and why (analysis.png)",
+            "raise or turn the camera; do the goals have the map's colors (colors in [goals])? --plots DIR draws what is dropped (analysis.png)",
         ),
         Cause::NoDoors => (
             "no edge of a door is in the image, in the map's colors of doors".to_owned(),
@@ -85,7 +94,8 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
         ),
         Cause::PointSymmetric => (
             "the place is known up to the half: the field looks the same turned by 180 degrees".to_owned(),
-            "say in which half (of x) the robot starts: --start half:negative or --start half:positive",
+            "say in which half (of x) the robot starts: --start half:negative or --start half:positive; goals of two \
+             colors tell it if the map has them (colors in [goals])",
         ),
         Cause::LookAlikes => (
             "several places of the map fit as well".to_owned(),
@@ -93,7 +103,7 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
         ),
         Cause::Unexplained => (
             format!("borders are seen, but no place of the map explains them; {}", camera_words(facts)),
-            "compare these with the real camera: --camera FILE, --camera-height, --camera-tilt; and the map's sizes",
+            "compare these with the real camera: --camera FILE, --camera-height, --camera-tilt; and the map's sizes and goal colors",
         ),
         Cause::Unconfirmed => (
             format!("a place fits, but was not confirmed: {}", best_words(facts)),
@@ -142,7 +152,7 @@ fn of_camera(cause: locating::Cause, facts: &locating::RunFacts) -> (String, &'s
         ),
         Cause::Gray => (
             "the image has no colors, and carpet, goals and doors are told by color".to_owned(),
-            "name the topic of color images: --image-topic TOPIC (rgb8, bgr8 or compressed, not mono8)",
+            "give it color images; of a recording with several topics name the one that has them: --image-topic TOPIC",
         ),
         _ => (
             "the image has not the size of its calibration".to_owned(),
@@ -170,7 +180,10 @@ fn tilt_words(tilt_deg: f64) -> String {
 
 fn best_words(facts: &locating::RunFacts) -> String {
     let (reliability, secs) = facts.best_reliability;
-    format!("the reliability was {reliability:.2} at most (at {secs:.1} s), 0.6 is needed")
+    let how_long = if reliability > LOCALIZED_RELIABILITY { "for moments only" } else { "at most" };
+    format!(
+        "the reliability was {reliability:.2} {how_long} (at {secs:.1} s), {LOCALIZED_RELIABILITY} is needed"
+    )
 }
 
 fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &'static str) {
@@ -223,7 +236,10 @@ fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &
             "it is found where it has been before: go back there, turn slower; or begin anew behind it: --start 4.5s",
         ),
         Cause::ShortRun => (
-            format!("there are only {} images", facts.num_images),
+            match facts.num_images {
+                1 => "there is only one image".to_owned(),
+                num => format!("there are only {num} images"),
+            },
             "a start needs a second or two of a camera that moves to the side",
         ),
     }

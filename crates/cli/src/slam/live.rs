@@ -53,7 +53,7 @@ impl SlamLive {
                 Order::Reset => self.is_reset = true,
                 Order::SaveMap => match &self.map_file {
                     Some(path) => {
-                        let result = write_ply(path, slam.map(), slam.camera());
+                        let result = write_ply(path, slam.map(), slam.camera(), "map units");
                         let saved = || format!("map saved: {}", path.display());
                         host().notice(&result.map_or_else(|error| format!("{error:#}"), |()| saved()));
                     }

@@ -18,17 +18,17 @@ const PYRAMID_SHARE: f64 = 0.06;
 ///
 /// # Errors
 /// If the file cannot be written.
-pub fn write_ply(path: &Path, map: &Map, camera: &Camera) -> Result<()> {
-    files::write(path, ply_text(map, camera).as_bytes()).with_context(|| path.display().to_string())
+pub fn write_ply(path: &Path, map: &Map, camera: &Camera, unit: &str) -> Result<()> {
+    files::write(path, ply_text(map, camera, unit).as_bytes()).with_context(|| path.display().to_string())
 }
 
-fn ply_text(map: &Map, camera: &Camera) -> String {
+fn ply_text(map: &Map, camera: &Camera, unit: &str) -> String {
     let landmarks: Vec<&Landmark> =
         map.landmarks().map(|(_, landmark)| landmark).filter(|landmark| landmark.is_converged()).collect();
     let keyframes: Vec<&Keyframe> = map.keyframes().map(|(_, keyframe)| keyframe).collect();
     let (num_landmarks, num_keyframes) = (landmarks.len(), keyframes.len());
     let mut text = format!(
-        "ply\nformat ascii 1.0\ncomment map units\n\
+        "ply\nformat ascii 1.0\ncomment unit of length: {unit}\n\
          comment {num_landmarks} landmarks, then 5 vertices for each of {num_keyframes} keyframes: center and corners\n\
          element vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int observations\n\

@@ -133,7 +133,7 @@ fn export(source: &Path, target: &Path) -> Result<()> {
         num_written += 1;
     }
     file.finish()?;
-    say::line!("{}: {} frames", target.display(), num_written);
+    say::line!("{}: {}", target.display(), say::count(num_written, "frame"));
     if let Some(damage) = index.damage().filter(|_| !host().is_stopped()) {
         bail!("{}: {damage} (the {num_written} frames before are written)", source.display());
     }

@@ -53,7 +53,7 @@ impl MapShow {
             match asked {
                 Asked::Save => {
                     let path = new_saved_file("trajectory", "tum")?;
-                    write_camera_trajectory(&path, way.poses())?;
+                    write_camera_trajectory(&path, way.poses(), false)?;
                     broadcast.tell(&format!("saved on the robot: {}", path.display()));
                 }
                 Asked::Anew(fields) => {

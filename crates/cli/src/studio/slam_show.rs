@@ -108,11 +108,11 @@ impl SlamAudience for SlamShow {
 /// Saves map and way; what to tell of it.
 fn save(slam: &Slam) -> Result<String> {
     let (map, way) = (new_saved_file("map", "ply")?, new_saved_file("trajectory", "tum")?);
-    write_ply(&map, slam.map(), slam.camera())?;
+    write_ply(&map, slam.map(), slam.camera(), "map units")?;
     let mut trajectory = CameraTrajectory::new();
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
-    write_camera_trajectory(&way, trajectory.poses())?;
+    write_camera_trajectory(&way, trajectory.poses(), false)?;
     Ok(format!("saved on the robot: {}, {}", map.display(), way.display()))
 }

@@ -92,6 +92,61 @@ fn no_message_shows_names_of_types() {
     assert!(workspace.visloc(&[&on_bag[..], &["--config", "missing.toml"]].concat()).code == 1);
 }
 
+/// What is asked for in a way that nobody has foreseen is answered with what to do instead.
+#[test]
+fn what_is_meant_otherwise_is_answered_with_what_to_do() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    workspace.write("room.vmap", "x");
+    workspace.write("camera.xml", "<?xml version=\"1.0\"?>\n<opencv_storage/>\n");
+    workspace.write("other.yaml", "lens: good\n");
+    for folder in ["photos", "parts/part0"] {
+        std::fs::create_dir_all(workspace.path(folder)).unwrap();
+    }
+    workspace.write("photos/a.heic", "x");
+    workspace.write("parts/part0/a.png", "x");
+    workspace.write("robot.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
+    workspace.write(
+        "way.tum",
+        "# t_s tx ty tz qx qy qz qw, camera to world, map units\n1 0 0 0 0.5 -0.5 0.5 -0.5\n",
+    );
+    let board = ["--size", "9x6", "--square", "0.03"];
+    let cases: [(&[&str], &str); 15] = [
+        (&["map", "check", "room.vmap"], "found one of SLAM"),
+        (&["localize", &bag, "--map", "robocup"], "did you mean 'robocup-spl-2010'?"),
+        (&["check-camera", "camera.xml"], "found XML"),
+        (&["check-camera", "other.yaml"], "transforms.json"),
+        (&["slam", "photos"], "1 .heic files: convert them to JPEG or PNG"),
+        (&["calibrate", "photos", board[0], board[1], board[2], board[3]], "1 .heic files"),
+        (&["extract", "parts", "--out", "d"], "part0: name that folder"),
+        (
+            &["calibrate", clip, board[0], board[1], board[2], board[3]],
+            "usable pictures of the board, found 0",
+        ),
+        (&["slam", clip, "--start", "1s", "--end", "0.5s"], "--end: expected a place behind that of --start"),
+        (&["slam", clip, "--start", "5s"], "it is 2.0 s long"),
+        (&["slam", &bag, "--start", "50s"], "the source has 90 images, 8.9 s long"),
+        (&["simulate", "still", "--out", "still.bag"], "name it .mcap"),
+        (
+            &["camera", "board", board[0], board[1], board[2], board[3], "--out", "truth.toml"],
+            "ends with .svg",
+        ),
+        (&["evaluate", "way.tum", "robot.csv"], "robot.csv: a table of a robot on the ground"),
+        (&["config", "show", "nope"], "nope: there are no parameters of that name"),
+    ];
+    for (command, expected) in cases {
+        let error = workspace.refused(command);
+        assert!(error.contains(expected), "{command:?}: {error}");
+    }
+    let error = workspace.visloc(&["studio", "--listen", "127.0.0.1:7911"]).stderr;
+    assert!(error.contains("--listen 127.0.0.1 --port 7911"), "{error}");
+    workspace.must(&["check-camera", &format!("{clip}/camera.yaml"), clip]);
+    workspace.must(&["slam", clip, "--save", "desk.vmap", "--trajectory", "desk.tum"]);
+    let error = workspace.refused(&["map", "align", "desk.vmap", "--to", "desk.tum", "--out", "desk.vmap"]);
+    assert!(error.contains("expected places in meters, found map units"), "{error}");
+}
+
 #[test]
 fn numbers_are_asked_for_in_words() {
     let workspace = Workspace::new();

@@ -102,7 +102,8 @@ fn a_camera_in_a_map_of_slam_has_the_same_outputs_as_a_robot_on_a_drawn_map() {
     // A robot on a field finds nothing of a desk, and says so on all topics.
     let bag = excerpt_text("R1");
     let robot = ["localize", &bag, "--map", "desk.vmap", "--frames", "20", "--bag-out", "robot.mcap"];
-    workspace.must(&robot);
+    let said = workspace.must(&robot).stdout;
+    assert!(said.contains("100 %  the place is not recognized"), "{said}");
     let reader = BagReader::open(workspace.path("robot.mcap"), BagTopics::default()).unwrap();
     let topics = reader.available_topics();
     let count = |topic: &str| topics.iter().find(|info| info.topic == topic).map(|info| info.num_messages);

@@ -53,7 +53,6 @@ pub struct RunCounters {
     /// Farthest from the first view, meters and radians.
     view_extent: (f64, f64),
     sums: CameraSums,
-    best: (f64, f64),
 }
 
 /// What is to be known of the map.
@@ -69,6 +68,8 @@ struct Tally {
     num: usize,
     num_localized: usize,
     by_cause: [usize; Cause::ALL.len()],
+    /// Highest reliability, and when, seconds after the first image of the run.
+    best: (f64, f64),
 }
 
 impl Tally {
@@ -77,6 +78,9 @@ impl Tally {
         sum.num += other.num;
         sum.num_localized += other.num_localized;
         sum.by_cause.iter_mut().zip(other.by_cause).for_each(|(count, more)| *count += more);
+        if other.best.0 > sum.best.0 {
+            sum.best = other.best;
+        }
         sum
     }
 
@@ -107,7 +111,9 @@ pub struct Finding {
 pub struct RunFacts {
     /// From the first to the last image, seconds.
     pub duration_secs: f64,
-    /// Highest reliability, 0 to 1, and when, seconds after the first image.
+    /// When the judged images begin, seconds after the first image: behind the start of a run that goes on, else 0.
+    pub judged_from_secs: f64,
+    /// Highest reliability in the judged images, 0 to 1, and when, seconds after the first image of the run.
     pub best_reliability: (f64, f64),
     /// Mean horizontal angle of view by the calibration, degrees.
     pub view_deg: f64,
@@ -152,13 +158,12 @@ impl RunCounters {
             first_view: None,
             view_extent: (0.0, 0.0),
             sums: CameraSums::default(),
-            best: (0.0, 0.0),
         }
     }
 
     /// Counts an image that could not be analyzed.
     pub fn count_unusable(&mut self, at: Timestamp) {
-        self.tally(at, Some(Cause::Unusable));
+        self.tally(at, Some(Cause::Unusable), 0.0);
     }
 
     /// Counts an image, what was seen in it, and what was made of it.
@@ -170,12 +175,8 @@ impl RunCounters {
             false if is_lifted => Some(Cause::Lifted),
             false => Some(self.cause(frame, percept, estimate)),
         };
-        self.tally(frame.at, cause);
+        self.tally(frame.at, cause, estimate.reliability);
         self.look_around(frame);
-        let secs = self.first_at.map_or(0.0, |first| frame.at.secs_since(first));
-        if estimate.reliability > self.best.0 {
-            self.best = (estimate.reliability, secs);
-        }
     }
 
     /// Why nothing, or almost nothing, was localized so far; empty if enough was.
@@ -185,7 +186,11 @@ impl RunCounters {
         let is_long = duration_secs >= START_SECS + MIN_JUDGED_SECS;
         let tally = if is_long { self.late } else { self.early.plus(&self.late) };
         let localized_share = tally.share(tally.num_localized);
-        let facts = self.facts();
+        let facts = RunFacts {
+            judged_from_secs: if is_long { START_SECS } else { 0.0 },
+            best_reliability: tally.best,
+            ..self.facts()
+        };
         if tally.num == 0 || localized_share >= ENOUGH_LOCALIZED {
             return Diagnosis { findings: Vec::new(), localized_share, facts };
         }
@@ -223,18 +228,22 @@ impl RunCounters {
         let mean = |sum: f64| sum / self.sums.num.max(1) as f64;
         RunFacts {
             duration_secs: self.duration_secs(),
-            best_reliability: self.best,
             view_deg: mean(self.sums.view_deg),
             tilt_deg: mean(self.sums.tilt_deg),
             height_m: mean(self.sums.height_m),
+            ..RunFacts::default()
         }
     }
 
-    fn tally(&mut self, at: Timestamp, cause: Option<Cause>) {
+    fn tally(&mut self, at: Timestamp, cause: Option<Cause>, reliability: f64) {
         let first = *self.first_at.get_or_insert(at);
         self.last_at = Some(at);
-        let tally = if at.secs_since(first) < START_SECS { &mut self.early } else { &mut self.late };
+        let secs = at.secs_since(first);
+        let tally = if secs < START_SECS { &mut self.early } else { &mut self.late };
         tally.num += 1;
+        if reliability > tally.best.0 {
+            tally.best = (reliability, secs);
+        }
         match cause {
             Some(cause) => tally.by_cause[cause as usize] += 1,
             None => tally.num_localized += 1,

@@ -197,6 +197,18 @@ fn a_run_that_is_localized_needs_no_explanation() {
 }
 
 #[test]
+fn who_was_localized_at_the_start_alone_hears_of_the_rest() {
+    let mut run = Run::default();
+    let mut counters = RunCounters::new(&Map::load("robocup-spl-2010").unwrap(), &PipelineConfig::default());
+    for i in 0..60 {
+        run.reliability = if i < 25 { 1.0 } else { 0.4 };
+        counters.count(&run.frame(0.2 * f64::from(i)), &run.percept(), &run.estimate());
+    }
+    let facts = counters.diagnosis().facts;
+    assert_eq!((facts.judged_from_secs, facts.best_reliability), (5.0, (0.4, 5.0)));
+}
+
+#[test]
 fn mirrored_places_are_no_look_alikes() {
     let map = Map::load("robocup-spl-2024").unwrap();
     let run = Run::default();

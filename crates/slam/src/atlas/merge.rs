@@ -1,5 +1,7 @@
 //! Making one map of two that were made on their own, where both show the same places.
 
+use std::collections::BTreeSet;
+
 use visloc_core::{Clock, Rng, RngTree, geom::Camera};
 
 use super::{
@@ -9,7 +11,7 @@ use super::{
 };
 use crate::{
     config::SlamConfig,
-    map::{KeyframeId, Map, MapId},
+    map::{KeyframeId, LandmarkId, Map, MapId},
     mapping::{adjust_all, adjust_local},
     recognize::{Locator, Refusal},
     timing::StageTimer,
@@ -76,7 +78,9 @@ pub fn merge(
         _ => 1.0,
     };
     map.activate(into);
-    let num_same = sure.iter().map(|sighting| sighting.same.len()).sum();
+    // Each landmark counts once, however many keyframes show it.
+    let same: BTreeSet<LandmarkId> = sure.iter().flat_map(|s| s.same.iter().map(|(_, new)| *new)).collect();
+    let num_same = same.len();
     fuse(map, &sure);
     let focal = focal_px(&camera);
     if map.free_keyframes().count() <= MOST_AT_ONCE {

@@ -52,6 +52,11 @@ impl Map {
             line: None,
             reason: format!("expected a map as text in UTF-8 (TOML, YAML, SVG) or DXF, found {found}"),
         };
+        if name.ends_with(".vmap") {
+            let reason = "expected a drawn map, found one of SLAM; such a map is for localize, slam --load and map info, align, merge, \
+                          trim and export";
+            return Err(MapError::Syntax { name: name.to_owned(), line: None, reason: reason.to_owned() });
+        }
         let (title, bytes) = (stem(name), files::without_mark(bytes));
         let Import { plan, notes } = match Format::of(name, bytes) {
             Format::Dxf => read_dxf(name, title, bytes)?,
