@@ -105,12 +105,13 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
 fn in_words(pose: &PhotoPose) -> String {
     let view = &pose.world_from_view;
     format!(
-        "x {:.2} m, y {:.2} m, looking to {:.0} deg; {:.2} m high, {:.1} deg down, rolled by {:.1} deg",
+        "x {:.2} m, y {:.2} m, looking to {:.0} deg; {:.2} m high, {:.1} deg {}, rolled by {:.1} deg",
         view.x_m,
         view.y_m,
         view.yaw_rad.to_degrees(),
         pose.height_m,
-        pose.pitch_down_rad.to_degrees(),
+        pose.pitch_down_rad.to_degrees().abs(),
+        if pose.pitch_down_rad < 0.0 { "up" } else { "down" },
         pose.roll_clockwise_rad.to_degrees()
     )
 }

@@ -193,8 +193,8 @@ fn courses(
     panels.push(Panel {
         label: "time [ms]".to_owned(),
         series: vec![
-            series("mapping", Color::ORANGE, &|r| r.mapping_secs * 1e3),
-            series("tracking", Color::BLUE, &|r| r.tracking_secs * 1e3),
+            series("mapping", Color::VERMILION, &|r| r.mapping_secs * 1e3),
+            series("tracking", Color::PURPLE, &|r| r.tracking_secs * 1e3),
         ],
         ..Panel::default()
     });
@@ -218,6 +218,7 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
     SpaceViews {
         title: title.to_owned(),
         subtitle: format!("RMSE {:.4} m", error.rmse),
+        shows_clouds: true,
         paths: vec![
             path(
                 "map",
@@ -225,7 +226,7 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
                 true,
                 landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).collect(),
             ),
-            path("truth", Color::BLUISH_GREEN, false, truth.collect()),
+            path("truth", Color::BLACK, false, truth.collect()),
             path("estimate", Color::BLUE, false, estimate.collect()),
         ],
         ..SpaceViews::default()
