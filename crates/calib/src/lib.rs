@@ -21,7 +21,7 @@ pub use calibrate::{
     CalibrateError, Calibration, CalibrationConfig, DropReason, DroppedView, Parameter, SeenCorner, View,
     ViewInput, calibrate,
 };
-pub use check::{CameraCheck, Finding, Severity, check_camera};
+pub use check::{CameraCheck, Finding, SeveralCameras, Severity, check_camera, several_cameras};
 pub use coverage::{Advice, Coverage, coverage};
 pub use detect::{BoardCorner, DetectReject, Detection, detect};
 pub use solve::{CameraFromBoard, LensModel};

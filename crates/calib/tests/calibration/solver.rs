@@ -5,6 +5,7 @@ use visloc_calib::{
     Board, BoardCorner, CalibrateError, Calibration, CalibrationConfig, DropReason, LensModel, ViewInput,
     calibrate, coverage, detect,
     render::{RenderSettings, random_pose},
+    several_cameras,
 };
 use visloc_core::{RngTree, gaussian, geom::Camera};
 
@@ -164,4 +165,22 @@ fn coverage_asks_for_what_is_missing() {
     assert!(full.covered > 0.9 && full.advice.len() <= 3, "{full:?}");
     assert!(few.covered < full.covered && few.advice.len() > full.advice.len(), "{few:?}");
     assert!(few.advice.iter().any(|a| a.to_string() == "take 8 more pictures, each from another direction"));
+}
+
+#[test]
+fn pictures_of_two_cameras_are_told_by_their_names() {
+    let webcam = webcam();
+    let other =
+        Camera::new(webcam.size_px(), webcam.focal_px(), (309.0, 249.0), webcam.distortion()).unwrap();
+    let config = CalibrationConfig::new(LensModel::RadialTangential);
+    for (right, is_other) in [(&webcam, false), (&other, true)] {
+        let named = |camera: &Camera, seed: u64, name: &str| -> Vec<ViewInput> {
+            let views = corners(&CHECKERS, camera, seed, 13, 0.2).into_iter();
+            views.map(|view| ViewInput { name: format!("in/{name}{}.png", view.name), ..view }).collect()
+        };
+        let views = [named(&webcam, 1, "left"), named(right, 2, "right")].concat();
+        let told = several_cameras(&CHECKERS, webcam.size_px(), &views, &config);
+        assert_eq!(told.as_ref().map(|told| told.groups.concat()), is_other.then(|| "leftright".to_owned()));
+        assert!(told.is_none_or(|told| matches!(told.parameter, "cx" | "cy")));
+    }
 }

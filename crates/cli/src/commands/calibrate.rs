@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_calib::{Calibration, CalibrationConfig, calibrate, coverage};
+use visloc_calib::{Calibration, CalibrationConfig, calibrate, coverage, several_cameras};
 use visloc_io::camera_file::{CameraFormat, write_camera};
 
 use crate::{
@@ -31,6 +31,15 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
+    if let Some(several) = several_cameras(&board, detected.size_px, &detected.views, &config) {
+        let [(a, b), (c, d)] = several.values;
+        let [first, second] = &several.groups;
+        say::note!(
+            "pictures {first}* and {second}* look like those of two cameras: alone {} is {a:.1} +- {b:.1} and {c:.1} +- {d:.1} px; calibrate each \
+             from its own pictures",
+            several.parameter
+        );
+    }
     let report = CalibrationReport::new(&found, &coverage, &detected);
     let mut saving = Saving::default();
     saving.save_if(args.out.as_deref(), |path| {
