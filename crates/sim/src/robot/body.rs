@@ -127,7 +127,8 @@ impl Body {
         let errors = &self.setup.kinematics;
         let rng = &mut self.random.stream("kinematics", index);
         let angles: [f64; 3] = std::array::from_fn(|axis| {
-            self.biases[axis].at(secs) + gaussian(rng, errors.noise_deg.to_radians())
+            let slow_rad = self.biases[axis].at(secs) - errors.mount_deg[axis].to_radians();
+            slow_rad + gaussian(rng, errors.noise_deg.to_radians())
         });
         let mut shift: [f64; 3] = std::array::from_fn(|_| gaussian(rng, errors.noise_m));
         shift[2] += self.height_bias.at(secs);

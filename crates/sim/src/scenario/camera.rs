@@ -30,6 +30,8 @@ pub struct CameraSetup {
     pub exposure_stops: f64,
     /// How far the automatic exposure wanders up and down, in powers of two.
     pub exposure_drift_stops: f64,
+    /// How far the automatic exposure jumps up or down every few seconds, in powers of two.
+    pub exposure_step_stops: f64,
     /// Share of light lost in the corners, 0 to 1.
     pub vignetting: f32,
     /// Variance of photon noise at full light, share of full scale.
@@ -50,6 +52,7 @@ impl Default for CameraSetup {
             shutter_secs: 0.012,
             exposure_stops: 0.0,
             exposure_drift_stops: 0.15,
+            exposure_step_stops: 0.0,
             vignetting: 0.3,
             shot_noise: 0.0009,
             read_noise: 0.0032,
@@ -106,6 +109,7 @@ impl CameraSetup {
         check.range("camera.shutter_secs", self.shutter_secs, 0.0..=0.1)?;
         check.range("camera.exposure_stops", self.exposure_stops, -6.0..=6.0)?;
         check.range("camera.exposure_drift_stops", self.exposure_drift_stops, 0.0..=4.0)?;
+        check.range("camera.exposure_step_stops", self.exposure_step_stops, 0.0..=4.0)?;
         check.range("camera.vignetting", f64::from(self.vignetting), 0.0..=1.0)?;
         check.range("camera.shot_noise", f64::from(self.shot_noise), 0.0..=1.0)?;
         check.range("camera.read_noise", f64::from(self.read_noise), 0.0..=1.0)

@@ -8,10 +8,10 @@ use visloc_core::files;
 use visloc_world::{BUILT_IN_MAPS, MapError};
 
 use super::{
-    Ball, BoxPiece, CameraSetup, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup,
+    Ball, BoxPiece, CameraSetup, Factor, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup,
     PlacedPose, RobotSetup, check::Check,
 };
-use crate::scene::{Lamp, Room};
+use crate::scene::{FieldLook, Lamp, Room};
 
 /// Most frames of a simulation, which are planned before the first is drawn: eleven hours at 30 a second.
 pub const MAX_FRAMES: usize = 1_200_000;
@@ -45,6 +45,14 @@ pub enum ScenarioError {
         name: String,
         /// Why.
         source: std::io::Error,
+    },
+    /// Behind the name stands a factor that does not exist.
+    #[error("scenario {name}: there is no factor {found:?}; expected some of: {}, real", Factor::ALL.map(|known| known.0).join(", "))]
+    Factor {
+        /// What the user wrote.
+        name: String,
+        /// The part that is unknown.
+        found: String,
     },
     /// The text is not TOML, or a key is missing, unknown or of the wrong type.
     #[error("scenario {name}{}: {reason}", in_line(line))]
@@ -151,6 +159,10 @@ pub struct Scenario {
     pub people: Vec<PersonSetup>,
     /// Other robots.
     pub robots: Vec<OtherRobot>,
+    /// The carpet of a field.
+    pub carpet: FieldLook,
+    /// What makes a field as hard as real ones; drawn by the seed.
+    pub factors: Vec<Factor>,
 }
 
 impl Default for Scenario {
@@ -175,16 +187,32 @@ impl Default for Scenario {
             boxes: Vec::new(),
             people: Vec::new(),
             robots: Vec::new(),
+            carpet: FieldLook::default(),
+            factors: Vec::new(),
         }
     }
 }
 
 impl Scenario {
-    /// A built-in scenario by name, or else a file.
+    /// A built-in scenario by name, or else a file. Factors may follow, as in `tour-2024+sun+turf`.
     ///
     /// # Errors
     /// If there is no such scenario, or it has mistakes; the error names the file, the line and the key.
-    pub fn load(name_or_path: &str) -> Result<Self, ScenarioError> {
+    pub fn load(name: &str) -> Result<Self, ScenarioError> {
+        let (name_or_path, factors) =
+            name.split_once('+').filter(|_| !Path::new(name).exists()).unwrap_or((name, ""));
+        let mut scenario = Self::load_plain(name_or_path)?;
+        if !factors.is_empty() {
+            scenario.name = name.to_owned();
+            let added = Factor::of_list(factors);
+            scenario
+                .factors
+                .extend(added.map_err(|found| ScenarioError::Factor { name: name.to_owned(), found })?);
+        }
+        Ok(scenario)
+    }
+
+    fn load_plain(name_or_path: &str) -> Result<Self, ScenarioError> {
         if let Some((name, text)) = BUILT_IN_SCENARIOS.iter().find(|(name, _)| *name == name_or_path) {
             return Self::parse(name, text);
         }
@@ -246,6 +274,13 @@ impl Scenario {
             for part in fade.color {
                 check.range("light.fade.color", f64::from(part), 0.01..=10.0)?;
             }
+        }
+        for (key, value, most) in [
+            ("carpet.grain", self.carpet.grain, 1.0),
+            ("carpet.wear", self.carpet.wear, 1.0),
+            ("carpet.sun", self.carpet.sun, 20.0),
+        ] {
+            check.range(key, f64::from(value), 0.0..=most)?;
         }
         for count in self.light.lamps {
             check.that(count <= 20, "light.lamps", "at most 20 along each side", count)?;

@@ -1,16 +1,18 @@
 //! What happens in a simulation, as data: a TOML file in `scenarios/`.
 //!
-//! `load` reads and checks a file, `camera`, `robot`, `motion` and `world` are its tables. Every key is optional
+//! `load` reads and checks a file, `camera`, `robot`, `motion` and `world` are its tables, `factors` make it harder. Every key is optional
 //! except `map`; defaults are in the `Default` of each table.
 
 mod camera;
 mod check;
+mod factors;
 mod load;
 mod motion;
 mod robot;
 mod world;
 
 pub use camera::CameraSetup;
+pub use factors::Factor;
 pub use load::{BUILT_IN_SCENARIOS, MAX_FRAMES, Scenario, ScenarioError};
 pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};
 pub use robot::{FootSetup, GaitSetup, HeadSetup, KinematicsSetup, Mount, OdometrySetup, RobotSetup};

@@ -161,11 +161,13 @@ pub struct KinematicsSetup {
     pub bias_deg: f64,
     /// Largest error of the height that comes and goes slowly, meters.
     pub height_bias_m: f64,
+    /// How far the camera is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
+    pub mount_deg: [f64; 3],
 }
 
 impl Default for KinematicsSetup {
     fn default() -> Self {
-        Self { noise_m: 0.002, noise_deg: 0.2, bias_deg: 0.5, height_bias_m: 0.003 }
+        Self { noise_m: 0.002, noise_deg: 0.2, bias_deg: 0.5, height_bias_m: 0.003, mount_deg: [0.0; 3] }
     }
 }
 
@@ -214,6 +216,9 @@ impl RobotSetup {
         range("kinematics.noise_deg", self.kinematics.noise_deg, 0.0, 45.0)?;
         range("kinematics.bias_deg", self.kinematics.bias_deg, 0.0, 45.0)?;
         range("kinematics.height_bias_m", self.kinematics.height_bias_m, 0.0, 1.0)?;
+        for angle in self.kinematics.mount_deg {
+            range("kinematics.mount_deg", angle, -45.0, 45.0)?;
+        }
         range("feet.weight_n", self.feet.weight_n, 0.1, 10_000.0)?;
         range("feet.noise_n", self.feet.noise_n, 0.0, 1000.0)
     }

@@ -1,6 +1,8 @@
 //! A RoboCup field: carpet with lines, goals, ball.
 
 use nalgebra::{Point2, Point3, Vector3};
+use rand::RngExt as _;
+use serde::Deserialize;
 use visloc_core::Rng;
 use visloc_world::field::{BallColor, Field, Goal, GoalColor};
 
@@ -14,7 +16,8 @@ const CARPET_PX_PER_M: f32 = 250.0;
 const GOAL_DEPTH_M: f32 = 0.4;
 
 /// Colors of a field and how worn it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
 pub struct FieldLook {
     /// Color of the carpet.
     pub carpet: Color,
@@ -22,12 +25,14 @@ pub struct FieldLook {
     pub grain: f32,
     /// How much of the paint is worn off where it is thinnest, 0 to 1.
     pub wear: f32,
+    /// How many times as bright the carpet is in patches of sun as beside them; 1 for no sun.
+    pub sun: f32,
 }
 
 impl Default for FieldLook {
     /// A green carpet in good condition.
     fn default() -> Self {
-        Self { carpet: Color::from_hex(0x36_7c4a), grain: 0.10, wear: 0.15 }
+        Self { carpet: Color::from_hex(0x36_7c4a), grain: 0.10, wear: 0.15, sun: 1.0 }
     }
 }
 
@@ -158,7 +163,28 @@ fn carpet(field: &Field, look: &FieldLook, rng: &mut Rng) -> Canvas {
     for mark in GroundMark::of_field(field) {
         painter.paint(&mark);
     }
+    if look.sun > 1.0 {
+        shade_beside_sun(&mut canvas, look.sun, rng);
+    }
     canvas
+}
+
+/// Leaves patches of sun as they are, which fell in through a row of windows, and darkens all beside them.
+fn shade_beside_sun(canvas: &mut Canvas, sun: f32, rng: &mut Rng) {
+    let (width, height) = canvas.size_px();
+    let meters = |px: u32| px as f32 / CARPET_PX_PER_M;
+    let (sin, cos) = rng.random_range(0.0..std::f32::consts::TAU).sin_cos();
+    let (half_length_m, pitch_m) = (rng.random_range(0.6..1.8_f32), rng.random_range(0.5..1.5_f32));
+    let (window, slant) = (rng.random_range(0.5..0.9_f32), rng.random_range(-0.8..0.8_f32));
+    let middle =
+        (meters(width) * rng.random_range(0.2..0.8_f32), meters(height) * rng.random_range(0.2..0.8_f32));
+    canvas.modulate(|x, y| {
+        let (x, y) = (meters(x) - middle.0, meters(y) - middle.1);
+        let (along, across) = (x * cos + y * sin, y * cos - x * sin);
+        let phase = (across + slant * along) / pitch_m;
+        let is_sunny = along.abs() < half_length_m && phase.abs() < 3.0 && phase.rem_euclid(1.0) < window;
+        if is_sunny { 1.0 } else { 1.0 / sun }
+    });
 }
 
 struct LinePainter<'a> {

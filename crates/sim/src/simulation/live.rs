@@ -111,6 +111,7 @@ impl LiveSimulation {
     /// If the scenario's map cannot be loaded, its camera is impossible, or there is no place for the robots.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
         let random = RngTree::new(seed).subtree("simulation", 0);
+        let scenario = &scenario.drawn(&random);
         let world = build_world(scenario, &random)?;
         let world_from_robot = start_pose(scenario, &world, &random)?;
         Self::in_world(scenario, Arc::new(world), random, world_from_robot)

@@ -76,6 +76,7 @@ impl Simulation {
     /// If the scenario's map cannot be loaded, its camera is impossible, or there is no free way for the robot.
     pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
         let random = RngTree::new(seed).subtree("simulation", 0);
+        let scenario = &scenario.drawn(&random);
         let camera = camera_of(scenario)?;
         let mut world = World::new(scenario, &random)?;
         let start = start_pose(scenario, &world, &random)?;

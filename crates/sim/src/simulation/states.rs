@@ -87,6 +87,8 @@ struct ExposureDrift {
     mean_stops: f64,
     /// Strength in stops, rate in radians per second, start.
     waves: [(f64, f64, f64); 3],
+    /// Largest jump in stops, and where the random numbers of each come from.
+    jumps: (f64, RngTree),
 }
 
 impl ExposureDrift {
@@ -96,12 +98,20 @@ impl ExposureDrift {
         let waves = [0.17, 0.41, 0.93].map(|rate: f64| {
             (strength, rate * rng.random_range(0.8..1.2), rng.random_range(0.0..std::f64::consts::TAU))
         });
-        Self { mean_stops: scenario.camera.exposure_stops, waves }
+        let jumps = (scenario.camera.exposure_step_stops, *random);
+        Self { mean_stops: scenario.camera.exposure_stops, waves, jumps }
     }
 
     fn gain(&self, secs: f64) -> f32 {
         let drift: f64 =
             self.waves.iter().map(|(stops, rate, start)| stops * (rate * secs + start).sin()).sum();
-        (self.mean_stops + drift).exp2() as f32
+        (self.mean_stops + drift + self.jump(secs)).exp2() as f32
+    }
+
+    fn jump(&self, secs: f64) -> f64 {
+        const PERIOD_SECS: f64 = 4.0;
+        let (most, random) = &self.jumps;
+        let rng = &mut random.stream("exposure-jump", (secs / PERIOD_SECS).max(0.0) as u64);
+        most * rng.random_range(-1.0..=1.0)
     }
 }

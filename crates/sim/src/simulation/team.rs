@@ -74,7 +74,7 @@ impl TeamSimulation {
         let random = RngTree::new(seed).subtree("team", 0);
         let rng = &mut random.stream("ball", 0);
         let ball = Point2::new(rng.random_range(-2.5..2.5), rng.random_range(-1.8..1.8));
-        let mut scenario = scenario.clone();
+        let mut scenario = scenario.drawn(&random);
         scenario.ball = Ball { is_present: true, at_m: Some([ball.x, ball.y]) };
         scenario.robots.clear();
         let mut world = build_world(&scenario, &random)?;

@@ -8,7 +8,7 @@ use visloc_world::{Map, field::Field, office::Office};
 use crate::{
     robot::{Floor, Orbit},
     scenario::{Scenario, ScenarioError},
-    scene::{Color, Cuboid, FieldLook, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
+    scene::{Color, Cuboid, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
 };
 
 /// Floor kept free between robot and lines, meters: along x (goals) and along y.
@@ -50,7 +50,7 @@ impl World {
         add_things(&mut scene, scenario, rng);
         // Field, ball and robots have streams of their own, so that more furniture does not move them.
         if let Map::Field(field) = &map {
-            scene.add_field(field, &FieldLook::default(), &mut random.stream("field", 0));
+            scene.add_field(field, &scenario.carpet, &mut random.stream("field", 0));
             add_ball(&mut scene, &mut floor, field, scenario, &mut random.stream("ball", 0));
         }
         Ok(Self::furnished(map, scene, floor, scenario))

@@ -1,7 +1,7 @@
 //! Scenario files and their mistakes.
 
 use visloc_core::{FrameSource, geom::Distortion};
-use visloc_sim::{BUILT_IN_SCENARIOS, Scenario, ScenarioError, Simulation};
+use visloc_sim::{BUILT_IN_SCENARIOS, Factor, Scenario, ScenarioError, Simulation};
 
 #[test]
 fn built_in_scenarios_load_and_say_what_they_are() {
@@ -117,4 +117,28 @@ fn a_map_stands_beside_the_file_that_names_it() {
     assert!(Simulation::new(&scenario, 1).is_ok(), "{}", scenario.map);
     std::fs::write(&path, "map = \"robocup-spl-2010\"\n").unwrap();
     assert_eq!(Scenario::load(path.to_str().unwrap()).unwrap().map, "robocup-spl-2010");
+}
+
+#[test]
+fn factors_change_what_is_seen_or_told_and_follow_the_seed() {
+    let sixth = |name: &str| {
+        let mut scenario = Scenario::load(name).unwrap();
+        scenario.frames_per_sec = 1.0;
+        scenario.camera.size_px = [80, 60];
+        scenario.camera.focal_px = [60.0; 2];
+        scenario.camera.center_px = [39.5, 19.5];
+        let mut simulation = Simulation::new(&scenario, 3).unwrap().with_num_frames(6);
+        let frame = std::iter::from_fn(|| simulation.next_frame()).last().unwrap().unwrap().frame;
+        (frame.image.into_raw(), frame.robot_from_camera)
+    };
+    let plain = sixth("tour-2024");
+    for (factor, _) in Factor::ALL {
+        let name = format!("tour-2024+{factor}");
+        let found = sixth(&name);
+        assert!(found != plain, "{name}");
+        assert!(found == sixth(&name), "{name}");
+    }
+    assert_eq!(Scenario::load("tour+real").unwrap().factors.len(), Factor::ALL.len());
+    let unknown = Scenario::load("tour+sun+moon").unwrap_err().to_string();
+    assert!(unknown.contains("moon") && unknown.contains("mount"), "{unknown}");
 }

@@ -50,8 +50,11 @@ pub(crate) fn simulated_names() -> Vec<String> {
 
 /// Refuses a name that is neither known nor a file.
 fn check_name(request: &Request<'_>) -> Result<(), SourcesError> {
-    let (name, known) = (request.address.rest(), simulated_names());
-    if known.iter().any(|known| known == name) || std::path::Path::new(name).is_file() {
+    let (rest, known) = (request.address.rest(), simulated_names());
+    // The scenario itself says which factors there are.
+    let name = rest.split('+').next().unwrap_or(rest);
+    let exists = |name: &str| known.iter().any(|known| known == name) || std::path::Path::new(name).is_file();
+    if exists(rest) || exists(name) {
         return Ok(());
     }
     let nearest = nearest(name, known.iter().map(String::as_str));
@@ -82,8 +85,11 @@ fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
 /// If there is none of this name, or it makes no sense.
 pub fn simulated_scenario(address: &SourceAddress<'_>) -> Result<Scenario, SourcesError> {
     let name = address.rest();
-    let name = ALIASES.iter().find(|alias| alias.0 == name).map_or(name, |alias| alias.1);
-    Ok(Scenario::load(name)?)
+    let resolved = ALIASES.iter().find_map(|(alias, resolved)| {
+        let factors = name.strip_prefix(alias).filter(|rest| rest.is_empty() || rest.starts_with('+'))?;
+        Some(format!("{resolved}{factors}"))
+    });
+    Ok(Scenario::load(resolved.as_deref().unwrap_or(name))?)
 }
 
 fn simulation(request: &Request<'_>) -> Result<Simulation, SourcesError> {
