@@ -43,19 +43,28 @@
 //! ```
 //! # #[cfg(feature = "vmap")]
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use visloc::{Camera, GrayFrame, GrayImage, Slam, SlamConfig, Timestamp, vmap};
+//! use visloc::{GrayFrame, ImageSource, Slam, SlamConfig, io::sequence::{SequenceOptions, open_sequence}, vmap};
 //!
-//! let camera = Camera::pinhole((640, 480), (500.0, 500.0), (319.5, 239.5))?;
-//! let slam = Slam::new(&camera, &SlamConfig::default(), 1)?; // and all images of a walk, see above
-//! let map = vmap::VisualMap::default().after(&slam, vmap::Session::default());
-//! # let file = std::env::temp_dir().join(format!("visloc-doc-{}.vmap", std::process::id()));
-//! vmap::save(&file, &map, &slam.session_camera())?;
+//! # let folder = tempfile::tempdir()?;
+//! # let (walk, room) = (concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip"), folder.path().join("room.vmap"));
+//! let mut images = open_sequence(walk.as_ref(), &SequenceOptions::default())?.images;
+//! let camera = images.camera().clone();
+//! let mut slam = Slam::new(&camera, &SlamConfig::default(), 1)?;
+//! while let Some(frame) = images.next_image() {
+//!     let frame = frame?;
+//!     slam.add_frame(frame.at, frame.image)?;
+//! }
+//! vmap::save(&room, &vmap::VisualMap::default().after(&slam, vmap::Session::default()), &slam.session_camera())?;
 //!
-//! let map = vmap::load(&file)?.map;
+//! let map = vmap::load(&room)?.map; // later, in another program
 //! let mut localizer = vmap::MapLocalizer::new(&map.map, None, &camera, &SlamConfig::default(), 1)?;
-//! let frame = GrayFrame::new(Timestamp::from_secs(0.0), GrayImage::new(640, 480));
-//! assert!(localizer.step(frame)?.is_none(), "nothing is known of the place that a black image shows");
-//! # std::fs::remove_file(&file)?;
+//! let mut images = open_sequence(walk.as_ref(), &SequenceOptions::default())?.images;
+//! let mut known = None;
+//! while let (None, Some(frame)) = (&known, images.next_image()) {
+//!     let frame = frame?;
+//!     known = localizer.step(GrayFrame::new(frame.at, frame.image))?.map(|place| place.world_from_camera);
+//! }
+//! assert!(known.is_some(), "the camera is found where it was before");
 //! # Ok(())
 //! # }
 //! # #[cfg(not(feature = "vmap"))]
