@@ -25,6 +25,7 @@
 
 mod axis;
 mod bar_chart;
+mod by_hand;
 mod chart;
 mod color;
 mod error;
@@ -46,6 +47,7 @@ mod time_series;
 
 pub use axis::ValueAxis;
 pub use bar_chart::{Bar, BarChart, BarGroup, BarSeries, bar_chart};
+pub use by_hand::{BY_HAND_PAGE, BY_HAND_SCRIPT, BY_HAND_STYLE, by_hand_page};
 pub use chart::ReferenceLine;
 pub use color::Color;
 pub use error::PlotError;

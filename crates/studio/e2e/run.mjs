@@ -10,6 +10,7 @@ import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
+import { byHand } from "./by_hand.mjs";
 import { goesThrough, looksBack, parameters } from "./course.mjs";
 import { drives } from "./drive.mjs";
 import { drops } from "./drops.mjs";
@@ -363,6 +364,7 @@ async function main() {
     await keys(() => open(browser, url), check);
     await looksBack(() => open(browser, url), check);
     await parameters(() => open(browser, url), visloc, folder, check);
+    await byHand((options) => open(browser, url, options), check, pictures);
     await renderers(browser, url);
     await maps(browser, url);
     await stale(browser);

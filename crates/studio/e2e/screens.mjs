@@ -123,7 +123,8 @@ function faultsOf({ least, wide }) {
   return faults;
 }
 
-async function axeOf(page) {
+/** What axe finds that is serious, as sentences. */
+export async function axeOf(page) {
   await page.addScriptTag({ path: AXE });
   const { violations } = await page.evaluate(() => window.axe.run(document, { rules: { "target-size": { enabled: true } } }));
   const serious = violations.filter(({ impact }) => ["serious", "critical"].includes(impact));

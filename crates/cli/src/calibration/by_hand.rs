@@ -12,8 +12,6 @@ use visloc_io::{
 use visloc_plot::base64;
 use visloc_world::{Map, field::Field, office::Office};
 
-/// The page; `/*INPUT*/` is replaced by what it shows.
-const PAGE: &str = include_str!("by_hand.html");
 /// Most bytes of an image.
 const MAX_IMAGE_BYTES: u64 = 1 << 28;
 /// Angle of view of a camera that is not known, degrees.
@@ -64,9 +62,7 @@ pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String
         pose: start.pose.unwrap_or([0.0, 0.0, 0.5, 0.0, 15.0, 0.0]),
         lines: map_lines(&Map::load(map)?)?,
     };
-    // A tag in a file's name must not end the script.
-    let json = serde_json::to_string(&input)?.replace('<', "\\u003c");
-    Ok(PAGE.replace("/*INPUT*/", &json))
+    Ok(visloc_plot::by_hand_page(&serde_json::to_string(&input)?))
 }
 
 fn usual_camera((width, height): (u32, u32)) -> Result<Camera> {

@@ -170,7 +170,7 @@ export class Bar {
     const view = { Digit1: "slant", Digit2: "top", Digit3: "follow" }[event.code];
     if (view) this.setView(view);
     if (event.code === "Comma") this.time.step(-1);
-    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now", KeyO: "open-file", KeyB: "draw" };
+    const ids = { Space: "play", Period: "step", KeyT: "theme", KeyN: "to-now", KeyO: "open-file", KeyB: "draw", KeyJ: "by-hand" };
     const inHands = { KeyK: "kidnap", KeyC: "cover" };
     const onPlayground = { KeyL: "lift", KeyP: "autopilot", KeyM: "likelihood" };
     const isReplay = this.store.scene?.mode === "replay";

@@ -3,6 +3,7 @@
 import { Aim } from "./aim.js";
 import { Announcer } from "./announcer.js";
 import { Bar } from "./bar.js";
+import { ByHand } from "./by_hand.js";
 import { Cards, Facts } from "./cards.js";
 import { byId } from "./dom.js";
 import { DrivePanel } from "./drive_panel.js";
@@ -60,6 +61,7 @@ const socket = new Socket({
 
 const view = new View3d(byId("world"), store, socket, requestDraw);
 const image = new ImageView(store);
+const byHand = new ByHand(store);
 const cards = new Cards(store);
 const facts = new Facts(store);
 const time = new Time(store, socket, timeChanged);
@@ -122,5 +124,5 @@ function drawSlow() {
   facts.draw();
 }
 
-/** For tests, and for the curious in the console. */
-window.studio = { store, socket, view, image, bar, panels, freshness, time, editor };
+/** For the page by hand, for tests, and for the curious in the console. */
+window.studio = { byHand, store, socket, view, image, bar, panels, freshness, time, editor };

@@ -1,5 +1,7 @@
 //! The page, which is part of the program.
 
+use visloc_plot::{BY_HAND_PAGE, BY_HAND_SCRIPT, BY_HAND_STYLE};
+
 /// A file of the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asset {
@@ -15,13 +17,26 @@ const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
+macro_rules! shared {
+    ($path:literal, $kind:expr, $text:expr) => {
+        Asset { path: $path, kind: $kind, bytes: $text.as_bytes() }
+    };
+}
+
 macro_rules! asset {
     ($path:literal, $kind:expr, $file:literal) => {
         Asset { path: $path, kind: $kind, bytes: include_bytes!(concat!("../../page/", $file)) }
     };
 }
 
-/// All files.
+/// The page by hand, which the command line writes as one file.
+const BY_HAND: &[Asset] = &[
+    shared!("/by-hand.html", HTML, BY_HAND_PAGE),
+    shared!("/by-hand.css", CSS, BY_HAND_STYLE),
+    shared!("/by-hand.js", SCRIPT, BY_HAND_SCRIPT),
+];
+
+/// All files of the folder.
 const ASSETS: &[Asset] = &[
     asset!("/", HTML, "index.html"),
     asset!("/icon.svg", SVG, "icon.svg"),
@@ -33,6 +48,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/aim.js", SCRIPT, "js/aim.js"),
     asset!("/js/announcer.js", SCRIPT, "js/announcer.js"),
     asset!("/js/bar.js", SCRIPT, "js/bar.js"),
+    asset!("/js/by_hand.js", SCRIPT, "js/by_hand.js"),
     asset!("/js/camera3d.js", SCRIPT, "js/camera3d.js"),
     asset!("/js/cards.js", SCRIPT, "js/cards.js"),
     asset!("/js/dom.js", SCRIPT, "js/dom.js"),
@@ -72,7 +88,7 @@ const ASSETS: &[Asset] = &[
 
 /// The file of a path; there are no others.
 pub(super) fn find(path: &str) -> Option<&'static Asset> {
-    ASSETS.iter().find(|asset| asset.path == path)
+    ASSETS.iter().chain(BY_HAND).find(|asset| asset.path == path)
 }
 
 #[cfg(test)]

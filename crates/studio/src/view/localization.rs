@@ -1,11 +1,12 @@
 //! One frame of a robot that is looked for, as messages.
 
+use nalgebra::Vector3;
 use serde_json::{Value, json};
 use visloc_core::{
     Frame, Truth,
     geom::{Horizon, PlanarPose},
 };
-use visloc_io::image_codec::encode_jpeg;
+use visloc_io::{camera_file::CameraToml, image_codec::encode_jpeg};
 use visloc_locate::{
     Estimate, Individual, LOCALIZED_RELIABILITY, Pipeline, StepTimes,
     lineup::Lineup,
@@ -94,6 +95,8 @@ impl LocalizationView<'_> {
             "number": self.number,
             "secs": self.secs,
             "camera": self.camera_direction(),
+            "lens": CameraToml::from(&self.frame.camera),
+            "mount": self.mount(),
             "truth": self.truth.map(|truth| json!({
                 "pose": triple(&truth.world_from_robot),
                 "height_m": truth.height_m,
@@ -184,10 +187,21 @@ impl LocalizationView<'_> {
 
     /// Where the camera looks, seen from the robot, and how wide, radians: heading, and angle between left and right border.
     fn camera_direction(&self) -> [f64; 2] {
-        let ahead = self.frame.robot_from_camera.rotate(&nalgebra::Vector3::z());
+        let ahead = self.frame.robot_from_camera.rotate(&Vector3::z());
         let (width, _) = self.frame.camera.size_px();
         let width = 2.0 * (f64::from(width) / 2.0).atan2(self.frame.camera.focal_px().0);
         [ahead.y.atan2(ahead.x), width]
+    }
+
+    /// Pose of the camera on the robot: ahead, left, height in meters; heading, pitch down, roll clockwise in degrees.
+    fn mount(&self) -> [f64; 6] {
+        let mount = &self.frame.robot_from_camera;
+        let (ahead, right) = (mount.rotate(&Vector3::z()), mount.rotate(&Vector3::x()));
+        let down = mount.rotate(&Vector3::y());
+        let [heading, pitch, roll] =
+            [ahead.y.atan2(ahead.x), (-ahead.z).clamp(-1.0, 1.0).asin(), (-right.z).atan2(-down.z)];
+        let at = mount.translation();
+        [at.x, at.y, at.z, heading.to_degrees(), pitch.to_degrees(), roll.to_degrees()]
     }
 
     /// Rows of the horizon at the left and the right border.

@@ -1,39 +1,6 @@
-<!doctype html>
-<html lang="en">
-<meta charset="utf-8">
-<title>visloc: camera by hand</title>
-<style>
-  body { margin: 0; font: 14px/1.35 system-ui, sans-serif; color: #1a1a1a; display: flex; height: 100vh; }
-  main { flex: 1; min-width: 0; background: #333; display: flex; align-items: center; justify-content: center; overflow: hidden; }
-  canvas { max-width: 100%; max-height: 100%; touch-action: none; cursor: crosshair; }
-  aside { width: 360px; padding: 12px 16px; overflow-y: auto; box-sizing: border-box; }
-  h1 { font-size: 17px; margin: 0 0 4px; }
-  h2 { font-size: 14px; margin: 14px 0 4px; }
-  p { margin: 4px 0; color: #555; }
-  .row { display: grid; grid-template-columns: 18px 82px 1fr 84px; gap: 6px; align-items: center; margin: 2px 0; }
-  input[type=number] { width: 78px; font: inherit; }
-  input[type=range] { width: 100%; }
-  output { font-weight: 600; color: #0072b2; }
-  button { font: inherit; padding: 4px 10px; margin: 6px 4px 0 0; }
-</style>
-<main><canvas id="view"></canvas></main>
-<aside>
-  <h1>Camera by hand</h1>
-  <p id="name"></p>
-  <p>Drag a corner of the map (circle) to where it is in the image: what is ticked follows. Each dragged corner stays pinned;
-     click it again to release it. Drag anywhere else to look around, with Shift to walk. The wheel zooms the view.</p>
-  <p>Pins: <output id="pins">none</output></p>
-  <p>Lines: <output id="edges">-</output></p>
-  <div id="rows"></div>
-  <button id="fit">Fit to pins</button><button id="release">Release all pins</button>
-  <h2>Save</h2>
-  <button id="save">camera.toml</button>
-  <p>The file has the camera and, in the table <code>[pose]</code>, where it stands.</p>
-</aside>
-<script id="input" type="application/json">/*INPUT*/</script>
-<script>
+// Lays a map over an image: corners of the map are dragged to where they are seen, and pose and camera follow.
 "use strict";
-const input = JSON.parse(document.getElementById("input").textContent);
+const input = window.opener?.studio?.byHand.input() ?? JSON.parse(document.getElementById("input").textContent);
 const [width, height] = input.camera.size_px;
 const isFisheye = input.camera.model === "kannala-brandt";
 const k = [...input.camera.distortion, 0, 0, 0, 0, 0];
@@ -285,8 +252,8 @@ function addRows() {
     for (const p of parameters.filter((p) => (names ? names.includes(p.name) : !input_is_pose(p.name)))) {
       const row = document.createElement("div");
       row.className = "row";
-      row.innerHTML = `<input type="checkbox" title="a pin may change it"><label>${p.title}</label>` +
-        `<input type="range" id="range-${p.name}" min="${p.from}" max="${p.to}" step="${p.step}">` +
+      row.innerHTML = `<input type="checkbox" title="a pin may change it" aria-label="a pin may change ${p.title}"><label for="number-${p.name}">${p.title}</label>` +
+        `<input type="range" id="range-${p.name}" min="${p.from}" max="${p.to}" step="${p.step}" aria-label="${p.title}">` +
         `<input type="number" id="number-${p.name}" step="${p.step}">`;
       [p.box, , p.range, p.number] = row.children;
       p.box.id = `free-${p.name}`;
@@ -368,15 +335,21 @@ canvas.onpointerup = () => {
   drag = null;
   show();
 };
-canvas.onwheel = (event) => {
-  event.preventDefault();
-  const p = pointer(event), next = Math.min(12, Math.max(1, zoom * Math.exp(-0.0015 * event.deltaY)));
+function zoomAt(p, factor) {
+  const next = Math.min(12, Math.max(1, zoom * factor));
   offset = [0, 1].map((i) => offset[i] + p[i] / zoom - p[i] / next);
   zoom = next;
   const most = [canvas.width * (1 - 1 / zoom), canvas.height * (1 - 1 / zoom)];
   offset = offset.map((v, i) => Math.min(Math.max(v, 0), most[i]));
   draw();
+}
+canvas.onwheel = (event) => {
+  event.preventDefault();
+  zoomAt(pointer(event), Math.exp(-0.0015 * event.deltaY));
 };
+for (const [id, factor] of [["zoom-in", 1.5], ["zoom-out", 1 / 1.5]]) {
+  document.getElementById(id).onclick = () => zoomAt([canvas.width / 2, canvas.height / 2], factor);
+}
 
 function toml() {
   const list = (names) => names.map((name) => Number(value(name).toPrecision(10))).map((v) => (Number.isInteger(v) ? v.toFixed(1) : v)).join(", ");
@@ -402,7 +375,7 @@ addRows();
 image.onload = () => {
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [width, height];
-  copy.getContext("2d").drawImage(image, 0, 0);
+  copy.getContext("2d").drawImage(image, 0, 0, width, height);
   const data = copy.getContext("2d").getImageData(0, 0, width, height).data;
   luma = Float32Array.from({ length: width * height }, (_, i) => 0.3 * data[4 * i] + 0.59 * data[4 * i + 1] + 0.11 * data[4 * i + 2]);
   show();
@@ -411,5 +384,3 @@ image.src = input.image;
 show();
 // For tests from outside.
 window.byHand = { parameters, corners, project, toCanvas, toml, pins };
-</script>
-</html>
