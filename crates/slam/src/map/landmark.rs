@@ -76,6 +76,21 @@ impl Landmark {
         &self.observations[0]
     }
 
+    /// What stands for every landmark that was removed: a map that is used for hours has given out far more numbers than it has
+    /// landmarks.
+    pub(super) fn removed() -> Self {
+        Self {
+            state: LandmarkState::Removed,
+            point_in_world: Point3::origin(),
+            observations: Vec::new(),
+            filter: DepthFilter::new(1.0, 1.0),
+            num_visible: 0,
+            num_found: 0,
+            num_missed: 0,
+            made_at: 0,
+        }
+    }
+
     /// Whether its place is known.
     #[inline]
     #[must_use]

@@ -39,6 +39,11 @@ impl<T> SharedVec<T> {
         }
     }
 
+    /// Puts an item in a place that other places, and other lists, may share.
+    pub fn share(&mut self, index: usize, item: &Arc<T>) {
+        Arc::make_mut(&mut self.chunks[index / CHUNK])[index % CHUNK] = Arc::clone(item);
+    }
+
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = &T> {
         self.chunks.iter().flat_map(|chunk| chunk.iter().map(Arc::as_ref))
     }
@@ -84,10 +89,22 @@ mod tests {
                     shared[index] = *value;
                 }
             }
+            let same = Arc::new(7);
+            for (index, _) in changes.iter().step_by(2).filter(|_| !plain.is_empty()) {
+                let index = index.index(plain.len());
+                plain[index] = *same;
+                shared.share(index, &same);
+            }
             for item in &after {
                 plain.push(*item);
                 shared.push(*item);
             }
+            for (index, value) in changes.iter().skip(1).step_by(2).filter(|_| !plain.is_empty()) {
+                let index = index.index(plain.len());
+                plain[index] = *value;
+                shared[index] = *value;
+            }
+            prop_assert_eq!(*same, 7);
             prop_assert_eq!(shared.len(), plain.len());
             prop_assert_eq!(shared.iter().copied().collect::<Vec<_>>(), plain.clone());
             prop_assert!((0..plain.len()).all(|i| shared[i] == plain[i]));

@@ -38,10 +38,12 @@ pub struct NewKeyframe {
 /// Invariants: a landmark lists an observation in a keyframe exactly if the keyframe lists the
 /// landmark; both are alive; a landmark that is alive has at least one observation. Copies are cheap: they share what has not
 /// changed since.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Map {
     pub(super) keyframes: SharedVec<Keyframe>,
     pub(super) landmarks: SharedVec<Landmark>,
+    /// Stands for every landmark that was removed.
+    pub(super) removed: Arc<Landmark>,
     /// The map that is tracked and grows.
     pub(super) active: MapId,
     /// How many map numbers were given out.
@@ -54,11 +56,26 @@ pub struct Map {
     pub(super) num_fixed_landmarks: usize,
 }
 
+impl Default for Map {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Map {
     /// An empty map.
     #[must_use]
     pub fn new() -> Self {
-        Self::default()
+        Self {
+            keyframes: SharedVec::default(),
+            landmarks: SharedVec::default(),
+            removed: Arc::new(Landmark::removed()),
+            active: MapId::default(),
+            num_maps: 0,
+            index: Arc::default(),
+            num_fixed_keyframes: 0,
+            num_fixed_landmarks: 0,
+        }
     }
 
     /// A keyframe, culled ones included.
@@ -68,7 +85,7 @@ impl Map {
         &self.keyframes[id.index()]
     }
 
-    /// A landmark, removed ones included.
+    /// A landmark; of one that was removed nothing but that is known.
     #[inline]
     #[must_use]
     pub fn landmark(&self, id: LandmarkId) -> &Landmark {
@@ -156,6 +173,9 @@ impl Map {
     pub(crate) fn look_through(&mut self, camera: &Camera) {
         let is_own: Vec<bool> = self.keyframes.iter().map(|keyframe| keyframe.foreign.is_none()).collect();
         for index in 0..self.landmarks.len() {
+            if !self.landmarks[index].is_alive() {
+                continue;
+            }
             let of_own = |observation: &&mut Observation| is_own[observation.keyframe.index()];
             for observation in self.landmarks[index].observations.iter_mut().filter(of_own) {
                 observation.ray = camera.bearing(&observation.px);
@@ -203,12 +223,11 @@ impl Map {
 
     /// Links a landmark to a keyframe that sees it; nothing happens if they are linked already or one is not alive.
     pub fn add_observation(&mut self, id: LandmarkId, observation: Observation) {
-        let landmark = &mut self.landmarks[id.index()];
-        let keyframe = &mut self.keyframes[observation.keyframe.index()];
-        let is_linked = landmark.observation_in(observation.keyframe).is_some();
-        if landmark.is_alive() && keyframe.is_alive() && !is_linked {
-            landmark.observations.push(observation);
-            keyframe.landmarks.push(id);
+        let keyframe = observation.keyframe.index();
+        let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
+        if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
+            self.landmarks[id.index()].observations.push(observation);
+            self.keyframes[keyframe].landmarks.push(id);
         }
     }
 
@@ -240,10 +259,10 @@ impl Map {
 
     /// Takes a landmark out of the map.
     pub fn remove_landmark(&mut self, id: LandmarkId) {
-        let landmark = &mut self.landmarks[id.index()];
-        landmark.state = LandmarkState::Removed;
-        for observation in std::mem::take(&mut landmark.observations) {
-            self.keyframes[observation.keyframe.index()].landmarks.retain(|other| *other != id);
+        let keyframes: Vec<KeyframeId> = self.landmark(id).observations.iter().map(|o| o.keyframe).collect();
+        self.landmarks.share(id.index(), &self.removed);
+        for keyframe in keyframes {
+            self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
         }
     }
 
