@@ -4,9 +4,10 @@ ROS 2 puts `rt` before the name of a topic and mangles the name of a type; the f
 """
 
 from dataclasses import dataclass
+from types import new_class
 
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
 
 
 @dataclass
@@ -178,6 +179,28 @@ class Path(IdlStruct, typename="nav_msgs::msg::dds_::Path_"):
 
 
 @dataclass
+class NodeState(IdlStruct, typename="lifecycle_msgs::msg::dds_::State_"):
+    id: uint8
+    label: str
+
+
+@dataclass
+class MapMetaData(IdlStruct, typename="nav_msgs::msg::dds_::MapMetaData_"):
+    map_load_time: Time
+    resolution: float32
+    width: uint32
+    height: uint32
+    origin: Pose
+
+
+@dataclass
+class OccupancyGrid(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
+    header: Header
+    info: MapMetaData
+    data: sequence[int8]
+
+
+@dataclass
 class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
     key: str
     value: str
@@ -217,6 +240,19 @@ class PointCloud2(IdlStruct, typename="sensor_msgs::msg::dds_::PointCloud2_"):
     row_step: uint32
     data: sequence[uint8]
     is_dense: bool
+
+
+def service(package, name, is_cyclone, fields):
+    """Request and answer of a service as Fast DDS has them, or as Cyclone DDS below ROS has, which puts client and number before the content."""
+    number = {"client": uint64, "number": int64} if is_cyclone else {}
+
+    def message(kind, content):
+        content = {**number, **content}
+        typename = f"{package}::srv::dds_::{name}_{kind}_"
+        body = {"__annotations__": content, "__module__": __name__}
+        return dataclass(new_class(name + kind, (IdlStruct,), {"typename": typename}, lambda of: of.update(body)))
+
+    return message("Request", fields), message("Response", {"success": bool, "message": str})
 
 
 def _header(h):

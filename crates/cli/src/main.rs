@@ -8,6 +8,7 @@ mod commands;
 mod host;
 mod in_map;
 mod live_view;
+mod params_file;
 mod report;
 mod run;
 mod say;
@@ -63,7 +64,8 @@ fn end(mut error: clap::Error) -> ! {
 fn run() -> Result<()> {
     let mut command = args::Cli::command();
     command.build();
-    let matches = command.clone().try_get_matches().unwrap_or_else(|error| end(error));
+    let words = params_file::with_params_file(&command, std::env::args_os().collect())?;
+    let matches = command.clone().try_get_matches_from(words).unwrap_or_else(|error| end(error));
     let cli = args::Cli::from_arg_matches(&matches)
         .map_err(|error| error.format(&mut command))
         .unwrap_or_else(|error| error.exit());

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use visloc_core::{
     files,
-    settings::{Settings, SettingsError, overlay},
+    settings::{Overrides, Settings, SettingsError, overlay},
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
 use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
@@ -16,6 +16,8 @@ use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
 
 /// A start may be so far outside of the map, meters.
 const FAR_M: f64 = 2.0;
+/// What stands before the keys of image analysis, observation model and lift detector in `--set`.
+pub const OF_PIPELINE: &str = "pipeline.";
 
 /// Text of a file.
 ///
@@ -25,12 +27,19 @@ pub fn read_text(path: &Path) -> Result<String> {
     files::read_text(path).with_context(|| format!("{}: cannot read it", path.display()))
 }
 
-/// Parameters of everything but the algorithm.
+/// Parameters of everything but the algorithm: a file, and the options of `--set` that are meant for it.
 ///
 /// # Errors
 /// If the file cannot be read or has a mistake; the error names file and line.
-pub fn pipeline_config(path: Option<&Path>) -> Result<PipelineConfig> {
-    path.map_or_else(|| Ok(PipelineConfig::default()), from_toml)
+pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineConfig> {
+    let mut config = path.map_or_else(|| Ok(PipelineConfig::default()), from_toml)?;
+    for option in set {
+        let Some(option) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
+        let (key, value) = setting(option)?;
+        config = overlay(&config, &format!("{key} = {value}"))
+            .with_context(|| format!("--set {OF_PIPELINE}{option}"))?;
+    }
+    Ok(config)
 }
 
 /// Names of topics that were asked for.
@@ -59,17 +68,50 @@ pub fn slam_config(args: &SlamParametersArgs) -> Result<SlamConfig> {
     if let Some(path) = &args.config {
         config = config.with_toml(&read_text(path)?).with_context(|| path.display().to_string())?;
     }
-    for option in &args.set {
-        let (key, value) = option
-            .split_once('=')
-            .ok_or_else(|| anyhow!("--set {option}: expected KEY=VALUE, such as tracking.max_matches=300"))?;
-        let (key, value) = (key.trim(), value.trim());
-        // A word that is no value of TOML is meant as a text.
-        let is_value = toml::from_str::<toml::Table>(&format!("value = {value}")).is_ok();
-        let text = if is_value { format!("{key} = {value}") } else { format!("{key} = {value:?}") };
-        config = config.with_toml(&text).with_context(|| format!("--set {option}"))?;
+    with_set(config, &args.set)
+}
+
+/// Parameters of SLAM with single options over them.
+///
+/// # Errors
+/// If one is unknown or out of range; the error names the option.
+pub fn with_set(mut config: SlamConfig, set: &[String]) -> Result<SlamConfig> {
+    for option in set {
+        let (key, value) = setting(option)?;
+        config = config.with_toml(&format!("{key} = {value}")).with_context(|| format!("--set {option}"))?;
     }
     Ok(config)
+}
+
+/// Parameters of an algorithm as TOML: those of a file, and single options over them; nothing if there are none.
+///
+/// # Errors
+/// If the file cannot be read, or one of both is no TOML.
+pub fn algorithm_toml(config: Option<&Path>, set: &[String]) -> Result<Option<String>> {
+    let text = config.map(read_text).transpose()?;
+    let options = set.iter().filter(|option| !option.trim_start().starts_with(OF_PIPELINE));
+    let options = options.map(|option| setting(option)).collect::<Result<Vec<_>>>()?;
+    if options.is_empty() {
+        return Ok(text);
+    }
+    let mut overrides = Overrides::from_toml(text.as_deref().unwrap_or_default())
+        .with_context(|| config.map(|path| path.display().to_string()).unwrap_or_default())?;
+    for (key, value) in options {
+        overrides = overrides.with(&key, &serde_json::to_value(value)?);
+    }
+    Ok(Some(overrides.toml()?))
+}
+
+/// A single option as a key and its value.
+fn setting(option: &str) -> Result<(String, toml::Value)> {
+    let (key, value) = option
+        .split_once('=')
+        .ok_or_else(|| anyhow!("--set {option}: expected KEY=VALUE, such as tracking.max_matches=300"))?;
+    let value = value.trim();
+    let table = toml::from_str::<toml::Table>(&format!("value = {value}"));
+    let typed = table.ok().and_then(|mut table| table.remove("value"));
+    // A word that is no value of TOML is meant as a text.
+    Ok((key.trim().to_owned(), typed.unwrap_or_else(|| value.into())))
 }
 
 /// Settings of a file, laid over the usual ones.

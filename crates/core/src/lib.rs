@@ -5,6 +5,7 @@
 mod clock;
 pub mod eval;
 pub mod files;
+mod floor;
 mod frame;
 pub mod geom;
 mod gray;
@@ -18,6 +19,7 @@ mod time;
 mod trajectory;
 
 pub use clock::Clock;
+pub use floor::{FloorCell, FloorPicture};
 pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
 pub use gray::GrayImage;
 pub use host::Host;

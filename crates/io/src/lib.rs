@@ -26,9 +26,11 @@ pub mod raw_image;
 #[cfg(feature = "ros2")]
 pub mod ros2;
 mod ros_lens;
+mod ros_parameters;
 pub mod sequence;
 pub mod sources;
 mod text;
 pub mod trajectory;
 
 pub use file_error::FileError;
+pub use ros_parameters::read_ros_parameters;

@@ -21,7 +21,7 @@ use visloc_io::{
     image_codec::save_png,
     sequence::{Bound, SequenceRange},
     sources::{
-        KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
+        ImageQos, KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
     },
 };
 
@@ -175,6 +175,7 @@ impl Place {
             SourceOption::Seed => next.seed = Some(2),
             SourceOption::Threads => next.num_threads = Some(2),
             SourceOption::Patience => next.patience_secs = Some(0.2),
+            SourceOption::ImageQos => next.image_qos = Some(ImageQos::Reliable),
             SourceOption::Ffmpeg => next.ffmpeg = Some(self.path("other")),
             SourceOption::RosDomain => next.domain_id = Some(99),
         }

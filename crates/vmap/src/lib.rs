@@ -25,7 +25,6 @@ pub use container::{FORMAT_VERSION, MAX_FILE_BYTES};
 pub use error::{Damage, VmapError};
 pub use export::{ColmapModel, NerfstudioModel, picture_name};
 pub use file::{load, save};
-pub use floor::FloorPicture;
 pub use ground::{Ground, find_ground};
 pub use localizer::{CameraEstimate, LOCALIZED_RELIABILITY, MapLocalizer, Support};
 pub use visual_map::{MapScale, OpenedMap, ScaleSource, Session, VisualMap};

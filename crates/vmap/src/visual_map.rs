@@ -1,8 +1,10 @@
 //! What a file holds.
 
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use visloc_slam::{
     Slam,
+    atlas::Similarity,
     map::{Map, MapId},
 };
 
@@ -57,6 +59,8 @@ pub enum ScaleSource {
     CameraHeight,
     /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
     Odometry,
+    /// Somebody has said how long a map unit is: it is a meter now.
+    Told,
 }
 
 impl ScaleSource {
@@ -69,6 +73,7 @@ impl ScaleSource {
             Self::TwoPoints => "two points of known distance",
             Self::CameraHeight => "height of the camera",
             Self::Odometry => "odometry of the robot",
+            Self::Told => "told by somebody",
         }
     }
 }
@@ -127,6 +132,37 @@ impl VisualMap {
     #[must_use]
     pub fn scale(&self, map: MapId) -> MapScale {
         self.scales.get(map.index()).copied().unwrap_or_default()
+    }
+
+    /// The scale of a map of a run that is not saved yet, by its number in the run: a file numbers maps in the order of their keyframes.
+    #[must_use]
+    pub fn scale_of_part(&self, map: MapId) -> MapScale {
+        self.number_of(map).and_then(|number| self.scales.get(number).copied()).unwrap_or_default()
+    }
+
+    /// Says how long the unit of a map of a run is, meters, by its number in the run. A map that is not there is passed over.
+    pub fn tell_scale(&mut self, map: MapId, meters_per_unit: f64) {
+        let Some(number) = self.number_of(map) else { return };
+        let (rotation, translation) = (Matrix3::identity(), Vector3::zeros());
+        move_map(&mut self.map, map, &Similarity { scale: meters_per_unit, rotation, translation });
+        if self.scales.len() <= number {
+            self.scales.resize(number + 1, MapScale::default());
+        }
+        self.scales[number] = MapScale { source: ScaleSource::Told, relative_sigma: 0.0 };
+    }
+
+    /// The number that a file gives to a map.
+    fn number_of(&self, map: MapId) -> Option<usize> {
+        let mut before: Vec<MapId> = Vec::new();
+        for (_, keyframe) in self.map.all_keyframes() {
+            if keyframe.map == map {
+                return Some(before.len());
+            }
+            if !before.contains(&keyframe.map) {
+                before.push(keyframe.map);
+            }
+        }
+        None
     }
 
     /// The map that has most keyframes; `None` if there is none.

@@ -3,6 +3,7 @@
 mod built_in;
 mod error;
 pub mod field;
+mod floor;
 mod hindrance;
 #[cfg(feature = "import")]
 pub mod import;

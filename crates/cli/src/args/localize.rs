@@ -48,6 +48,9 @@ pub struct LocalizeArgs {
     /// Parameters of image analysis, observation model and lift detector, TOML
     #[arg(long, value_name = "FILE")]
     pub pipeline: Option<InputPath>,
+    /// One parameter of the algorithm over --config, or of --pipeline as pipeline.KEY; can be given several times
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
     /// What poses are computed from [default: rich, or what --pipeline says]
     #[arg(long, value_enum)]
     pub features: Option<FeaturesArg>,
@@ -66,12 +69,18 @@ pub struct LocalizeArgs {
     pub topics: TopicArgs,
     #[command(flatten)]
     pub options: SourceArgs,
+    /// Options and parameters as ROS 2 programs take them, YAML (docs/ros2.md#parameters); what is typed wins
+    #[arg(long, value_name = "FILE")]
+    pub params_file: Option<InputPath>,
     /// Publish pose, path, tf, hypotheses and reliability as ROS 2 topics [default for ros2: sources]
     #[arg(long)]
     pub publish_ros: bool,
     /// Publish nothing
     #[arg(long, conflicts_with = "publish_ros")]
     pub no_publish_ros: bool,
+    /// Publish the map as well, for Nav2: /map, nav_msgs/OccupancyGrid; not beside a map server. A .vmap needs meters and z up
+    #[arg(long, conflicts_with = "no_publish_ros")]
+    pub publish_map: bool,
     /// Let this robot and others of its team help each other over ROS 2 (docs/teams.md); needs --number
     #[arg(long, value_name = "NAME", requires = "number", conflicts_with = "no_publish_ros")]
     pub team: Option<String>,

@@ -81,6 +81,9 @@ pub struct SlamArgs {
     pub options: SourceArgs,
     #[command(flatten)]
     pub topics: TopicArgs,
+    /// Options and parameters as ROS 2 programs take them, YAML (docs/ros2.md#parameters); what is typed wins
+    #[arg(long, value_name = "FILE")]
+    pub params_file: Option<InputPath>,
     /// Publish camera pose, map points and state as ROS 2 topics [default for ros2: sources]
     #[arg(long)]
     pub publish_ros: bool,

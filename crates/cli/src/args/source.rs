@@ -45,9 +45,21 @@ pub struct SourceArgs {
     /// The program that decodes videos and cameras [default: ffmpeg]
     #[arg(long, value_name = "PROGRAM")]
     pub ffmpeg: Option<InputPath>,
+    /// How images of live ROS 2 topics are asked for [default: best-effort]
+    #[arg(long, value_enum, value_name = "QOS")]
+    pub image_qos: Option<ImageQosArg>,
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
     pub ros_domain: Option<u16>,
+}
+
+/// How images of live topics are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ImageQosArg {
+    /// What is lost is lost; every publisher is heard
+    BestEffort,
+    /// What is lost is sent again; best-effort publishers are not heard
+    Reliable,
 }
 
 /// Arguments of `visloc sources`.

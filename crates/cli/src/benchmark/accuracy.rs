@@ -108,7 +108,7 @@ fn localize(runs: &[(&Run<'_>, Box<LocalizeArgs>)]) -> Result<Vec<Cell>> {
     let mut source = open_source(&first.source, first.map.as_deref(), &options)?;
     let mut runners = Vec::new();
     for (_, args) in runs {
-        let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
+        let mut pipeline = pipeline_config(args.pipeline.as_deref(), &[])?;
         if let Some(features) = args.features {
             pipeline.features = features.choice();
         }

@@ -74,7 +74,7 @@ pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
         (None, None);
     while passes < args.passes as usize {
         let (map, record) = one_pass(args, &correction)?;
-        let mut model = feature_model(&map, &pipeline_config(None)?)?;
+        let mut model = feature_model(&map, &pipeline_config(None, &[])?)?;
         let mount = solve_mount(&record, model.as_mut()).with_context(|| args.source.to_string())?;
         let odometry = solve_odometry(&record).with_context(|| args.source.to_string())?;
         passes += 1;
@@ -119,7 +119,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     let settings = RunnerSettings {
         algorithm: ALGORITHM,
         algorithm_toml: None,
-        pipeline: pipeline_config(None)?,
+        pipeline: pipeline_config(None, &[])?,
         start: start_on(&source.map)?,
         seed: args.seed.value(),
     };

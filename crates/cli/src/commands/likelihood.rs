@@ -38,7 +38,7 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
     let mut config = match &args.pipeline {
         // Simulated views are those of the documents.
         None if args.view.is_some() => PipelineConfig::with_color_table(),
-        path => pipeline_config(path.as_deref())?,
+        path => pipeline_config(path.as_deref(), &[])?,
     };
     if args.all_pixels {
         config.analysis.filters.random_discard = false;

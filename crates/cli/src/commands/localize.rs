@@ -21,7 +21,7 @@ use crate::{
         prepare, read_correction, source_options, write_correction,
     },
     say,
-    settings::{pipeline_config, read_text, start_prior, topic_options},
+    settings::{algorithm_toml, pipeline_config, start_prior, topic_options},
     stopwatch::{peak_memory_mb, process_cpu_secs},
     studio::{Show, Steering},
 };
@@ -35,11 +35,11 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if in_map::is_wanted(args) {
         return in_map::execute(args, honored_by_outputs(args));
     }
-    let mut pipeline = pipeline_config(args.pipeline.as_deref())?;
+    let mut pipeline = pipeline_config(args.pipeline.as_deref(), &args.set)?;
     if let Some(features) = args.features {
         pipeline.features = features.choice();
     }
-    let algorithm_toml = args.config.as_deref().map(read_text).transpose()?;
+    let algorithm_toml = algorithm_toml(args.config.as_deref(), &args.set)?;
     let mut options = SourceOptions {
         seed: args.seed.given,
         num_threads: args.threads.given(),
@@ -151,14 +151,15 @@ fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
 /// Where a wrong parameter stands.
 fn config_place(args: &LocalizeArgs) -> String {
     let files = [&args.config, &args.pipeline].into_iter().flatten();
-    let names: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    let mut names: Vec<String> = files.map(|path| path.display().to_string()).collect();
+    names.extend(args.set.iter().map(|option| format!("--set {option}")));
     if names.is_empty() { "cannot start".to_owned() } else { names.join(", ") }
 }
 
 /// Options of the source that make a difference to the algorithm or to what is written, whatever the source is.
 fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
     let mut honored = vec![SourceOption::Seed];
-    if args.publish_ros || args.team.is_some() {
+    if args.publish_ros || args.publish_map || args.team.is_some() {
         honored.extend([SourceOption::RosDomain, SourceOption::BaseFrame]);
     }
     if args.bag_out.is_some() {
@@ -170,10 +171,16 @@ fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
 /// Live topics, if they are asked for or the source is one itself.
 fn live_output(args: &LocalizeArgs, options: &SourceOptions, map: &Map) -> Result<Option<LiveOutput>> {
     let is_live = args.source.starts_with("ros2:");
-    let is_wanted = args.publish_ros || args.team.is_some() || (is_live && !args.no_publish_ros);
+    let is_asked_for = args.publish_ros || args.publish_map || args.team.is_some();
+    let is_wanted = is_asked_for || (is_live && !args.no_publish_ros);
     let names = args.team.as_deref().zip(args.number);
     let team = names.map(|(name, number)| TeamSettings { name, number, map });
-    let open = || LiveOutput::open(options.domain_id(), &options.topics.names().base_frame, team.as_ref());
+    let floor = match args.publish_map {
+        true => Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?),
+        false => None,
+    };
+    let base_frame = options.topics.names().base_frame;
+    let open = || LiveOutput::open(options.domain_id(), &base_frame, team.as_ref(), floor.as_ref());
     is_wanted.then(open).transpose()
 }
 

@@ -67,7 +67,7 @@ const ABOUT_SURE: f64 = 0.4;
 /// # Errors
 /// If an input cannot be used or an output not be written.
 pub fn execute(args: &LocateArgs) -> Result<()> {
-    let config = pipeline_config(args.pipeline.as_deref())?;
+    let config = pipeline_config(args.pipeline.as_deref(), &[])?;
     let map = Map::load(&args.map)?;
     let camera = read_camera(&args.camera)?;
     let place = || {

@@ -7,6 +7,7 @@ use visloc_io::{
     sources::{OpenImages, SourceAddress},
 };
 use visloc_slam::{Schedule, SlamConfig};
+use visloc_vmap::VisualMap;
 
 use crate::{
     args::{ScheduleArg, SlamArgs},
@@ -39,7 +40,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         return map_given_poses(args, &config, source.as_mut(), (poses, out));
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
-    let mut live = live_output(args)?;
+    let mut live = live_output(args, loaded.as_ref())?;
     let steering = steering(args)?;
     let mut show = open_show(args, steering.as_ref(), &config, source.camera(), truth.as_ref())?;
     let lookers = Lookers {
@@ -53,6 +54,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         ..run_options(args)?
     };
     let run = run(source.as_mut(), &config, options, lookers)?;
+    let (loaded, told) = live.map_or((loaded, None), SlamLive::finish);
     let truth = truth.or_else(|| run.truth.clone());
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
@@ -62,7 +64,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let is_metric = run.maps.first().is_some_and(|way| way.scale.is_some())
         || loaded.as_ref().is_some_and(crate::in_map::is_metric);
     write_files(args, &run, is_metric, &mut saving);
-    saving.save_if(args.save.as_deref(), |path| save_map(path, args, &run, loaded));
+    saving.save_if(args.save.as_deref(), |path| save_map(path, args, &run, (loaded, told)));
     saving.save_if(show, SlamShow::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
         draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
@@ -81,13 +83,13 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
 }
 
 /// Live topics, if they are asked for or the source is one itself.
-fn live_output(args: &SlamArgs) -> Result<Option<SlamLive>> {
+fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<SlamLive>> {
     let is_live = args.source.starts_with("ros2:");
     if !(args.publish_ros || (is_live && !args.no_publish_ros)) {
         return Ok(None);
     }
     let options = source_options(&args.options, topic_options(&args.topics)?)?;
-    Ok(Some(SlamLive::open(options.domain_id(), args.points.as_deref())?))
+    Ok(Some(SlamLive::open(options.domain_id(), args, loaded)?))
 }
 
 /// What moves the robot that carries the camera, if others may.

@@ -7,11 +7,11 @@ use serde::Serialize;
 use visloc_core::{files, geom::Camera};
 use visloc_io::camera_trajectory::{CameraTrajectoryFile, read_camera_trajectory_file};
 use visloc_slam::map::{MapId, SessionCamera};
-use visloc_vmap::{ScaleSource, VisualMap, load, picture_name, save};
+use visloc_vmap::{VisualMap, load, picture_name, save};
 
 use crate::{
     args::{JsonArg, MapAlignArgs},
-    in_map::{draw, unit},
+    in_map::{draw, floor_of, unit},
     report::save_json,
     run::{Saving, expect_new_folder},
     say,
@@ -267,20 +267,12 @@ pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
         save_json(&folder.join("transforms.json"), &map.to_nerfstudio(id))?;
         write_pictures(&map, id, folder)
     });
-    saving.save_if(wanted.floor, |folder| write_floor(path, &map, id, folder));
+    saving.save_if(wanted.floor, |folder| write_floor(path, &map, folder));
     saving.end()
 }
 
-fn write_floor(path: &Path, map: &VisualMap, id: MapId, folder: &Path) -> Result<()> {
-    if !map.is_level(id) || map.scale(id).source == ScaleSource::Unknown {
-        bail!(
-            "--floor: expected a map in meters with z up, found {}; visloc map align --to gives it both, a robot's odometry as well",
-            path.display()
-        );
-    }
-    let Some(floor) = map.floor_picture(id) else {
-        bail!("--floor: nothing in {} stands in a robot's way", path.display());
-    };
+fn write_floor(path: &Path, map: &VisualMap, folder: &Path) -> Result<()> {
+    let floor = floor_of(path, map).context("--floor")?;
     write(&folder.join("floor.pgm"), floor.to_pgm())?;
     write(&folder.join("floor.yaml"), floor.to_yaml("floor.pgm"))?;
     say::line!(

@@ -15,7 +15,7 @@ use super::{
     diagnosis::MapCounters,
     frames::MapFrames,
     report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
-    watchers::Watchers,
+    watchers::{MapWish, Watchers},
 };
 use crate::{
     args::LocalizeArgs,
@@ -23,7 +23,7 @@ use crate::{
     report::{SkippedReport, diagnosis_lines, save_json},
     run::{Progress, Saving, prepare, source_options},
     say,
-    settings::{read_text, topic_options},
+    settings::{OF_PIPELINE, read_text, topic_options, with_set},
     slam::load_map,
     stopwatch::thread_cpu_secs,
 };
@@ -39,6 +39,7 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
         Some(text) => SlamConfig::from_toml(&text)?,
         None => SlamConfig::default(),
     };
+    let config = with_set(config, &args.set)?;
     let map = load_map(Path::new(name))?;
     let mut options = SourceOptions {
         seed: args.seed.given,
@@ -50,15 +51,18 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
     prepare(&args.source)?;
     let (mut frames, truth, warnings) = MapFrames::open(&args.source, &options, &args.corrections)?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
-    let mut watchers = Watchers::open(args, &options, &config, &frames)?;
+    let mut watchers = Watchers::open(args, &options, (&config, &map), &frames)?;
     let run = run(args, (&map, truth.as_ref()), &config, &mut frames, &mut watchers)?;
     let told = (!run.truth.poses().is_empty()).then_some(&run.truth);
-    finish(args, name, &map, &run, truth.as_ref().or(told), watchers)
+    let map = run.map.as_deref().unwrap_or(&map);
+    finish(args, name, map, &run, truth.as_ref().or(told), watchers)
 }
 
 /// What came of the images.
 struct Run {
     records: Vec<MapRecord>,
+    /// The map that was loaded meanwhile.
+    map: Option<Box<VisualMap>>,
     /// What stood in the way of places.
     counters: MapCounters,
     /// Where the camera really was, if the source said so with its images.
@@ -79,6 +83,7 @@ fn run(
     let mut localizer: Option<MapLocalizer> = None;
     let mut run = Run {
         records: Vec::new(),
+        map: None,
         counters: MapCounters::new(map),
         truth: CameraTrajectory::new(),
         skipped: Vec::new(),
@@ -94,9 +99,13 @@ fn run(
             }
             None => break,
         };
-        if watchers.take_wishes(&mut config, &mut seed) {
+        if let Some(wish) = watchers.take_wishes(&mut config, &mut seed) {
             localizer = None;
+            if let MapWish::In(other) = wish {
+                run.map = Some(other);
+            }
         }
+        let map = run.map.as_deref().unwrap_or(map);
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {
@@ -208,6 +217,7 @@ fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
 fn refuse_others(args: &LocalizeArgs) -> Result<()> {
     let others = [
         ("--pipeline", args.pipeline.is_some()),
+        ("--set pipeline.", args.set.iter().any(|option| option.starts_with(OF_PIPELINE))),
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
         ("--robot-out", args.robot_out.is_some()),

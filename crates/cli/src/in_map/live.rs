@@ -1,21 +1,23 @@
 //! Live ROS 2 topics of a camera in a map of SLAM, and orders from there.
 
-use anyhow::Result;
+use std::path::Path;
+
+use anyhow::{Context, Result};
 use visloc_io::{
     bag::{
         ResultFrames, ResultMessages,
         messages::{Header, Pose, PoseStamped},
     },
-    ros2::{Order, ResultPublisher},
+    ros2::{Order, ResultPublisher, occupancy_grid},
 };
 use visloc_slam::map::Map;
-use visloc_vmap::CameraEstimate;
+use visloc_vmap::{CameraEstimate, VisualMap};
 
-use super::{frames::MapFrame, results::result_sample};
+use super::{floor::floor_of, frames::MapFrame, results::result_sample, watchers::MapWish};
 use crate::{
-    host::host,
-    run::{TF_AHEAD_SECS, node_settings},
-    slam::landmark_cloud,
+    host::now,
+    run::{TF_AHEAD_SECS, obeyed, publish_settings},
+    slam::{NamedMaps, landmark_cloud, load_map},
 };
 
 /// Publishes what is known after every image.
@@ -24,16 +26,26 @@ pub struct MapLive {
     results: ResultMessages,
     frames: ResultFrames,
     has_sent_points: bool,
+    maps: NamedMaps,
+    publishes_map: bool,
 }
 
 impl MapLive {
-    /// Joins the network.
+    /// Joins the network. Maps that other programs name lie beside that of `--map`.
     ///
     /// # Errors
     /// If there is none.
-    pub fn open(domain_id: u16, frames: ResultFrames) -> Result<Self> {
+    pub fn open(domain_id: u16, frames: ResultFrames, (name, map): (&str, Option<&VisualMap>)) -> Result<Self> {
+        let path = Path::new(name);
+        let mut publisher = ResultPublisher::open(&publish_settings(domain_id, true))?;
+        if let Some(map) = map {
+            let floor = floor_of(path, map).context("--publish-map")?;
+            publisher.publish_map(occupancy_grid(now(), &frames.map, &floor))?;
+        }
         Ok(Self {
-            publisher: ResultPublisher::open(&node_settings(domain_id))?,
+            publisher,
+            maps: NamedMaps::beside("--map", Some(path)),
+            publishes_map: map.is_some(),
             results: ResultMessages::new(frames.clone(), TF_AHEAD_SECS),
             frames,
             has_sent_points: false,
@@ -57,29 +69,61 @@ impl MapLive {
             self.publisher.publish_camera(PoseStamped { header: Header::new(at, &self.frames.map), pose });
         }
         if !std::mem::replace(&mut self.has_sent_points, true) {
-            self.publisher.publish_points(landmark_cloud(at, &self.frames.map, map));
+            self.publisher.publish_points(landmark_cloud(at, &self.frames.map, map, 1.0));
         }
     }
 
-    /// Whether the camera is to be looked for anew.
-    pub fn takes_reset(&mut self) -> bool {
-        let mut is_reset = false;
-        for order in self.publisher.orders() {
-            match order {
+    /// Does what others ask for.
+    pub fn take_wish(&mut self) -> Option<MapWish> {
+        let mut wish = None;
+        let (results, maps) = (&mut self.results, &self.maps);
+        self.publisher.obey(|order| {
+            obeyed(match order {
                 Order::Reset => {
-                    host().notice("reset: the pose is forgotten");
-                    self.results.reset();
-                    is_reset = true;
+                    results.reset();
+                    wish = Some(MapWish::Anew);
+                    Ok("reset: the pose is forgotten".into())
                 }
-                Order::SaveMap => {
-                    host().notice("save_map: the map stays as it is; visloc slam --load extends it")
+                Order::LoadMap(name) => {
+                    let loaded = maps.path(&name).and_then(|path| {
+                        let map = load_map(&path).map_err(|error| format!("{error:#}"))?;
+                        Ok((path, map))
+                    });
+                    loaded.map_err(|reason| format!("load_map: {reason}")).map(|(path, map)| {
+                        results.reset();
+                        wish = Some(MapWish::In(Box::new(map)));
+                        format!("map loaded: {}; the camera is looked for in it", path.display())
+                    })
+                }
+                Order::SaveMap(_) => {
+                    Err("save_map: the map stays as it is; visloc slam --load extends it".into())
+                }
+                Order::SetScale(_) => {
+                    Err("set_scale: the map stays as it is; visloc map align gives it meters".into())
                 }
                 Order::InitialPose(..) => {
-                    host().notice("initialpose: a camera in a map of SLAM is found by what it sees alone");
+                    Err("initialpose: a camera in a map of SLAM is found by what it sees alone".into())
                 }
-            }
+            })
+        });
+        if let Some(MapWish::In(map)) = &wish {
+            self.has_sent_points = false;
+            self.publish_floor(map);
         }
-        is_reset
+        wish
+    }
+
+    /// The floor of another map, if that of the first was published.
+    fn publish_floor(&mut self, map: &VisualMap) {
+        if !self.publishes_map {
+            return;
+        }
+        let floor = floor_of(Path::new("load_map"), map);
+        let published = floor.and_then(|floor| {
+            Ok(self.publisher.publish_map(occupancy_grid(now(), &self.frames.map, &floor))?)
+        });
+        // The camera can be found all the same.
+        let _ = obeyed(published.map(|()| "/map is that of the map now".to_owned()).map_err(|e| format!("{e:#}")));
     }
 
     /// Messages that could not be sent.

@@ -2,6 +2,7 @@
 
 mod diagnosis;
 mod execute;
+mod floor;
 mod frames;
 #[cfg(feature = "ros2")]
 mod live;
@@ -13,6 +14,7 @@ mod results;
 mod watchers;
 
 pub use execute::execute;
+pub use floor::floor_of;
 pub use report::{draw, is_metric, unit};
 
 use crate::{args::LocalizeArgs, slam::is_map_of_slam};

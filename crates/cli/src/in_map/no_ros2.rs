@@ -3,9 +3,9 @@
 use anyhow::{Result, bail};
 use visloc_io::bag::ResultFrames;
 use visloc_slam::map::Map;
-use visloc_vmap::CameraEstimate;
+use visloc_vmap::{CameraEstimate, VisualMap};
 
-use super::frames::MapFrame;
+use super::{frames::MapFrame, watchers::MapWish};
 
 /// Cannot be made.
 pub enum MapLive {}
@@ -15,7 +15,7 @@ impl MapLive {
     ///
     /// # Errors
     /// Always.
-    pub fn open(_: u16, _: ResultFrames) -> Result<Self> {
+    pub fn open(_: u16, _: ResultFrames, _: (&str, Option<&VisualMap>)) -> Result<Self> {
         bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }
 
@@ -25,7 +25,7 @@ impl MapLive {
     }
 
     /// Never called.
-    pub fn takes_reset(&mut self) -> bool {
+    pub fn take_wish(&mut self) -> Option<MapWish> {
         match *self {}
     }
 

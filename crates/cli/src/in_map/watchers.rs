@@ -21,6 +21,15 @@ use crate::{
 /// Frame of a camera that is on no robot, unless it has a name.
 const CAMERA_FRAME: &str = "camera_optical";
 
+/// Where a camera is to be looked for anew.
+#[cfg_attr(not(feature = "ros2"), allow(dead_code))]
+pub enum MapWish {
+    /// In the same map.
+    Anew,
+    /// In another one.
+    In(Box<VisualMap>),
+}
+
 /// All who look on.
 pub struct Watchers {
     live: Option<MapLive>,
@@ -38,15 +47,18 @@ impl Watchers {
     pub fn open(
         args: &LocalizeArgs,
         options: &SourceOptions,
-        config: &SlamConfig,
+        (config, map): (&SlamConfig, &VisualMap),
         frames: &MapFrames,
     ) -> Result<Self> {
         let topics = options.topics.names();
         let camera = || topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.to_owned());
         let base = if frames.has_robot() { topics.base_frame.clone() } else { camera() };
         let is_live = args.source.starts_with("ros2:") && !args.no_publish_ros;
-        let open_live =
-            || MapLive::open(options.domain_id(), ResultFrames { base, ..ResultFrames::default() });
+        let is_asked_for = args.publish_ros || args.publish_map;
+        let open_live = || {
+            let named = (args.map.as_deref().unwrap_or_default(), args.publish_map.then_some(map));
+            MapLive::open(options.domain_id(), ResultFrames { base, ..ResultFrames::default() }, named)
+        };
         if args.bag_out.is_some() && !frames.has_robot() {
             bail!(
                 "--bag-out: expected a source with a robot, found {}, which is a camera alone",
@@ -55,19 +67,19 @@ impl Watchers {
         }
         let steering = Steering::over_ros2(&args.broadcast.drive, &args.source, options)?;
         Ok(Self {
-            live: (args.publish_ros || is_live).then(open_live).transpose()?,
+            live: (is_asked_for || is_live).then(open_live).transpose()?,
             bag_out: args.bag_out.as_deref().map(|path| BagOutput::create(path, &topics)).transpose()?,
             show: MapShow::open(&args.broadcast, steering.as_ref(), &args.source, config, args.seed.value())?,
             _steering: steering,
         })
     }
 
-    /// Takes in what they ask for; whether the camera is to be looked for anew.
-    pub fn take_wishes(&mut self, config: &mut SlamConfig, seed: &mut u64) -> bool {
-        let is_reset = self.live.as_mut().is_some_and(MapLive::takes_reset);
-        let Some(wished) = self.show.as_mut().and_then(MapShow::obey) else { return is_reset };
+    /// Takes in what they ask for.
+    pub fn take_wishes(&mut self, config: &mut SlamConfig, seed: &mut u64) -> Option<MapWish> {
+        let wish = self.live.as_mut().and_then(MapLive::take_wish);
+        let Some(wished) = self.show.as_mut().and_then(MapShow::obey) else { return wish };
         (*config, *seed) = wished;
-        true
+        wish.or(Some(MapWish::Anew))
     }
 
     /// Shows a frame to all of them.

@@ -1,16 +1,16 @@
 //! Results as live ROS 2 topics, and orders from there.
 
 use anyhow::Result;
-use visloc_core::{Timestamp, eval::TimingSummary, geom::PlanarPose};
+use visloc_core::{FloorPicture, Timestamp, eval::TimingSummary, geom::PlanarPose};
 use visloc_io::{
     bag::{ResultFrames, ResultMessages},
-    ros2::{NodeSettings, Order, ResultPublisher},
+    ros2::{Middleware, NodeSettings, Order, PublishSettings, ResultPublisher, occupancy_grid},
 };
 use visloc_locate::{PosePrior, StartPrior};
 use visloc_world::Map;
 
 use super::{FrameView, LiveReport, Records, Runner, Spectator, TeamOutput, results::sample_of};
-use crate::host::host;
+use crate::host::{host, now};
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
 pub const TF_AHEAD_SECS: f64 = 0.2;
@@ -38,17 +38,26 @@ pub struct LiveOutput {
 }
 
 impl LiveOutput {
-    /// Joins the network.
+    /// Joins the network, and publishes the map if it is given.
     ///
     /// # Errors
     /// If there is none.
-    pub fn open(domain_id: u16, base_frame: &str, team: Option<&TeamSettings<'_>>) -> Result<Self> {
+    pub fn open(
+        domain_id: u16,
+        base_frame: &str,
+        team: Option<&TeamSettings<'_>>,
+        floor: Option<&FloorPicture>,
+    ) -> Result<Self> {
         let frames = ResultFrames { base: base_frame.into(), ..ResultFrames::default() };
         let node = node_settings(domain_id);
+        let mut publisher = ResultPublisher::open(&publish_settings(domain_id, false))?;
+        if let Some(floor) = floor {
+            publisher.publish_map(occupancy_grid(now(), &frames.map, floor))?;
+        }
         let open_team = |team: &TeamSettings<'_>| TeamOutput::open(&node, team.name, team.number, team.map);
         Ok(Self {
             team: team.map(open_team).transpose()?,
-            publisher: ResultPublisher::open(&node)?,
+            publisher,
             results: ResultMessages::new(frames, TF_AHEAD_SECS),
             delays_ms: Records::new(Records::<f64>::most_of(true, false)),
             overheads_ms: Records::new(Records::<f64>::most_of(true, false)),
@@ -69,7 +78,7 @@ impl LiveOutput {
 
     fn measure(&mut self, view: &FrameView<'_>, received_at: Timestamp) {
         let Some(record) = view.runners.first().and_then(|runner| runner.records().latest()) else { return };
-        let delay_ms = crate::host::now().secs_since(received_at) * 1e3;
+        let delay_ms = now().secs_since(received_at) * 1e3;
         self.delays_ms.push(delay_ms);
         self.overheads_ms.push(delay_ms - record.analysis_ms - record.localizer_ms);
     }
@@ -80,29 +89,38 @@ pub fn node_settings(domain_id: u16) -> NodeSettings {
     NodeSettings { domain_id, name: format!("visloc_{}", std::process::id()) }
 }
 
+/// How results are published: services as the program below ROS expects them that `RMW_IMPLEMENTATION` names, as for programs of ROS.
+pub fn publish_settings(domain_id: u16, keeps_points: bool) -> PublishSettings {
+    let implementation = std::env::var("RMW_IMPLEMENTATION").unwrap_or_default();
+    let middleware = Middleware::of_rmw(&implementation);
+    PublishSettings { middleware, keeps_points, ..PublishSettings::new(node_settings(domain_id)) }
+}
+
+/// Says to the user as well what was done, or why it was not.
+pub fn obeyed(outcome: Result<String, String>) -> Result<String, String> {
+    let (Ok(told) | Err(told)) = &outcome;
+    host().notice(told);
+    outcome
+}
+
 impl Spectator for LiveOutput {
     fn before_frame(&mut self, runners: &mut [Runner]) {
         if let Some(prior) = self.team.as_mut().and_then(TeamOutput::advice) {
             runners.iter_mut().for_each(|runner| runner.reset_to(&prior));
         }
-        for order in self.publisher.orders() {
-            let prior = match order {
+        let results = &mut self.results;
+        self.publisher.obey(|order| {
+            let (prior, told) = match order {
                 Order::InitialPose(pose, spread) => {
-                    host().notice(&format!("initial pose: {:.2}, {:.2} m", pose.x_m, pose.y_m));
-                    near(pose, spread)
+                    (near(pose, spread), format!("initial pose: {:.2}, {:.2} m", pose.x_m, pose.y_m))
                 }
-                Order::Reset => {
-                    host().notice("reset: the pose is forgotten");
-                    StartPrior::Uniform
-                }
-                Order::SaveMap => {
-                    host().notice("save_map: localization has no map of its own to save");
-                    continue;
-                }
+                Order::Reset => (StartPrior::Uniform, "reset: the pose is forgotten".to_owned()),
+                order => return obeyed(Err(why_not(&order))),
             };
-            self.results.reset();
+            results.reset();
             runners.iter_mut().for_each(|runner| runner.reset_to(&prior));
-        }
+            obeyed(Ok(told))
+        });
     }
 
     fn after_frame(&mut self, view: &FrameView<'_>) {
@@ -118,6 +136,15 @@ impl Spectator for LiveOutput {
             }
         }
         self.num_dropped = view.num_dropped;
+    }
+}
+
+/// Why nothing is done where the map is known.
+fn why_not(order: &Order) -> String {
+    match order {
+        Order::SaveMap(_) => "save_map: localization has no map of its own to save".into(),
+        Order::LoadMap(_) => "load_map: the map is that of --map; start again with another one".into(),
+        _ => "set_scale: the map is in meters already".into(),
     }
 }
 

@@ -26,7 +26,7 @@ pub use corrected::{corrected, read_correction, with_correction, write_correctio
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 pub use live::{LiveOutput, TeamSettings};
 #[cfg(feature = "ros2")]
-pub use live::{TF_AHEAD_SECS, node_settings};
+pub use live::{TF_AHEAD_SECS, node_settings, obeyed, publish_settings};
 pub use live_report::LiveReport;
 pub use output::{OutputFiles, expect_new_folder, write_text};
 pub use progress::Progress;

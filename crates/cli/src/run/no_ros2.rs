@@ -1,6 +1,7 @@
 //! Stands in for live topics where they were left out of the program.
 
 use anyhow::{Result, bail};
+use visloc_core::FloorPicture;
 use visloc_world::Map;
 
 use super::{FrameView, LiveReport, Spectator};
@@ -23,7 +24,12 @@ impl LiveOutput {
     ///
     /// # Errors
     /// Always.
-    pub fn open(_: u16, _: &str, team: Option<&TeamSettings<'_>>) -> Result<Self> {
+    pub fn open(
+        _: u16,
+        _: &str,
+        team: Option<&TeamSettings<'_>>,
+        _: Option<&FloorPicture>,
+    ) -> Result<Self> {
         let what = match team {
             Some(team) => format!("--team {} --number {} on {}", team.name, team.number, team.map.name()),
             None => "--publish-ros".to_owned(),

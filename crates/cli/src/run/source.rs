@@ -4,12 +4,12 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{FrameSource, geom::Mount};
-use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
+use visloc_io::sources::{ImageQos, SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 
 use crate::{
-    args::{SourceArgs, num_cores},
+    args::{ImageQosArg, SourceArgs, num_cores},
     host::{host, stop_at_signals},
 };
 
@@ -42,6 +42,10 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
         rate_hz: args.fps,
         patience_secs: args.patience,
         ffmpeg: args.ffmpeg.as_deref().map(Path::to_path_buf),
+        image_qos: args.image_qos.map(|qos| match qos {
+            ImageQosArg::BestEffort => ImageQos::BestEffort,
+            ImageQosArg::Reliable => ImageQos::Reliable,
+        }),
         domain_id: args.ros_domain,
         usual: Usual { num_threads: num_cores(), max_frames: None, domain_id: usual_domain_id(args)? },
         ..SourceOptions::default()

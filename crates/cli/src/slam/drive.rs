@@ -81,8 +81,16 @@ pub trait SlamWatcher {
     /// Called after every image that could be used.
     fn after_frame(&mut self, at: Timestamp, outcome: &FrameOutcome, slam: &Slam);
 
-    /// Whether the map is to be forgotten before the next image. Asking settles it.
-    fn takes_reset(&mut self) -> bool;
+    /// Whether to begin again before the next image, and how. Asking settles it.
+    fn takes_restart(&mut self) -> Option<Restart>;
+}
+
+/// How a run begins again.
+pub enum Restart {
+    /// As it began; what it has made is forgotten.
+    Anew,
+    /// In other maps.
+    In(Box<Map>),
 }
 
 /// Those to whom a run is shown, and who may ask for other parameters.
@@ -138,6 +146,8 @@ pub fn run(
 ) -> Result<SlamRun> {
     let (mut config, mut seed) = (config.clone(), options.seed);
     let mut slam = start(source.camera(), &config, seed, &options)?;
+    // Maps that somebody wants to go on in.
+    let mut loaded: Option<Box<Map>> = None;
     // Frames of maps that were forgotten on demand.
     let mut num_before = 0;
     let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
@@ -158,16 +168,20 @@ pub fn run(
             num_dropped += 1;
             continue;
         }
-        let is_reset = lookers.watcher.as_deref_mut().is_some_and(SlamWatcher::takes_reset);
+        let restart = lookers.watcher.as_deref_mut().and_then(SlamWatcher::takes_restart);
         let wished = lookers.show.as_deref_mut().and_then(|show| show.obey(&slam));
         let is_wished = wished.is_some();
         if let Some(settings) = wished {
             // Somebody who watches has other parameters or another seed in mind.
             (config, seed) = settings;
         }
-        if is_reset || is_wished {
+        if restart.is_some() || is_wished {
+            if let Some(Restart::In(maps)) = restart {
+                loaded = Some(maps);
+            }
+            let maps = loaded.as_deref().or(options.maps);
             history.add_mapped(num_before, &slam.finish());
-            slam = start(source.camera(), &config, seed, &options)?;
+            slam = start(source.camera(), &config, seed, &RunOptions { maps, ..options })?;
             num_before = history.records.num_seen();
         }
         let is_shown = lookers.pictures.is_some() || lookers.show.is_some();

@@ -69,7 +69,7 @@ pub fn map_given_poses(
         // The unit and the frame are those of the poses.
         scales: vec![MapScale { source: ScaleSource::Aligned, relative_sigma: 0.0 }],
         levels: vec![true],
-        sessions: vec![map_file::session(args, num_views)],
+        sessions: vec![map_file::session((&args.source, args.seed.value()), num_views)],
     };
     map_file::write(out, &map, &SessionCamera { calibrated: camera, camera })?;
     match broken {

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use anyhow::{Context, Result};
-use visloc_slam::map::SessionCamera;
+use visloc_slam::map::{MapId, SessionCamera};
 use visloc_vmap::{Session, VisualMap, load, save};
 
 use super::SlamRun;
@@ -26,23 +26,31 @@ pub fn load_map(path: &Path) -> Result<VisualMap> {
     Ok(opened.map)
 }
 
-/// Writes the map of a run, which may have begun with another one.
+/// Writes the map of a run, which may have begun with another one, and of whose maps one may have a unit that somebody has told.
 ///
 /// # Errors
 /// If it cannot be written.
-pub fn save_map(path: &Path, args: &SlamArgs, run: &SlamRun, loaded: Option<VisualMap>) -> Result<()> {
-    let session = session(args, run.history.records.num_seen());
-    let map = loaded.unwrap_or_default().after(&run.slam, session);
+pub fn save_map(
+    path: &Path,
+    args: &SlamArgs,
+    run: &SlamRun,
+    (loaded, told): (Option<VisualMap>, Option<(MapId, f64)>),
+) -> Result<()> {
+    let session = session((&args.source, args.seed.value()), run.history.records.num_seen());
+    let mut map = loaded.unwrap_or_default().after(&run.slam, session);
+    if let Some((id, meters_per_unit)) = told {
+        map.tell_scale(id, meters_per_unit);
+    }
     write(path, &map, &run.slam.session_camera())
 }
 
-/// A run over so many images.
-pub(super) fn session(args: &SlamArgs, num_images: usize) -> Session {
+/// A run over so many images of a source, with a seed.
+pub(super) fn session((source, seed): (&str, u64), num_images: usize) -> Session {
     Session {
-        source: args.source.to_string(),
+        source: source.to_owned(),
         program: concat!("visloc ", env!("CARGO_PKG_VERSION")).to_owned(),
         num_images: num_images as u64,
-        seed: args.seed.value(),
+        seed,
     }
 }
 

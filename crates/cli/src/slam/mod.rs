@@ -10,13 +10,15 @@ mod live;
 #[path = "no_ros2.rs"]
 mod live;
 mod map_file;
+#[cfg(feature = "ros2")]
+mod named_maps;
 mod pace;
 mod pictures;
 mod ply;
 mod record;
 mod report;
 
-pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
+pub use drive::{Lookers, MapWay, Restart, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
 pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
@@ -24,6 +26,8 @@ pub use live::SlamLive;
 #[cfg(feature = "ros2")]
 pub use live::landmark_cloud;
 pub use map_file::{is_map_of_slam, load_map, save_map};
+#[cfg(feature = "ros2")]
+pub use named_maps::NamedMaps;
 pub use pace::Pace;
 pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;

@@ -1,12 +1,12 @@
 //! Stands in for live topics where they were left out of the program.
 
-use std::path::Path;
-
 use anyhow::{Result, bail};
 use visloc_core::Timestamp;
-use visloc_slam::{FrameOutcome, Slam};
+use visloc_slam::{FrameOutcome, Slam, map::MapId};
+use visloc_vmap::VisualMap;
 
-use super::SlamWatcher;
+use super::{Restart, SlamWatcher};
+use crate::args::SlamArgs;
 
 /// Cannot be made.
 pub enum SlamLive {}
@@ -16,8 +16,13 @@ impl SlamLive {
     ///
     /// # Errors
     /// Always.
-    pub fn open(_: u16, _: Option<&Path>) -> Result<Self> {
+    pub fn open(_: u16, _: &SlamArgs, _: Option<&VisualMap>) -> Result<Self> {
         bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
+    }
+
+    /// Never called.
+    pub fn finish(self) -> (Option<VisualMap>, Option<(MapId, f64)>) {
+        match self {}
     }
 }
 
@@ -26,7 +31,7 @@ impl SlamWatcher for SlamLive {
         match *self {}
     }
 
-    fn takes_reset(&mut self) -> bool {
+    fn takes_restart(&mut self) -> Option<Restart> {
         match *self {}
     }
 }

@@ -65,7 +65,7 @@ pub(crate) fn check_values(table: &Table, known: Node<'_>, path: &str) -> Result
 
 fn unknown(name: &str, path: &str, known: &[&str]) -> String {
     let place = if path.is_empty() { String::new() } else { format!(" in [{path}]") };
-    let help = match nearest(name, known) {
+    let help = match nearest_key(name, known) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("known: {}", known.join(", ")),
     };
@@ -73,7 +73,8 @@ fn unknown(name: &str, path: &str, known: &[&str]) -> String {
 }
 
 /// The known key that needs the fewest changes, if these are few for its length.
-fn nearest<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+#[must_use]
+pub fn nearest_key<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let changes = |key: &&&str| strsim::damerau_levenshtein(name, key);
     let best = known.iter().min_by_key(changes)?;
     (changes(&best) <= name.len().max(best.len()) / 2).then_some(*best)

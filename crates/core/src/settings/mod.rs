@@ -15,6 +15,7 @@ mod schema;
 
 pub use commented::commented_toml;
 pub use error::SettingsError;
+pub use keys::nearest_key;
 pub use overlay::{check_ranges, overlay};
 pub use overrides::Overrides;
 pub use parameters::{Choice, Parameter, parameters};

@@ -199,6 +199,31 @@ pub struct Float64 {
     pub data: f64,
 }
 
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapMetaData {
+    pub map_load_time: Time,
+    pub resolution: f32,
+    pub width: u32,
+    pub height: u32,
+    /// Of the lower left corner.
+    pub origin: Pose,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct OccupancyGrid {
+    pub header: Header,
+    pub info: MapMetaData,
+    /// Rows from the bottom: 0 free, 100 occupied, -1 unknown.
+    pub data: Vec<i8>,
+}
+
+/// State of a managed node, `lifecycle_msgs/msg/State`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NodeState {
+    pub id: u8,
+    pub label: String,
+}
+
 /// ROS gives a message without fields this one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Empty {

@@ -14,6 +14,7 @@ mod node;
 mod pictures;
 mod publish;
 mod receive;
+mod services;
 mod team;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ pub use error::Ros2Error;
 pub use frames::LiveFrames;
 pub use node::{LiveTopic, Node, NodeSettings};
 pub use pictures::LivePictures;
-pub use publish::{Order, ResultPublisher, point_cloud};
+pub use publish::{Order, PublishSettings, ResultPublisher, occupancy_grid, point_cloud};
 pub use receive::LiveSettings;
+pub use services::Middleware;
 pub use team::TeamLink;

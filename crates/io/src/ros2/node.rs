@@ -1,13 +1,13 @@
 //! A node in the network of ROS 2.
 
 use ros2_client::{
-    Context, ContextOptions, MessageTypeName, Name, NodeName, NodeOptions, Publisher, QosProfile,
-    Subscription,
+    Context, ContextOptions, Message, MessageTypeName, Name, NodeName, NodeOptions, Publisher, QosProfile,
+    Server, ServiceMapping, ServiceTypeName, Subscription,
     qos::{Durability, History, WhenFull},
 };
 use serde::Serialize;
 
-use crate::ros2::Ros2Error;
+use crate::ros2::{Middleware, Ros2Error};
 
 /// How a node appears.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +42,8 @@ pub(crate) enum Delivery {
     Reliable,
     /// As reliable, but only the last one counts.
     Last,
+    /// As the last one, and who comes later gets it.
+    Kept,
     /// As reliable, and who comes later gets the last ones. Not for topics that go on and on: while nobody listens, the writer of
     /// `rustdds` keeps thousands of such messages.
     Latched,
@@ -52,7 +54,7 @@ impl Delivery {
         let depth = match self {
             Self::Newest => 32,
             Self::Reliable => 32,
-            Self::Last => 1,
+            Self::Last | Self::Kept => 1,
             Self::Latched => 100,
         };
         let profile = QosProfile::subscription_default().history(History::KeepLast { depth });
@@ -60,7 +62,7 @@ impl Delivery {
             Self::Newest => profile,
             // A slow subscriber must not hold up the localization.
             Self::Reliable | Self::Last => profile.reliability_reliable(WhenFull::Fail),
-            Self::Latched => {
+            Self::Latched | Self::Kept => {
                 profile.reliability_reliable(WhenFull::Fail).durability(Durability::TransientLocal)
             }
         }
@@ -120,6 +122,26 @@ impl Node {
         let dds_topic = self.topic(topic, type_name, &profile)?;
         let publisher = self.node.create_publisher(&dds_topic, Some(profile));
         publisher.map_err(|error| topic_error(topic, type_name, error.to_string()))
+    }
+
+    /// Answers requests; they and the answers are reliable, as usual in ROS.
+    pub(crate) fn serve<Request: Message + Clone + 'static, Answer: Message + 'static>(
+        &mut self,
+        service: &str,
+        type_name: &str,
+        middleware: Middleware,
+    ) -> Result<Server<Request, Answer>, Ros2Error> {
+        let name = Name::parse(service)
+            .map_err(|error| Ros2Error::Name { name: service.to_owned(), reason: format!("{error:?}") })?;
+        let (package, kind) = type_name.split_once("/srv/").unwrap_or(("", type_name));
+        let mapping = match middleware {
+            Middleware::FastDds => ServiceMapping::Enhanced,
+            Middleware::CycloneDds => ServiceMapping::Cyclone,
+        };
+        let profile = Delivery::Reliable.profile();
+        let kind = ServiceTypeName::new(package, kind);
+        let server = self.node.create_server(mapping, &name, &kind, profile.clone(), profile);
+        server.map_err(|error| topic_error(service, type_name, error.to_string()))
     }
 
     fn topic(

@@ -1,17 +1,17 @@
 //! Results for other programs, and their orders.
 
 use ros2_client::{Publisher, Subscription};
-use visloc_core::{Timestamp, geom::PlanarPose};
+use visloc_core::{FloorCell, FloorPicture, Timestamp, geom::PlanarPose};
 
 use crate::{
     bag::{
         ResultMessage,
         messages::{
-            DiagnosticArray, Empty, Float64, Header, Path, PointCloud2, PointField, PoseArray, PoseStamped,
-            PoseWithCovarianceStamped, TfMessage,
+            DiagnosticArray, Empty, Float64, Header, MapMetaData, NodeState, OccupancyGrid, Path,
+            PointCloud2, PointField, Pose, PoseArray, PoseStamped, PoseWithCovarianceStamped, TfMessage,
         },
     },
-    ros2::{Node, NodeSettings, Ros2Error, node::Delivery},
+    ros2::{Middleware, Node, NodeSettings, Ros2Error, node::Delivery, services::Services},
 };
 
 /// What another program asks for.
@@ -21,9 +21,36 @@ pub enum Order {
     InitialPose(PlanarPose, (f64, f64)),
     /// Forget everything (`/visloc/reset`).
     Reset,
-    /// Write the map of SLAM to its file (`/visloc/save_map`).
-    SaveMap,
+    /// Write the map of SLAM to a file of this name, or to its usual one if the name is empty (`/visloc/save_map`).
+    SaveMap(String),
+    /// Go on in the map of this name, or in the usual one if the name is empty (`/visloc/load_map`).
+    LoadMap(String),
+    /// The unit of the map of SLAM is so many meters, more than 0 (`/visloc/set_scale`).
+    SetScale(f64),
 }
+
+/// How results are published.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PublishSettings {
+    /// The node.
+    pub node: NodeSettings,
+    /// The program below ROS that asks for services.
+    pub middleware: Middleware,
+    /// Whether who comes later gets the last points: for a map that is sent once, not for one that grows.
+    pub keeps_points: bool,
+}
+
+impl PublishSettings {
+    /// The usual middleware, points that go on and on.
+    #[must_use]
+    pub fn new(node: NodeSettings) -> Self {
+        Self { node, middleware: Middleware::default(), keeps_points: false }
+    }
+}
+
+/// States of managed nodes: it waits for images, or works on them.
+const INACTIVE: (u8, &str) = (2, "inactive");
+const ACTIVE: (u8, &str) = (3, "active");
 
 /// Publishes results and receives orders.
 pub struct ResultPublisher {
@@ -35,23 +62,29 @@ pub struct ResultPublisher {
     diagnostics: Publisher<DiagnosticArray>,
     camera_pose: Publisher<PoseStamped>,
     points: Publisher<PointCloud2>,
+    map: Option<Publisher<OccupancyGrid>>,
+    state: Publisher<NodeState>,
+    is_active: bool,
+    services: Services,
     initial_pose: Subscription<PoseWithCovarianceStamped>,
     reset: Subscription<Empty>,
     save_map: Subscription<Empty>,
     num_failed: usize,
     /// Leaves the network last.
-    _node: Node,
+    node: Node,
 }
 
 impl ResultPublisher {
-    /// Advertises all topics.
+    /// Advertises all topics and services.
     ///
     /// # Errors
     /// If there is no network.
-    pub fn open(settings: &NodeSettings) -> Result<Self, Ros2Error> {
-        let mut node = Node::join(settings)?;
+    pub fn open(settings: &PublishSettings) -> Result<Self, Ros2Error> {
+        let mut node = Node::join(&settings.node)?;
         let reliable = Delivery::Reliable;
-        Ok(Self {
+        let points = if settings.keeps_points { Delivery::Kept } else { Delivery::Last };
+        let state = node.advertise("/visloc/state", "lifecycle_msgs/msg/State", Delivery::Kept)?;
+        let mut publisher = Self {
             pose: node.advertise("/visloc/pose", "geometry_msgs/msg/PoseWithCovarianceStamped", reliable)?,
             path: node.advertise("/visloc/path", "nav_msgs/msg/Path", Delivery::Last)?,
             tf: node.advertise("/tf", "tf2_msgs/msg/TFMessage", reliable)?,
@@ -59,7 +92,11 @@ impl ResultPublisher {
             reliability: node.advertise("/visloc/reliability", "std_msgs/msg/Float64", reliable)?,
             diagnostics: node.advertise("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", reliable)?,
             camera_pose: node.advertise("/visloc/camera_pose", "geometry_msgs/msg/PoseStamped", reliable)?,
-            points: node.advertise("/visloc/points", "sensor_msgs/msg/PointCloud2", Delivery::Last)?,
+            points: node.advertise("/visloc/points", "sensor_msgs/msg/PointCloud2", points)?,
+            map: None,
+            state,
+            is_active: false,
+            services: Services::open(&mut node, settings.middleware)?,
             initial_pose: node.subscribe(
                 "/initialpose",
                 "geometry_msgs/msg/PoseWithCovarianceStamped",
@@ -68,12 +105,41 @@ impl ResultPublisher {
             reset: node.subscribe("/visloc/reset", "std_msgs/msg/Empty", Delivery::Newest)?,
             save_map: node.subscribe("/visloc/save_map", "std_msgs/msg/Empty", Delivery::Newest)?,
             num_failed: 0,
-            _node: node,
-        })
+            node,
+        };
+        publisher.publish_state(INACTIVE);
+        Ok(publisher)
+    }
+
+    /// Publishes a map on `/map`; who comes later gets it, too.
+    ///
+    /// # Errors
+    /// If the topic cannot be published.
+    pub fn publish_map(&mut self, map: OccupancyGrid) -> Result<(), Ros2Error> {
+        let publisher = match self.map.take() {
+            Some(publisher) => publisher,
+            None => self.node.advertise("/map", "nav_msgs/msg/OccupancyGrid", Delivery::Kept)?,
+        };
+        self.num_failed += usize::from(publisher.publish(map).is_err());
+        self.map = Some(publisher);
+        Ok(())
+    }
+
+    fn publish_state(&mut self, (id, label): (u8, &str)) {
+        let state = NodeState { id, label: label.to_owned() };
+        self.num_failed += usize::from(self.state.publish(state).is_err());
+    }
+
+    /// Says once that there are images.
+    fn note_image(&mut self) {
+        if !std::mem::replace(&mut self.is_active, true) {
+            self.publish_state(ACTIVE);
+        }
     }
 
     /// Sends a message of a result. What a subscriber is too slow for is not sent, and counted.
     pub fn publish(&mut self, result: ResultMessage) {
+        self.note_image();
         let is_sent = match result {
             ResultMessage::Pose(message) => self.pose.publish(message).is_ok(),
             ResultMessage::Path(message) => self.path.publish(message).is_ok(),
@@ -87,6 +153,7 @@ impl ResultPublisher {
 
     /// Sends a status.
     pub fn publish_diagnostics(&mut self, status: DiagnosticArray) {
+        self.note_image();
         self.num_failed += usize::from(self.diagnostics.publish(status).is_err());
     }
 
@@ -106,8 +173,8 @@ impl ResultPublisher {
         self.num_failed
     }
 
-    /// What was asked for since the last time. Nothing is waited for.
-    pub fn orders(&self) -> Vec<Order> {
+    /// Has everything done that was asked for since the last time, and answers with what was done or why not. Nothing is waited for.
+    pub fn obey(&self, mut act: impl FnMut(Order) -> Result<String, String>) {
         let mut orders = Vec::new();
         while let Ok(Some((message, _))) = self.initial_pose.take() {
             orders.extend(initial_pose(&message));
@@ -116,14 +183,18 @@ impl ResultPublisher {
             orders.push(Order::Reset);
         }
         while let Ok(Some(_)) = self.save_map.take() {
-            orders.push(Order::SaveMap);
+            orders.push(Order::SaveMap(String::new()));
         }
-        orders
+        for order in orders {
+            // Nobody waits for an answer to a topic.
+            let _ = act(order);
+        }
+        self.services.obey(&mut act);
     }
 }
 
 /// The pose in a message, if its numbers are any; spreads of 0 become a usual one.
-fn initial_pose(message: &PoseWithCovarianceStamped) -> Option<Order> {
+pub(super) fn initial_pose(message: &PoseWithCovarianceStamped) -> Option<Order> {
     let (p, q) = (message.pose.pose.position, message.pose.pose.orientation);
     let yaw_rad = (2.0 * (q.w * q.z + q.x * q.y)).atan2(1.0 - 2.0 * (q.y * q.y + q.z * q.z));
     let pose = PlanarPose::new(p.x, p.y, yaw_rad);
@@ -154,10 +225,34 @@ pub fn point_cloud(at: Timestamp, frame: &str, points: &[[f32; 3]]) -> PointClou
     }
 }
 
+/// A floor picture as a map of Nav2.
+#[must_use]
+#[allow(clippy::cast_possible_truncation)]
+pub fn occupancy_grid(at: Timestamp, frame: &str, picture: &FloorPicture) -> OccupancyGrid {
+    let header = Header::new(at, frame);
+    let num = |cells: usize| u32::try_from(cells).unwrap_or(u32::MAX);
+    let (x, y) = picture.origin_m;
+    let value = |cell: FloorCell| match cell {
+        FloorCell::Occupied => 100,
+        FloorCell::Unknown => -1,
+        FloorCell::Free => 0,
+    };
+    OccupancyGrid {
+        info: MapMetaData {
+            map_load_time: header.stamp,
+            resolution: picture.cell_m as f32,
+            width: num(picture.size.0),
+            height: num(picture.size.1),
+            origin: Pose::planar(&PlanarPose::new(x, y, 0.0), 0.0),
+        },
+        header,
+        data: picture.rows_up().map(value).collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bag::messages::Pose;
 
     #[test]
     fn initial_poses_and_clouds() {

@@ -30,6 +30,7 @@ use crate::{
         node::Delivery,
     },
     sequence::Calibration,
+    sources::ImageQos,
 };
 
 /// How long it is looked for who publishes the images, to learn their type.
@@ -45,6 +46,8 @@ pub struct LiveSettings {
     pub topics: BagTopics,
     /// If no image comes for so long, that is the end, seconds. `None` waits on.
     pub patience_secs: Option<f64>,
+    /// How images are asked for.
+    pub image_qos: ImageQos,
     /// Calibration that wins over the topic's, and its file.
     pub calibration: Option<(Calibration, PathBuf)>,
     /// The camera's pose on the robot, over what tf says.
@@ -59,6 +62,7 @@ impl LiveSettings {
             node,
             topics: BagTopics::default(),
             patience_secs: None,
+            image_qos: ImageQos::default(),
             calibration: None,
             robot_from_camera: None,
         }
@@ -85,7 +89,8 @@ impl Receiver {
         let image_type = image_type(&node, &settings.topics.image);
         let mut subscriptions = Vec::new();
         for role in roles.iter().filter(|role| !settings.topics.name(**role).is_empty()) {
-            subscriptions.push(Feed::subscribe(&mut node, settings.topics.name(*role), *role, image_type)?);
+            let image = (image_type, settings.image_qos);
+            subscriptions.push(Feed::subscribe(&mut node, settings.topics.name(*role), *role, image)?);
         }
         let inbox = Arc::new(Inbox::default());
         let (stop, stopped) = oneshot::channel();
@@ -147,15 +152,19 @@ impl Feed {
         node: &mut Node,
         topic: &str,
         role: TopicRole,
-        image_type: &'static str,
+        (image_type, image_qos): (&'static str, ImageQos),
     ) -> Result<Self, Ros2Error> {
         let name = role.type_names()[0];
         let newest = Delivery::Newest;
+        let images = match image_qos {
+            ImageQos::BestEffort => newest,
+            ImageQos::Reliable => Delivery::Reliable,
+        };
         Ok(match role {
             TopicRole::Image if image_type == name => {
-                Self::CompressedImage(node.subscribe(topic, name, newest)?)
+                Self::CompressedImage(node.subscribe(topic, name, images)?)
             }
-            TopicRole::Image => Self::Image(node.subscribe(topic, image_type, newest)?),
+            TopicRole::Image => Self::Image(node.subscribe(topic, image_type, images)?),
             TopicRole::CameraInfo => Self::CameraInfo(node.subscribe(topic, name, newest)?),
             TopicRole::Odometry => Self::Odometry(node.subscribe(topic, name, newest)?),
             // As tf2 does. Besides, this program also publishes on the topic: as long as a reader confirms nothing, the writer of

@@ -20,7 +20,7 @@ use crate::{
     },
     ros2::{
         DrivePublisher, DriveTopics, LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order,
-        ResultPublisher, TeamLink, node::Delivery,
+        PublishSettings, ResultPublisher, TeamLink, node::Delivery,
     },
 };
 
@@ -135,12 +135,17 @@ fn pictures_need_no_robot_and_bring_their_calibration() {
 fn orders_arrive_and_other_types_are_seen() {
     let settings = settings("operator");
     let Some(mut node) = join(&settings) else { return };
-    let results = ResultPublisher::open(&NodeSettings { name: "visloc".into(), ..settings }).unwrap();
+    let results = ResultPublisher::open(&PublishSettings::new(NodeSettings { name: "visloc".into(), ..settings })).unwrap();
     let reset = node.advertise("/visloc/reset", "std_msgs/msg/Empty", Delivery::Reliable).unwrap();
     let is_obeyed = (0..NUM_TRIES).any(|_| {
         reset.publish(Empty::default()).unwrap();
         thread::sleep(TRY_EVERY);
-        results.orders().contains(&Order::Reset)
+        let mut orders = Vec::new();
+        results.obey(|order| {
+            orders.push(order);
+            Ok(String::new())
+        });
+        orders.contains(&Order::Reset)
     });
     assert!(is_obeyed);
     let topics = node.topics();

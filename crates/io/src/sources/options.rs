@@ -34,6 +34,8 @@ pub struct SourceOptions {
     pub patience_secs: Option<f64>,
     /// The program that decodes video; `ffmpeg` if absent.
     pub ffmpeg: Option<PathBuf>,
+    /// How images of live topics are asked for; best effort if absent.
+    pub image_qos: Option<ImageQos>,
     /// Domain of live topics; [`Usual::domain_id`] if absent.
     pub domain_id: Option<u16>,
     /// What is taken where nothing was asked for.
@@ -41,6 +43,16 @@ pub struct SourceOptions {
     /// What whoever opens the source honors itself, so that a source without use for it need not refuse it: a seed that
     /// an algorithm takes too, names of topics that are written.
     pub honored_elsewhere: Vec<SourceOption>,
+}
+
+/// How images are asked for on live topics.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ImageQos {
+    /// What is lost on the way is lost; publishers of both kinds are heard.
+    #[default]
+    BestEffort,
+    /// What is lost is sent again; publishers that are best effort are not heard.
+    Reliable,
 }
 
 /// What is taken where nothing was asked for. A source that has no use for it passes over it.
@@ -156,6 +168,8 @@ pub enum SourceOption {
     Threads,
     /// End of a silent source.
     Patience,
+    /// How images are asked for.
+    ImageQos,
     /// Decoder of videos.
     Ffmpeg,
     /// Domain of ROS 2.
@@ -164,7 +178,7 @@ pub enum SourceOption {
 
 impl SourceOption {
     /// Every option.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Camera,
         Self::Mount,
         Self::Topics,
@@ -182,6 +196,7 @@ impl SourceOption {
         Self::Seed,
         Self::Threads,
         Self::Patience,
+        Self::ImageQos,
         Self::Ffmpeg,
         Self::RosDomain,
     ];
@@ -218,6 +233,7 @@ impl SourceOption {
             Self::Seed => "--seed",
             Self::Threads => "--threads",
             Self::Patience => "--patience",
+            Self::ImageQos => "--image-qos",
             Self::Ffmpeg => "--ffmpeg",
             Self::RosDomain => "--ros-domain",
         }
@@ -245,6 +261,7 @@ impl SourceOption {
             Self::Threads => "only simulated images are drawn by threads; leave it out",
             Self::Patience => "it is no live source and ends by itself; leave it out",
             Self::Ffmpeg => "it is read without ffmpeg; leave it out",
+            Self::ImageQos => "its images do not come over topics of ROS 2; leave it out",
             Self::RosDomain => "it is not in the network of ROS 2; leave it out",
         }
     }
@@ -264,6 +281,7 @@ impl SourceOptions {
             seed,
             num_threads,
             patience_secs,
+            image_qos,
             ffmpeg,
             domain_id,
             usual: _,
@@ -288,6 +306,7 @@ impl SourceOptions {
             (SourceOption::Seed, seed.is_some()),
             (SourceOption::Threads, num_threads.is_some()),
             (SourceOption::Patience, patience_secs.is_some()),
+            (SourceOption::ImageQos, image_qos.is_some()),
             (SourceOption::Ffmpeg, ffmpeg.is_some()),
             (SourceOption::RosDomain, domain_id.is_some()),
         ];

@@ -4,7 +4,7 @@ use super::{SourceKind, Way, claims_nothing};
 use crate::sources::{
     OpenFrames, OpenImages, OpenPictures,
     SourceOption::{
-        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Patience,
+        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, OdometryTopic, Patience,
         RosDomain, Scale, Start, Stride, Topics, TruthTopic,
     },
     SourceOptions, SourcesError,
@@ -34,6 +34,7 @@ pub(super) const KIND: SourceKind = SourceKind {
                 BaseFrame,
                 CameraFrame,
                 Patience,
+                ImageQos,
                 RosDomain,
             ]
         },
@@ -41,12 +42,12 @@ pub(super) const KIND: SourceKind = SourceKind {
     },
     images: Way {
         honors: |_| {
-            &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale, Patience, RosDomain]
+            &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale, Patience, ImageQos, RosDomain]
         },
         open: images,
     },
     pictures: Way {
-        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Patience, RosDomain],
+        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Patience, ImageQos, RosDomain],
         open: pictures,
     },
 };
@@ -91,7 +92,7 @@ mod live {
 
     /// The topic behind the colon wins over the one in the settings.
     fn settings(request: &Request<'_>) -> Result<LiveSettings, SourcesError> {
-        let SourceOptions { topics, camera, mount, patience_secs, .. } = request.options;
+        let SourceOptions { topics, camera, mount, patience_secs, image_qos, .. } = request.options;
         let is_named_twice = topics.image.is_some();
         let mut topics = request.topics();
         let image = request.address.rest();
@@ -114,6 +115,7 @@ mod live {
         Ok(LiveSettings {
             topics,
             patience_secs: *patience_secs,
+            image_qos: image_qos.unwrap_or_default(),
             calibration: camera
                 .as_ref()
                 .map(|path| Ok::<_, SourcesError>((read_calibration(path)?, path.clone())))
