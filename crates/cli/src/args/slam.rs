@@ -11,7 +11,7 @@ use super::{
 /// Parameters of SLAM.
 #[derive(Debug, Clone, Args)]
 pub struct SlamParametersArgs {
-    /// Parameters to start from: sdvl, orb-sdvl, or one of the eight configurations of the thesis, config1 to config8
+    /// Parameters to start from: sdvl, orb-sdvl, small (for small computers), or one of the eight configurations of the thesis, config1 to config8
     #[arg(long, value_name = "NAME", default_value = "sdvl")]
     pub preset: String,
     /// Parameters, TOML; names only what differs from the preset
