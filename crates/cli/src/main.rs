@@ -64,8 +64,16 @@ fn end(mut error: clap::Error) -> ! {
 fn run() -> Result<()> {
     let mut command = args::Cli::command();
     command.build();
-    let words = params_file::with_params_file(&command, std::env::args_os().collect())?;
-    let matches = command.clone().try_get_matches_from(words).unwrap_or_else(|error| end(error));
+    let typed: Vec<_> = std::env::args_os().collect();
+    let (words, params_file) = params_file::with_params_file(&command, typed.clone())?;
+    let matches = match (command.clone().try_get_matches_from(words), params_file) {
+        (Ok(matches), _) => matches,
+        (Err(error), None) => end(error),
+        (Err(error), Some(path)) => match command.clone().try_get_matches_from(typed) {
+            Err(own) if own.kind() != ErrorKind::MissingRequiredArgument => end(own),
+            _ => return Err(params_file::at_fault(&path, &error)),
+        },
+    };
     let cli = args::Cli::from_arg_matches(&matches)
         .map_err(|error| error.format(&mut command))
         .unwrap_or_else(|error| error.exit());

@@ -1,6 +1,9 @@
 //! `--params-file`: options and parameters in ROS's form, taken as if they had been typed before the other words.
 
-use std::{ffi::OsString, path::PathBuf};
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Result, anyhow, bail};
 use clap::{Arg, ArgAction, ArgMatches, Command, parser::ValueSource};
@@ -17,17 +20,17 @@ const NODE: &str = "visloc";
 /// What `--set` changes, by the option whose file it would stand in, and what stands before the key there.
 const TABLES: [(&str, &str); 2] = [("config", ""), ("pipeline", "pipeline.")];
 
-/// The words of the command line, with those of a file of parameters behind the name of the command; what was typed wins.
+/// The words of the command line, with those of a file of parameters behind the name of the command, and the file; what was typed wins.
 ///
 /// # Errors
 /// If the file cannot be read, or names no option or has a value that none can have.
-pub fn with_params_file(command: &Command, words: Vec<OsString>) -> Result<Vec<OsString>> {
+pub fn with_params_file(command: &Command, words: Vec<OsString>) -> Result<(Vec<OsString>, Option<PathBuf>)> {
     let Ok(matches) = command.clone().ignore_errors(true).try_get_matches_from(&words) else {
-        return Ok(words);
+        return Ok((words, None));
     };
-    let Some((name, matches)) = matches.subcommand() else { return Ok(words) };
+    let Some((name, matches)) = matches.subcommand() else { return Ok((words, None)) };
     let path = matches.try_get_one::<InputPath>(PARAMS_FILE).ok().flatten();
-    let (Some(path), Some(below)) = (path, command.find_subcommand(name)) else { return Ok(words) };
+    let (Some(path), Some(below)) = (path, command.find_subcommand(name)) else { return Ok((words, None)) };
     let path: PathBuf = path.to_path_buf();
     let place = || path.display().to_string();
     let parameters =
@@ -37,7 +40,20 @@ pub fn with_params_file(command: &Command, words: Vec<OsString>) -> Result<Vec<O
         given.extend(words_of(below, matches, key, value).map_err(|error| anyhow!("{}: {error}", place()))?);
     }
     let (before, behind) = words.split_at(words.len().min(2));
-    Ok(before.iter().cloned().chain(given).chain(behind.iter().cloned()).collect())
+    let all = before.iter().cloned().chain(given).chain(behind.iter().cloned()).collect();
+    Ok((all, Some(path)))
+}
+
+/// What is wrong with the words that a file has added.
+pub fn at_fault(path: &Path, error: &clap::Error) -> anyhow::Error {
+    let text = error.to_string();
+    let paragraph: Vec<&str> = text
+        .trim_start_matches("error: ")
+        .lines()
+        .map(str::trim)
+        .take_while(|line| !line.is_empty())
+        .collect();
+    anyhow!("{}: {}", path.display(), paragraph.join(" "))
 }
 
 /// What would be typed for a parameter; nothing if something else was typed for it.
@@ -78,13 +94,13 @@ fn name_of(arg: &Arg) -> String {
 
 /// What makes no sense in a file of parameters.
 fn is_excluded(arg: &Arg) -> bool {
-    let is_about_words = matches!(arg.get_action(), ArgAction::Help | ArgAction::HelpLong | ArgAction::HelpShort);
+    let is_about_words =
+        matches!(arg.get_action(), ArgAction::Help | ArgAction::HelpLong | ArgAction::HelpShort);
     is_about_words || [PARAMS_FILE, "set"].contains(&arg.get_id().as_str())
 }
 
 fn unknown(command: &Command, key: &str, name: &str) -> anyhow::Error {
-    let known: Vec<String> =
-        command.get_arguments().filter(|arg| !is_excluded(arg)).map(name_of).collect();
+    let known: Vec<String> = command.get_arguments().filter(|arg| !is_excluded(arg)).map(name_of).collect();
     let words: Vec<&str> = known.iter().map(String::as_str).collect();
     let hint = match nearest_key(name, &words) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
@@ -116,7 +132,7 @@ mod tests {
         command.build();
         let mut all: Vec<OsString> = words.iter().map(OsString::from).collect();
         all.extend(["--params-file".into(), path.into_os_string()]);
-        let with = with_params_file(&command, all.clone()).map_err(|error| format!("{error:#}"))?;
+        let (with, _) = with_params_file(&command, all.clone()).map_err(|error| format!("{error:#}"))?;
         let num = with.len() - all.len();
         assert_eq!((&with[..2], &with[2 + num..]), (&all[..2], &all[2..]), "what was typed stays");
         Ok(with[2..2 + num].iter().map(|word| word.to_string_lossy().into_owned()).collect())
@@ -148,7 +164,9 @@ mod tests {
     #[test]
     fn mistakes_name_the_nearest_parameter() {
         let why = |file: &str| added(file, &["visloc", "localize"]).unwrap_err();
-        assert!(why("imagetopic: /eye").ends_with("unknown parameter `imagetopic`, did you mean `image_topic`?"));
+        assert!(
+            why("imagetopic: /eye").ends_with("unknown parameter `imagetopic`, did you mean `image_topic`?")
+        );
         assert!(why("konfig.evidence.per_image: 1").ends_with("did you mean `config`?"));
         assert!(why("publish_ros: 3").ends_with("publish_ros: expected true or false, found 3"));
         assert!(why("params_file: a.yaml").contains("unknown parameter `params_file`"));

@@ -16,6 +16,7 @@ pub mod robocup;
 pub mod slam;
 pub mod studies;
 pub mod symmetry;
+pub mod team;
 
 pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,

@@ -21,7 +21,8 @@ use visloc_io::{
     image_codec::save_png,
     sequence::{Bound, SequenceRange},
     sources::{
-        ImageQos, KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
+        ImageQos, KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
+        open_pictures,
     },
 };
 

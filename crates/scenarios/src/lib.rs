@@ -4,7 +4,6 @@
 #![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
 mod detection_score;
-pub mod team;
 
 pub use detection_score::{DetectionScore, DetectionScores};
 use visloc_core::{

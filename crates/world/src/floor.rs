@@ -115,7 +115,8 @@ mod tests {
                 assert_eq!(at(&picture, middle.x, middle.y), FloorCell::Occupied, "{}", wall.origin);
             }
         }
-        let free_m2 = picture.rows_up().filter(|cell| *cell == FloorCell::Free).count() as f64 * CELL_M * CELL_M;
+        let free_m2 =
+            picture.rows_up().filter(|cell| *cell == FloorCell::Free).count() as f64 * CELL_M * CELL_M;
         let area_m2 = office.free_space().area_m2();
         assert!((0.75..1.05).contains(&(free_m2 / area_m2)), "{free_m2} of {area_m2} m2");
     }

@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand, ValueEnum};
 use visloc_experiments::{Shard, robocup::RobocupSet};
 
-use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg};
+use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg, number::number_in};
 
 /// Arguments of `visloc experiment`.
 #[derive(Debug, Args)]
@@ -26,6 +26,8 @@ pub enum ExperimentCommand {
     Robocup(RobocupArgs),
     /// An office corridor whose doors look alike: a walk, two kidnaps, maps of the likelihood
     Office(OfficeArgs),
+    /// Teams of 2 to 5 robots on a field with white goals, one of which knows its half: bad links, restarts, liars
+    Team(TeamArgs),
     /// SLAM: what bundle adjustment, outlier rejection and descriptors are worth
     SlamConfigs(SlamStudyArgs),
     /// SLAM: what share of lost points should ask for a keyframe
@@ -144,6 +146,23 @@ pub struct OfficeArgs {
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
+}
+
+/// Arguments of `visloc experiment team`.
+#[derive(Debug, Args)]
+pub struct TeamArgs {
+    /// Games for each number of robots; each takes half a minute or more
+    #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub runs: u64,
+    /// Length of a game, seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = game_length)]
+    pub secs: f64,
+    #[command(flatten)]
+    pub common: RunsArgs,
+}
+
+fn game_length(text: &str) -> Result<f64, String> {
+    number_in(text, 1.0, 3600.0)
 }
 
 /// Arguments of the SLAM experiments.

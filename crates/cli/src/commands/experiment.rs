@@ -17,6 +17,7 @@ use visloc_experiments::{
     run_until,
     slam::{SlamExperiment, SlamSettings, SlamStudy},
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
+    team::{TeamExperiment, TeamSettings},
 };
 use visloc_locate::{Algorithm, FeatureChoice};
 
@@ -72,6 +73,10 @@ pub fn execute(args: &ExperimentArgs) -> Result<()> {
             settings.algorithms.iter().try_for_each(|name| Algorithm::named(name).map(drop))?;
             let experiment = OfficeExperiment::new(settings, args.runs);
             conduct(&experiment, &args.common, OfficeExperiment::report)
+        }
+        ExperimentCommand::Team(args) => {
+            let settings = TeamSettings { secs: args.secs, ..TeamSettings::default() };
+            conduct(&TeamExperiment::new(settings, args.runs), &args.common, TeamExperiment::report)
         }
         ExperimentCommand::SlamConfigs(args) => slam(SlamStudy::Configs, args),
         ExperimentCommand::SlamLostPoints(args) => slam(SlamStudy::LostPoints, args),
@@ -223,6 +228,11 @@ fn merge_parts(args: &MergeArgs) -> Result<()> {
         "office" => {
             let settings: OfficeSettings = settings_of(&manifest, first)?;
             let experiment = OfficeExperiment::new(settings, args.runs.unwrap_or(5));
+            experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
+        }
+        "team" => {
+            let settings: TeamSettings = settings_of(&manifest, first)?;
+            let experiment = TeamExperiment::new(settings, args.runs.unwrap_or(25));
             experiment.report(&merge(&experiment, manifest.seed, &args.folders)?, manifest.seed)?
         }
         name if name.starts_with("slam-") => {

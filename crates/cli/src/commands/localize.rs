@@ -176,7 +176,9 @@ fn live_output(args: &LocalizeArgs, options: &SourceOptions, map: &Map) -> Resul
     let names = args.team.as_deref().zip(args.number);
     let team = names.map(|(name, number)| TeamSettings { name, number, map });
     let floor = match args.publish_map {
-        true => Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?),
+        true => {
+            Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
+        }
         false => None,
     };
     let base_frame = options.topics.names().base_frame;

@@ -35,7 +35,11 @@ impl MapLive {
     ///
     /// # Errors
     /// If there is none.
-    pub fn open(domain_id: u16, frames: ResultFrames, (name, map): (&str, Option<&VisualMap>)) -> Result<Self> {
+    pub fn open(
+        domain_id: u16,
+        frames: ResultFrames,
+        (name, map): (&str, Option<&VisualMap>),
+    ) -> Result<Self> {
         let path = Path::new(name);
         let mut publisher = ResultPublisher::open(&publish_settings(domain_id, true))?;
         if let Some(map) = map {
@@ -123,7 +127,9 @@ impl MapLive {
             Ok(self.publisher.publish_map(occupancy_grid(now(), &self.frames.map, &floor))?)
         });
         // The camera can be found all the same.
-        let _ = obeyed(published.map(|()| "/map is that of the map now".to_owned()).map_err(|e| format!("{e:#}")));
+        let _ = obeyed(
+            published.map(|()| "/map is that of the map now".to_owned()).map_err(|e| format!("{e:#}")),
+        );
     }
 
     /// Messages that could not be sent.

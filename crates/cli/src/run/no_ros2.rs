@@ -24,12 +24,7 @@ impl LiveOutput {
     ///
     /// # Errors
     /// Always.
-    pub fn open(
-        _: u16,
-        _: &str,
-        team: Option<&TeamSettings<'_>>,
-        _: Option<&FloorPicture>,
-    ) -> Result<Self> {
+    pub fn open(_: u16, _: &str, team: Option<&TeamSettings<'_>>, _: Option<&FloorPicture>) -> Result<Self> {
         let what = match team {
             Some(team) => format!("--team {} --number {} on {}", team.name, team.number, team.map.name()),
             None => "--publish-ros".to_owned(),

@@ -24,13 +24,16 @@ impl NamedMaps {
     /// If there is no usual one, or the name leads elsewhere.
     pub fn path(&self, name: &str) -> Result<PathBuf, String> {
         if name.is_empty() {
-            let missing = || format!("expected the name of a map, found none, and {} names none", self.option);
+            let missing =
+                || format!("expected the name of a map, found none, and {} names none", self.option);
             return self.usual.clone().ok_or_else(missing);
         }
         let stem = name.strip_suffix(".vmap").unwrap_or(name);
         let is_plain = |c: char| c.is_alphanumeric() || "-_. ".contains(c);
         if stem.is_empty() || stem.starts_with('.') || !stem.chars().all(is_plain) {
-            return Err(format!("expected the name of a map such as office, without folders, found {name:?}"));
+            return Err(format!(
+                "expected the name of a map such as office, without folders, found {name:?}"
+            ));
         }
         Ok(self.folder.join(format!("{stem}.vmap")))
     }
@@ -46,7 +49,8 @@ mod tests {
         assert_eq!(maps.path("").unwrap(), Path::new("maps/room.vmap"));
         assert_eq!(maps.path("hall").unwrap(), Path::new("maps/hall.vmap"));
         assert_eq!(maps.path("hall 2.vmap").unwrap(), Path::new("maps/hall 2.vmap"));
-        for bad in ["../hall", "/etc/passwd", ".hidden", "..", "a/b", "a\\b", "C:x", ".vmap", "a\0b", "a\nb"] {
+        for bad in ["../hall", "/etc/passwd", ".hidden", "..", "a/b", "a\\b", "C:x", ".vmap", "a\0b", "a\nb"]
+        {
             assert!(maps.path(bad).unwrap_err().contains("without folders"), "{bad:?}");
         }
         let nowhere = NamedMaps::beside("--save", None);

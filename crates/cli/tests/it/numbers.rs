@@ -63,7 +63,7 @@ fn cheap_runs(command: &str) -> &'static [&'static [&'static str]] {
         "evaluate" => &[&["poses.tum", "poses.tum"]],
         "benchmark" => &[&["--only", "no-such-recording"]],
         // A part without runs.
-        "experiment kidnap" => &[&["--shard", "900000000/1000000000"]],
+        "experiment kidnap" | "experiment team" => &[&["--shard", "900000000/1000000000"]],
         "experiment symmetry" | "experiment markov" => &[&["--shard", "2/1"]],
         "experiment robocup" | "experiment office" => &[&["--algorithm", "no-such"]],
         "experiment slam-configs"

@@ -14,4 +14,3 @@ mod refined;
 mod slam;
 mod standing;
 mod taught;
-mod team;

@@ -27,7 +27,11 @@ pub const PRESETS: [SlamPreset; 11] = [
     preset("orb-sdvl", "ORB, bundle adjustment, outlier rejection (config8)", (Orb, true, true)),
     SlamPreset {
         is_small: true,
-        ..preset("small", "as sdvl with fewer landmarks and smaller bundles, for small computers", (Patches, true, true))
+        ..preset(
+            "small",
+            "as sdvl with fewer landmarks and smaller bundles, for small computers",
+            (Patches, true, true),
+        )
     },
     preset("config1", "patches", (Patches, false, false)),
     preset("config2", "patches, outlier rejection", (Patches, false, true)),

@@ -54,6 +54,7 @@ pub enum Kind {
     Pipeline,
     Slam,
     Topics,
+    RosParameters,
     Robot,
     Recording,
     Experiment,
@@ -185,6 +186,9 @@ impl Kind {
                 "input.toml",
                 "image = \"/camera/image/compressed\"\nodometry = \"/odom\"\nbase_frame = \"base_footprint\"\n",
             ),
+            Self::RosParameters => {
+                Input::one("input.yaml", "/**:\n  ros__parameters:\n    seed: 3\n    overwrite: false\n")
+            }
             Self::Robot => Input::one(
                 "input.toml",
                 "[camera]\npitch_down_deg = 0.5\n[odometry]\nscale = [1.01, 1.0, 1.0]\n",

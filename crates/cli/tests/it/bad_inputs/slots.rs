@@ -106,6 +106,12 @@ pub const SLOTS: &[Slot] = &[
     ),
     slot("localize", "--pipeline", "@bag.mcap --map robocup-spl-2010 --frames 1 --pipeline {}", &[Pipeline]),
     slot("localize", "--robot", "@bag.mcap --map robocup-spl-2010 --frames 1 --robot {}", &[Robot]),
+    slot(
+        "localize",
+        "--params-file",
+        "@bag.mcap --map robocup-spl-2010 --frames 1 --params-file {} --json out/r.json",
+        &[RosParameters],
+    ),
     slot("localize", "--topics", "@bag.mcap --map robocup-spl-2010 --frames 1 --topics {}", &[Topics]),
     slot(
         "localize",
@@ -130,6 +136,7 @@ pub const SLOTS: &[Slot] = &[
     slot("slam", "--camera", "@tum --camera {} --json out/r.json", CAMERA_FILES),
     slot("slam", "--load", "@tum --load {} --save out/later.vmap --json out/r.json", &[VisualMap]),
     small("slam", "--poses", "@tum --poses {} --save out/given.vmap", &[PosesTum, PosesEuroc]),
+    slot("slam", "--params-file", "@tum --params-file {} --json out/r.json", &[RosParameters]),
     slot("slam", "--topics", "@bag.mcap --topics {} --end 1", &[Topics]),
     slot("extract", "SOURCE", "{} --ffmpeg @ffmpeg --out out/images", &[Video]),
     without_camera("extract", "SOURCE", "{} --out out/images", CAMERA_SOURCES),

@@ -87,6 +87,12 @@ pub const PARSERS: &[Parser] = &[
         seeds: settings::parameter_seeds,
         read: settings::parameters,
     },
+    Parser {
+        name: "ros_parameters",
+        max_bytes: TEXT,
+        seeds: settings::ros_parameter_seeds,
+        read: settings::ros_parameters,
+    },
     Parser { name: "addresses", max_bytes: 4 << 10, seeds: settings::address_seeds, read: settings::address },
     Parser { name: "studio_commands", max_bytes: TEXT, seeds: studio::command_seeds, read: studio::commands },
     Parser { name: "team_messages", max_bytes: 4 << 10, seeds: team::seeds, read: team::read },

@@ -3,6 +3,7 @@
 use visloc_core::settings::overlay;
 use visloc_io::{
     bag::BagTopics,
+    read_ros_parameters,
     sequence::Bound,
     sources::{KINDS, SourceAddress},
 };
@@ -70,6 +71,16 @@ pub fn parameters(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(rest) {
         TABLES[form](text);
     }
+}
+
+pub fn ros_parameter_seeds() -> Vec<Vec<u8>> {
+    let example = include_bytes!("../../../../../interop/ros2/visloc.params.yaml");
+    vec![example.to_vec(), b"visloc: { ros__parameters: { seed: 1, config: { a.b: [1, 2] } } }".to_vec()]
+}
+
+pub fn ros_parameters(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let _ = read_ros_parameters(text, "visloc");
 }
 
 pub fn address_seeds() -> Vec<Vec<u8>> {

@@ -4,8 +4,8 @@ use super::{SourceKind, Way, claims_nothing};
 use crate::sources::{
     OpenFrames, OpenImages, OpenPictures,
     SourceOption::{
-        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, OdometryTopic, Patience,
-        RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, OdometryTopic,
+        Patience, RosDomain, Scale, Start, Stride, Topics, TruthTopic,
     },
     SourceOptions, SourcesError,
     open::Request,
@@ -42,7 +42,19 @@ pub(super) const KIND: SourceKind = SourceKind {
     },
     images: Way {
         honors: |_| {
-            &[Camera, Topics, ImageTopic, CameraInfoTopic, Start, End, Stride, Scale, Patience, ImageQos, RosDomain]
+            &[
+                Camera,
+                Topics,
+                ImageTopic,
+                CameraInfoTopic,
+                Start,
+                End,
+                Stride,
+                Scale,
+                Patience,
+                ImageQos,
+                RosDomain,
+            ]
         },
         open: images,
     },

@@ -1,18 +1,18 @@
 //! Draws a game of five robots of which one is told its half: who knows where it is, and since when.
 //!
-//! `cargo run --release -p visloc-scenarios --example team_picture -- FOLDER [SEED]`
+//! `cargo run --release -p visloc-experiments --example team_picture -- FOLDER [SEED]`
 
 #![allow(clippy::cast_precision_loss)]
 
 use std::path::Path;
 
 use visloc_core::Clock;
+use visloc_experiments::team::{Conditions, Game, GameSetup, Liar, Played, play};
 use visloc_locate::{LOCALIZED_RELIABILITY, team::TeamConfig};
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Panel, PathPoint, ReferenceLine, Series, TimeSeriesPicture,
     field_picture, time_series,
 };
-use visloc_scenarios::team::{Conditions, Game, GameSetup, Liar, Played, play};
 use visloc_world::Map;
 
 type Failure = Box<dyn std::error::Error>;

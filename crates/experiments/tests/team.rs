@@ -1,8 +1,13 @@
 //! Robots of a team on a field with white goals, each with a camera and a localizer of its own. Seeds on which nothing was chosen.
 
-use visloc_core::Clock;
+#![allow(clippy::unwrap_used)] // a test may stop
+
+use visloc_core::{Clock, RngTree};
+use visloc_experiments::{
+    Experiment,
+    team::{Conditions, Game, GameSetup, Liar, Restart, Score, TeamExperiment, TeamSettings, play, score},
+};
 use visloc_locate::team::TeamConfig;
-use visloc_scenarios::team::{Conditions, Game, GameSetup, Liar, Restart, Score, play, score};
 
 const SETUP: GameSetup =
     GameSetup { num_robots: 3, secs: 20.0, images_per_sec: 5.0, one_knows: true, kidnap: None, seed: 71 };
@@ -55,4 +60,18 @@ fn the_same_bits_and_alone_the_localizers() {
     for (answers, moments) in alone.answers.iter().zip(&game.moments) {
         assert!(answers.iter().zip(moments).all(|(answer, moment)| *answer == moment.estimate));
     }
+}
+
+/// A run is a game under all conditions; two robots have no liar among them, and the same seeds give the same record.
+#[test]
+fn the_experiment_plays_each_game_under_all_conditions() {
+    let settings = TeamSettings { num_robots: vec![2, 3], secs: 4.0, images_per_sec: 5.0 };
+    let experiment = TeamExperiment::new(settings, 1);
+    let seeds = RngTree::new(5);
+    let [two, three] = [0, 1].map(|cell| experiment.run(cell, 0, &seeds).unwrap());
+    assert_eq!((two.len(), three.len()), (7, 10));
+    assert!(two.iter().all(|game| !game.name.starts_with("liar")));
+    assert_eq!(two[0].score.right_share, 0.0, "alone nobody knows its half");
+    assert!(two[1].bytes_per_sec > 100.0 && two[1].bytes_per_sec < 10_000.0);
+    assert_eq!(experiment.run(0, 0, &seeds).unwrap(), two);
 }

@@ -5,7 +5,7 @@ use visloc_locate::{Estimate, Pipeline, Region, StartPrior};
 use visloc_sim::{Detection, DetectorSetup, Scenario, TeamSimulation};
 use visloc_world::Map;
 
-use crate::RunError;
+use crate::ExperimentError;
 
 /// The robot that is told its half.
 pub const WHO_KNOWS: usize = 0;
@@ -64,11 +64,12 @@ impl Game {
     ///
     /// # Errors
     /// If the simulation or a pipeline cannot be built.
-    pub fn record(setup: &GameSetup) -> Result<Self, RunError> {
-        let mut scenario = Scenario::load("tour-2024")?;
+    pub fn record(setup: &GameSetup) -> Result<Self, ExperimentError> {
+        let mut scenario = Scenario::load("tour-2024").map_err(setup_error)?;
         scenario.frames_per_sec = setup.images_per_sec;
         let detector = DetectorSetup::default();
-        let mut team = TeamSimulation::new(&scenario, setup.num_robots, detector, setup.seed)?;
+        let mut team =
+            TeamSimulation::new(&scenario, setup.num_robots, detector, setup.seed).map_err(setup_error)?;
         let map = team.map().clone();
         let truths = team.truths();
         let mut pipelines = Vec::new();
@@ -76,7 +77,7 @@ impl Game {
             let start =
                 if setup.one_knows && i == WHO_KNOWS { half_of(&map, truth) } else { StartPrior::Uniform };
             let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
-            pipelines.push(Pipeline::builder(&map).seed(seed).start(start).build()?);
+            pipelines.push(Pipeline::builder(&map).seed(seed).start(start).build().map_err(setup_error)?);
         }
         let num_steps = (setup.secs * setup.images_per_sec).round() as usize;
         let mut moments = Vec::with_capacity(num_steps);
@@ -90,7 +91,7 @@ impl Game {
             }
             let mut all = Vec::new();
             for (frame, pipeline) in team.step().into_iter().zip(&mut pipelines) {
-                let estimate = pipeline.step(&frame.source.frame)?.clone();
+                let estimate = pipeline.step(&frame.source.frame).map_err(setup_error)?.clone();
                 let Some(truth) = frame.source.truth else { continue };
                 all.push(Moment {
                     at: frame.source.frame.at,
@@ -106,6 +107,10 @@ impl Game {
         let who_knows = setup.one_knows.then_some(WHO_KNOWS);
         Ok(Self { map, detector, moments, who_knows, step_secs: 1.0 / setup.images_per_sec })
     }
+}
+
+fn setup_error(error: impl std::fmt::Display) -> ExperimentError {
+    ExperimentError::Setup { reason: error.to_string() }
 }
 
 /// The half in which a robot stands.

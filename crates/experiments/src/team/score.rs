@@ -1,5 +1,6 @@
 //! What the team was good for.
 
+use serde::{Deserialize, Serialize};
 use visloc_core::geom::PlanarPose;
 use visloc_locate::{Estimate, LOCALIZED_RELIABILITY};
 
@@ -14,7 +15,7 @@ const DRAGGED_SECS: f64 = 1.0;
 const SAME_BALL_SECS: f64 = 1.0;
 
 /// One game, the robots that lie and that knew left out.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// For each robot that was ever tied to the one that knows by a chain of sightings: seconds from then until it was right, `None` if it
     /// never was.
