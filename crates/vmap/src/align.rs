@@ -159,8 +159,8 @@ impl VisualMap {
         let ground = find_ground(&self.map.with_active(map))?;
         let scale = meters / ground.height;
         let similarity = Similarity { scale, rotation: Matrix3::identity(), translation: Vector3::zeros() };
-        let relative_sigma = ground.spread / ground.height / (ground.num_keyframes as f64).sqrt();
-        self.transform(map, &similarity, MapScale { source: ScaleSource::CameraHeight, relative_sigma });
+        let scale_of = MapScale { source: ScaleSource::CameraHeight, relative_sigma: ground.relative_sigma };
+        self.transform(map, &similarity, scale_of);
         Some((scale, ground))
     }
 

@@ -205,12 +205,16 @@ pub fn align(args: &MapAlignArgs) -> Result<()> {
     if let Some(meters) = args.camera_height {
         check_length("--camera-height", meters)?;
         let Some((scale, ground)) = map.scale_by_height(id, meters) else {
-            bail!("{}: no ground is seen below the camera", args.map.display());
+            bail!(
+                "{}: expected landmarks on the ground below the camera's way, found too few",
+                args.map.display()
+            );
         };
-        let share = ground.spread / ground.height * 100.0;
         say::line!(
-            "a ground below {} keyframes: a map unit is {scale:.5} m; the camera's height differs by {share:.1} %",
-            ground.num_keyframes
+            "a ground of {} landmarks below {} pieces of the way: a map unit is {scale:.5} m, to {:.1} %",
+            ground.num_points,
+            ground.num_pieces,
+            ground.relative_sigma * 100.0
         );
     }
     save(&args.out, &map, &nobody()).with_context(|| args.out.display().to_string())?;
