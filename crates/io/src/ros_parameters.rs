@@ -15,7 +15,8 @@ const EVERYBODY: [&str; 3] = ["/**", "/*", "**"];
 pub fn read_ros_parameters(text: &str, node: &str) -> Result<BTreeMap<String, Value>, String> {
     let file: Table = serde_saphyr::from_str(text).map_err(|error| {
         let error = error.to_string();
-        format!("expected parameters of ROS 2 in YAML: {}", error.lines().next().unwrap_or_default())
+        let first = error.lines().next().unwrap_or_default();
+        format!("expected parameters of ROS 2 in YAML: {}", first.trim_start_matches("error: "))
     })?;
     let own = [node.to_owned(), format!("/{node}")];
     let mut parameters = BTreeMap::new();
@@ -30,7 +31,8 @@ pub fn read_ros_parameters(text: &str, node: &str) -> Result<BTreeMap<String, Va
     }
     if !is_meant {
         let found: Vec<&str> = file.keys().map(String::as_str).collect();
-        return Err(format!("expected a section `/**:` or `{node}:`, found {}", found.join(", ")));
+        let found = if found.is_empty() { "nothing".to_owned() } else { found.join(", ") };
+        return Err(format!("expected a section `/**:` or `{node}:`, found {found}"));
     }
     Ok(parameters)
 }

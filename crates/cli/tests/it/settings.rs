@@ -133,3 +133,47 @@ fn colors_are_learned_from_a_painted_image() {
     let error = workspace.refused(&["colors", "image.png", "--labels", "small.png", "--out", "c.toml"]);
     assert!(error.contains("40 x 30") && error.contains("40 x 20"), "{error}");
 }
+
+/// A file of parameters in the form of ROS 2 does what the same words do that are typed, and what is typed wins.
+#[test]
+fn parameters_of_ros_2_are_options_and_parameters() {
+    let workspace = Workspace::new();
+    workspace.write(
+        "p.yaml",
+        "/**:\n  ros__parameters:\n    source: sim:tour\n    frames: 20\n    seed: 3\n    trajectory: file.tum\n    \
+         config: { explorers: { num_random: 20 } }\n    pipeline.analysis.column_step_px: 6\namcl:\n  ros__parameters: { a: 1 }\n",
+    );
+    workspace.must(&["localize", "--params-file", "p.yaml"]);
+    let typed = [
+        "localize",
+        "sim:tour",
+        "--frames",
+        "20",
+        "--seed",
+        "3",
+        "--set",
+        "explorers.num_random=20",
+        "--set",
+        "pipeline.analysis.column_step_px=6",
+        "--trajectory",
+    ];
+    workspace.must(&[&typed[..], &["typed.tum"]].concat());
+    let read = |name: &str| workspace.read(name);
+    assert_eq!(read("file.tum"), read("typed.tum"));
+    workspace.must(&["localize", "--params-file", "p.yaml", "--seed", "4", "--trajectory", "other.tum"]);
+    assert_ne!(read("other.tum"), read("typed.tum"));
+
+    let refused = |text: &str, words: &[&str]| {
+        workspace.write("bad.yaml", &format!("/**:\n  ros__parameters: {{ {text} }}\n"));
+        workspace.refused(&[words, &["--params-file", "bad.yaml"]].concat())
+    };
+    let localize = ["localize", "sim:tour", "--frames", "1"];
+    let said = refused("algoritm: mce", &localize);
+    assert!(said.contains("bad.yaml: unknown parameter `algoritm`, did you mean `algorithm`?"), "{said}");
+    let said = refused("seed: many", &localize);
+    assert!(said.starts_with("error: bad.yaml: invalid value 'many' for '--seed"), "{said}");
+    let said = refused("config.explorers.num_randm: 5", &localize);
+    assert!(said.contains("unknown key `num_randm` in [explorers], did you mean `num_random`?"), "{said}");
+    let said = refused("config.tracking.max_matchs: 5", &["slam", "sim:room", "--end", "2"]);
+    assert!(said.contains("did you mean `max_matches`?"), "{said}");
+}
