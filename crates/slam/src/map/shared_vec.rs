@@ -90,8 +90,8 @@ mod tests {
                 }
             }
             let same = Arc::new(7);
-            for (index, _) in changes.iter().step_by(2).filter(|_| !plain.is_empty()) {
-                let index = index.index(plain.len());
+            for (index, _) in changes.iter().step_by(2).filter(|_| !before.is_empty()) {
+                let index = index.index(before.len());
                 plain[index] = *same;
                 shared.share(index, &same);
             }
@@ -99,8 +99,8 @@ mod tests {
                 plain.push(*item);
                 shared.push(*item);
             }
-            for (index, value) in changes.iter().skip(1).step_by(2).filter(|_| !plain.is_empty()) {
-                let index = index.index(plain.len());
+            for (index, value) in changes.iter().skip(1).step_by(2).filter(|_| !before.is_empty()) {
+                let index = index.index(before.len());
                 plain[index] = *value;
                 shared[index] = *value;
             }
