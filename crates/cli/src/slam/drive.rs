@@ -36,6 +36,15 @@ pub struct RunOptions<'a> {
     pub is_quiet: bool,
 }
 
+impl Restart {
+    fn maps(self) -> Option<Box<Map>> {
+        match self {
+            Self::Anew => None,
+            Self::In(maps) => Some(maps),
+        }
+    }
+}
+
 /// A finished run.
 pub struct SlamRun {
     /// The system with its map.
@@ -146,10 +155,8 @@ pub fn run(
 ) -> Result<SlamRun> {
     let (mut config, mut seed) = (config.clone(), options.seed);
     let mut slam = start(source.camera(), &config, seed, &options)?;
-    // Maps that somebody wants to go on in.
-    let mut loaded: Option<Box<Map>> = None;
-    // Frames of maps that were forgotten on demand.
-    let mut num_before = 0;
+    // Maps that somebody wants to go on in, and frames of maps that were forgotten on demand.
+    let (mut loaded, mut num_before) = (None::<Box<Map>>, 0);
     let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
     let mut history = SlamHistory::new(options.most_records);
     let (mut refused, mut error, mut num_dropped) = (Vec::new(), None, 0);
@@ -176,9 +183,7 @@ pub fn run(
             (config, seed) = settings;
         }
         if restart.is_some() || is_wished {
-            if let Some(Restart::In(maps)) = restart {
-                loaded = Some(maps);
-            }
+            loaded = restart.and_then(Restart::maps).or(loaded);
             let maps = loaded.as_deref().or(options.maps);
             history.add_mapped(num_before, &slam.finish());
             slam = start(source.camera(), &config, seed, &RunOptions { maps, ..options })?;
