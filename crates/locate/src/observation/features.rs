@@ -56,7 +56,7 @@ pub struct FeatureMatch {
 /// Signed distance of a feature from its counterpart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
-    /// The distance in the undistorted image, pixels.
+    /// The distance in the undistorted image, pixels of an image 320 to 640 px wide: see `px_tolerance`.
     pub error_px: f64,
     /// Its derivative.
     pub jacobian: CameraVector,

@@ -2,7 +2,10 @@
 
 use visloc_core::RgbImage;
 
-use crate::vision::color::{HueRange, hue_saturation_brightness, luma};
+use crate::vision::{
+    color::{HueRange, hue_saturation_brightness, luma},
+    px_in,
+};
 
 /// Every so many pixels one is looked at, in an image 320 px wide.
 const STEP_PX: u32 = 12;
@@ -22,7 +25,7 @@ impl ImageLook {
     /// Looks at an image; `carpet` is the color of a field's carpet.
     #[must_use]
     pub fn new(image: &RgbImage, carpet: &HueRange) -> Self {
-        let step = (STEP_PX * (image.width() / 320).max(1)) as usize;
+        let step = px_in(image.width(), STEP_PX) as usize;
         let (mut brightness, mut chroma, mut num_carpet, mut num) = (0, 0, 0_u32, 0_u32);
         for y in (0..image.height()).step_by(step) {
             for x in (0..image.width()).step_by(step) {

@@ -12,6 +12,29 @@ mod image_look;
 pub mod office;
 mod percept;
 
+/// Pixels of an image of this width in a pixel of an image 320 px wide, for which lengths in images are given.
+pub(crate) fn px_scale(width_px: u32) -> f64 {
+    f64::from(width_px) / 320.0
+}
+
+/// So many pixels of an image of this width blur into one: noise, pictures' compression and errors of lens and map let images up to 640 px wide
+/// tell single pixels, and wider ones no smaller angle.
+pub(crate) fn blur_px(width_px: u32) -> u32 {
+    (width_px / 640).max(1)
+}
+
+/// How far off a thing in an image of this width may be, against one 320 to 640 px wide: in wider images the blur decides, in smaller ones what
+/// the map and the robot's joints do not know is as large an angle as in an image 320 px wide.
+pub(crate) fn px_tolerance(width_px: u32) -> f64 {
+    px_scale(width_px).min(1.0) * (f64::from(width_px) / 640.0).max(1.0)
+}
+
+/// A number of pixels of an image 320 px wide in an image of another width: at least one.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+pub(crate) fn px_in(width_px: u32, px: u32) -> u32 {
+    ((f64::from(px) * px_scale(width_px)).round() as u32).max(1)
+}
+
 pub use field_features::{
     CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
     PostSide,

@@ -20,7 +20,7 @@ use crate::{
         edge::{Edge, Eye, Offset, Ray},
         features::{CameraState, FeatureMatch, FeatureModel, Residual},
     },
-    vision::{FeatureKind, FieldFeatures, Percept},
+    vision::{FeatureKind, FieldFeatures, Percept, px_tolerance},
 };
 
 /// How far beyond the end of a line or post a pixel may lie and still belong to it, meters.
@@ -62,6 +62,7 @@ pub struct FieldFeatureModel {
     borders: Vec<Border>,
     /// Line pixels on the ground, seen from the robot.
     ground_borders: Vec<GroundBorder>,
+    /// In what distances in the image are counted in.
     focal_px: (f64, f64),
     robot_from_camera: Matrix3<f64>,
     eye_in_robot: Vector3<f64>,
@@ -177,7 +178,8 @@ impl Nearest {
 impl FeatureModel for FieldFeatureModel {
     fn condition_on(&mut self, percept: &Percept) {
         let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
-        self.focal_px = (fx, fy);
+        let unit_px = px_tolerance(percept.camera.size_px().0);
+        self.focal_px = (fx / unit_px, fy / unit_px);
         self.robot_from_camera = *percept.robot_from_camera.rotation();
         self.eye_in_robot = *percept.robot_from_camera.translation();
         self.composites.copy_from(&percept.features);

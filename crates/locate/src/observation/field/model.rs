@@ -19,14 +19,15 @@ use crate::{
     ConfigError, ObservationModel, Region,
     observation::Landmark,
     require,
-    vision::{FeatureKind, Percept},
+    vision::{FeatureKind, Percept, px_tolerance},
 };
 
 /// Parameters of the observation model of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FieldModelConfig {
-    /// Distance in the image at which a pixel agrees with nothing (`D`), pixels. Source: 2010 equation 4.1, 50.
+    /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 to 640 px wide; in smaller and larger ones
+    /// in proportion. Source: 2010 equation 4.1, 50.
     pub max_distance_px: f64,
 }
 
@@ -87,6 +88,8 @@ impl FieldTables {
 /// Likelihood of poses on a RoboCup field.
 #[derive(Debug, Clone)]
 pub struct FieldObservationModel {
+    config: FieldModelConfig,
+    /// In pixels of the image.
     max_distance_px: f64,
     tables: FieldTables,
     lines: Vec<LinePixel>,
@@ -103,6 +106,7 @@ impl FieldObservationModel {
     pub fn new(field: &Field, config: &FieldModelConfig) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self {
+            config: *config,
             max_distance_px: config.max_distance_px,
             tables: FieldTables::new(field),
             lines: Vec::new(),
@@ -174,6 +178,7 @@ impl ObservationModel for FieldObservationModel {
     fn condition_on(&mut self, percept: &Percept) {
         self.ideal_from_robot = projection(&percept.camera, &percept.robot_from_camera);
         self.eye_in_robot = Point3::from(*percept.robot_from_camera.translation());
+        self.max_distance_px = self.config.max_distance_px * px_tolerance(percept.camera.size_px().0);
         self.lines.clear();
         self.goals.clear();
         for pixel in &percept.pixels {

@@ -10,7 +10,7 @@ use visloc_world::field::Field;
 use super::model::{FieldModelConfig, FieldTables, combine, projection};
 use crate::{
     ConfigError,
-    vision::{FeatureKind, Percept},
+    vision::{FeatureKind, Percept, px_tolerance},
 };
 
 /// Draws theoretical images of a field and compares percepts with them.
@@ -39,7 +39,7 @@ impl DrawnFieldModel {
     pub fn draw(&self, percept: &Percept, world_from_robot: &PlanarPose) -> Vec<(FeatureKind, Point2<f64>)> {
         let ideal_from_robot = projection(&percept.camera, &percept.robot_from_camera);
         let robot_from_world = world_from_robot.to_rigid3().inverse();
-        let margin = self.max_distance_px;
+        let margin = self.max_distance_in(percept);
         let (width, height) = percept.camera.size_px();
         let mut drawn = Vec::new();
         let mut put = |kind, x: f64, y: f64, z: f64| {
@@ -70,18 +70,24 @@ impl DrawnFieldModel {
     #[must_use]
     pub fn likelihood(&self, percept: &Percept, world_from_robot: &PlanarPose) -> f64 {
         let drawn = self.draw(percept, world_from_robot);
+        let max_distance_px = self.max_distance_in(percept);
         let (mut lines, mut goals) = ((0.0, 0), (0.0, 0));
         for pixel in &percept.pixels {
             let distance = drawn
                 .iter()
                 .filter(|(kind, _)| *kind == pixel.kind)
                 .map(|(_, px)| (px - pixel.ideal_px).norm())
-                .fold(self.max_distance_px, f64::min);
+                .fold(max_distance_px, f64::min);
             let sum = if pixel.kind.is_goal() { &mut goals } else { &mut lines };
             sum.0 += distance;
             sum.1 += 1;
         }
-        combine(self.max_distance_px, lines, goals)
+        combine(max_distance_px, lines, goals)
+    }
+
+    /// In pixels of the image.
+    fn max_distance_in(&self, percept: &Percept) -> f64 {
+        self.max_distance_px * px_tolerance(percept.camera.size_px().0)
     }
 }
 

@@ -19,7 +19,7 @@ use crate::{
         edge::{Edge, Eye},
         features::{CameraState, FeatureMatch, FeatureModel, Residual},
     },
-    vision::{FeatureKind, Percept},
+    vision::{FeatureKind, Percept, px_tolerance},
 };
 
 /// Borders that are looked at from one pose at most: those that come first in the building.
@@ -55,6 +55,8 @@ pub struct OfficeFeatureModel {
     sights: Arc<Sights>,
     borders: Vec<Border>,
     intrinsics: Matrix3<f64>,
+    /// Pixels of the image in what distances are counted in, and the focal lengths in it.
+    unit_px: f64,
     focal_px: (f64, f64),
     size_px: (f64, f64),
     robot_from_camera: Matrix3<f64>,
@@ -69,6 +71,7 @@ impl OfficeFeatureModel {
             sights: Arc::clone(pixels.sights()),
             borders: Vec::new(),
             intrinsics: Matrix3::identity(),
+            unit_px: 1.0,
             focal_px: (1.0, 1.0),
             size_px: (320.0, 240.0),
             robot_from_camera: Matrix3::identity(),
@@ -149,7 +152,8 @@ impl FeatureModel for OfficeFeatureModel {
     fn condition_on(&mut self, percept: &Percept) {
         let ((fx, fy), (cx, cy)) = (percept.camera.focal_px(), percept.camera.center_px());
         let (width, height) = percept.camera.size_px();
-        self.focal_px = (fx, fy);
+        self.unit_px = px_tolerance(width);
+        self.focal_px = (fx / self.unit_px, fy / self.unit_px);
         self.size_px = (f64::from(width), f64::from(height));
         self.intrinsics = Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
         self.robot_from_camera = *percept.robot_from_camera.rotation();
@@ -174,6 +178,7 @@ impl FeatureModel for OfficeFeatureModel {
         visit: &mut dyn FnMut(FeatureMatch),
     ) {
         let eye = Eye::new(state, &self.robot_from_camera, &self.eye_in_robot);
+        let gate_px = gate_px * self.unit_px;
         let mut seen = [Seen::NOTHING; MAX_SEEN];
         let seen = self.look(state, &eye, gate_px, &mut seen);
         for border in self.borders.iter().step_by(stride) {

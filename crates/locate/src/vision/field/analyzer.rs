@@ -19,8 +19,13 @@ use super::{
 };
 use crate::vision::{
     AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
+    blur_px,
     color::{ColorClass, ColorTable},
+    px_in,
 };
+
+/// Obstacles and goals reach so far beyond what was found of them, pixels of an image 320 px wide.
+const MARGIN_PX: u32 = 2;
 
 /// Finds border pixels of lines and goals. Keeps its buffers and what the carpet looks like from image to image.
 #[derive(Debug)]
@@ -122,6 +127,7 @@ impl FieldAnalyzer {
         let composite = &self.config.composite;
         let white = self.table.white_threshold(self.carpet.luma());
         let ground = GroundView::new(frame);
+        let (focal_px, scale) = (camera.focal_px().0, f64::from(blur_px(image.width())));
         for line in &self.lines {
             let carpet_luma = self.carpet.luma_at(line.pixel(line.from).1, image.height());
             scan_line(image, &self.table, line, carpet_luma, &mut self.runs);
@@ -130,22 +136,24 @@ impl FieldAnalyzer {
             match line.direction {
                 Direction::Horizontal => {
                     self.blobs.add_row(line, &self.runs);
-                    self.blobs.mark_upright(&mut self.edges[first_edge..], self.config.max_post_slope);
+                    let blur_px = px_in(image.width(), 1);
+                    let edges = &mut self.edges[first_edge..];
+                    self.blobs.mark_upright(edges, self.config.max_post_slope, blur_px);
                     if composite.is_on {
                         self.features.add_row(line, &self.runs, white, composite);
                     }
                 }
                 Direction::Vertical => {
                     let distance = |px: &Point2<f64>| ground.distance_m(px);
-                    self.obstacles.add_column(&self.config, line, &self.runs, camera.focal_px().0, distance);
+                    self.obstacles.add_column(&self.config, line, &self.runs, (focal_px, scale), distance);
                 }
             }
         }
-        let step = self.config.field_end_step_px * (camera.size_px().0 / 320).max(1);
+        let step = px_in(image.width(), self.config.field_end_step_px);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()));
         let feet = Feet { frame, table: &self.table, ground: &ground, diameter_m: composite.post_diameter_m };
         self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
-        self.obstacles.finish(&self.config, camera.focal_px().0, &self.field_end);
+        self.obstacles.finish(&self.config, (focal_px, scale), &self.field_end);
     }
 
     fn filter(&mut self, frame: &Frame, horizon: &Horizon) {
@@ -196,10 +204,11 @@ impl FieldAnalyzer {
             percept.features.clear();
             return;
         }
+        let margin = px_in(frame.image.width(), MARGIN_PX);
         let is_goal = |color, px| {
             let kind =
                 if color == PostColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
-            blobs.is_in_valid_blob(kind, px, 2)
+            blobs.is_in_valid_blob(kind, px, margin)
         };
         let view = features::GroundView::new(frame, table);
         detector.finish(&view, config, field_end, is_goal, &mut percept.features);
@@ -234,7 +243,7 @@ impl FieldAnalyzer {
         if switches.field_end && edge.px.y < self.field_end.row_px(edge.px.x) {
             return Some(DropReason::BeyondFieldEnd);
         }
-        let margin = (frame.image.width() / 320).max(1) * 2;
+        let margin = px_in(frame.image.width(), MARGIN_PX);
         let in_obstacle = || self.obstacles.obstacles().iter().any(|o| o.contains(edge.inside_px, margin));
         (switches.obstacles && in_obstacle()).then_some(DropReason::InObstacle)
     }
@@ -261,7 +270,7 @@ impl FieldAnalyzer {
         if switches.own_body && ground.distance_m(&edge.px).is_some_and(is_near) {
             return Some(DropReason::OwnBody);
         }
-        let margin = (frame.image.width() / 320).max(1) * 2;
+        let margin = px_in(frame.image.width(), MARGIN_PX);
         let is_in_blob = || self.blobs.is_in_valid_blob(edge.kind, edge.inside_px, margin);
         (switches.goal_blobs && !is_in_blob()).then_some(DropReason::NotInGoalBlob)
     }
@@ -288,7 +297,7 @@ impl FieldAnalyzer {
             let size_px = (image.width(), image.height());
             return !goes_on(edge, size_px, |x, y| class(x, y) == ColorClass::White);
         }
-        let step = (image.width() / 320).max(1);
+        let step = px_in(image.width(), 1);
         let (x, y) = edge.inside_px;
         if x < step || y < step || x + step >= image.width() || y + step >= image.height() {
             return false; // the ring is cut by the border: not enough to judge

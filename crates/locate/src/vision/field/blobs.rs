@@ -7,7 +7,7 @@ use super::{
     edges::Edge,
     scan::{Run, ScanLine},
 };
-use crate::vision::{FeatureKind, PerceivedBlob, color::ColorClass};
+use crate::vision::{FeatureKind, PerceivedBlob, color::ColorClass, px_in};
 
 /// A connected patch of a goal's color.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,7 +71,7 @@ pub(super) trait Ground {
     fn post_width_px(&self, px: (u32, u32)) -> Option<f64>;
 }
 
-/// A goal stands on the goal line: carpet comes within so many pixels below its foot at least.
+/// A goal stands on the goal line: carpet comes within so many pixels below its foot at least, in an image 320 px wide.
 const MIN_FOOT_REACH_PX: u32 = 8;
 /// Shortest run that is joined to a blob.
 const MIN_RUN_PX: u32 = 2;
@@ -130,12 +130,15 @@ impl BlobFinder {
     ) {
         self.join(size_px);
         self.measure_rows();
+        let (min_reach, min_height) =
+            (px_in(size_px.0, MIN_FOOT_REACH_PX), px_in(size_px.0, config.min_blob_height_px));
         let mut rows = self.row_widths.chunk_by(|a, b| a.0 == b.0);
         for (blob, foot) in self.blobs.iter_mut().zip(&self.feet) {
             let rows = rows.next().unwrap_or_default();
             let Some((_, width_px)) = rows.get(rows.len() / 2) else { continue };
-            let reach = blob.width().clamp(MIN_FOOT_REACH_PX, blob.height() / 2 + MIN_FOOT_REACH_PX);
-            blob.is_valid = is_goal_shaped(config, blob)
+            let reach = blob.width().clamp(min_reach, blob.height() / 2 + min_reach);
+            blob.is_valid = blob.height() >= min_height
+                && is_goal_shaped(config, blob)
                 && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0))
                 && has_posts(config, blob, f64::from(*width_px), ground.post_width_px(*foot), size_px)
                 && ground.is_carpet_below(*foot, reach);
@@ -225,8 +228,8 @@ impl BlobFinder {
         })
     }
 
-    /// Marks the borders of goal colors on the last added row that go on upright from the row before.
-    pub fn mark_upright(&self, edges: &mut [Edge], max_slope: f64) {
+    /// Marks the borders of goal colors on the last added row that go on upright from the row before, as well as blurred borders tell.
+    pub fn mark_upright(&self, edges: &mut [Edge], max_slope: f64, blur_px: u32) {
         for edge in edges.iter_mut().filter(|edge| edge.kind.is_goal()) {
             let class =
                 if edge.kind == FeatureKind::YellowGoal { ColorClass::Yellow } else { ColorClass::Blue };
@@ -234,7 +237,7 @@ impl BlobFinder {
             edge.is_upright = self.row_before.clone().any(|i| {
                 let run = &self.runs[i];
                 let border = if is_start { run.start } else { run.end - 1 };
-                let reach = max_slope * f64::from(run.spacing) + 1.0;
+                let reach = max_slope * f64::from(run.spacing) + f64::from(blur_px);
                 run.class == class && f64::from(border.abs_diff(edge.inside_px.0)) <= reach
             });
         }
@@ -264,9 +267,9 @@ fn has_posts(
     is_wide_enough && is_narrow_enough && is_high_enough
 }
 
-/// A goal is high enough, and either upright (a post) or hollow (two posts and a bar).
+/// A goal is either upright (a post) or hollow (two posts and a bar).
 fn is_goal_shaped(config: &FieldAnalysisConfig, blob: &GoalBlob) -> bool {
     let aspect = f64::from(blob.width()) / f64::from(blob.height());
     let fill = f64::from(blob.area_px) / f64::from(blob.width() * blob.height());
-    blob.height() >= config.min_blob_height_px && (aspect <= config.max_filled_blob_aspect || fill < 0.5)
+    aspect <= config.max_filled_blob_aspect || fill < 0.5
 }

@@ -2,12 +2,15 @@
 
 use visloc_core::RgbImage;
 
-use crate::vision::color::{CarpetColor, CarpetLearner, ColorClass, ColorTable, Shares, luma, shares};
+use crate::vision::{
+    color::{CarpetColor, CarpetLearner, ColorClass, ColorTable, Shares, luma, shares},
+    px_in,
+};
 
 /// Brightness of a carpet in ordinary light, until some has been seen.
 const TYPICAL_LUMA: u32 = 90;
 /// Every so many pixels one is looked at, in an image 320 px wide.
-const STEP_PX: usize = 12;
+const STEP_PX: u32 = 12;
 /// So many green pixels tell the carpet's brightness, and so many near ones its color.
 const MIN_LUMA_SAMPLES: u32 = 10;
 const MIN_COLOR_SAMPLES: usize = 20;
@@ -74,7 +77,7 @@ impl Carpet {
             return;
         }
         self.samples.iter_mut().for_each(Vec::clear);
-        let step = STEP_PX * (image.width() as usize / 320).max(1);
+        let step = px_in(image.width(), STEP_PX) as usize;
         let (mut sum, mut count) = (0, 0);
         for y in (image.height() / 4..image.height()).step_by(step) {
             for x in (6..image.width()).step_by(step) {
@@ -107,7 +110,7 @@ impl Carpet {
         table: &mut ColorTable,
         ground_m: impl Fn(u32, u32) -> Option<f64>,
     ) {
-        let step = STEP_PX * (image.width() as usize / 320).max(1);
+        let step = px_in(image.width(), STEP_PX) as usize;
         let grid = || {
             (0..image.height())
                 .step_by(step)

@@ -5,7 +5,7 @@ use visloc_core::RgbImage;
 
 use super::scan::{Direction, Run, ScanLine};
 use crate::vision::{
-    FeatureKind,
+    FeatureKind, blur_px,
     color::{ColorClass, luma},
 };
 
@@ -42,22 +42,24 @@ impl Edge {
     }
 }
 
-/// Most pixels of mixed color between a line and the carpet.
+/// Most pixels of mixed color between a line and the carpet, in an image up to 640 px wide.
 const MAX_BLEND_PX: u32 = 4;
 /// Pixels of carpet that are looked at on each side of a line.
 const CARPET_SAMPLES: i64 = 3;
 /// Two patches of carpet differ by less than this in their share of green.
 const MAX_CARPET_DIFFERENCE: f64 = 0.08;
-/// Shortest run of a goal color.
+/// Shortest run of a goal color, in such an image.
 const MIN_GOAL_RUN_PX: u32 = 3;
 
 /// Appends the ends of all runs of line and goal colors. Ends at the border of the scan line are no edges.
 pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edges: &mut Vec<Edge>) {
+    let max_blend_px = MAX_BLEND_PX * blur_px(image.width());
+    let min_goal_run_px = MIN_GOAL_RUN_PX * blur_px(image.width());
     for (i, run) in runs.iter().enumerate() {
         match run.class {
             ColorClass::White => {
-                let before = carpet_beside(runs[..i].iter().rev());
-                let after = carpet_beside(runs[i + 1..].iter());
+                let before = carpet_beside(runs[..i].iter().rev(), max_blend_px);
+                let after = carpet_beside(runs[i + 1..].iter(), max_blend_px);
                 let is_beside_carpet = before
                     .zip(after)
                     .is_some_and(|(before, after)| is_same_carpet(image, line, run, before, after));
@@ -74,7 +76,7 @@ pub(super) fn edges_of_runs(image: &RgbImage, line: &ScanLine, runs: &[Run], edg
                 edges.push(edge(line, run, true, rise, is_beside_carpet));
                 edges.push(edge(line, run, false, fall, is_beside_carpet));
             }
-            ColorClass::Yellow | ColorClass::Blue if run.end - run.start >= MIN_GOAL_RUN_PX => {
+            ColorClass::Yellow | ColorClass::Blue if run.end - run.start >= min_goal_run_px => {
                 push_ends(line, run, false, edges);
             }
             _ => {}
@@ -115,7 +117,7 @@ fn edge(line: &ScanLine, run: &Run, is_start: bool, position: f64, is_beside_car
 }
 
 /// Pixels of mixed color until carpet comes; `None` if something else comes first.
-fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>) -> Option<u32> {
+fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>, max_blend_px: u32) -> Option<u32> {
     let mut gap = 0;
     for run in neighbors {
         match run.class {
@@ -123,7 +125,7 @@ fn carpet_beside<'a>(neighbors: impl Iterator<Item = &'a Run>) -> Option<u32> {
             ColorClass::Unknown | ColorClass::OtherGreen | ColorClass::Neutral => gap += run.end - run.start,
             _ => return None,
         }
-        if gap > MAX_BLEND_PX {
+        if gap > max_blend_px {
             return None;
         }
     }
@@ -144,6 +146,7 @@ fn is_same_carpet(image: &RgbImage, line: &ScanLine, run: &Run, before: u32, aft
 /// Share of green in the color of the carpet from a position on; `None` if too little of the line is left to tell.
 fn green_share(image: &RgbImage, line: &ScanLine, from: i64, step: i64) -> Option<f64> {
     let (mut green, mut all) = (0, 0);
+    let step = step * i64::from(blur_px(image.width()));
     // The first pixel may still be mixed with the line.
     for i in 1..=CARPET_SAMPLES {
         let position = u32::try_from(from + step * i).ok().filter(|p| (line.from..line.to).contains(p))?;

@@ -2,9 +2,13 @@
 
 use visloc_core::RgbImage;
 
-use crate::vision::color::{ColorClass, ColorTable};
+use crate::vision::{
+    blur_px,
+    color::{ColorClass, ColorTable},
+    px_in,
+};
 
-/// Carpet is so many green pixels in a row at least: letters and borders on boards may be mixed to its color.
+/// Carpet is so many green pixels in a row at least, in images up to 640 px wide: letters and borders on boards may be mixed to its color.
 const MIN_CARPET_PX: u32 = 3;
 
 /// Where the carpet ends, as an upper convex hull over the image's columns.
@@ -14,7 +18,7 @@ pub struct FieldEnd {
     hull: Vec<(f64, f64)>,
 }
 
-/// Going up from the bottom, so many pixels in a row without carpet or line end the field.
+/// Going up from the bottom, so many pixels in a row without carpet or line end the field, in an image 320 px wide.
 const MAX_GAP_PX: u32 = 14;
 
 impl FieldEnd {
@@ -59,15 +63,16 @@ impl FieldEnd {
 /// The highest carpet that hangs together with the carpet at the bottom of the column. What is green beyond the field is
 /// cut off from it by the floor around the carpet.
 fn first_carpet_row(image: &RgbImage, table: &ColorTable, column: u32, first_row: u32) -> Option<u32> {
-    let scale = (image.height() / 240).max(1);
-    let max_gap = MAX_GAP_PX * scale;
+    let max_gap = px_in(image.width(), MAX_GAP_PX);
+    let stride = blur_px(image.width());
+    let min_carpet = MIN_CARPET_PX * stride;
     let (mut gap, mut green, mut end) = (0, 0, None);
-    for row in (first_row..image.height()).rev() {
+    for row in (first_row..image.height()).rev().step_by(stride as usize) {
         let [r, g, b] = image.get(column, row);
         let is_green = table.class(r, g, b) == ColorClass::Green;
-        green = if is_green { green + 1 } else { 0 };
-        gap += 1;
-        if green >= MIN_CARPET_PX {
+        green = if is_green { green + stride } else { 0 };
+        gap += stride;
+        if green >= min_carpet {
             (gap, end) = (0, Some(row));
         }
         if end.is_some() && gap > max_gap {

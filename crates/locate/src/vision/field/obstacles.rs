@@ -40,8 +40,10 @@ struct Block {
     distance_m: f64,
 }
 
-/// The foot of an obstacle is at least so many pixels below the end of the field.
+/// The foot of an obstacle is at least so many pixels below the end of the field, in an image up to 640 px wide.
 const FOOT_BELOW_END_PX: f64 = 4.0;
+/// Below this height, pixels of such an image, even a robot at the field's end is not seen.
+const MIN_HEIGHT_PX: f64 = 6.0;
 
 /// Collects upright white segments column by column from the left and joins them to blocks.
 #[derive(Debug, Default)]
@@ -58,20 +60,19 @@ impl ObstacleFinder {
         self.obstacles.clear();
     }
 
-    /// Adds the white runs of a vertical scan line that are high enough for an obstacle. `ground_distance_m` gives the
+    /// Adds the white runs of a vertical scan line that are high enough for an obstacle, in an image of which so many pixels blur into one. `ground_distance_m` gives the
     /// distance of the ground seen at a pixel.
     pub fn add_column(
         &mut self,
         config: &FieldAnalysisConfig,
         line: &ScanLine,
         runs: &[Run],
-        focal_px: f64,
+        (focal_px, scale): (f64, f64),
         ground_distance_m: impl Fn(&Point2<f64>) -> Option<f64>,
     ) {
         for run in runs.iter().filter(|run| run.class == ColorClass::White) {
             let length_px = run.end - run.start;
-            // The farthest that matters: below this even a robot at the field's end is not seen.
-            if length_px < 6 {
+            if f64::from(length_px) < MIN_HEIGHT_PX * scale {
                 continue;
             }
             let foot = Point2::new(f64::from(line.fixed), f64::from(run.end - 1));
@@ -86,9 +87,15 @@ impl ObstacleFinder {
 
     /// Joins the segments to blocks; those that are broad enough for their distance are obstacles. Walls and whatever
     /// else stands beyond the end of the field are not.
-    pub fn finish(&mut self, config: &FieldAnalysisConfig, focal_px: f64, field_end: &FieldEnd) {
+    pub fn finish(
+        &mut self,
+        config: &FieldAnalysisConfig,
+        (focal_px, scale): (f64, f64),
+        field_end: &FieldEnd,
+    ) {
         let stands_on_field = |segment: &Segment| {
-            f64::from(segment.bottom) > field_end.row_px(f64::from(segment.column)) + FOOT_BELOW_END_PX
+            f64::from(segment.bottom)
+                > field_end.row_px(f64::from(segment.column)) + FOOT_BELOW_END_PX * scale
         };
         self.segments.retain(stands_on_field);
         for segment in &self.segments {

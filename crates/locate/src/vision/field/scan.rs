@@ -3,7 +3,11 @@
 use visloc_core::{RgbImage, geom::Horizon};
 
 use super::FieldAnalysisConfig;
-use crate::vision::color::{ColorClass, ColorTable, luma};
+use crate::vision::{
+    blur_px,
+    color::{ColorClass, ColorTable, luma},
+    px_in,
+};
 
 /// Until some carpet has been passed its brightness deviates by this part of it.
 const TYPICAL_ROUGHNESS: u32 = 20;
@@ -65,9 +69,8 @@ pub(super) fn layout(
 ) {
     lines.clear();
     let (width, height) = size_px;
-    let scale = (width / 320).max(1);
     let horizon_row = horizon_row(horizon, size_px);
-    let step = config.column_step_px * scale;
+    let step = px_in(width, config.column_step_px);
     let far_end = (horizon_row + height / 3).min(height);
     for (i, column) in (step / 4..width).step_by((step as usize / 2).max(1)).enumerate() {
         let to = if i % 2 == 0 { height } else { far_end };
@@ -82,7 +85,7 @@ pub(super) fn layout(
             });
         }
     }
-    let (min_step, max_step) = (config.min_row_step_px * scale, config.max_row_step_px * scale);
+    let (min_step, max_step) = (px_in(width, config.min_row_step_px), px_in(width, config.max_row_step_px));
     let mut row = 0;
     while row < height {
         let spacing = if row < horizon_row {
@@ -117,14 +120,17 @@ pub(super) fn scan_line(
     let width = image.width() as usize;
     let (x, y) = line.pixel(line.from);
     let first = (y as usize * width + x as usize) * 3;
-    let stride = if line.direction == Direction::Horizontal { 3 } else { width * 3 };
+    // One pixel of those that blur into one suffices.
+    let stride_px = blur_px(image.width());
+    let stride = stride_px as usize * if line.direction == Direction::Horizontal { 3 } else { width * 3 };
     // The carpet's brightness and its mean deviation in 1/16, followed along the line: white is judged against the carpet nearby.
     let mut green_luma_16 = carpet_luma * 16;
     let mut deviation_16 = carpet_luma * 16 / TYPICAL_ROUGHNESS;
     let mut threshold = table.white_threshold(carpet_luma);
     let mut run: Option<Run> = None;
     let pixels = image.data()[first..].chunks(stride);
-    for (position, pixel) in (line.from..line.to).zip(pixels) {
+    for (position, pixel) in (line.from..line.to).step_by(stride_px as usize).zip(pixels) {
+        let end = (position + stride_px).min(line.to);
         let rgb = [pixel[0], pixel[1], pixel[2]];
         let class = table.class_beside_carpet(rgb, threshold);
         if class == ColorClass::Green {
@@ -134,11 +140,11 @@ pub(super) fn scan_line(
             threshold = table.white_threshold_beside(green_luma_16 / 16, deviation_16);
         }
         match &mut run {
-            Some(open) if open.class == class => open.end = position + 1,
+            Some(open) if open.class == class => open.end = end,
             _ => {
                 runs.extend(run.take());
                 let (green_luma, white_luma) = (green_luma_16 / 16, threshold);
-                run = Some(Run { class, start: position, end: position + 1, green_luma, white_luma });
+                run = Some(Run { class, start: position, end, green_luma, white_luma });
             }
         }
     }

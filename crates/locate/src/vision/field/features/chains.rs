@@ -32,7 +32,7 @@ impl Chains {
     pub fn build(&mut self, crossings: &[Crossing], view: &GroundView, line_width_m: f64) {
         self.all.clear();
         self.before.clear();
-        let max_gap_px = MAX_GAP_PX * view.scale;
+        let max_gap_px = MAX_GAP_PX * view.scan_scale;
         let mut first_open = 0;
         for (i, crossing) in crossings.iter().enumerate() {
             let is_open = |chain: &Chain| {
@@ -44,7 +44,8 @@ impl Chains {
             }
             let mut best: Option<(f64, usize)> = None;
             for (c, chain) in self.all.iter().enumerate().skip(first_open).filter(|(_, c)| is_open(c)) {
-                if let Some(off) = off_chain(crossings, chain, crossing, line_width_m, view.scale)
+                if let Some(off) =
+                    off_chain(crossings, chain, crossing, line_width_m, (view.scale, view.blur))
                     && best.is_none_or(|best| off < best.0)
                 {
                     best = Some((off, c));
@@ -72,7 +73,7 @@ fn off_chain(
     chain: &Chain,
     next: &Crossing,
     line_width_m: f64,
-    scale: f64,
+    (scale, blur): (f64, f64),
 ) -> Option<f64> {
     let (first, last) = (&crossings[chain.first], &crossings[chain.last]);
     if next.line_px <= last.line_px {
@@ -96,7 +97,7 @@ fn off_chain(
         off
     };
     let (along, along_px) = (next.ground - first.ground, (next.px - first.px).norm());
-    let fits = next.fits_width(&along, along_px, line_width_m)
-        && (chain.num > 1 || last.fits_width(&along, along_px, line_width_m));
+    let fits = next.fits_width(&along, along_px / blur, (line_width_m, blur))
+        && (chain.num > 1 || last.fits_width(&along, along_px / blur, (line_width_m, blur)));
     fits.then_some(off)
 }

@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 use super::view::GroundView;
 use crate::vision::field::{edges::Edge, scan::Direction};
 
-/// How far the middle of a run may lie from the center line, pixels.
+/// How far the middle of a run may lie from the center line, pixels of an image up to 640 px wide.
 const CENTER_NOISE_PX: f64 = 0.7;
 /// How far the width of a line may be off for other reasons, as a share.
 const WIDTH_SLACK: f64 = 0.35;
@@ -34,12 +34,13 @@ impl Crossing {
         along.perp(&self.chord).abs() / along.norm().max(1e-9)
     }
 
-    /// Whether that is the width of a line, as well as whole pixels and a direction taken from so many pixels tell.
-    pub fn fits_width(&self, along: &Vector2<f64>, along_px: f64, line_width_m: f64) -> bool {
+    /// Whether that is the width of a line, as well as blurred borders and a direction taken from so many pixels tell,
+    /// both in pixels of an image up to 640 px wide: `blur` pixels of this image are one.
+    pub fn fits_width(&self, along: &Vector2<f64>, along_px: f64, (line_width_m, blur): (f64, f64)) -> bool {
         let ratio = self.width_m(along) / line_width_m;
         let turn = CENTER_NOISE_PX / along_px.max(1.0);
         // Blur makes thin lines wider by a pixel, whole pixels make others narrower by one.
-        let pixel = ratio.max(1.0) / self.run_px;
+        let pixel = blur * ratio.max(1.0) / self.run_px;
         let slack = WIDTH_SLACK + pixel + turn * self.chord.norm() / line_width_m;
         (ratio - 1.0).abs() < slack
     }

@@ -35,7 +35,7 @@ pub(super) fn find(
     for crossing in crossings {
         let distance_m = crossing.ground.coords.norm();
         if distance_m > MAX_DISTANCE_M
-            || crossing.chord.norm() > MAX_CHORD * mark_size_m + 2.0 * px_m(crossing)
+            || crossing.chord.norm() > MAX_CHORD * mark_size_m + 2.0 * view.blur * px_m(crossing)
         {
             continue;
         }
@@ -69,7 +69,7 @@ fn mark_at(crossing: &Crossing, view: &GroundView, mark_size_m: f64) -> Option<P
     let mut extent = [0.0; 2];
     for _ in 0..2 {
         for (axis, direction) in [Vector2::x(), Vector2::y()].into_iter().enumerate() {
-            let limit = MAX_EXTENT * size_px[axis] + 2.0;
+            let limit = MAX_EXTENT * size_px[axis] + 2.0 * view.blur;
             let before = white_length(&middle, -direction, limit, white, view);
             let after = white_length(&middle, direction, limit, white, view);
             middle += direction * ((after - before) / 2.0);
@@ -78,7 +78,8 @@ fn mark_at(crossing: &Crossing, view: &GroundView, mark_size_m: f64) -> Option<P
     }
     // A pixel more or less is always possible.
     let fits = |axis: usize| {
-        extent[axis] >= MIN_EXTENT * size_px[axis] - 1.0 && extent[axis] <= MAX_EXTENT * size_px[axis] + 1.0
+        extent[axis] >= MIN_EXTENT * size_px[axis] - view.blur
+            && extent[axis] <= MAX_EXTENT * size_px[axis] + view.blur
     };
     let at = view.ground(&middle)?;
     let is_mark = fits(0) && fits(1) && view.at_px(&middle, white) == Seen::White;

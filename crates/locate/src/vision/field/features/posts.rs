@@ -198,8 +198,7 @@ impl Column {
     /// Follows the color down the axis from the last run, in raw pixels.
     fn foot(&self, view: &GroundView, at_row: &impl Fn(f64) -> Point2<f64>) -> Point2<f64> {
         let mut row = f64::from(self.row);
-        let limit =
-            row + (MAX_FOOT_BELOW_PX * view.scale).max(MAX_FOOT_BELOW * (self.end - self.start)) * view.scale;
+        let limit = row + (MAX_FOOT_BELOW_PX * view.scale).max(MAX_FOOT_BELOW * (self.end - self.start));
         while row < limit && view.class_at_raw(&at_row(row + 1.0), self.white) == Some(self.class) {
             row += 1.0;
         }

@@ -122,14 +122,14 @@ impl Segment {
         let across = self.line.across();
         let along_m = (self.ends_in_robot[1] - self.ends_in_robot[0]).normalize();
         let side_m = nalgebra::Vector2::new(-along_m.y, along_m.x);
-        let count = (self.length_px() / 5.0).clamp(6.0, 20.0);
+        let count = (self.length_px() / (5.0 * view.blur)).clamp(6.0, 20.0);
         let (mut white, mut carpet, mut seen) = (0.0, [0.0; 2], [1e-9; 2]);
         let mut i = 0.5;
         while i < count {
             let px = self.line.at(self.from + self.length_px() * i / count);
             i += 1.0;
             let is_white = |off: f64| view.at_px(&(px + across * off), self.white) == Seen::White;
-            white += f64::from(u8::from(is_white(0.0) || is_white(1.0) || is_white(-1.0)));
+            white += f64::from(u8::from(is_white(0.0) || is_white(view.blur) || is_white(-view.blur)));
             let Some(ground) = view.ground(&px) else { continue };
             let beside = line_width_m + 2.0 * view.scale * view.meters_per_px(&ground, &side_m);
             for (k, sign) in [1.0, -1.0].into_iter().enumerate() {
@@ -189,7 +189,7 @@ fn white_length(line: &ImageLine, from: f64, sign: f64, white: u32, view: &Groun
     while length < MAX_EXTENSION_PX * view.scale {
         let px = line.at(from + sign * (length + 1.0));
         let is_white = |off: f64| view.at_px(&(px + across * off), white) == Seen::White;
-        if !(is_white(0.0) || is_white(1.0) || is_white(-1.0)) {
+        if !(is_white(0.0) || is_white(view.blur) || is_white(-view.blur)) {
             break;
         }
         length += 1.0;
@@ -209,7 +209,7 @@ fn is_bridged(line: &ImageLine, gap: (f64, f64), white: u32, view: &GroundView) 
     while i < count {
         let px = line.at(gap.0 + (gap.1 - gap.0) * i / count);
         let is = |off: f64, seen| view.at_px(&(px + across * off), white) == seen;
-        let is_white = is(1.0, Seen::White) || is(-1.0, Seen::White);
+        let is_white = is(view.blur, Seen::White) || is(-view.blur, Seen::White);
         carpet += f64::from(u8::from(is(0.0, Seen::Carpet) && !is_white));
         i += 1.0;
     }

@@ -6,7 +6,11 @@ use visloc_core::{
     geom::{Camera, Distortion},
 };
 
-use crate::vision::color::{ColorClass, ColorTable, luma};
+use crate::vision::{
+    blur_px,
+    color::{ColorClass, ColorTable, luma},
+    px_scale,
+};
 
 /// What is seen at a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,8 +33,12 @@ pub(in crate::vision::field) struct GroundView<'a> {
     center_px: Vector2<f64>,
     robot_from_camera: Matrix3<f64>,
     eye: Vector3<f64>,
-    /// Pixels of an image 320 px wide in a pixel of this image.
+    /// Pixels of this image in a pixel of an image 320 px wide.
+    pub scan_scale: f64,
+    /// The same, never below 1: no image tells less than a pixel.
     pub scale: f64,
+    /// Pixels of this image that blur into one.
+    pub blur: f64,
 }
 
 impl<'a> GroundView<'a> {
@@ -45,7 +53,9 @@ impl<'a> GroundView<'a> {
             center_px: Vector2::new(cx, cy),
             robot_from_camera: *frame.robot_from_camera.rotation(),
             eye: *frame.robot_from_camera.translation(),
-            scale: f64::from((frame.image.width() / 320).max(1)),
+            scan_scale: px_scale(frame.image.width()),
+            scale: px_scale(frame.image.width()).max(1.0),
+            blur: f64::from(blur_px(frame.image.width())),
         }
     }
 
@@ -147,7 +157,7 @@ impl<'a> GroundView<'a> {
         let Some(px) = self.px(ground) else { return Seen::Nothing };
         let seen = self.at_px(&px, white);
         let is_white = |side: f64| self.at_px(&(px + across_px * side), white) == Seen::White;
-        if seen != Seen::White && seen != Seen::Nothing && (is_white(1.0) || is_white(-1.0)) {
+        if seen != Seen::White && seen != Seen::Nothing && (is_white(self.blur) || is_white(-self.blur)) {
             return Seen::White;
         }
         seen

@@ -253,7 +253,7 @@ impl WhiteRun {
                 bar.num_one = bar.num;
             }
         }
-        bar.judge(foot.y, width).then_some(bar)
+        bar.judge(foot.y, width, view.blur).then_some(bar)
     }
 }
 
@@ -287,11 +287,11 @@ struct Bar {
 
 impl Bar {
     /// Whether the borders are straight, alike, and go as high as they have to.
-    fn judge(&mut self, foot_row: f64, width: f64) -> bool {
+    fn judge(&mut self, foot_row: f64, width: f64, blur: f64) -> bool {
         if self.num_both < MIN_SEEN {
             return false;
         }
-        let most = MAX_BEND * width + MAX_BEND_PX;
+        let most = MAX_BEND * width + MAX_BEND_PX * blur;
         self.most_px = most;
         let mut counts = [[0; 2]; 2];
         for (side, count) in counts.iter_mut().enumerate() {
