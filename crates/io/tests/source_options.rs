@@ -17,12 +17,11 @@ use visloc_core::{
     geom::{Camera, Mount, PlanarPose},
 };
 use visloc_io::{
-    bag::{BagTopics, BagWriter},
+    bag::{BagTopics, BagWriter, ImageQos},
     image_codec::save_png,
     sequence::{Bound, SequenceRange},
     sources::{
-        ImageQos, KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
-        open_pictures,
+        KINDS, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images, open_pictures,
     },
 };
 

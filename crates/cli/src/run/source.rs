@@ -4,8 +4,9 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{FrameSource, geom::Mount};
-use visloc_io::sources::{
-    ImageQos, SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames,
+use visloc_io::{
+    bag::ImageQos,
+    sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames},
 };
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;

@@ -95,6 +95,7 @@ pub trait SlamWatcher {
 }
 
 /// How a run begins again.
+#[cfg_attr(not(feature = "ros2"), expect(dead_code, reason = "only services of ROS 2 ask for it"))]
 pub enum Restart {
     /// As it began; what it has made is forgotten.
     Anew,

@@ -44,6 +44,6 @@ pub use results::{
 pub use schemas::definition;
 pub use stream::BagMessages;
 pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};
-pub use topics::{BagTopics, TopicRole};
+pub use topics::{BagTopics, ImageQos, TopicRole};
 pub use transcode::Transcoder;
 pub use writer::{BagWriter, BagWriterOptions, ChunkCompression, ImageEncoding, camera_info_message};

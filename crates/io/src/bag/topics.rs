@@ -137,6 +137,16 @@ impl BagTopics {
     }
 }
 
+/// How images are asked for on live topics.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ImageQos {
+    /// What is lost on the way is lost; publishers of both kinds are heard.
+    #[default]
+    BestEffort,
+    /// What is lost is sent again; publishers that are best effort are not heard.
+    Reliable,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -23,14 +23,13 @@ use visloc_core::{
 };
 
 use crate::{
-    bag::{BagTopics, RosMessage, TopicRole},
+    bag::{BagTopics, ImageQos, RosMessage, TopicRole},
     ros2::{
         Node, NodeSettings, Ros2Error,
         inbox::{Inbox, Received},
         node::Delivery,
     },
     sequence::Calibration,
-    sources::ImageQos,
 };
 
 /// How long it is looked for who publishes the images, to learn their type.

@@ -26,6 +26,6 @@ pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind, simulated_scenario};
 pub use open::{OpenFrames, OpenImages, OpenPictures, open_frames, open_images, open_pictures};
-pub use options::{ImageQos, Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
+pub use options::{Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
 pub use video::{PnmImage, read_pnm};
 pub use visloc_core::Host;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use visloc_core::geom::Mount;
 
 use crate::{
-    bag::BagTopics,
+    bag::{BagTopics, ImageQos},
     sequence::{SCALES, SequenceRange},
     sources::SourcesError,
 };
@@ -43,16 +43,6 @@ pub struct SourceOptions {
     /// What whoever opens the source honors itself, so that a source without use for it need not refuse it: a seed that
     /// an algorithm takes too, names of topics that are written.
     pub honored_elsewhere: Vec<SourceOption>,
-}
-
-/// How images are asked for on live topics.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum ImageQos {
-    /// What is lost on the way is lost; publishers of both kinds are heard.
-    #[default]
-    BestEffort,
-    /// What is lost is sent again; publishers that are best effort are not heard.
-    Reliable,
 }
 
 /// What is taken where nothing was asked for. A source that has no use for it passes over it.

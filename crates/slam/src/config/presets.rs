@@ -129,6 +129,6 @@ mod tests {
     #[test]
     fn an_unknown_preset_lists_the_known_ones() {
         let error = SlamConfig::preset("svdl").unwrap_err().to_string();
-        assert!(error.contains("svdl") && error.contains("orb-sdvl, config1"), "{error}");
+        assert!(error.contains("svdl") && error.contains("orb-sdvl, small, config1"), "{error}");
     }
 }
