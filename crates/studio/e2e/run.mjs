@@ -364,7 +364,8 @@ async function main() {
     await keys(() => open(browser, url), check);
     await looksBack(() => open(browser, url), check);
     await parameters(() => open(browser, url), visloc, folder, check);
-    await byHand((options) => open(browser, url, options), check, pictures);
+    const other = await studio();
+    await byHand((options) => open(browser, other, options), check, pictures);
     await renderers(browser, url);
     await maps(browser, url);
     await stale(browser);
