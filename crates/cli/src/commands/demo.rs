@@ -151,13 +151,15 @@ fn print_next_steps(out: &Path) {
     let out = out.display();
     say::line!();
     say::line!("In {out}:");
-    say::line!("  trajectories.png   where the robot was and where they thought it was");
-    say::line!("  errors.png         errors and reliability over time");
-    say::line!("  individuals.png    how many particles or exploiters each needed");
-    say::line!("  analysis.png       what the image analysis keeps and drops, and why");
+    say::line!("  trajectories.svg   where the robot was and where they thought it was");
+    say::line!("  errors.svg         errors and reliability over time");
+    say::line!("  individuals.svg    how many particles or exploiters each needed");
+    say::line!("  analysis.svg       what the image analysis keeps and drops, and why");
     say::line!("  *.tum, *.csv       where they thought it was, frame by frame");
     say::line!("  summary.json       all numbers");
-    say::line!("  (pictures also as .svg)");
+    if cfg!(feature = "png") {
+        say::line!("  (pictures also as .png)");
+    }
     say::line!();
     say::line!("Next:");
     say::line!("  visloc demo --seed 2                                       other places, other kidnaps");

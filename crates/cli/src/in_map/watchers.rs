@@ -22,7 +22,7 @@ use crate::{
 const CAMERA_FRAME: &str = "camera_optical";
 
 /// Where a camera is to be looked for anew.
-#[cfg_attr(not(feature = "ros2"), allow(dead_code))]
+#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "only services of ROS 2 ask for it"))]
 pub enum MapWish {
     /// In the same map.
     Anew,
