@@ -1,6 +1,6 @@
 //! A straight border in space, and how far a pixel lies from its image.
 
-use nalgebra::{Matrix3, Point3, Vector2, Vector3};
+use nalgebra::{Matrix3, Point2, Point3, Vector2, Vector3};
 
 use super::features::{CameraState, CameraVector, Residual, small_rotation};
 
@@ -39,6 +39,13 @@ impl Eye {
     #[inline]
     pub fn ray(&self, in_camera: &Vector3<f64>) -> Ray {
         Ray { in_camera: *in_camera, in_world: self.world_from_camera * in_camera }
+    }
+
+    /// Where a ray meets the ground.
+    #[inline]
+    pub fn ground(&self, ray: &Ray) -> Option<Point2<f64>> {
+        let along = &ray.in_world;
+        (along.z < 0.0).then(|| (self.at + along * (-self.at.z / along.z)).xy())
     }
 
     /// Signed distance of a pixel from the image of an edge; `None` for an edge that points at the eye.

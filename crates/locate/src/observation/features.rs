@@ -51,6 +51,19 @@ pub struct FeatureMatch {
     /// How far a feature without counterpart agrees with the map all the same, 0 to 1: seen from this pose it may show
     /// something that the map does not have.
     pub unmatched_agreement: f64,
+    /// Where it lies if it may be of a bar of which the map knows the direction and not the place.
+    pub on_bar: Option<OnBar>,
+}
+
+/// A feature of a straight thing that stands somewhere in a range, parallel to something on the map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OnBar {
+    /// Which of its two borders: 0 or 1.
+    pub side: usize,
+    /// How far through the range it is, 0 to 1.
+    pub at: f64,
+    /// How long the range is in the image there, pixels as in [`Residual::error_px`].
+    pub range_px: f64,
 }
 
 /// Signed distance of a feature from its counterpart.

@@ -10,16 +10,12 @@ use nalgebra::{Matrix4, Vector4};
 use super::{
     RefinementConfig,
     filter::{CameraMatrix, ImageFit},
+    likelihood::log_likelihood,
 };
 use crate::{
     Region,
     observation::features::{CameraState, FeatureModel},
 };
-
-/// A feature that belongs to nothing on the map lies anywhere within so many pixels of something that is; as the coarsest gate of a fit.
-const ASTRAY_PX: f64 = 40.0;
-/// Share of the features that belong to nothing on the map: robots, boards, people.
-const OUTLIERS: f64 = 0.15;
 
 /// Logarithm of the marginal likelihood of the image's features, against that of features that belong to nothing on the map, if the robot may
 /// be anywhere in the region: how well they fit, less for what may be anything before and has to be just so. How improbable the camera is that
@@ -37,22 +33,6 @@ pub(super) fn log_evidence(
 /// How improbable tilt and height of the camera are among all robots: minus the logarithm of their density against its peak.
 pub(super) fn surprise(fit: &ImageFit, config: &RefinementConfig) -> f64 {
     0.5 * fit.at.fixed_rows::<4>(3).component_div(&camera_spread(config)).norm_squared()
-}
-
-/// Logarithm of the likelihood of the features, against features that belong to nothing: each belongs to its counterpart with Gaussian
-/// noise, or to nothing. Neighboring pixels err alike, so all count as few.
-#[allow(clippy::cast_precision_loss)]
-fn log_likelihood(model: &dyn FeatureModel, camera: &CameraState, config: &RefinementConfig) -> f64 {
-    let sigma_px = config.agreement_px;
-    let peak = (1.0 - OUTLIERS) * 2.0 * ASTRAY_PX / (sigma_px * TAU.sqrt());
-    let mut sum = 0.0;
-    model.visit_matches(camera, ASTRAY_PX, 1, &mut |feature| {
-        let error_px = feature.residual.map_or(f64::INFINITY, |residual| residual.error_px);
-        let elsewhere = OUTLIERS + (1.0 - OUTLIERS) * feature.unmatched_agreement;
-        sum += (peak * (-0.5 * (error_px / sigma_px).powi(2)).exp() + elsewhere).ln();
-    });
-    let num_features = model.num_features().max(1) as f64;
-    sum * (config.max_independent_evidence / num_features).min(1.0)
 }
 
 /// Standard deviations of the camera's tilt and height among all robots.

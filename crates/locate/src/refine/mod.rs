@@ -16,6 +16,7 @@ mod config;
 mod evidence;
 mod filter;
 mod known;
+mod likelihood;
 mod localizer;
 mod mount;
 mod place;

@@ -80,7 +80,12 @@ impl FeatureModel for Alike {
             jacobian[axis] = SCALE[axis];
             let is_near = offset.iter().zip(SCALE).all(|(o, scale)| (o * scale).abs() < gate_px);
             let residual = (is_near && error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });
-            visit(FeatureMatch { group: usize::from(i % 2 == 0), residual, unmatched_agreement: 0.0 });
+            visit(FeatureMatch {
+                group: usize::from(i % 2 == 0),
+                residual,
+                unmatched_agreement: 0.0,
+                on_bar: None,
+            });
         }
         let here = self
             .places
@@ -92,8 +97,9 @@ impl FeatureModel for Alike {
             jacobian[3] = SCALE[2];
             let error_px = SCALE[2] * (state.tilt_rad.x - needed_rad);
             let residual = (error_px.abs() < gate_px).then_some(Residual { error_px, jacobian });
-            (0..NUM_FEATURES / 3)
-                .for_each(|_| visit(FeatureMatch { group: 0, residual, unmatched_agreement: 0.0 }));
+            (0..NUM_FEATURES / 3).for_each(|_| {
+                visit(FeatureMatch { group: 0, residual, unmatched_agreement: 0.0, on_bar: None })
+            });
         }
     }
 

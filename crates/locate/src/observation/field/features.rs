@@ -18,7 +18,7 @@ use super::{
 use crate::{
     observation::{
         edge::{Edge, Eye, Offset, Ray},
-        features::{CameraState, FeatureMatch, FeatureModel, Residual},
+        features::{CameraState, FeatureMatch, FeatureModel, OnBar, Residual},
     },
     vision::{FeatureKind, FieldFeatures, Percept, px_tolerance},
 };
@@ -101,13 +101,12 @@ impl FieldFeatureModel {
         Eye::new(state, &self.robot_from_camera, &self.eye_in_robot)
     }
 
-    /// The nearest border with its white on the same side, and how far the pixel agrees with the map without one.
-    fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> (Option<Residual>, f64) {
+    /// The nearest border with its white on the same side, and what the pixel may be of if there is none.
+    fn match_line(&self, border: &Border, eye: &Eye, gate_px: f64) -> FeatureMatch {
         let ray = eye.ray(&border.ray);
-        if ray.in_world.z >= 0.0 {
-            return (None, 0.0);
-        }
-        let ground = (eye.at + ray.in_world * (-eye.at.z / ray.in_world.z)).xy();
+        let Some(ground) = eye.ground(&ray) else {
+            return FeatureMatch { group: 0, residual: None, unmatched_agreement: 0.0, on_bar: None };
+        };
         let mut nearest = Nearest::within(gate_px);
         for index in self.tables.ground.nearest_indices(&ground) {
             for outline in self.tables.ground.both_borders(index) {
@@ -120,20 +119,42 @@ impl FieldFeatureModel {
                 }
             }
         }
-        (nearest.residual(eye, &ray), self.agreement_outside(&ground))
+        let residual = nearest.residual(eye, &ray);
+        let (half_x, half_y) = self.half_field_m;
+        let (unmatched_agreement, on_bar) = if ground.x.abs() < half_x && ground.y.abs() < half_y {
+            (0.0, None)
+        } else if let Some(depth_m) = self.depth_in_net_m(&ground) {
+            (NET_AGREEMENT, self.on_bar((border, &ray), (&ground, depth_m), eye))
+        } else {
+            (OUTSIDE_AGREEMENT, None)
+        };
+        FeatureMatch { group: 0, residual, unmatched_agreement, on_bar }
     }
 
-    /// Agreement of a pixel of the ground that matches nothing.
-    fn agreement_outside(&self, ground: &Point2<f64>) -> f64 {
-        let (x, y) = (ground.x.abs(), ground.y.abs());
-        let (half_x, half_y) = self.half_field_m;
-        if x < half_x && y < half_y {
-            0.0
-        } else if x >= half_x && x < half_x + NET_DEPTH_M && y < self.half_goal_m + NET_WIDTH_M {
-            NET_AGREEMENT
-        } else {
-            OUTSIDE_AGREEMENT
-        }
+    /// How far a point of the ground is behind a goal line, where the net and what holds it may be.
+    fn depth_in_net_m(&self, ground: &Point2<f64>) -> Option<f64> {
+        let depth_m = ground.x.abs() - self.half_field_m.0;
+        let is_net = (0.0..NET_DEPTH_M).contains(&depth_m) && ground.y.abs() < self.half_goal_m + NET_WIDTH_M;
+        is_net.then_some(depth_m)
+    }
+
+    /// Where a pixel lies in the range of the bar at the foot of a net: the bar is parallel to the goal line.
+    fn on_bar(
+        &self,
+        (border, ray): (&Border, &Ray),
+        (ground, depth_m): (&Point2<f64>, f64),
+        eye: &Eye,
+    ) -> Option<OnBar> {
+        const STEP_M: f64 = 0.01;
+        let inward = Vector3::new(border.inward.x / self.focal_px.0, border.inward.y / self.focal_px.1, 0.0);
+        let inside = eye.ground(&eye.ray(&(border.ray + inward)))?;
+        let point = Point3::new(ground.x + STEP_M, ground.y, 0.0);
+        let step = eye.offset(ray, &Edge { point, along: Vector3::y() }, self.focal_px)?;
+        Some(OnBar {
+            side: usize::from(inside.x.abs() > ground.x.abs()),
+            at: depth_m / NET_DEPTH_M,
+            range_px: step.error_px.abs() * NET_DEPTH_M / STEP_M,
+        })
     }
 
     fn match_goal(&self, border: &Border, eye: &Eye, gate_px: f64) -> Option<Residual> {
@@ -216,10 +237,9 @@ impl FeatureModel for FieldFeatureModel {
                 let residual = self.match_goal(border, &eye, gate_px);
                 let is_white = border.kind == FeatureKind::WhiteGoal;
                 let unmatched_agreement = if is_white { WHITE_UPRIGHT_AGREEMENT } else { 0.0 };
-                FeatureMatch { group: GOALS, residual, unmatched_agreement }
+                FeatureMatch { group: GOALS, residual, unmatched_agreement, on_bar: None }
             } else {
-                let (residual, unmatched_agreement) = self.match_line(border, &eye, gate_px);
-                FeatureMatch { group: 0, residual, unmatched_agreement }
+                self.match_line(border, &eye, gate_px)
             });
         }
     }
@@ -398,11 +418,42 @@ mod tests {
         assert!(near >= 36, "{near} of {STATES} views");
     }
 
+    /// Pixels of points on the ground, as a robot sees them that stands before the goal at -x.
+    fn seen_on_ground(points: impl Iterator<Item = (f64, f64)>) -> Vec<FeatureMatch> {
+        let pose = PlanarPose::new(-1.6, 0.1, 3.0);
+        let mut percept = percept(&nao::HeadAngles { pitch_rad: 0.1, ..nao::HeadAngles::default() });
+        let camera_from_world = (pose.to_rigid3() * percept.robot_from_camera).inverse();
+        percept.borders.extend(points.map(|(x, y)| {
+            let ideal_px =
+                percept.camera.project(&camera_from_world.transform(&Point3::new(x, y, 0.0))).unwrap();
+            BorderPixel { ideal_px, inward: Vector2::y(), kind: FeatureKind::FieldLine }
+        }));
+        let mut model = FieldFeatureModel::new(&field());
+        model.condition_on(&percept);
+        let mut seen = Vec::new();
+        model.visit_matches(&CameraState::reported(pose), 0.01, 1, &mut |feature| seen.push(feature));
+        seen
+    }
+
     #[test]
     fn behind_a_goal_unmatched_pixels_prove_nothing() {
-        let model = FieldFeatureModel::new(&field());
-        assert!(model.agreement_outside(&Point2::new(0.5, 0.5)).abs() < 1e-12);
-        assert!((model.agreement_outside(&Point2::new(-3.5, 0.2)) - NET_AGREEMENT).abs() < 1e-12);
-        assert!((model.agreement_outside(&Point2::new(0.0, 2.4)) - OUTSIDE_AGREEMENT).abs() < 1e-12);
+        let seen = seen_on_ground([(-2.0, 0.3), (-3.5, 0.2), (-3.5, 1.5)].into_iter());
+        let agreements: Vec<f64> = seen.iter().map(|feature| feature.unmatched_agreement).collect();
+        assert_eq!(agreements, [0.0, NET_AGREEMENT, OUTSIDE_AGREEMENT]);
+        let loose: Vec<bool> = seen.iter().map(|feature| feature.on_bar.is_some()).collect();
+        assert_eq!(loose, [false, true, false], "only behind the goal stands a net");
+    }
+
+    #[test]
+    fn a_bar_behind_the_goal_is_one_place_of_its_range() {
+        let seen = seen_on_ground((0..9).map(|i| (-3.45, 0.1 * f64::from(i) - 0.4)));
+        let bars: Vec<OnBar> = seen.iter().filter_map(|feature| feature.on_bar).collect();
+        assert_eq!(bars.len(), 9);
+        for bar in &bars {
+            assert!((bar.at - bars[0].at).abs() < 1e-9 && bar.side == bars[0].side, "{bar:?}");
+            assert!((30.0..200.0).contains(&bar.range_px), "{bar:?}");
+        }
+        let depth_m = 3.45 - 3.0 - 0.025 - END_TOLERANCE_M;
+        assert!((bars[0].at - depth_m / NET_DEPTH_M).abs() < 1e-9, "{:?}", bars[0]);
     }
 }

@@ -186,6 +186,7 @@ impl FeatureModel for OfficeFeatureModel {
                 group: if border.kind.is_door_edge() { DOORS } else { 0 },
                 residual: self.matched(border, &eye, seen, gate_px),
                 unmatched_agreement: 0.0,
+                on_bar: None,
             });
         }
     }
