@@ -92,10 +92,8 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
         .map_err(|error| decode_error(error.to_string()))?;
     match reader.format() {
         // The decoder paints missing parts gray; a picture half gray must not reach an algorithm.
-        Some(ImageFormat::Jpeg) if !has_jpeg_end(bytes) => {
-            return Err(decode_error("the JPEG is cut off or damaged, its end mark is missing".into()));
-        }
-        Some(ImageFormat::Jpeg | ImageFormat::Png) => {}
+        Some(ImageFormat::Jpeg) => check_jpeg(bytes).map_err(decode_error)?,
+        Some(ImageFormat::Png) => {}
         _ => return Err(decode_error("the format is neither".into())),
     }
     let mut limits = Limits::default();
@@ -142,30 +140,41 @@ fn too_large(bytes: &[u8]) -> String {
     )
 }
 
-/// Whether the picture goes on to its end mark. Whatever stands behind that does not matter: phones append films and notes.
+/// Checks that the picture goes on to its end mark and has data enough for its size. Whatever stands behind the end does not matter: phones
+/// append films and notes.
 ///
-/// Source: ITU-T T.81, annex B. Segments have lengths, so the pictures in them (thumbnails) and their end marks are passed over.
-fn has_jpeg_end(bytes: &[u8]) -> bool {
+/// Source: ITU-T T.81, annex B. Segments have lengths, so the pictures in them (thumbnails) and their end marks are passed over. Each block of
+/// 8 x 8 px has one code at least, and a code one bit.
+fn check_jpeg(bytes: &[u8]) -> Result<(), String> {
     const START: u8 = 0xd8;
     const END: u8 = 0xd9;
     const SCAN: u8 = 0xda;
     // Marks without a segment: the start, restarts, and a byte of a private use of old times.
     let is_alone = |mark: u8| matches!(mark, START | 0xd0..=0xd7 | 0x01);
+    let is_frame = |mark: u8| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
+    let missing = || "the JPEG is cut off or damaged, its end mark is missing".to_owned();
     let mut rest = bytes;
     loop {
-        let Some(mark_at) = rest.windows(2).position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff))
-        else {
-            return false;
-        };
+        let mark_at = rest.windows(2).position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff));
+        let mark_at = mark_at.ok_or_else(missing)?;
         let mark = rest[mark_at + 1];
         rest = &rest[mark_at + 2..];
         if mark == END {
-            return true;
+            return Ok(());
         }
         if is_alone(mark) {
             continue;
         }
-        let Some((length, _)) = rest.split_first_chunk::<2>() else { return false };
+        let (length, _) = rest.split_first_chunk::<2>().ok_or_else(missing)?;
+        if is_frame(mark)
+            && let Some([height_0, height_1, width_0, width_1]) = rest.get(3..7)
+        {
+            let width = usize::from(u16::from_be_bytes([*width_0, *width_1]));
+            let height = usize::from(u16::from_be_bytes([*height_0, *height_1]));
+            if bytes.len() * 8 < (width / 8) * (height / 8) {
+                return Err(format!("the JPEG is damaged: its data cannot be {width} x {height} px"));
+            }
+        }
         // The data of a scan have no length; they end with the next mark that is not a restart.
         let length = if mark == SCAN { 2 } else { usize::from(u16::from_be_bytes(*length)).max(2) };
         rest = rest.get(length..).unwrap_or_default();
@@ -364,6 +373,18 @@ mod tests {
         let mut png = encode_png(&gradient()).unwrap();
         png[16..20].copy_from_slice(&60_000_u32.to_be_bytes());
         assert!(decode(&png).is_err());
+    }
+
+    /// Decoding it would take seconds. A large picture of one color, the least data that there can be, is decoded.
+    #[test]
+    fn a_jpeg_of_a_few_bytes_is_no_large_picture() {
+        let mut jpeg = encode_jpeg(&gradient(), 90).unwrap();
+        let frame_at = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
+        jpeg[frame_at + 5..frame_at + 9].copy_from_slice(&[0x21, 0xfb, 0x1f, 0x00]);
+        let error = decode(&jpeg).unwrap_err().to_string();
+        assert!(error.contains("cannot be 7936 x 8699 px"), "{error}");
+        let one_color = encode_gray_jpeg(&GrayImage::new(1600, 1200), 10).unwrap();
+        assert_eq!(decode_gray(&one_color).unwrap().width(), 1600);
     }
 
     #[test]
