@@ -76,8 +76,8 @@ impl Noise {
 /// A border that may be anywhere in a range, and is where most features of it are.
 #[derive(Clone, Copy)]
 struct Bar {
-    counts: [u16; Self::BINS],
-    num: u16,
+    counts: [u32; Self::BINS],
+    num: u32,
     range_px: f64,
     at: f64,
 }
@@ -104,7 +104,7 @@ impl Bar {
     fn settle(&mut self) {
         let near = |i: usize| {
             let bins = i.saturating_sub(1)..(i + 2).min(Self::BINS);
-            let num: u16 = self.counts[bins.clone()].iter().sum();
+            let num: u32 = self.counts[bins.clone()].iter().sum();
             let sum: f64 = bins.map(|j| (j as f64 + 0.5) * f64::from(self.counts[j])).sum();
             (num, sum)
         };
