@@ -36,19 +36,11 @@ impl Steering {
         Ok(None)
     }
 
-    /// As [`Steering::of`].
-    ///
-    /// # Errors
-    /// If somebody is to drive.
-    pub fn over_ros2(args: &DriveArgs, source: &str, options: &SourceOptions) -> Result<Option<Self>> {
-        Self::of(args, source, options)
-    }
-
     /// Never called.
     ///
     /// # Errors
     /// Never.
-    pub fn simulated(&self, _: &str, _: Option<&str>, _: &SourceOptions) -> Result<Option<OpenSource>> {
+    pub fn simulated(&self, _: &str, _: &SourceOptions) -> Result<Option<OpenSource>> {
         match *self {}
     }
 }

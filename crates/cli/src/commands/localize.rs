@@ -116,13 +116,10 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
 
 /// A simulated robot goes where others drive it, if they may.
 fn open(args: &LocalizeArgs, steering: Option<&Steering>, options: &SourceOptions) -> Result<OpenSource> {
-    let map = args.map.as_deref();
-    if let Some(steering) = steering
-        && let Some(driven) = steering.simulated(&args.source, map, options)?
-    {
-        return Ok(driven);
-    }
-    open_source(&args.source, map, options)
+    let name = args.map.as_deref();
+    let driven = steering.map(|steering| steering.simulated(&args.source, options)).transpose()?.flatten();
+    let Some(driven) = driven else { return open_source(&args.source, name, options) };
+    Ok(OpenSource { map: name.map(Map::load).transpose()?.unwrap_or(driven.map), ..driven })
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.

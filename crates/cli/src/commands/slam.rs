@@ -32,7 +32,8 @@ const PICTURE_EVERY: usize = 50;
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
     let loaded = args.load.as_deref().map(load_map).transpose()?;
-    let OpenImages { images: mut source, truth, warnings } = open_input(args)?;
+    let (steering, open) = open_input(args)?;
+    let OpenImages { images: mut source, truth, warnings } = open;
     for warning in &warnings {
         say::note!("{warning}");
     }
@@ -41,7 +42,6 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args, loaded.as_ref())?;
-    let steering = steering(args)?;
     let mut show = open_show(args, steering.as_ref(), &config, source.camera(), truth.as_ref())?;
     let lookers = Lookers {
         pictures: pictures.as_mut(),
@@ -51,7 +51,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     let options = RunOptions {
         maps: loaded.as_ref().map(|loaded| &loaded.map),
         is_fixed: args.fixed,
-        ..run_options(args)?
+        ..run_options(args, steering.is_some())?
     };
     let run = run(source.as_mut(), &config, options, lookers)?;
     let (loaded, told) = live.map_or((loaded, None), SlamLive::finish);
@@ -92,12 +92,6 @@ fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<Sla
     Ok(Some(SlamLive::open(options.domain_id(), args, loaded)?))
 }
 
-/// What moves the robot that carries the camera, if others may.
-fn steering(args: &SlamArgs) -> Result<Option<Steering>> {
-    let options = source_options(&args.options, topic_options(&args.topics)?)?;
-    Steering::over_ros2(&args.broadcast.drive, &args.source, &options)
-}
-
 /// What shows the run to others, if anybody asks for it.
 fn open_show(
     args: &SlamArgs,
@@ -110,9 +104,9 @@ fn open_show(
     SlamShow::open(&args.broadcast, steering, &shown)
 }
 
-fn run_options(args: &SlamArgs) -> Result<RunOptions<'static>> {
-    // A live source does not wait for the mapping.
-    let is_live = SourceAddress::parse(&args.source)?.kind().is_live;
+fn run_options(args: &SlamArgs, is_driven: bool) -> Result<RunOptions<'static>> {
+    // A live source does not wait for the mapping, nor does who drives.
+    let is_live = is_driven || SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
         Some(ScheduleArg::Sequential) => Schedule::Sequential,
         Some(ScheduleArg::Threaded) => Schedule::Threaded,

@@ -26,6 +26,7 @@ use crate::{
     settings::{OF_PIPELINE, read_text, topic_options, with_set},
     slam::load_map,
     stopwatch::thread_cpu_secs,
+    studio::Steering,
 };
 
 /// Finds a camera in a map of SLAM. The options of the source that outputs honor are given.
@@ -49,9 +50,12 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     prepare(&args.source)?;
-    let (mut frames, truth, warnings) = MapFrames::open(&args.source, &options, &args.corrections)?;
+    // It stands when the run ends.
+    let steering = Steering::of(&args.broadcast.drive, &args.source, &options)?;
+    let (mut frames, truth, warnings) =
+        MapFrames::open(&args.source, steering.as_ref(), &options, &args.corrections)?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
-    let mut watchers = Watchers::open(args, &options, (&config, &map), &frames)?;
+    let mut watchers = Watchers::open(args, steering.as_ref(), &options, (&config, &map), &frames)?;
     let run = run(args, (&map, truth.as_ref()), &config, &mut frames, &mut watchers)?;
     let told = (!run.truth.poses().is_empty()).then_some(&run.truth);
     let map = run.map.as_deref().unwrap_or(&map);

@@ -7,7 +7,7 @@ use visloc_core::{
 };
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
 
-use crate::{args::CorrectionArgs, host::host, run::corrected};
+use crate::{args::CorrectionArgs, host::host, run::corrected, studio::Steering};
 
 /// An image, and what is known with it.
 pub struct MapFrame {
@@ -28,15 +28,22 @@ pub enum MapFrames {
 }
 
 impl MapFrames {
-    /// Opens a source, with a robot if it has one, and the camera's true way if that is known.
+    /// Opens a source, with a robot if it has one, and the camera's true way if that is known. A simulated robot goes where others
+    /// drive it, if they may.
     ///
     /// # Errors
     /// If the source cannot be used.
     pub fn open(
         name: &str,
+        steering: Option<&Steering>,
         options: &SourceOptions,
         corrections: &CorrectionArgs,
     ) -> Result<(Self, Option<CameraTrajectory>, Vec<String>)> {
+        if let Some(driven) =
+            steering.map(|steering| steering.simulated(name, options)).transpose()?.flatten()
+        {
+            return Ok((Self::Robot(corrected(driven.frames, corrections)?), None, driven.warnings));
+        }
         if options.mount.is_some() || SourceAddress::parse(name)?.has_robot() {
             let open = open_frames(name, options, host())?;
             return Ok((Self::Robot(corrected(open.frames, corrections)?), None, open.warnings));

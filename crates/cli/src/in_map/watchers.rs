@@ -35,8 +35,6 @@ pub struct Watchers {
     live: Option<MapLive>,
     bag_out: Option<BagOutput>,
     show: Option<MapShow>,
-    /// What moves the robot, if others may; it stands when the run ends.
-    _steering: Option<Steering>,
 }
 
 impl Watchers {
@@ -46,6 +44,7 @@ impl Watchers {
     /// If one cannot be opened, or has nothing to tell.
     pub fn open(
         args: &LocalizeArgs,
+        steering: Option<&Steering>,
         options: &SourceOptions,
         (config, map): (&SlamConfig, &VisualMap),
         frames: &MapFrames,
@@ -65,12 +64,10 @@ impl Watchers {
                 args.source
             );
         }
-        let steering = Steering::over_ros2(&args.broadcast.drive, &args.source, options)?;
         Ok(Self {
             live: (is_asked_for || is_live).then(open_live).transpose()?,
             bag_out: args.bag_out.as_deref().map(|path| BagOutput::create(path, &topics)).transpose()?,
-            show: MapShow::open(&args.broadcast, steering.as_ref(), &args.source, config, args.seed.value())?,
-            _steering: steering,
+            show: MapShow::open(&args.broadcast, steering, &args.source, config, args.seed.value())?,
         })
     }
 

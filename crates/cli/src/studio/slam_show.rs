@@ -72,10 +72,11 @@ impl SlamAudience for SlamShow {
     fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>) {
         self.broadcast.rest();
         self.viewer.follow(slam, frame);
+        let secs = self.viewer.secs(frame.at);
+        self.broadcast.wait_for(secs);
         if !self.broadcast.is_wanted() {
             return;
         }
-        let secs = self.viewer.secs(frame.at);
         let world_from_camera = self.viewer.world_from_camera(frame.at).copied();
         let input = Input::Camera {
             at: frame.at,

@@ -7,7 +7,6 @@ use visloc_core::{Clock, FrameSource};
 use visloc_io::sources::{Purpose, SourceAddress, SourceOptions, UntilStopped, simulated_scenario};
 use visloc_sim::{DrivenSimulation, LiveControls, LiveMotion, LiveSimulation};
 use visloc_studio::server::{DriveLimits, DriveOrder, Wheel};
-use visloc_world::Map;
 
 use crate::{args::DriveArgs, host::host, run::OpenSource, stopwatch::Stopwatch};
 
@@ -53,32 +52,16 @@ impl Steering {
         }))
     }
 
-    /// The same where only a robot on ROS 2 can be moved: what carries the camera of SLAM.
-    ///
-    /// # Errors
-    /// If the source is no such robot, or there is no network.
-    pub fn over_ros2(args: &DriveArgs, source: &str, options: &SourceOptions) -> Result<Option<Self>> {
-        if args.allow_drive && !source.starts_with("ros2:") {
-            bail!("--allow-drive: expected a robot on ROS 2 topics (ros2:...), found {source}; leave it out");
-        }
-        Self::of(args, source, options)
-    }
-
     /// What those who watch turn.
     pub fn wheel(&self) -> &Arc<Wheel> {
         &self.wheel
     }
 
-    /// Opens a simulated robot that goes where it is driven, and nowhere by itself; `None` for others.
+    /// Opens a simulated robot that goes where it is driven, and nowhere by itself, with the map that it walks on; `None` for others.
     ///
     /// # Errors
-    /// If there is no such scenario or the map cannot be used.
-    pub fn simulated(
-        &self,
-        source: &str,
-        map: Option<&str>,
-        options: &SourceOptions,
-    ) -> Result<Option<OpenSource>> {
+    /// If there is no such scenario.
+    pub fn simulated(&self, source: &str, options: &SourceOptions) -> Result<Option<OpenSource>> {
         if !self.is_simulated {
             return Ok(None);
         }
@@ -86,13 +69,13 @@ impl Steering {
         address.check(options, Purpose::Frames)?;
         let scenario = simulated_scenario(&address)?;
         let simulation = LiveSimulation::new(&scenario, options.seed.unwrap_or(1))?;
-        let own_map = simulation.map().clone();
+        let map = simulation.map().clone();
         let wheel = Arc::clone(&self.wheel);
         let frames: Box<dyn FrameSource> =
             Box::new(DrivenSimulation::new(simulation, move || controls(&wheel.order())));
         Ok(Some(OpenSource {
             frames: Box::new(UntilStopped::of_kind(frames, host(), true)),
-            map: map.map(Map::load).transpose()?.unwrap_or(own_map),
+            map,
             warnings: Vec::new(),
         }))
     }
