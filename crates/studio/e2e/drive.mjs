@@ -1,5 +1,6 @@
 // A robot elsewhere is driven by keys, and stands when nobody holds one or the link is lost.
 
+import { execFileSync } from "node:child_process";
 import { join } from "node:path";
 
 import { RawPage } from "./raw_page.mjs";
@@ -72,4 +73,59 @@ export async function drives(browser, programs, errors, check, pictures) {
   stands(check, await standsAfter(near, leftAt), "when the page is closed");
   check(way(near.latest.pose, isStill) > 0.05 && near.latest.drive.driver === null, "and nobody is at the wheel");
   near.close();
+}
+
+/** A desk's page of a robot that runs with these arguments and may be driven. */
+async function deskOf(browser, programs, errors, ...run) {
+  const [address, token] = (await programs.start(/--connect (.*)/, ...run, "--publish", "127.0.0.1:0", "--allow-drive")).split(" --token ");
+  const page = await openPage(browser, await programs.studio("--connect", address, "--token", token), errors);
+  await until(page, () => window.studio.store.latest.drive);
+  await page.locator("#world").focus();
+  return page;
+}
+
+/** Holds W until something is true, and lets go. */
+async function drivesUntil(page, condition, argument) {
+  await page.keyboard.down("w");
+  await until(page, () => window.studio.store.latest.drive.is_driven);
+  await until(page, condition, argument);
+  await page.keyboard.up("w");
+  await until(page, () => !window.studio.store.latest.drive.is_driven);
+}
+
+/** Drives a robot that is localized in a map of SLAM, and one without a map. */
+export async function drivesBySlam(browser, programs, errors, check) {
+  const map = join(programs.folder, "walk.vmap");
+  execFileSync(programs.visloc, ["slam", "sim:office-walk", "--end", "20s", "--save", map], { stdio: "ignore" });
+  let page = await deskOf(browser, programs, errors, "localize", "sim:office-walk", "--map", map);
+  check(await page.locator("#panel-drive .pad").isVisible(), "a robot in a map of SLAM has a pad");
+  await drivesUntil(page, () => {
+    const { trajectory: ways = [] } = window.studio.store.arrays;
+    return ways.length >= 6 && Math.hypot(...[1, 2, 3].map((i) => ways[ways.length - i] - ways[3 - i])) > 0.3;
+  });
+  check(true, "W drives it by 0.3 m of that map, and it stands when the key is let go");
+  await page.context().close();
+  page = await deskOf(browser, programs, errors, "slam", "sim:office-walk");
+  check(await page.locator("#panel-drive .pad").isVisible(), "and so has one that is followed without a map");
+  await page.locator("[aria-label='Head to the left']").fill("40");
+  await until(page, () => window.studio.store.latest.drive.head_deg?.[0] === 40);
+  // Without a map yet, the image says whether the robot moves.
+  await page.evaluate(() => {
+    window.look = () => {
+      const context = new OffscreenCanvas(64, 48).getContext("2d");
+      context.drawImage(window.studio.image.bitmap, 0, 0, 64, 48);
+      return context.getImageData(0, 0, 64, 48).data;
+    };
+    window.differs = (a, b) => a.reduce((sum, value, i) => sum + Math.abs(value - b[i]), 0) / a.length;
+  });
+  await sleep(2);
+  const noise = await page.evaluate(async () => {
+    window.before = window.look();
+    await new Promise((resolve) => { setTimeout(resolve, 1000); });
+    return window.differs(window.before, window.look());
+  });
+  await page.locator("#world").focus();
+  await drivesUntil(page, (least) => window.differs(window.before, window.look()) > least, 4 * noise + 2);
+  check(true, `W drives it: its image differs by more than four times of what it did while it stood (${noise.toFixed(2)})`);
+  await page.context().close();
 }

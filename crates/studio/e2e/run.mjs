@@ -12,7 +12,7 @@ import { chromium } from "playwright-core";
 
 import { byHand } from "./by_hand.mjs";
 import { goesThrough, looksBack, parameters } from "./course.mjs";
-import { drives } from "./drive.mjs";
+import { drives, drivesBySlam } from "./drive.mjs";
 import { drops } from "./drops.mjs";
 import { slow, wrongToken } from "./far.mjs";
 import { keys, touches } from "./hands.mjs";
@@ -374,6 +374,7 @@ async function main() {
     await records(browser);
     await commandsAway(browser);
     await drives(browser, programs, errors, check, pictures);
+    await drivesBySlam(browser, programs, errors, check);
     await sources(browser, recording);
     await firstVisit(browser, programs, errors, check, pictures);
     await firstMap(browser, programs, errors, check, pictures);

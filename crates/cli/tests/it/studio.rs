@@ -56,11 +56,9 @@ fn what_cannot_be_driven_is_refused_with_what_can() {
     let workspace = Workspace::new();
     let publish = ["--publish", "127.0.0.1:0", "--allow-drive"];
     workspace.must(&["simulate", "tour", "--frames", "2", "--out", "short.mcap"]);
-    for run in [
-        &["localize", "short.mcap", "--map", "robocup-spl-2010"][..],
-        &["slam", "sim:room", "--end", "2"],
-        &["slam", "sim:robocup", "--end", "2"],
-    ] {
+    for run in
+        [&["localize", "short.mcap", "--map", "robocup-spl-2010"][..], &["slam", "sim:room", "--end", "2"]]
+    {
         let refused = workspace.visloc(&[run, &publish].concat());
         assert!(
             refused.code == 1 && refused.stderr.contains("--allow-drive: expected"),
@@ -68,6 +66,9 @@ fn what_cannot_be_driven_is_refused_with_what_can() {
             refused.stderr
         );
     }
+    // A robot that is driven has no end that is known before.
+    let range = workspace.refused(&[&["slam", "sim:robocup", "--end", "2"][..], &publish].concat());
+    assert!(range.contains("--end"), "{range}");
     let alone = workspace.visloc(&["localize", "sim:tour", "--allow-drive"]);
     assert!(alone.code == 2 && alone.stderr.contains("--publish"), "{}", alone.stderr);
 }
@@ -87,6 +88,27 @@ fn a_driven_robot_asks_for_a_token_and_stands_until_it_is_driven() {
     let mut place = |frame| run.state(frame).unwrap().header["truth"]["pose"].clone();
     assert_eq!(place(1), place(19), "it walks by itself");
     assert_eq!(run.state(19).unwrap().header["drive"]["is_driven"], false);
+}
+
+#[test]
+fn a_driven_robot_in_a_map_of_slam_stands_until_it_is_driven() {
+    let workspace = Workspace::new();
+    workspace.must(&["slam", "sim:office-walk", "--end", "12s", "--save", "walk.vmap"]);
+    let run =
+        ["localize", "sim:office-walk", "--map", "walk.vmap", "--frames", "30", "--trajectory", "way.tum"];
+    let drive = ["--publish", "127.0.0.1:0", "--allow-drive", "--record", "run.mcap"];
+    let done = workspace.must(&[&run[..], &drive].concat());
+    assert!(done.stdout.contains(" --token "), "{}", done.stdout);
+    let mut recording = RecordingIndex::open(&workspace.path("run.mcap")).unwrap();
+    assert_eq!(recording.state(29).unwrap().header["drive"]["is_driven"], false);
+    let way = workspace.read("way.tum");
+    let place = |line: &str| -> Vec<f64> {
+        line.split_whitespace().skip(1).take(3).map(|number| number.parse().unwrap()).collect()
+    };
+    let places: Vec<Vec<f64>> = way.lines().filter(|line| !line.starts_with('#')).map(place).collect();
+    let [first, last] = [places.first().unwrap(), places.last().unwrap()];
+    let way_m = first.iter().zip(last).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    assert!(places.len() > 20 && way_m < 0.1, "it walks by itself: {way_m} m in {} poses", places.len());
 }
 
 #[test]
