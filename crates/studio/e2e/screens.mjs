@@ -35,6 +35,11 @@ export function scenesOf(programs, visloc) {
     isRecorded = true;
     return file;
   };
+  const mapOfSlam = () => {
+    const map = join(programs.folder, "screens.vmap");
+    execFileSync(visloc, ["slam", "sim:office-walk", "--end", "20s", "--save", map], { stdio: "ignore" });
+    return map;
+  };
   const four = async (page) => {
     const names = await page.evaluate(() => window.studio.store.scene.algorithms.map(({ name }) => name).slice(0, 4));
     await send(page, "algorithms", { names });
@@ -69,6 +74,7 @@ export function scenesOf(programs, visloc) {
     replay: { open: () => programs.studio("--replay", recording()) },
     source: { open: () => programs.studio(recording(), "--map", "robocup-spl-2010") },
     "robot-elsewhere": { open: () => away("localize", "sim:tour") },
+    "robot-in-map": { open: () => away("localize", "sim:office-walk", "--map", mapOfSlam(), "--allow-drive") },
     "robot-driven": { open: () => away("localize", "sim:robocup", "--allow-drive") },
     editor: { open: () => programs.studio(), prepare: drawn, isDialog: true },
     "camera-elsewhere": { open: () => away("slam", "sim:room") },
