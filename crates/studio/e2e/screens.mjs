@@ -125,6 +125,9 @@ function faultsOf({ least, wide }) {
       if (!isApart && !isScrolled) faults.push(`${name(layer)} lies over ${name(other)}`);
     }
   }
+  const grid = document.querySelector(".grid");
+  const isCut = getComputedStyle(document.body).overflow === "hidden" && grid.scrollHeight > grid.clientHeight + 1;
+  if (isCut) faults.push(`the page is cut ${grid.scrollHeight - grid.clientHeight} px above its end`);
   scrollTo(0, 0);
   return faults;
 }
