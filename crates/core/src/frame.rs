@@ -23,6 +23,8 @@ pub struct Frame {
     pub at: Timestamp,
     /// The camera image.
     pub image: RgbImage,
+    /// Which of the robot's cameras took it; 0 if it has one. Each camera keeps its index for the whole run.
+    pub camera_index: usize,
     /// Calibration of the camera; its size is the image's size.
     pub camera: Camera,
     /// Pose of the camera relative to the robot's footprint, from kinematics.
@@ -42,7 +44,14 @@ impl Frame {
         camera: Camera,
         robot_from_camera: Rigid3<Robot, CameraFrame>,
     ) -> Self {
-        Self { at, image, camera, robot_from_camera, odometry: None, ground_contact: None }
+        Self { at, image, camera_index: 0, camera, robot_from_camera, odometry: None, ground_contact: None }
+    }
+
+    /// The same, taken by another camera than the first one. Frames of several cameras follow each other in the order of their stamps, which may
+    /// be the same.
+    #[must_use]
+    pub fn of_camera(self, camera_index: usize) -> Self {
+        Self { camera_index, ..self }
     }
 
     /// Pose of the camera by odometry and kinematics; `None` without odometry.

@@ -103,6 +103,7 @@ impl Place {
             let frame = Frame {
                 at: Timestamp::from_secs(100.0 + 0.1 * f64::from(i)),
                 image: plain(gray + 10 * i),
+                camera_index: 0,
                 camera: Camera::pinhole(SIZE_PX, (70.0 + f64::from(gray), 70.0), (31.5, 23.5)).unwrap(),
                 robot_from_camera: Mount { height_m: 0.4, ..Mount::default() }.robot_from_camera(),
                 odometry: Some(moved),

@@ -203,6 +203,7 @@ fn small_bag(place: &Place, topics: &BagTopics) -> String {
         let frame = Frame {
             at: Timestamp::from_secs(100.0 + 0.1 * f64::from(i)),
             image: RgbImage::new(2, 2),
+            camera_index: 0,
             camera: Camera::pinhole((2, 2), (3.0, 3.0), (0.5, 0.5)).unwrap(),
             robot_from_camera: Mount { height_m: 0.4, ..Mount::default() }.robot_from_camera(),
             odometry: Some(PlanarPose::new(0.1 * f64::from(i), 0.0, 0.0)),

@@ -20,6 +20,7 @@ pub mod monte_carlo;
 mod motion;
 pub mod observation;
 mod odometer;
+mod per_camera;
 mod pipeline;
 mod prior;
 pub mod refine;

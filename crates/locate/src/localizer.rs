@@ -52,8 +52,14 @@ pub trait Localizer: Send {
     fn estimate(&self) -> &Estimate;
 
     /// What is known of the constant error of the camera's direction; `None` if the localizer does not look for it, or does not know the
-    /// place.
+    /// place. Of a robot with several cameras, that of the first one.
     fn camera_error(&self) -> Option<CameraError> {
+        self.camera_error_of(0)
+    }
+
+    /// The same for any of the cameras, by [`Frame::camera_index`](visloc_core::Frame::camera_index).
+    fn camera_error_of(&self, camera_index: usize) -> Option<CameraError> {
+        let _ = camera_index;
         None
     }
 

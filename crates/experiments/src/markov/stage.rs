@@ -121,6 +121,7 @@ impl Eye<'_> {
         let frame = Frame {
             at: Timestamp::from_nanos(0),
             image,
+            camera_index: 0,
             camera: self.stage.camera,
             robot_from_camera,
             odometry: None,

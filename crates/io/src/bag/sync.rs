@@ -322,6 +322,7 @@ impl Synchronizer {
         let frame = Frame {
             at,
             image: pixels,
+            camera_index: 0,
             camera,
             robot_from_camera,
             odometry,

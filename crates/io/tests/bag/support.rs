@@ -36,6 +36,7 @@ pub fn frame(index: usize) -> SourceFrame {
         frame: Frame {
             at: at(index),
             image,
+            camera_index: 0,
             camera: Camera::new((64, 48), (70.0, 71.0), (31.5, 23.5), distortion).unwrap(),
             robot_from_camera: Rigid3::new(rotation, Vector3::new(0.05, 0.01 * phase.sin(), 0.5)),
             odometry: Some(PlanarPose::new(phase, -phase, phase)),

@@ -73,6 +73,7 @@ impl Run {
         Frame {
             at: Timestamp::from_secs(secs),
             image,
+            camera_index: 0,
             camera: Camera::pinhole((320, 240), (self.focal_px, self.focal_px), (159.5, 119.5)).unwrap(),
             robot_from_camera: Rigid3::new(
                 tilt * nao::body_from_optical(),

@@ -24,6 +24,7 @@ use crate::{
         field::{FieldFeatureModel, FieldModelConfig, FieldObservationModel},
         office::{OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel},
     },
+    per_camera::OtherCameras,
     refine::{Refined, RefinementConfig},
     vision::{
         AnalysisError, Percept,
@@ -158,6 +159,15 @@ impl ImageAnalyzer {
         }
     }
 
+    /// The same for another camera, of whose images it has learned nothing.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        match self {
+            Self::Field(analyzer) => Self::Field(Box::new(analyzer.anew())),
+            Self::Office(analyzer) => Self::Office(Box::new(analyzer.anew())),
+        }
+    }
+
     /// The last percept.
     #[must_use]
     pub fn percept(&self) -> &Percept {
@@ -168,9 +178,13 @@ impl ImageAnalyzer {
     }
 }
 
-/// From frames to estimates: image analysis, lift detector and localizer of one robot.
+/// From frames to estimates: image analysis, lift detector and localizer of one robot with any number of cameras, whose frames come one after the
+/// other: see [`Frame::camera_index`].
 pub struct Pipeline {
+    /// That of the last frame's camera.
     analyzer: ImageAnalyzer,
+    camera_index: usize,
+    other_analyzers: OtherCameras<ImageAnalyzer>,
     lift: LiftDetector,
     localizer: Box<dyn Localizer>,
     analysis_rng: Rng,
@@ -210,6 +224,8 @@ impl Pipeline {
         }
         Ok(Self {
             analyzer: ImageAnalyzer::new(map, config)?,
+            camera_index: 0,
+            other_analyzers: OtherCameras::none(),
             lift: LiftDetector::new(config.lift),
             localizer,
             analysis_rng: rng.stream("analysis", 0),
@@ -225,6 +241,9 @@ impl Pipeline {
     /// If the image does not belong to its calibration. The frame is left out then, and the run can go on.
     pub fn step(&mut self, frame: &Frame) -> Result<&Estimate, AnalysisError> {
         let start = self.clock.secs();
+        let cameras = (self.camera_index, frame.camera_index);
+        self.other_analyzers.look_through(&mut self.analyzer, cameras, ImageAnalyzer::anew);
+        self.camera_index = frame.camera_index;
         self.analyzer.analyze(frame, &mut self.analysis_rng)?;
         let analyzed = self.clock.secs();
         let is_lifted = self.lift.update(frame.at, frame.ground_contact.as_ref());

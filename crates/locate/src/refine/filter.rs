@@ -3,31 +3,31 @@
 use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use visloc_core::geom::{PlanarPose, angle};
 
-use super::{RefinementConfig, mount::Mount};
+use super::{RefinementConfig, mount::Mount, other_mounts::OtherMounts};
 use crate::{
     observation::features::{CameraState, CameraVector, FeatureModel},
     odometer::Odometry,
 };
 
 /// Length of the state: pose (3), slow error of the camera's tilt (3) and height (1), motion (4), constant error of its tilt (3).
-const STATE: usize = 14;
+pub(super) const STATE: usize = 14;
 /// Length of what an image sees of it: pose, tilt and height.
-const CAMERA: usize = 7;
+pub(super) const CAMERA: usize = 7;
 /// First of what changes slowly: three angles of the camera's tilt, then its height.
-const SLOW: usize = 3;
+pub(super) const SLOW: usize = 3;
 /// First of the motion parameters: with odometry the relative errors of its three axes, without it the velocity
 /// of the body (m/s, m/s, rad/s).
 const MOTION: usize = 7;
 /// With odometry its systematic turn, radians per meter.
 const DRIFT: usize = 10;
 /// First of the three angles of the camera's constant error.
-const MOUNT: usize = 11;
+pub(super) const MOUNT: usize = 11;
 
 /// Group of the features that belong to landmarks.
 const LANDMARKS: usize = 1;
 
-type State = SVector<f64, STATE>;
-type Covariance = SMatrix<f64, STATE, STATE>;
+pub(super) type State = SVector<f64, STATE>;
+pub(super) type Covariance = SMatrix<f64, STATE, STATE>;
 pub(super) type CameraMatrix = SMatrix<f64, CAMERA, CAMERA>;
 
 /// The features that a pose explains.
@@ -103,6 +103,8 @@ pub(super) struct PoseFilter {
     mean: State,
     covariance: Covariance,
     has_odometry: bool,
+    /// The state has the constant error of the camera whose image it is; this is that of the others.
+    others: OtherMounts,
     /// While samples of the odometry are missing.
     gap: Option<Box<Gap>>,
 }
@@ -121,7 +123,13 @@ impl PoseFilter {
     pub fn new(pose: &PlanarPose, mount: &Mount, config: &RefinementConfig) -> Self {
         let mut mean = State::zeros();
         mean.fixed_rows_mut::<3>(0).copy_from(&Vector3::new(pose.x_m, pose.y_m, pose.yaw_rad));
-        let mut filter = Self { mean, covariance: Covariance::zeros(), has_odometry: true, gap: None };
+        let mut filter = Self {
+            mean,
+            covariance: Covariance::zeros(),
+            has_odometry: true,
+            others: OtherMounts::default(),
+            gap: None,
+        };
         let (m, rad) = (config.birth_noise_m.powi(2), config.birth_noise_rad.powi(2));
         for (i, variance) in [m, m, rad].into_iter().enumerate() {
             filter.covariance[(i, i)] = variance;
@@ -140,6 +148,25 @@ impl PoseFilter {
             tilt_rad: self.mean.fixed_rows::<3>(MOUNT).into_owned(),
             covariance: self.covariance.fixed_view::<3, 3>(MOUNT, MOUNT).into_owned(),
         }
+    }
+
+    /// What it has found out about the constant errors of the other cameras.
+    pub fn other_mounts(&self) -> impl Iterator<Item = (usize, Mount)> {
+        self.others.iter()
+    }
+
+    /// The next image is of another camera than the last one, of which `mount` is known if it has taken none yet. `turn` takes the axes of the
+    /// last camera to those of this one: what changes slowly is the tilt of the body, which all cameras share.
+    pub fn look_through(&mut self, cameras: (usize, usize), turn: &Matrix3<f64>, mount: &Mount) {
+        if let Some(before) = self.gap.as_mut().and_then(|gap| gap.before.as_mut()) {
+            before.look_through(cameras, turn, mount);
+        }
+        let mut change = Covariance::identity();
+        change.fixed_view_mut::<3, 3>(SLOW, SLOW).copy_from(turn);
+        self.mean = change * self.mean;
+        self.covariance = change * self.covariance * change.transpose();
+        self.others.change(&change);
+        self.others.look_through((&mut self.mean, &mut self.covariance), cameras, mount);
     }
 
     /// The same motion, slow tilt and height at another pose.
@@ -211,6 +238,7 @@ impl PoseFilter {
         for i in MOTION..MOUNT {
             self.covariance.row_mut(i).fill(0.0);
             self.covariance.column_mut(i).fill(0.0);
+            self.others.forget(i);
         }
         self.mean.fixed_rows_mut::<4>(MOTION).copy_from(mean);
         self.covariance.fixed_view_mut::<4, 4>(MOTION, MOTION).copy_from(covariance);
@@ -349,6 +377,7 @@ impl PoseFilter {
         self.mean[1] += sin * motion.x + cos * motion.y;
         self.mean[2] = angle::wrap(self.mean[2] + motion.z);
         self.covariance = moved(&self.covariance, &change) + Covariance::from_diagonal(&noise);
+        self.others.change(&change);
     }
 
     /// Images have shown nothing for `from_secs` and now for `to_secs`: the robot may have moved slowly in a way that its odometry does not
@@ -415,6 +444,7 @@ impl PoseFilter {
                 self.mean[2] = angle::wrap(self.mean[2]);
                 let covariance = self.covariance - cross * information * cross.transpose();
                 self.covariance = (covariance + covariance.transpose()) * 0.5;
+                self.others.learn(&cross, &pull, &information);
             }
         }
         let Fit { information, agreement, .. } = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config);

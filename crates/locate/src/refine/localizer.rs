@@ -1,6 +1,7 @@
 //! A localizer whose hypotheses are refined.
 
-use visloc_core::{Rng, geom::PlanarPose};
+use nalgebra::Matrix3;
+use visloc_core::{Rng, Timestamp, geom::PlanarPose};
 
 use super::{
     RefinementConfig,
@@ -14,7 +15,7 @@ use super::{
 use crate::{
     CameraError, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
     ObservationModel, Reliability, StartPrior, StepInput, observation::features::FeatureModel,
-    odometer::Odometer, reliability::blind_share, vision::Percept,
+    odometer::Odometer, per_camera::OtherCameras, reliability::blind_share, vision::Percept,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
@@ -34,6 +35,22 @@ const ESTABLISHED: f64 = 0.9;
 const LOST_RELIABILITY: f64 = 0.3;
 const LOST_SECS: f64 = 0.2;
 
+/// What is followed from image to image of one camera.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gaze {
+    /// When it took its last image.
+    at: Option<Timestamp>,
+    turning: Turning,
+    /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
+    last: Option<PlanarPose>,
+    view: PresentView,
+    /// When an image last had enough features to say anything.
+    showed_something_at: Option<Timestamp>,
+    /// Where places look alike, the localizer below and the search for places take turns: whether it was the former's in the last
+    /// image.
+    is_search_turn: bool,
+}
+
 /// Tracks the hypotheses of another localizer.
 pub struct Refined {
     config: RefinementConfig,
@@ -47,10 +64,11 @@ pub struct Refined {
     /// Whose turn it is among them.
     turn: usize,
     tracks: Tracks,
-    turning: Turning,
-    /// Where places look alike, the localizer below and the search for places take turns: whether it was the former's in the last
-    /// image.
-    is_search_turn: bool,
+    /// The camera of the last image, and its axes on the robot.
+    camera_index: usize,
+    camera_axes: Matrix3<f64>,
+    gaze: Gaze,
+    other_gazes: OtherCameras<Gaze>,
     /// Where places look alike: the answer for a robot that may be anywhere.
     middle: Option<PlanarPose>,
     reliability: Reliability,
@@ -59,9 +77,6 @@ pub struct Refined {
     max_jump_m: f64,
     known: Known,
     has_landmarks: bool,
-    /// Direction of the camera in the last image, seen from where the odometry began, radians, and place.
-    last_view: Option<PlanarPose>,
-    view: PresentView,
     /// Seconds without a pose that can be relied on.
     lost_secs: f64,
     /// Seconds since an image last said anything.
@@ -82,14 +97,14 @@ impl Refined {
     ) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self {
-            turning: Turning::default(),
-            is_search_turn: false,
+            camera_index: 0,
+            camera_axes: Matrix3::identity(),
+            gaze: Gaze::default(),
+            other_gazes: OtherCameras::none(),
             middle: config.has_look_alikes.then(|| middle(pixels.as_ref())),
             has_landmarks: features.has_landmarks(),
             max_jump_m: pixels.max_jump_m(),
             known: Known::new(StartPrior::Uniform),
-            last_view: None,
-            view: PresentView::default(),
             lost_secs: 0.0,
             blind_secs: 0.0,
             reliability: Reliability::new(config.reliability),
@@ -105,6 +120,24 @@ impl Refined {
             winner: None,
             estimate: Estimate::unknown(),
         })
+    }
+
+    /// Takes up what is known of the image's camera. How long ago it took its last image, seconds.
+    fn look_through(&mut self, percept: &Percept) -> f64 {
+        let cameras = (self.camera_index, percept.camera_index);
+        let axes = *percept.robot_from_camera.rotation();
+        self.tracks.look_through(cameras.1, &axes.tr_mul(&self.camera_axes), &self.config);
+        self.other_gazes.look_through(&mut self.gaze, cameras, |_| Gaze::default());
+        (self.camera_index, self.camera_axes) = (cameras.1, axes);
+        let last_at = self.gaze.at.replace(percept.at);
+        last_at.map_or(0.0, |last| percept.at.secs_since(last).clamp(0.0, MAX_STEP_SECS))
+    }
+
+    /// Whether the last images of another camera show something.
+    fn does_another_see(&self, at: Timestamp) -> bool {
+        let sees =
+            |gaze: &Gaze| gaze.showed_something_at.is_some_and(|then| at.secs_since(then) < MAX_STEP_SECS);
+        self.other_gazes.iter().any(|(_, gaze)| sees(gaze))
     }
 
     fn forget(&mut self) {
@@ -123,21 +156,21 @@ impl Refined {
         if !self.config.has_look_alikes {
             let robot = self.known.start_from_robot();
             let yaw_rad = robot.yaw_rad + camera_yaw_rad(input.percept);
-            return self.view.move_to(&PlanarPose::new(robot.x_m, robot.y_m, yaw_rad));
+            return self.gaze.view.move_to(&PlanarPose::new(robot.x_m, robot.y_m, yaw_rad));
         }
         let camera_yaw_rad = camera_yaw_rad(input.percept);
         let robot = self.tracks.best().map_or(self.estimate.world_from_robot, |track| track.filter.pose());
         let view = PlanarPose::new(robot.x_m, robot.y_m, robot.yaw_rad + camera_yaw_rad);
-        let novelty = self.last_view.map_or(1.0, |last| {
+        let novelty = self.gaze.last.map_or(1.0, |last| {
             last.distance_m(&view) / NEW_VIEW_M + last.heading_difference_rad(&view) / NEW_VIEW_RAD
         });
-        self.last_view = Some(view);
+        self.gaze.last = Some(view);
         novelty.min(1.0)
     }
 
     /// How clear an image is, 0 to 1.
     fn clearness(&mut self, input: &StepInput<'_>, secs: f64) -> f64 {
-        let rate = self.turning.rate_rad_per_s(input, secs);
+        let rate = self.gaze.turning.rate_rad_per_s(input, secs);
         if self.config.has_look_alikes {
             1.0 / (1.0 + (rate / self.config.blurring_turn_rad_per_s).powi(2))
         } else {
@@ -255,7 +288,7 @@ impl Refined {
             self.search.doubt();
             // Images that show nothing say nothing about the camera either.
             if self.blind_secs == 0.0 {
-                self.tracks.doubt_mount(secs, &self.config);
+                self.tracks.doubt_mounts(secs, &self.config);
             }
         }
     }
@@ -326,11 +359,10 @@ impl Localizer for Refined {
     fn reset(&mut self) {
         self.search.reset();
         self.tracks = Tracks::new(&self.config);
-        self.turning = Turning::default();
-        (self.turn, self.is_search_turn) = (0, false);
+        (self.camera_index, self.gaze, self.other_gazes) = (0, Gaze::default(), OtherCameras::none());
+        self.turn = 0;
         (self.lost_secs, self.blind_secs) = (0.0, 0.0);
         self.odometer = Odometer::new(self.config.max_motion_m);
-        (self.last_view, self.view) = (None, PresentView::default());
         self.forget();
         self.known = Known::new(StartPrior::Uniform);
     }
@@ -342,11 +374,12 @@ impl Localizer for Refined {
     }
 
     fn step(&mut self, input: &StepInput<'_>, rng: &mut Rng) -> &Estimate {
+        let secs_of_camera = self.look_through(input.percept);
         let odometry = self.odometer.update(input.percept.at, input.odometry);
         let secs = self.odometer.secs().min(MAX_STEP_SECS);
         // Both cost as much as all the rest, so they take turns.
-        self.is_search_turn = !(self.config.has_look_alikes && self.is_search_turn);
-        if self.is_search_turn || input.is_lifted {
+        self.gaze.is_search_turn = !(self.config.has_look_alikes && self.gaze.is_search_turn);
+        if self.gaze.is_search_turn || input.is_lifted {
             let percept = self.turned.turn(input.percept, &self.tracks.mount().tilt_rad);
             self.search.step(&StepInput { percept, ..*input }, rng);
         }
@@ -359,17 +392,18 @@ impl Localizer for Refined {
         }
         self.tracks.predict(&odometry, secs, &self.config);
         self.candidates.clear();
-        if !(self.config.has_look_alikes && self.is_search_turn) {
+        if !(self.config.has_look_alikes && self.gaze.is_search_turn) {
             self.find_candidates(input.percept, rng);
         }
         self.model.condition_on(input.percept);
         let novelty = self.novelty(input);
-        let clearness = self.clearness(input, secs);
+        let clearness = self.clearness(input, secs_of_camera);
         self.update_tracks(novelty, clearness);
         if says_something(self.model.as_ref()) {
+            self.gaze.showed_something_at = Some(input.percept.at);
             self.blind_secs = 0.0;
             self.update_reliability(input, novelty);
-        } else {
+        } else if !self.does_another_see(input.percept.at) {
             self.go_blind();
         }
         self.update_estimate();
@@ -381,9 +415,9 @@ impl Localizer for Refined {
         &self.estimate
     }
 
-    fn camera_error(&self) -> Option<CameraError> {
-        let best = self.tracks.best().filter(|_| self.config.mount_pitch_rad > 0.0)?;
-        Some(best.filter.mount().camera_error(self.tracks.mount().is_known(&self.config)))
+    fn camera_error_of(&self, camera_index: usize) -> Option<CameraError> {
+        let mount = self.tracks.best_mount(camera_index).filter(|_| self.config.mount_pitch_rad > 0.0)?;
+        Some(mount.camera_error(self.tracks.is_mount_known(camera_index, &self.config)))
     }
 
     fn individuals(&self, out: &mut Vec<Individual>) {

@@ -19,6 +19,7 @@ mod known;
 mod likelihood;
 mod localizer;
 mod mount;
+mod other_mounts;
 mod place;
 mod robot;
 mod search;

@@ -1,11 +1,14 @@
 //! One track: a hypothesis with its filter and what speaks for it.
 
+use nalgebra::Matrix3;
+
 use super::{
     filter::{Agreement, ImageFit, PoseFilter},
     known::Known,
+    mount::Mount,
     view::{View, ViewEvidence},
 };
-use crate::observation::features::FeatureModel;
+use crate::{observation::features::FeatureModel, per_camera::OtherCameras};
 
 /// What one image of landmarks that are all explained adds to the confirmation.
 const CONFIRMATION: f64 = 0.1;
@@ -51,6 +54,8 @@ pub(super) struct Track {
     pub past_found: f64,
     /// What the images of the present view tell.
     pub view_evidence: ViewEvidence,
+    /// Of each other camera what the images of its present view tell, and what its last image told.
+    pub other_views: OtherCameras<(ViewEvidence, f64)>,
     /// How far off the place where the prior held was when the prior was last asked, meters.
     pub asked_spread_m: f64,
 }
@@ -122,9 +127,18 @@ impl Track {
         self.agreement = self.agreement.max(self.last_agreement);
     }
 
-    /// Odds by the present view and all before, and by the camera that it needs.
+    /// The next image is of another camera; see [`PoseFilter::look_through`].
+    pub fn look_through(&mut self, cameras: (usize, usize), turn: &Matrix3<f64>, mount: &Mount) {
+        self.filter.look_through(cameras, turn, mount);
+        let mut view = (self.view_evidence, self.last_log_evidence);
+        self.other_views.look_through(&mut view, cameras, |_| (ViewEvidence::default(), 0.0));
+        (self.view_evidence, self.last_log_evidence) = view;
+    }
+
+    /// Odds by the present views and all before, and by the camera that it needs.
     pub fn weigh(&mut self) {
-        self.log_odds = self.past_log_odds + self.view_evidence.log_odds - self.bend;
+        let others: f64 = self.other_views.iter().map(|(_, (view, _))| view.log_odds).sum();
+        self.log_odds = self.past_log_odds + self.view_evidence.log_odds + others - self.bend;
     }
 
     /// The present view moves on.
@@ -136,13 +150,16 @@ impl Track {
 
     /// Probability that the searches of the whole map have missed another place that explains as much: it would have been found as often.
     pub fn missed(&self) -> f64 {
-        (-self.past_found - self.view_evidence.num_found).exp()
+        let others: f64 = self.other_views.iter().map(|(_, (view, _))| view.num_found).sum();
+        (-self.past_found - self.view_evidence.num_found - others).exp()
     }
 
     /// How much more probable it is that what the present view shows is nothing that is on the map; the last image alone must not show that
     /// either, since somebody may have carried the robot just now.
     pub fn elsewhere(&self) -> f64 {
-        (self.bend - self.view_evidence.log_evidence.min(self.last_log_evidence)).exp()
+        let told = |view: &ViewEvidence, last: f64| view.log_evidence.min(last);
+        let others: f64 = self.other_views.iter().map(|(_, (view, last))| told(view, *last)).sum();
+        (self.bend - told(&self.view_evidence, self.last_log_evidence) - others).exp()
     }
 
     /// Takes the more probable one of two mirrored poses. `share` is the probability of the present one.

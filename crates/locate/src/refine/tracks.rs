@@ -1,5 +1,6 @@
 //! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
 
+use nalgebra::Matrix3;
 use visloc_core::geom::PlanarPose;
 
 use super::{
@@ -14,7 +15,7 @@ use super::{
     track::Track,
     view::{View, ViewEvidence},
 };
-use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
+use crate::{Region, observation::features::FeatureModel, odometer::Odometry, per_camera::OtherCameras};
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -54,7 +55,7 @@ pub(super) struct Tracks {
 impl Tracks {
     /// None yet, of a robot of which nothing is known.
     pub fn new(config: &RefinementConfig) -> Self {
-        Self { robot: KnownRobot { filter: None, mount: Mount::unknown(config) }, ..Self::default() }
+        Self { robot: KnownRobot::unknown(config), ..Self::default() }
     }
 
     /// What is known of the camera wherever the robot is.
@@ -62,9 +63,37 @@ impl Tracks {
         &self.robot.mount
     }
 
+    /// Whether a camera is known much better than that of any robot.
+    pub fn is_mount_known(&self, camera_index: usize, config: &RefinementConfig) -> bool {
+        self.robot.mount_of(camera_index).is_some_and(|mount| mount.is_known(config))
+    }
+
+    /// What the best track has found out about the constant error of a camera; `None` if that has taken no image.
+    pub fn best_mount(&self, camera_index: usize) -> Option<Mount> {
+        let filter = &self.best()?.filter;
+        if camera_index == self.robot.camera_index {
+            return Some(filter.mount());
+        }
+        filter.other_mounts().find(|(index, _)| *index == camera_index).map(|(_, mount)| mount)
+    }
+
+    /// The next image is of this camera; see [`PoseFilter::look_through`].
+    pub fn look_through(&mut self, camera_index: usize, turn: &Matrix3<f64>, config: &RefinementConfig) {
+        let cameras = (self.robot.camera_index, camera_index);
+        if cameras.0 == cameras.1 {
+            return;
+        }
+        self.robot.look_through(camera_index, config);
+        let mount = self.robot.mount;
+        self.tracks.iter_mut().for_each(|track| track.look_through(cameras, turn, &mount));
+        if let Some(filter) = &mut self.robot.filter {
+            filter.look_through(cameras, turn, &mount);
+        }
+    }
+
     /// The robot has been lost for so long.
-    pub fn doubt_mount(&mut self, secs: f64, config: &RefinementConfig) {
-        self.robot.mount.relax(secs, config);
+    pub fn doubt_mounts(&mut self, secs: f64, config: &RefinementConfig) {
+        self.robot.doubt_mounts(secs, config);
     }
 
     pub fn clear(&mut self) {
@@ -238,8 +267,7 @@ impl Tracks {
     /// The best track is right: what it has found out about the robot is kept when all tracks are given up.
     pub fn remember_robot(&mut self) {
         let Some(best) = self.tracks.first() else { return };
-        self.robot.mount = best.filter.mount();
-        self.robot.filter = Some(best.filter.clone());
+        self.robot.remember(&best.filter);
     }
 
     /// Sum of the odds of all tracks against the best one, with the lead given back to the others that it owes to its camera alone or
@@ -359,6 +387,7 @@ impl Tracks {
             past_found: 0.0,
             bend,
             view_evidence,
+            other_views: OtherCameras::none(),
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };
         track.share(known.share(model, &track.filter.pose()), model);

@@ -32,6 +32,7 @@ impl Turned {
         copy(&mut turned.borders, &percept.borders);
         copy(&mut turned.blobs, &percept.blobs);
         turned.features.copy_from(&percept.features);
+        turned.camera_index = percept.camera_index;
         turned.camera.clone_from(&percept.camera);
         turned.robot_from_camera =
             *reported * Rigid3::<CameraFrame, CameraFrame>::new(rotation, Vector3::zeros());

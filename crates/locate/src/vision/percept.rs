@@ -193,6 +193,8 @@ pub struct Percept {
     pub dropped: Vec<DroppedPixel>,
     /// The valid patches of color, in no special order.
     pub blobs: Vec<PerceivedBlob>,
+    /// Which of the robot's cameras it is of, from 0.
+    pub camera_index: usize,
     /// Calibration of the camera.
     pub camera: Camera,
     /// Pose of the camera relative to the robot.

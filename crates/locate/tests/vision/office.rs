@@ -38,6 +38,7 @@ fn frame(percent: u16, extra: impl Fn(f64, f64) -> Option<[u8; 3]>) -> Frame {
     Frame {
         at: Timestamp::default(),
         image,
+        camera_index: 0,
         camera: Camera::pinhole((320, 240), (373.3, 373.3), (159.5, 90.0)).unwrap(),
         robot_from_camera: Rigid3::new(optical, Vector3::new(0.0, 0.0, 0.5)),
         odometry: None,

@@ -61,6 +61,7 @@ impl Painter {
         Frame {
             at: Timestamp::default(),
             image,
+            camera_index: 0,
             camera: self.camera,
             robot_from_camera: self.robot_from_camera,
             odometry: None,

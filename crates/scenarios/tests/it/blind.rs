@@ -37,6 +37,7 @@ fn blind_frame(last: &Frame, image: u32, is_walking: bool) -> Frame {
     Frame {
         at: last.at + STEP_SECS * f64::from(image),
         image: RgbImage::from_raw(width, height, gray).unwrap(),
+        camera_index: 0,
         odometry: last.odometry.map(|odometry| odometry.compose(&moved)),
         ..last.clone()
     }

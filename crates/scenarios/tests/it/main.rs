@@ -14,3 +14,4 @@ mod refined;
 mod slam;
 mod standing;
 mod taught;
+mod two_cameras;

@@ -41,6 +41,7 @@ fn for_each_image(
         let frame = Frame {
             at: Timestamp::default(),
             image,
+            camera_index: 0,
             camera,
             robot_from_camera,
             odometry: None,

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use visloc_core::geom::{Camera, Distortion};
 
-use super::{check::Check, load::ScenarioError};
+use super::{Mount, check::Check, load::ScenarioError};
 use crate::render::Sensor;
 
 /// Most pixels of an image; each needs some 60 bytes on every thread that draws.
@@ -38,6 +38,34 @@ pub struct CameraSetup {
     pub shot_noise: f32,
     /// Standard deviation of noise in the dark, share of full scale.
     pub read_noise: f32,
+}
+
+/// One of the tables `[[more_cameras]]`: a further camera on the same head, which takes its images at the same times.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct FurtherCamera {
+    /// Where it is.
+    pub mount: Mount,
+    /// How far it is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
+    pub mount_deg: [f64; 3],
+    /// Calibration and imaging; its exposure wanders with that of the first camera.
+    pub camera: CameraSetup,
+}
+
+impl Default for FurtherCamera {
+    /// In the mouth of a Nao.
+    fn default() -> Self {
+        Self { mount: Mount::NaoBottomV4, mount_deg: [0.0; 3], camera: CameraSetup::default() }
+    }
+}
+
+impl FurtherCamera {
+    pub(super) fn check(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
+        for angle in self.mount_deg {
+            check.range("more_cameras.mount_deg", angle, -45.0..=45.0)?;
+        }
+        self.camera.check(check)
+    }
 }
 
 impl Default for CameraSetup {

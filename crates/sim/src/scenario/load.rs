@@ -8,13 +8,15 @@ use visloc_core::files;
 use visloc_world::{BUILT_IN_MAPS, MapError};
 
 use super::{
-    Ball, BoxPiece, CameraSetup, Factor, FurniturePiece, LightSetup, Motion, OtherRobot, Panel, PersonSetup,
-    PlacedPose, RobotSetup, check::Check,
+    Ball, BoxPiece, CameraSetup, Factor, FurniturePiece, FurtherCamera, LightSetup, Motion, OtherRobot,
+    Panel, PersonSetup, PlacedPose, RobotSetup, check::Check,
 };
 use crate::scene::{FieldLook, Lamp, Room};
 
 /// Most frames of a simulation, which are planned before the first is drawn: eleven hours at 30 a second.
 pub const MAX_FRAMES: usize = 1_200_000;
+/// Most cameras beside the first.
+const MAX_FURTHER_CAMERAS: usize = 7;
 /// Most entries of each list.
 const MAX_THINGS: usize = 1000;
 
@@ -135,6 +137,8 @@ pub struct Scenario {
     pub frames_per_sec: f64,
     /// The camera.
     pub camera: CameraSetup,
+    /// Further cameras of the robot.
+    pub more_cameras: Vec<FurtherCamera>,
     /// The robot.
     pub robot: RobotSetup,
     /// Where the robot starts; a random place if absent.
@@ -175,6 +179,7 @@ impl Default for Scenario {
             duration_secs: 60.0,
             frames_per_sec: 30.0,
             camera: CameraSetup::default(),
+            more_cameras: Vec::new(),
             robot: RobotSetup::default(),
             start: None,
             motion: Vec::new(),
@@ -245,6 +250,13 @@ impl Scenario {
         (self.duration_secs * self.frames_per_sec).round() as usize
     }
 
+    /// The same as one of its further cameras sees it.
+    pub(crate) fn seen_by(&self, further: &FurtherCamera) -> Self {
+        let mut scenario = Self { camera: further.camera.clone(), more_cameras: Vec::new(), ..self.clone() };
+        (scenario.robot.mount, scenario.robot.kinematics.mount_deg) = (further.mount, further.mount_deg);
+        scenario
+    }
+
     fn check(&self, check: &Check<'_>) -> Result<(), ScenarioError> {
         check.range("duration_secs", self.duration_secs, 0.0..=36_000.0)?;
         check.range("frames_per_sec", self.frames_per_sec, 1.0..=1000.0)?;
@@ -254,6 +266,9 @@ impl Scenario {
             check.that(number <= MAX_THINGS, key, &format!("at most {MAX_THINGS} entries"), number)?;
         }
         self.camera.check(check)?;
+        let num_cameras = self.more_cameras.len();
+        check.that(num_cameras <= MAX_FURTHER_CAMERAS, "more_cameras", "at most 7", num_cameras)?;
+        self.more_cameras.iter().try_for_each(|camera| camera.check(check))?;
         self.robot.check(check)?;
         if let Some(start) = &self.start {
             start.check(check, "start")?;

@@ -11,7 +11,7 @@ mod motion;
 mod robot;
 mod world;
 
-pub use camera::CameraSetup;
+pub use camera::{CameraSetup, FurtherCamera};
 pub use factors::Factor;
 pub use load::{BUILT_IN_SCENARIOS, MAX_FRAMES, Scenario, ScenarioError};
 pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};

@@ -284,6 +284,7 @@ impl LiveSimulation {
             frame: Frame {
                 at: START + secs,
                 image: self.picture(&robot_from_camera, motion, controls),
+                camera_index: 0,
                 camera: self.camera,
                 robot_from_camera: self.body.reported(&robot_from_camera, secs, self.index),
                 odometry: Some(self.odometry.step(self.robot.world_from_robot, self.robot.activity)),

@@ -28,8 +28,8 @@ const MAX_PIXELS_DRAWN: usize = 1 << 25;
 /// Frames that each thread draws before the threads wait for each other.
 const FRAMES_PER_BATCH: usize = 4;
 
-/// A scenario with a seed: delivers its frames one after the other. The same scenario and seed give the same bits, with
-/// any number of threads.
+/// A scenario with a seed: delivers its frames one after the other, of several cameras those of one moment in turn. The same scenario and seed
+/// give the same bits, with any number of threads.
 ///
 /// ```
 /// use visloc_core::FrameSource;
@@ -53,6 +53,11 @@ pub struct Simulation {
     ready: VecDeque<SourceFrame>,
     pool: Option<rayon::ThreadPool>,
     workers: Vec<Worker>,
+    camera_index: usize,
+    /// What the further cameras see.
+    further: Vec<Simulation>,
+    /// Whose turn it is: 0 for the first camera.
+    turn: usize,
 }
 
 /// What one thread needs to draw.
@@ -94,21 +99,43 @@ impl Simulation {
             return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
         }
         world.add_walking(scenario, orbits);
-        let carrier = Carrier::new(scenario, plan, &random);
-        let states = carrier.states(scenario, scenario.num_frames(), &random);
-        Ok(Self {
+        let (world, plan) = (Arc::new(world), Arc::new(plan));
+        let mut first = Self::with_camera(scenario.clone(), camera, (world.clone(), plan.clone()), random);
+        for further in &scenario.more_cameras {
+            let scenario = scenario.seen_by(further);
+            let camera = camera_of(&scenario)?;
+            let mut seen = Self::with_camera(scenario, camera, (world.clone(), plan.clone()), random);
+            seen.camera_index = first.further.len() + 1;
+            first.further.push(seen);
+        }
+        Ok(first)
+    }
+
+    /// What one camera sees.
+    fn with_camera(
+        scenario: Scenario,
+        camera: Camera,
+        (world, plan): (Arc<World>, Arc<MotionPlan>),
+        random: RngTree,
+    ) -> Self {
+        let carrier = Carrier::new(&scenario, plan, &random);
+        let states = carrier.states(&scenario, scenario.num_frames(), &random);
+        Self {
             sensor: scenario.camera.sensor(),
             workers: vec![Worker::new(Renderer::new(&camera))],
-            scenario: scenario.clone(),
+            scenario,
             camera,
-            world: Arc::new(world),
+            world,
             carrier,
             random,
             states,
             next: 0,
             ready: VecDeque::new(),
             pool: None,
-        })
+            camera_index: 0,
+            further: Vec::new(),
+            turn: 0,
+        }
     }
 
     /// Draws frames on `num_threads` threads, or on fewer if the images are large; 0 counts as 1. If the system refuses the
@@ -126,13 +153,15 @@ impl Simulation {
             let renderer = self.workers[0].renderer.sibling();
             self.workers.push(Worker::new(renderer));
         }
+        self.further = self.further.into_iter().map(|camera| camera.with_threads(num_threads)).collect();
         self
     }
 
-    /// Ends after `num_frames` frames, [`MAX_FRAMES`] at most. If that is longer than the scenario, the robot stands at the end.
+    /// Ends after `num_frames` frames of each camera, [`MAX_FRAMES`] at most. If that is longer than the scenario, the robot stands at the end.
     #[must_use]
     pub fn with_num_frames(mut self, num_frames: usize) -> Self {
         self.states = self.carrier.states(&self.scenario, num_frames.min(MAX_FRAMES), &self.random);
+        self.further = self.further.into_iter().map(|camera| camera.with_num_frames(num_frames)).collect();
         self
     }
 
@@ -142,7 +171,7 @@ impl Simulation {
         &self.world.map
     }
 
-    /// The camera of every frame.
+    /// The camera of every frame; of several, the first one.
     #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.camera
@@ -175,6 +204,8 @@ impl Simulation {
         let first = self.next;
         let end = (first + num_workers * per_worker).min(self.states.len());
         let (world, sensor, random) = (&*self.world, self.sensor, self.random);
+        let noise =
+            if self.camera_index == 0 { random } else { random.subtree("camera", self.camera_index as u64) };
         let states = &self.states;
         let draw = |(offset, worker): (usize, &mut Worker)| {
             worker.images.clear();
@@ -186,7 +217,7 @@ impl Simulation {
                     gain: state.gain,
                     light_color: state.light_color,
                     motion: state.motion,
-                    noise_seed: random.stream_seed("sensor-noise", index as u64),
+                    noise_seed: noise.stream_seed("sensor-noise", index as u64),
                 };
                 let image =
                     worker.renderer.render(&world.scene, &worker.moving, &state.world_from_camera, &shot);
@@ -211,6 +242,7 @@ impl Simulation {
         let frame = Frame {
             at: START + state.secs,
             image,
+            camera_index: self.camera_index,
             camera: self.camera,
             robot_from_camera: state.robot_from_camera,
             odometry: Some(state.odometry),
@@ -222,6 +254,11 @@ impl Simulation {
 
 impl FrameSource for Simulation {
     fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        let turn = self.turn;
+        self.turn = (turn + 1) % (1 + self.further.len());
+        if let Some(further) = turn.checked_sub(1) {
+            return self.further[further].next_frame();
+        }
         if self.ready.is_empty() && self.next < self.states.len() {
             self.draw_batch();
         }
@@ -229,7 +266,7 @@ impl FrameSource for Simulation {
     }
 
     fn num_frames(&self) -> Option<usize> {
-        Some(self.states.len())
+        Some(self.states.len() * (1 + self.further.len()))
     }
 }
 

@@ -1,5 +1,7 @@
 //! What robot and sensors do at every frame, except the pictures.
 
+use std::sync::Arc;
+
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt as _;
 use visloc_core::{
@@ -30,12 +32,12 @@ pub(super) struct State {
 /// Everything that determines the states.
 #[derive(Debug)]
 pub(super) struct Carrier {
-    plan: MotionPlan,
+    plan: Arc<MotionPlan>,
     body: Body,
 }
 
 impl Carrier {
-    pub(super) fn new(scenario: &Scenario, plan: MotionPlan, random: &RngTree) -> Self {
+    pub(super) fn new(scenario: &Scenario, plan: Arc<MotionPlan>, random: &RngTree) -> Self {
         Self { plan, body: Body::new(&scenario.robot, random) }
     }
 

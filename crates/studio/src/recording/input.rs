@@ -124,6 +124,9 @@ fn robot_message(frame: &Frame, truth: Option<&Truth>) -> Result<Vec<u8>, Messag
     let more =
         json!({ "has_odometry": frame.odometry.is_some(), "feet": kind, "has_truth": truth.is_some() });
     lay_over(&mut header, &more);
+    if frame.camera_index > 0 {
+        lay_over(&mut header, &json!({ "camera": frame.camera_index }));
+    }
     let mut numbers = camera_numbers(camera).to_vec();
     numbers.extend(rigid(&frame.robot_from_camera));
     let planar = |pose: &PlanarPose| [pose.x_m, pose.y_m, pose.yaw_rad];
@@ -217,5 +220,10 @@ pub(super) fn read_input(message: &Message, image: RgbImage) -> Option<(Frame, O
         None
     };
     let at = read_at(header)?;
-    is_whole.then_some((Frame { at, image, camera, robot_from_camera, odometry, ground_contact }, truth))
+    // Recordings of one camera say nothing about which.
+    let camera_index =
+        header.get("camera").and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok());
+    let camera_index = camera_index.unwrap_or(0);
+    let frame = Frame { at, image, camera_index, camera, robot_from_camera, odometry, ground_contact };
+    is_whole.then_some((frame, truth))
 }

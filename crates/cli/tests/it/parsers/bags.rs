@@ -31,6 +31,7 @@ pub fn frame(index: usize) -> SourceFrame {
         frame: Frame {
             at: Timestamp::from_nanos(1_700_000_000_000_000_000 + index as i64 * 100_000_000),
             image,
+            camera_index: 0,
             camera: Camera::new((16, 12), (17.0, 17.5), (7.5, 5.5), distortion).unwrap(),
             robot_from_camera: Rigid3::new(rotation, Vector3::new(0.05, 0.01, 0.5)),
             odometry: Some(PlanarPose::new(phase, -phase, phase)),

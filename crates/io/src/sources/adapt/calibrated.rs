@@ -100,6 +100,7 @@ impl FrameSource for CalibratedFrames {
             let frame = Frame {
                 at,
                 image,
+                camera_index: 0,
                 camera: self.camera,
                 robot_from_camera: self.robot_from_camera,
                 odometry: None,

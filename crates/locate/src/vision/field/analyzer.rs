@@ -54,7 +54,17 @@ impl FieldAnalyzer {
     /// If a parameter is out of its range.
     pub fn new(config: FieldAnalysisConfig) -> Result<Self, FieldAnalysisConfigError> {
         config.check()?;
-        Ok(Self {
+        Ok(Self::with_checked(config))
+    }
+
+    /// The same analyzer for another camera, of whose images it has learned nothing.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        Self::with_checked(self.config)
+    }
+
+    fn with_checked(config: FieldAnalysisConfig) -> Self {
+        Self {
             config,
             table: ColorTable::new(&config.colors, config.goal_colors),
             carpet: Carpet::default(),
@@ -70,7 +80,7 @@ impl FieldAnalyzer {
             obstacles: ObstacleFinder::default(),
             features: FeatureDetector::default(),
             percept: Percept::default(),
-        })
+        }
     }
 
     /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
@@ -323,7 +333,7 @@ impl FieldAnalyzer {
         let Self { percept, config, line_pixels, goal_pixels, line_borders, goal_borders, blobs, .. } = self;
         blobs.perceived(&mut percept.blobs);
         percept.at = frame.at;
-        percept.camera = frame.camera;
+        (percept.camera_index, percept.camera) = (frame.camera_index, frame.camera);
         percept.robot_from_camera = frame.robot_from_camera;
         percept.pixels.clear();
         percept.borders.clear();

@@ -46,10 +46,20 @@ impl OfficeAnalyzer {
         colors: &OfficeColors,
     ) -> Result<Self, OfficeAnalysisConfigError> {
         config.check()?;
-        Ok(Self {
+        Ok(Self::with_checked(config, OfficeTable::new(colors), LightColor::white(colors)))
+    }
+
+    /// The same analyzer for another camera.
+    #[must_use]
+    pub fn anew(&self) -> Self {
+        Self::with_checked(self.config, self.table.clone(), self.light.clone())
+    }
+
+    fn with_checked(config: OfficeAnalysisConfig, table: OfficeTable, light: LightColor) -> Self {
+        Self {
             config,
-            table: OfficeTable::new(colors),
-            light: LightColor::white(colors),
+            table,
+            light,
             gradient: GradientDetector::default(),
             contour: ContourDetector::default(),
             segments: Vec::new(),
@@ -57,7 +67,7 @@ impl OfficeAnalyzer {
             doors: Vec::new(),
             floor: Vec::new(),
             percept: Percept::default(),
-        })
+        }
     }
 
     /// Analyzes the image of a frame. `rng` decides which pixels the random discard takes out.
@@ -193,7 +203,7 @@ impl OfficeAnalyzer {
     fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
         let Self { percept, config, doors, floor, .. } = self;
         percept.at = frame.at;
-        percept.camera = frame.camera;
+        (percept.camera_index, percept.camera) = (frame.camera_index, frame.camera);
         percept.robot_from_camera = frame.robot_from_camera;
         percept.pixels.clear();
         percept.borders.clear();
