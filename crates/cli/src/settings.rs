@@ -49,7 +49,8 @@ pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineCo
 pub fn topic_options(args: &TopicArgs) -> Result<TopicOptions> {
     Ok(TopicOptions {
         all: args.topics.as_deref().map(from_toml::<BagTopics>).transpose()?,
-        image: args.image_topic.clone(),
+        image: args.image_topic.first().cloned(),
+        more_images: args.image_topic.iter().skip(1).cloned().collect(),
         camera_info: args.camera_info_topic.clone(),
         odometry: args.odometry_topic.clone(),
         ground_truth: args.truth_topic.clone(),

@@ -144,9 +144,9 @@ pub struct TopicArgs {
     /// here
     #[arg(long, value_name = "FILE")]
     pub topics: Option<InputPath>,
-    /// Topic of the images
+    /// Topic of the images; given several times, those of a robot's cameras, each with the calibration beside it (localize, bags)
     #[arg(long, value_name = "TOPIC")]
-    pub image_topic: Option<String>,
+    pub image_topic: Vec<String>,
     /// Topic of the calibration
     #[arg(long, value_name = "TOPIC")]
     pub camera_info_topic: Option<String>,

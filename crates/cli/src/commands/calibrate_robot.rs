@@ -16,8 +16,8 @@ use crate::{
     host::host,
     report::{diagnosis_lines, explain_localization, save_json},
     run::{
-        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, open_source,
-        prepare, read_correction, source_options, with_correction, write_correction,
+        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, of_one_camera,
+        open_source, prepare, read_correction, source_options, with_correction, write_correction,
     },
     say,
     settings::{pipeline_config, start_prior, topic_options},
@@ -115,7 +115,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
     };
     options.usual.max_frames = args.frames.map(|frames| frames as usize);
     let source = open_source(&args.source, args.map.as_deref(), &options)?;
-    let mut frames = with_correction(source.frames, *correction);
+    let mut frames = with_correction(of_one_camera(source.frames, &args.source), *correction);
     let settings = RunnerSettings {
         algorithm: ALGORITHM,
         algorithm_toml: None,

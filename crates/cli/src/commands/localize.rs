@@ -12,8 +12,8 @@ use crate::{
     host::host,
     in_map,
     report::{
-        AlgorithmReport, Column, Curve, LocalizeReport, RunPictures, SkippedReport, SnapshotTaker,
-        comparison_table, diagnosis_lines, measure, percent, save_json,
+        AlgorithmReport, CameraOfRobot, Column, Curve, LocalizeReport, RunPictures, SkippedReport,
+        SnapshotTaker, comparison_table, diagnosis_lines, measure, percent, save_json,
     },
     run::{
         BagOutput, FrameRecord, LiveOutput, LiveReport, OpenSource, OutputFiles, Progress, Records,
@@ -204,6 +204,7 @@ fn summarize(
         dropped: outcome.num_dropped,
         live,
         camera_error: runner.pipeline().localizer().camera_error(),
+        cameras: CameraOfRobot::all(runner),
         skipped: SkippedReport::new(outcome.skipped.iter().chain(runner.rejected())),
         error: outcome.error.as_ref().map(ToString::to_string),
     }
@@ -227,19 +228,29 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     for line in diagnosis_lines("localized", &report.algorithm.diagnosis) {
         say::line!("{line}");
     }
-    if let Some(error) = report.camera_error.as_ref().filter(|error| error.is_confirmed) {
+    print_cameras(&report.cameras);
+    print_live(report);
+    for line in report.skipped.lines() {
+        say::line!("{line}");
+    }
+}
+
+/// What was found out about the cameras; of several, also how many images came of each.
+fn print_cameras(cameras: &[CameraOfRobot]) {
+    for CameraOfRobot { camera, images, camera_error } in cameras {
+        let name = if cameras.len() == 1 { "the camera".to_owned() } else { format!("camera {camera}") };
+        if cameras.len() > 1 {
+            say::line!("{name}: {}", say::count(*images, "image"));
+        }
+        let Some(error) = camera_error.as_ref().filter(|error| error.is_confirmed) else { continue };
         let (pitch, roll) = (&error.pitch_down_deg, &error.roll_clockwise_deg);
         say::line!(
-            "the camera looks {:.2} +- {:.2} deg farther down than reported and is rolled by {:.2} +- {:.2} deg clockwise",
+            "{name} looks {:.2} +- {:.2} deg farther down than reported and is rolled by {:.2} +- {:.2} deg clockwise",
             pitch.mean,
             pitch.sigma,
             roll.mean,
             roll.sigma
         );
-    }
-    print_live(report);
-    for line in report.skipped.lines() {
-        say::line!("{line}");
     }
 }
 

@@ -31,7 +31,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let writer = BagWriter::create(bag, BagTopics::default())?;
     let mut saving = Saving::default();
     let is_empty = simulation.num_frames() == Some(0);
-    let truth = write(until_stopped(simulation), writer, &mut saving);
+    let (truth, num_frames) = write(until_stopped(simulation), writer, &mut saving);
     if is_empty {
         bail!("{scenario}: expected a scenario of at least one frame; duration_secs is too short for any");
     }
@@ -45,7 +45,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
         scenario: scenario.to_string(),
         map: map_name,
         seed: args.seed.value(),
-        frames: truth.poses().len(),
+        frames: num_frames,
         duration_s,
         bag: bag.display().to_string(),
         truth: truth_path.display().to_string(),
@@ -57,10 +57,14 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     saving.end()
 }
 
-/// Writes all frames; the truth of those that are written.
-fn write(mut frames: impl FrameSource, mut writer: BagWriter, saving: &mut Saving) -> PlanarTrajectory {
+/// Writes all frames; the truth of those that are written, and how many they are.
+fn write(
+    mut frames: impl FrameSource,
+    mut writer: BagWriter,
+    saving: &mut Saving,
+) -> (PlanarTrajectory, usize) {
     let progress = Progress::new(frames.num_frames());
-    let mut truth = PlanarTrajectory::new();
+    let (mut truth, mut num_frames) = (PlanarTrajectory::new(), 0);
     while let Some(next) = frames.next_frame() {
         let written = next.map_err(anyhow::Error::from).and_then(|next| {
             writer.write(&next)?;
@@ -77,11 +81,12 @@ fn write(mut frames: impl FrameSource, mut writer: BagWriter, saving: &mut Savin
             // A second truth of the same time tells nothing new.
             let _ = truth.push(StampedPose { at: next.frame.at, world_from_robot, height_m });
         }
+        num_frames += 1;
         progress.advance();
     }
     saving.save(writer.finish());
     progress.clear();
-    truth
+    (truth, num_frames)
 }
 
 /// Where the bag goes if nobody says it: named as the scenario or its file.

@@ -7,7 +7,12 @@ use visloc_core::{
 };
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
 
-use crate::{args::CorrectionArgs, host::host, run::corrected, studio::Steering};
+use crate::{
+    args::CorrectionArgs,
+    host::host,
+    run::{corrected, of_one_camera},
+    studio::Steering,
+};
 
 /// An image, and what is known with it.
 pub struct MapFrame {
@@ -42,11 +47,13 @@ impl MapFrames {
         if let Some(driven) =
             steering.map(|steering| steering.simulated(name, options)).transpose()?.flatten()
         {
-            return Ok((Self::Robot(corrected(driven.frames, corrections)?), None, driven.warnings));
+            let frames = of_one_camera(driven.frames, name);
+            return Ok((Self::Robot(corrected(frames, corrections)?), None, driven.warnings));
         }
         if options.mount.is_some() || SourceAddress::parse(name)?.has_robot() {
             let open = open_frames(name, options, host())?;
-            return Ok((Self::Robot(corrected(open.frames, corrections)?), None, open.warnings));
+            let frames = of_one_camera(open.frames, name);
+            return Ok((Self::Robot(corrected(frames, corrections)?), None, open.warnings));
         }
         if corrections.robot.is_some() {
             bail!("--robot: there is no robot in {name}");

@@ -164,12 +164,34 @@ pub struct LocalizeReport {
     pub dropped: usize,
     /// Live results, if they were published.
     pub live: Option<LiveReport>,
-    /// The constant error of the camera's direction, as far as the run has shown it.
+    /// The constant error of the camera's direction, as far as the run has shown it; of several, the first one's.
     pub camera_error: Option<CameraError>,
+    /// The robot's cameras.
+    pub cameras: Vec<CameraOfRobot>,
     /// What was left out.
     pub skipped: SkippedReport,
     /// Why the run ended early.
     pub error: Option<String>,
+}
+
+/// One of a robot's cameras.
+#[derive(Debug, Serialize)]
+pub struct CameraOfRobot {
+    /// Which one, from 0.
+    pub camera: usize,
+    /// Images of it that were used.
+    pub images: usize,
+    /// The constant error of its direction, as far as the run has shown it.
+    pub camera_error: Option<CameraError>,
+}
+
+impl CameraOfRobot {
+    /// All that took an image.
+    pub fn all(runner: &Runner) -> Vec<Self> {
+        let error_of = |camera| runner.pipeline().localizer().camera_error_of(camera);
+        let images = runner.images_of_camera().iter();
+        images.map(|(&camera, &images)| Self { camera, images, camera_error: error_of(camera) }).collect()
+    }
 }
 
 /// What `visloc demo` writes.

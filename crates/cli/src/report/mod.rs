@@ -12,7 +12,9 @@ mod table;
 pub use analysis_picture::SnapshotTaker;
 pub use camera_errors::{CameraReport, camera_pictures};
 pub use diagnosis::{FindingReport, diagnosis_lines, explain_localization, explain_tracking};
-pub use json::{AlgorithmReport, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json};
+pub use json::{
+    AlgorithmReport, CameraOfRobot, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json,
+};
 pub use overlay::draw_overlay;
 pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;

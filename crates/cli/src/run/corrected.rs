@@ -20,7 +20,10 @@ impl FrameSource for CorrectedFrames {
     fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         let mut next = self.inner.next_frame()?;
         if let Ok(SourceFrame { frame, .. }) = &mut next {
-            frame.robot_from_camera = self.robot.camera.apply(&frame.robot_from_camera);
+            // What is known is the error of the first camera.
+            if frame.camera_index == 0 {
+                frame.robot_from_camera = self.robot.camera.apply(&frame.robot_from_camera);
+            }
             let reported = frame.odometry;
             frame.odometry = reported.map(|odom| self.odometry.step(&odom, &self.robot.odometry));
         }

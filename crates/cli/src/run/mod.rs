@@ -10,6 +10,7 @@ mod live;
 #[path = "no_ros2.rs"]
 mod live;
 mod live_report;
+mod one_camera;
 mod output;
 mod progress;
 mod records;
@@ -28,6 +29,7 @@ pub use live::{LiveOutput, TeamSettings};
 #[cfg(feature = "ros2")]
 pub use live::{TF_AHEAD_SECS, node_settings, obeyed, publish_settings};
 pub use live_report::LiveReport;
+pub use one_camera::of_one_camera;
 pub use output::{OutputFiles, expect_new_folder, write_text};
 pub use progress::Progress;
 pub use records::Records;

@@ -1,6 +1,6 @@
 //! One algorithm at work.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use anyhow::Result;
 use visloc_core::{
@@ -105,6 +105,7 @@ pub struct Runner {
     rejected: Vec<SkippedInput>,
     pixels: PixelCounts,
     counters: RunCounters,
+    images_of_camera: BTreeMap<usize, usize>,
 }
 
 impl Runner {
@@ -134,6 +135,7 @@ impl Runner {
             rejected: Vec::new(),
             pixels: PixelCounts::default(),
             counters: RunCounters::new(map, pipeline),
+            images_of_camera: BTreeMap::new(),
         })
     }
 
@@ -150,6 +152,7 @@ impl Runner {
             self.counters.count_unusable(frame.at);
             return;
         }
+        *self.images_of_camera.entry(frame.camera_index).or_default() += 1;
         let pipeline = contender.pipeline();
         let times = pipeline.times();
         let percept = pipeline.percept();
@@ -236,6 +239,11 @@ impl Runner {
     /// What stood in the way of a place.
     pub fn counters(&self) -> &RunCounters {
         &self.counters
+    }
+
+    /// How many images of each camera were used.
+    pub fn images_of_camera(&self) -> &BTreeMap<usize, usize> {
+        &self.images_of_camera
     }
 
     /// Frames that could not be analyzed.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bag::{BagError, BagTopics, TopicInfo, TopicRole};
+use crate::bag::{BagError, BagTopics, TopicInfo, TopicRole, topics::camera_info_beside};
 
 /// The topics that are read. Where a topic has its default name and the recording has none of that name, the only one of a
 /// fitting type is taken, for the calibration the one beside the images.
@@ -23,6 +23,20 @@ pub(super) fn choose_topics(available: &[TopicInfo], topics: &BagTopics) -> BagT
         chosen.odometry = odometry;
     }
     chosen
+}
+
+/// The topics of a further camera: all but pictures, calibration and frame are those of the first one.
+pub(super) fn further_camera(available: &[TopicInfo], first: &BagTopics, image: &str) -> BagTopics {
+    let is_calibration =
+        |info: &&TopicInfo| TopicRole::CameraInfo.type_names().contains(&info.type_name.as_str());
+    let calibrations: Vec<_> = available.iter().filter(is_calibration).collect();
+    BagTopics {
+        image: image.to_owned(),
+        camera_info: beside(image, &calibrations).unwrap_or_else(|| camera_info_beside(image)),
+        camera_frame: None,
+        more_images: Vec::new(),
+        ..first.clone()
+    }
 }
 
 /// That it is clear which odometry is meant: without a word a run would do without any.
@@ -114,6 +128,9 @@ mod tests {
             ..BagTopics::default()
         };
         assert_eq!(choose_topics(&available, &named).camera_info, "/eye/right/camera_info");
+        let further = further_camera(&available, &named, "/eye/left/image_raw");
+        assert_eq!(further.camera_info, "/eye/left/camera_info");
+        assert_eq!(further_camera(&available, &named, "/mouth/image").camera_info, "/mouth/camera_info");
         assert!(check_odometry(Path::new("x"), &available, &named).is_ok());
     }
 

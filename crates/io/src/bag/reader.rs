@@ -7,7 +7,7 @@ use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 use crate::bag::{
     BagError, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo,
     TopicRole,
-    choose::{check_odometry, choose_topics},
+    choose::{check_odometry, choose_topics, further_camera},
     decode::{RawMessage, Reject, decode},
     files::bag_files,
     index::{check_topics, topics_of_files},
@@ -78,6 +78,22 @@ impl BagReader {
             num_images: 0,
             num_held: 0,
         })
+    }
+
+    /// A reader for each camera of the topics, the first one first. Each reads the recording for itself; [`ManyCameras`] puts their frames in order.
+    ///
+    /// [`ManyCameras`]: crate::sources::ManyCameras
+    ///
+    /// # Errors
+    /// As [`BagReader::open`].
+    pub fn open_cameras(path: impl AsRef<Path>, topics: &BagTopics) -> Result<Vec<Self>, BagError> {
+        let first = Self::open(&path, topics.clone())?;
+        let mut readers = vec![first];
+        for image in &topics.more_images {
+            let further = further_camera(readers[0].available_topics(), readers[0].topics(), image);
+            readers.push(Self::open(&path, further)?);
+        }
+        Ok(readers)
     }
 
     /// The same reader, with the truth left out of all frames.

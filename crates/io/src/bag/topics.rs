@@ -77,6 +77,9 @@ pub struct BagTopics {
     /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, Bayer,
     /// YUV and others).
     pub image: String,
+    /// Pictures of the robot's further cameras. The calibration of each is read from beside its pictures (`/eye/camera_info` for
+    /// `/eye/image_raw/compressed`), and its frame is the one that the pictures name.
+    pub more_images: Vec<String>,
     /// Calibration, `sensor_msgs/msg/CameraInfo`.
     pub camera_info: String,
     /// Odometry, `nav_msgs/msg/Odometry`.
@@ -101,6 +104,7 @@ impl Default for BagTopics {
     fn default() -> Self {
         Self {
             image: "/camera/image/compressed".into(),
+            more_images: Vec::new(),
             camera_info: "/camera/camera_info".into(),
             odometry: "/odom".into(),
             tf: "/tf".into(),
@@ -130,11 +134,31 @@ impl BagTopics {
         }
     }
 
+    /// Topics of pictures and calibration of a camera, and its optical frame, for whoever writes them: those of a further camera without a
+    /// name are numbered.
+    pub(super) fn of_camera(&self, camera_index: usize) -> (String, String, String) {
+        let numbered = format!("camera_{}", camera_index + 1);
+        let Some(further) = camera_index.checked_sub(1) else {
+            let frame = self.camera_frame.clone().unwrap_or_else(|| "camera_optical".into());
+            return (self.image.clone(), self.camera_info.clone(), frame);
+        };
+        let named = self.more_images.get(further).cloned();
+        let image = named.unwrap_or_else(|| format!("/{numbered}/image/compressed"));
+        let camera_info = camera_info_beside(&image);
+        (image, camera_info, format!("{numbered}_optical"))
+    }
+
     /// Role of a topic, if it has one.
     #[must_use]
     pub fn role(&self, topic: &str) -> Option<TopicRole> {
         TopicRole::ALL.into_iter().find(|role| !topic.is_empty() && self.name(*role) == topic)
     }
+}
+
+/// Where a calibration stands beside pictures as a rule.
+pub(super) fn camera_info_beside(image: &str) -> String {
+    let image = image.strip_suffix("/compressed").unwrap_or(image);
+    format!("{}/camera_info", image.rsplit_once('/').map_or("", |(above, _)| above))
 }
 
 /// How images are asked for on live topics.
@@ -157,6 +181,10 @@ mod tests {
         assert_eq!(topics.role("/eye"), Some(TopicRole::Image));
         assert_eq!(topics.role("/tf"), Some(TopicRole::Tf));
         assert_eq!(topics.role(""), None);
+        let topics: BagTopics = toml::from_str("more_images = [\"/low/image_raw/compressed\"]").unwrap();
+        assert_eq!(topics.of_camera(0).1, "/camera/camera_info");
+        assert_eq!(topics.of_camera(1).1, "/low/camera_info");
+        assert_eq!(topics.of_camera(2).0, "/camera_3/image/compressed");
         assert!(toml::from_str::<BagTopics>("imgae = \"/eye\"").is_err());
     }
 }

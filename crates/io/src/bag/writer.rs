@@ -70,15 +70,14 @@ impl Default for BagWriterOptions {
     }
 }
 
-/// Name of the camera's frame where the topics do not set one.
-const CAMERA_FRAME: &str = "camera_optical";
-
 /// Writes a ROS 2 bag that any MCAP tool can decode.
 pub struct BagWriter {
     folder: Option<PathBuf>,
     topics: BagTopics,
     options: BagWriterOptions,
     channels: ChannelWriter,
+    /// Stamp of the last frame, whose further cameras have the rest in common with it.
+    last_at: Option<Timestamp>,
 }
 
 impl BagWriter {
@@ -132,7 +131,7 @@ impl BagWriter {
             .compression(compression)
             .use_chunks(options.has_chunks);
         let channels = ChannelWriter::new(path.to_path_buf(), write_options);
-        Ok(Self { folder: None, topics, options, channels })
+        Ok(Self { folder: None, topics, options, channels, last_at: None })
     }
 
     /// Appends a frame: one message on each topic for which it has a value and which has a name.
@@ -149,15 +148,16 @@ impl BagWriter {
     /// If the image cannot be encoded or the file not be written.
     pub fn write_frame(&mut self, frame: &Frame, truth: Option<&Truth>) -> Result<(), BagError> {
         let at = frame.at;
-        if let Some(truth) = truth {
+        let is_first_of_moment = self.last_at.replace(at) != Some(at);
+        if is_first_of_moment && let Some(truth) = truth {
             self.send(TopicRole::GroundTruth, at, &truth_message(at, truth))?;
         }
-        if let Some(odometry) = &frame.odometry {
+        if is_first_of_moment && let Some(odometry) = &frame.odometry {
             self.send(TopicRole::Odometry, at, &odometry_message(at, odometry, &self.topics.base_frame))?;
         }
-        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        let (image, camera_info, camera_frame) = self.topics.of_camera(frame.camera_index);
         self.send(TopicRole::Tf, at, &tf_message(frame, &self.topics.base_frame, &camera_frame))?;
-        match frame.ground_contact {
+        match frame.ground_contact.filter(|_| is_first_of_moment) {
             Some(GroundContact::Contact(data)) => {
                 self.send(TopicRole::FootContact, at, &messages::Bool { data })?;
             }
@@ -166,8 +166,9 @@ impl BagWriter {
             }
             None => {}
         }
-        self.send(TopicRole::CameraInfo, at, &camera_info_message(at, &frame.camera, &camera_frame))?;
-        self.send_image(at, &frame.image, &camera_frame)?;
+        let message = camera_info_message(at, &frame.camera, &camera_frame);
+        self.send_on(&camera_info, TopicRole::CameraInfo, at, &message)?;
+        self.send_image(at, &frame.image, (&image, &camera_frame))?;
         self.channels.end_moment(at)
     }
 
@@ -176,12 +177,12 @@ impl BagWriter {
     /// # Errors
     /// If the image cannot be encoded or the file not be written.
     pub fn write_picture(&mut self, picture: &Picture, camera: Option<&Camera>) -> Result<(), BagError> {
-        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        let (image, _, camera_frame) = self.topics.of_camera(0);
         if let Some(camera) = camera {
             let message = camera_info_message(picture.at, camera, &camera_frame);
             self.send(TopicRole::CameraInfo, picture.at, &message)?;
         }
-        self.send_image(picture.at, &picture.image, &camera_frame)?;
+        self.send_image(picture.at, &picture.image, (&image, &camera_frame))?;
         self.channels.end_moment(picture.at)
     }
 
@@ -190,7 +191,7 @@ impl BagWriter {
     /// # Errors
     /// If the image cannot be encoded or the file not be written.
     pub fn write_gray(&mut self, at: Timestamp, image: &GrayImage, camera: &Camera) -> Result<(), BagError> {
-        let camera_frame = self.topics.camera_frame.clone().unwrap_or_else(|| CAMERA_FRAME.into());
+        let camera_frame = self.topics.of_camera(0).2;
         self.send(TopicRole::CameraInfo, at, &camera_info_message(at, camera, &camera_frame))?;
         let data = image_codec::encode_gray_png(image);
         let data = data.map_err(|error| self.channels.encode_error(at, error.to_string()))?;
@@ -264,7 +265,12 @@ impl BagWriter {
         files::write(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
     }
 
-    fn send_image(&mut self, at: Timestamp, image: &RgbImage, camera_frame: &str) -> Result<(), BagError> {
+    fn send_image(
+        &mut self,
+        at: Timestamp,
+        image: &RgbImage,
+        (topic, camera_frame): (&str, &str),
+    ) -> Result<(), BagError> {
         let header = Header::new(at, camera_frame);
         let (encoded, format) = match self.options.image_encoding {
             ImageEncoding::Jpeg { quality } => {
@@ -281,20 +287,31 @@ impl BagWriter {
                     step: image.width() * 3,
                     data: image.data().to_vec(),
                 };
-                return self.send(TopicRole::Image, at, &message);
+                return self.send_on(topic, TopicRole::Image, at, &message);
             }
         };
         let data = encoded.map_err(|error| self.channels.encode_error(at, error.to_string()))?;
         let message = messages::CompressedImage { header, format: format.into(), data };
-        self.send(TopicRole::Image, at, &message)
+        self.send_on(topic, TopicRole::Image, at, &message)
     }
 
     fn send<T: Serialize>(&mut self, role: TopicRole, at: Timestamp, message: &T) -> Result<(), BagError> {
+        let topic = self.topics.name(role).to_owned();
+        self.send_on(&topic, role, at, message)
+    }
+
+    fn send_on<T: Serialize>(
+        &mut self,
+        topic: &str,
+        role: TopicRole,
+        at: Timestamp,
+        message: &T,
+    ) -> Result<(), BagError> {
         let type_name = match (role, self.options.image_encoding) {
             (TopicRole::Image, ImageEncoding::Raw) => "sensor_msgs/msg/Image",
             _ => role.type_names()[0],
         };
-        self.channels.send((self.topics.name(role), type_name), at, message)
+        self.channels.send((topic, type_name), at, message)
     }
 }
 

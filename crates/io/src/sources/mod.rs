@@ -21,7 +21,7 @@ mod open;
 mod options;
 mod video;
 
-pub use adapt::{CalibratedFrames, CalibratedImages, UntilStopped};
+pub use adapt::{CalibratedFrames, CalibratedImages, ManyCameras, UntilStopped};
 pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind, simulated_scenario};

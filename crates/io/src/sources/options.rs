@@ -69,6 +69,8 @@ pub struct TopicOptions {
     pub all: Option<BagTopics>,
     /// Images; as the following, over `all`.
     pub image: Option<String>,
+    /// Images of the robot's further cameras.
+    pub more_images: Vec<String>,
     /// Calibration.
     pub camera_info: Option<String>,
     /// Odometry.
@@ -86,7 +88,19 @@ impl TopicOptions {
     #[must_use]
     pub fn names(&self) -> BagTopics {
         let mut names = self.all.clone().unwrap_or_default();
-        let Self { all: _, image, camera_info, odometry, ground_truth, base_frame, camera_frame } = self;
+        let Self {
+            all: _,
+            image,
+            more_images,
+            camera_info,
+            odometry,
+            ground_truth,
+            base_frame,
+            camera_frame,
+        } = self;
+        if image.is_some() {
+            names.more_images.clone_from(more_images);
+        }
         for (given, name) in [
             (image, &mut names.image),
             (camera_info, &mut names.camera_info),
@@ -262,7 +276,17 @@ impl SourceOptions {
     pub fn given(&self) -> impl Iterator<Item = SourceOption> {
         // A new option has to be named here.
         let Self {
-            topics: TopicOptions { all, image, camera_info, odometry, ground_truth, base_frame, camera_frame },
+            topics:
+                TopicOptions {
+                    all,
+                    image,
+                    more_images: _,
+                    camera_info,
+                    odometry,
+                    ground_truth,
+                    base_frame,
+                    camera_frame,
+                },
             camera,
             mount,
             range: SequenceRange { start, end, stride },
@@ -324,7 +348,43 @@ impl SourceOptions {
                 return refuse(option, &format!("{winner} is used in place of it; leave one of the two out"));
             }
         }
+        if honored.contains(&SourceOption::ImageTopic) {
+            self.check_cameras(purpose).or_else(|reason| refuse(SourceOption::ImageTopic, &reason))?;
+        }
         self.check_numbers()
+    }
+
+    /// Whether several cameras can be used, if they are asked for; otherwise why not.
+    fn check_cameras(&self, purpose: Purpose) -> Result<(), String> {
+        let names = self.topics.names();
+        let num_cameras = 1 + names.more_images.len();
+        if num_cameras == 1 {
+            return Ok(());
+        }
+        if let Some(twice) = names.more_images.iter().enumerate().find_map(|(i, topic)| {
+            (*topic == names.image || names.more_images[..i].contains(topic)).then_some(topic)
+        }) {
+            return Err(format!("expected one topic for each camera, found '{twice}' twice"));
+        }
+        if purpose != Purpose::Frames {
+            return Err(format!(
+                "expected one topic, found {num_cameras}: this takes the images of one camera"
+            ));
+        }
+        let of_one = [
+            (SourceOption::Camera, self.camera.is_some()),
+            (SourceOption::Mount, self.mount.is_some()),
+            (SourceOption::CameraInfoTopic, self.topics.camera_info.is_some()),
+            (SourceOption::CameraFrame, self.topics.camera_frame.is_some()),
+        ];
+        match of_one.into_iter().find(|(_, is_given)| *is_given) {
+            Some((option, _)) => Err(format!(
+                "{num_cameras} topics, but {} is of one camera; leave it out: each camera is read with the calibration beside its images, in the \
+                 frame that they name",
+                option.flag()
+            )),
+            None => Ok(()),
+        }
     }
 
     /// The option that makes another one of no use.

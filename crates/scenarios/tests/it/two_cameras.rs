@@ -69,14 +69,12 @@ fn both_cameras_together_are_at_least_as_good_as_one() {
         let upper: Vec<_> = frames.iter().filter(|frame| frame.frame.camera_index == 0).cloned().collect();
         let (one, _) = run(&map, &upper, seed);
         let (both, _) = run(&map, &frames, seed);
-        println!("{name}, seed {seed}: {one:?}, {both:?}");
         assert!(both.mean_error_m < 0.03, "{name}, seed {seed}: {one:?}, {both:?}");
         for (sum, run) in [(&mut sum_of_one, one), (&mut sum_of_both, both)] {
             *sum = (sum.0 + run.localized_after_secs.unwrap(), sum.1 + run.mean_error_m);
         }
     }
     let what = format!("both cameras: {sum_of_both:?} s and m, one: {sum_of_one:?}");
-    println!("{what}");
     assert!(sum_of_both.0 <= sum_of_one.0 && sum_of_both.1 <= sum_of_one.1, "{what}");
 }
 
@@ -87,7 +85,6 @@ fn a_camera_that_is_bolted_on_wrong_is_told_from_the_other() {
         let (map, frames) = tour("tour", seed, 1.5);
         let (outcome, pipeline) = run(&map, &frames, seed);
         let [upper, lower] = [0, 1].map(|camera| pipeline.localizer().camera_error_of(camera).unwrap());
-        println!("seed {seed}: {outcome:?}, {upper:?}, {lower:?}");
         assert!(outcome.mean_error_m < 0.06 && upper.is_confirmed && lower.is_confirmed, "{outcome:?}");
         for (found, expected) in [(upper.pitch_down_deg, 0.0), (lower.pitch_down_deg, 1.5)] {
             let off_deg = (found.mean - expected).abs();

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use visloc_core::{PictureSource, files, geom::Camera as CameraModel};
+use visloc_core::{FrameSource, PictureSource, files, geom::Camera as CameraModel};
 
 use super::{SourceKind, Way, always_usable, has_extension};
 use crate::{
-    bag::{BagPictures, BagReader, BagTopics, GivenInputs},
+    bag::{BagPictures, BagReader, BagTopics, GivenInputs, TopicRole},
     sequence::{Calibration, fit_calibration, read_calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures,
@@ -15,7 +15,7 @@ use crate::{
             Start, Stride, Topics, TruthTopic,
         },
         SourcesError,
-        adapt::{FramePictures, images_of_gray, images_of_pictures},
+        adapt::{FramePictures, ManyCameras, images_of_gray, images_of_pictures},
         open::Request,
     },
 };
@@ -84,6 +84,20 @@ fn is_rosbag_metadata(folder: &Path) -> bool {
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
+    let topics = request.topics();
+    if !topics.more_images.is_empty() {
+        let readers = BagReader::open_cameras(request.address.rest(), &topics)?;
+        let warnings = chosen(request, readers[0].topics());
+        let of_camera = [TopicRole::Image, TopicRole::CameraInfo];
+        let in_common = TopicRole::ALL.into_iter().filter(|role| !of_camera.contains(role));
+        let in_common = in_common.map(|role| topics.name(role).to_owned()).collect();
+        let sources = readers.into_iter().map(|reader| Box::new(reader) as Box<dyn FrameSource>).collect();
+        return Ok(OpenFrames {
+            frames: Box::new(ManyCameras::new(sources, in_common)),
+            map: None,
+            warnings,
+        });
+    }
     let mut warnings = Vec::new();
     let bag = reader(request, &mut warnings)?;
     Ok(OpenFrames { frames: Box::new(bag), map: None, warnings })

@@ -107,6 +107,12 @@ mod live {
         let SourceOptions { topics, camera, mount, patience_secs, image_qos, .. } = request.options;
         let is_named_twice = topics.image.is_some();
         let mut topics = request.topics();
+        if !topics.more_images.is_empty() {
+            return request.cannot(
+                "--image-topic: expected one topic: live images are taken of one camera; record a bag of all (visloc record), which visloc \
+                 localize reads with several",
+            );
+        }
         let image = request.address.rest();
         if !image.is_empty() {
             if !image.starts_with('/') {

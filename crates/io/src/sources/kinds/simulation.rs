@@ -116,7 +116,12 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 /// A robot's camera and its calibration.
 fn robot(request: &Request<'_>) -> Result<(FramePictures, (Calibration, PathBuf)), SourcesError> {
-    let frames = FramePictures::new(Box::new(simulation(request)?));
+    let simulation = simulation(request)?;
+    if !simulation.scenario().more_cameras.is_empty() {
+        return request
+            .cannot("expected a robot with one camera here, found a scenario with [[more_cameras]]");
+    }
+    let frames = FramePictures::new(Box::new(simulation));
     let frames = frames.ok_or_else(|| request.empty(String::new()))??;
     let calibration = Calibration::of(frames.camera());
     Ok((frames, (calibration, request.argument().into())))
