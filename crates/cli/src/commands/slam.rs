@@ -32,8 +32,12 @@ const PICTURE_EVERY: usize = 50;
 pub fn execute(args: &SlamArgs) -> Result<()> {
     let config = slam_config(&args.parameters)?;
     let loaded = args.load.as_deref().map(load_map).transpose()?;
-    let (steering, open) = open_input(args)?;
-    let OpenImages { images: mut source, truth, warnings } = open;
+    let mut steering = None;
+    let OpenImages { images: mut source, truth, warnings } = open_input(args, |options| {
+        steering = Steering::of(&args.broadcast.drive, &args.source, options)?;
+        let driven = steering.as_ref().map(|steering| steering.simulated(&args.source, options));
+        Ok(driven.transpose()?.flatten())
+    })?;
     for warning in &warnings {
         say::note!("{warning}");
     }

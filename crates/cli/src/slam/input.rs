@@ -10,16 +10,18 @@ use visloc_io::{
 use crate::{
     args::SlamArgs,
     host::host,
-    run::{prepare, source_options},
+    run::{OpenSource, prepare, source_options},
     settings::topic_options,
-    studio::Steering,
 };
 
-/// Opens what the arguments name, with what moves the robot that carries the camera, if others may.
+/// Opens what the arguments name; `driven` opens the robot instead that carries the camera, if others may drive it.
 ///
 /// # Errors
 /// If there is no such source, or no camera can be made of its calibration.
-pub fn open_input(args: &SlamArgs) -> Result<(Option<Steering>, OpenImages)> {
+pub fn open_input(
+    args: &SlamArgs,
+    driven: impl FnOnce(&SourceOptions) -> Result<Option<OpenSource>>,
+) -> Result<OpenImages> {
     if args.realtime && SourceAddress::parse(&args.source)?.kind().is_live {
         bail!("--realtime: expected a recorded source, found {}, which is live already", args.source);
     }
@@ -31,17 +33,13 @@ pub fn open_input(args: &SlamArgs) -> Result<(Option<Steering>, OpenImages)> {
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
     prepare(&args.source)?;
-    let steering = Steering::of(&args.broadcast.drive, &args.source, &options)?;
-    let driven =
-        steering.as_ref().map(|steering| steering.simulated(&args.source, &options)).transpose()?.flatten();
-    let open = match driven {
+    match driven(&options)? {
         Some(driven) => {
             let images = Box::new(RobotImages::new(driven.frames)?);
-            OpenImages { images, truth: None, warnings: driven.warnings }
+            Ok(OpenImages { images, truth: None, warnings: driven.warnings })
         }
-        None => open_images(&args.source, &options, host())?,
-    };
-    Ok((steering, open))
+        None => Ok(open_images(&args.source, &options, host())?),
+    }
 }
 
 /// The images of a robot's camera, with what its odometry says of it.
