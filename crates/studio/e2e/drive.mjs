@@ -84,6 +84,11 @@ async function deskOf(browser, programs, errors, ...run) {
   return page;
 }
 
+async function turnsHead(page, deg) {
+  await page.locator("[aria-label='Head to the left']").fill(String(deg));
+  await until(page, (left) => window.studio.store.latest.drive.head_deg?.[0] === left, deg);
+}
+
 /** Holds W until something is true, and lets go. */
 async function drivesUntil(page, condition, argument) {
   await page.keyboard.down("w");
@@ -99,6 +104,9 @@ export async function drivesBySlam(browser, programs, errors, check) {
   execFileSync(programs.visloc, ["slam", "sim:office-walk", "--end", "20s", "--save", map], { stdio: "ignore" });
   let page = await deskOf(browser, programs, errors, "localize", "sim:office-walk", "--map", map);
   check(await page.locator("#panel-drive .pad").isVisible(), "a robot in a map of SLAM has a pad");
+  // It looks where it goes: a head that turns sees walls that the map hardly shows.
+  await turnsHead(page, 0);
+  await page.locator("#world").focus();
   await drivesUntil(page, () => {
     const { trajectory: ways = [] } = window.studio.store.arrays;
     return ways.length >= 6 && Math.hypot(...[1, 2, 3].map((i) => ways[ways.length - i] - ways[3 - i])) > 0.3;
@@ -107,8 +115,7 @@ export async function drivesBySlam(browser, programs, errors, check) {
   await page.context().close();
   page = await deskOf(browser, programs, errors, "slam", "sim:office-walk");
   check(await page.locator("#panel-drive .pad").isVisible(), "and so has one that is followed without a map");
-  await page.locator("[aria-label='Head to the left']").fill("40");
-  await until(page, () => window.studio.store.latest.drive.head_deg?.[0] === 40);
+  await turnsHead(page, 40);
   // Without a map yet, the image says whether the robot moves.
   await page.evaluate(() => {
     window.look = () => {
