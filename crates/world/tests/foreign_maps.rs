@@ -405,6 +405,8 @@ fn strange_values_of_a_grid_are_refused() {
     }
     let huge = load_with("grid.yaml", GRID.as_bytes(), b"P5\n99999 99999\n255\n").unwrap_err().to_string();
     assert!(huge.contains("99999 x 99999 cells, more than"), "{huge}");
+    let empty = load_with("grid.yaml", GRID.as_bytes(), b"P5\n00 24\n255\n").unwrap_err().to_string();
+    assert!(empty.contains("grid.pgm: 0 x 24 cells: it is empty"), "{empty}");
     let other = load_with("grid.yaml", GRID.as_bytes(), b"\xff\xd8\xff\xe0 JFIF").unwrap_err().to_string();
     assert!(other.contains("image: expected a PGM, PNG or BMP picture, found grid.pgm: Jpeg"), "{other}");
 }

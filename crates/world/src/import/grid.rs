@@ -229,6 +229,9 @@ fn decoded(bytes: &[u8]) -> Result<DynamicImage, String> {
         other => return Err(other.map_or("another format".to_owned(), |format| format!("{format:?}"))),
     }
     let (width, height) = reader()?.into_dimensions().map_err(text)?;
+    if width == 0 || height == 0 {
+        return Err(format!("{width} x {height} cells: it is empty"));
+    }
     if u64::from(width) * u64::from(height) > MAX_CELLS {
         return Err(format!("{width} x {height} cells, more than {MAX_CELLS}"));
     }
