@@ -18,7 +18,7 @@ use crate::{
     mapping::{KeyframeDecision, KeyframeRule},
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, Mapped, TrackingState, TrajectoryPose},
-    recognize::{Located, Refusal, Relocator},
+    recognize::{Located, Refusal, Relocator, are_apart},
     schedule::{FrameJob, Job, Order, Update},
     start::{Initializer, StartStep, StartedMap},
     timing::StageTimer,
@@ -77,6 +77,8 @@ pub(crate) struct FrontEnd {
     /// The map that was started then.
     started_map: Option<MapId>,
     keeping: Keeping,
+    /// Whether the place where the camera is followed may be the wrong one.
+    is_in_doubt: bool,
     /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
     anchor: KeyframeId,
     /// Scale of that keyframe in the map as tracking sees it.
@@ -94,6 +96,8 @@ pub(crate) struct FrontEnd {
 /// Landmarks of a fixed map that show its place well, in units of the fewest from which a pose counts: as long as an image has as many,
 /// nothing is added around it.
 const ENOUGH_FIXED: usize = 5;
+/// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.
+const LOOK_EVERY: usize = 5;
 /// Frames within which a loss means that the start was wrong.
 const PROBATION_FRAMES: usize = 30;
 
@@ -119,6 +123,7 @@ impl FrontEnd {
             started_at: 0,
             started_map: None,
             keeping: Keeping::Growing,
+            is_in_doubt: false,
             anchor: KeyframeId::default(),
             anchor_scale: 1.0,
             awaits_keyframe: false,
@@ -253,6 +258,11 @@ impl FrontEnd {
         pose(first)?.motion_to(&pose(second)?)
     }
 
+    /// Whether the place is in doubt from now on: the camera is looked for in the whole of a fixed map then, though it is followed.
+    pub fn set_doubt(&mut self, is_in_doubt: bool) {
+        self.is_in_doubt = is_in_doubt && self.keeping != Keeping::Growing;
+    }
+
     /// Brings all maps that were made with odometry to meters by the whole of it. Those that are fixed have their unit.
     pub fn make_metric(&mut self) {
         if self.map.has_fixed() {
@@ -353,6 +363,9 @@ impl FrontEnd {
         match report {
             Some(report) if report.quality != Quality::Bad => {
                 self.num_bad = 0;
+                if let Some(job) = self.look_elsewhere(incoming, &report, outcome, timer) {
+                    return Some(job);
+                }
                 Some(self.accept(report, outcome, timer))
             }
             Some(report) if let Some(moved) = self.tracker.moved(incoming) => {
@@ -399,6 +412,31 @@ impl FrontEnd {
     ) -> Option<Job> {
         let located = self.recognize(incoming, timer).ok()?;
         Some(self.go_on_at(located, outcome, timer))
+    }
+
+    /// Looks for the camera in the fixed map while its place is in doubt; where more of that map is seen than here, it goes on.
+    fn look_elsewhere(
+        &mut self,
+        incoming: &Incoming<'_>,
+        here: &TrackReport,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        if !self.is_in_doubt || self.number() % LOOK_EVERY != 0 {
+            return None;
+        }
+        let mut aside = StageTimer::start(Clock::still());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let is_candidate = |id| self.map.is_fixed(id);
+        let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
+        timer.end("relocalize");
+        let located = found.ok()?;
+        let num_fixed = |report: &TrackReport| {
+            report.frame.features.iter().filter(|f| self.map.is_fixed_landmark(f.landmark)).count()
+        };
+        let is_better =
+            num_fixed(&located.report) > num_fixed(here) && are_apart(&self.map, &located.report, here);
+        is_better.then(|| self.go_on_at(located, outcome, timer))
     }
 
     /// Looks for the keyframe of any map that shows the place.

@@ -129,6 +129,12 @@ impl Slam {
         Ok(Self { front_end: FrontEnd::resume(&map, &known, config, seed, keeping), mapping })
     }
 
+    /// Whether the place in a fixed map is in doubt from the next image on: the camera is looked for in the whole map then, though it is
+    /// followed. Without effect where the map grows.
+    pub fn set_doubt(&mut self, is_in_doubt: bool) {
+        self.front_end.set_doubt(is_in_doubt);
+    }
+
     /// Measures times with a clock.
     pub fn set_clock(&mut self, clock: Clock) {
         self.front_end.set_clock(clock);

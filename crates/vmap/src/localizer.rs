@@ -221,6 +221,7 @@ impl MapLocalizer {
             self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
         }
         self.last = seen.or(carried);
+        self.slam.set_doubt(self.last.is_some_and(|last| !last.is_localized()));
         self.outcome = Some(outcome);
         Ok(self.last)
     }

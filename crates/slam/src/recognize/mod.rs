@@ -17,4 +17,5 @@ pub use locate::{Located, Locator};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
 pub use relocator::Relocator;
+pub(crate) use relocator::are_apart;
 pub use view::{Described, View};

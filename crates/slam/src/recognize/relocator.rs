@@ -6,7 +6,7 @@ use super::{Located, Locator, Refusal, View};
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, Map},
-    track::{FrameWork, Incoming, scene_depth},
+    track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
 
 /// Looks for a lost camera.
@@ -45,6 +45,20 @@ impl Relocator {
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
+        self.attempt_among(map, |_| true, incoming, work)
+    }
+
+    /// Tries only some of the keyframes, see [`Relocator::attempt`].
+    ///
+    /// # Errors
+    /// As [`Relocator::attempt`].
+    pub fn attempt_among(
+        &self,
+        map: &Map,
+        is_candidate: impl Fn(KeyframeId) -> bool,
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let ranked = map.index().query(&view);
         let (mut refused, mut best) = (None, None::<Located>);
@@ -53,7 +67,7 @@ impl Relocator {
         for candidate in &ranked {
             let id = candidate.keyframe;
             // What is next to a keyframe that was refused would be refused, too.
-            if is_tried[id.index()] {
+            if is_tried[id.index()] || !is_candidate(id) {
                 continue;
             }
             map.connected(id, 15).iter().for_each(|(near, _)| is_tried[near.index()] = true);
@@ -79,13 +93,16 @@ fn better(map: &Map, first: Option<Located>, second: Located) -> Located {
     let Some(first) = first else { return second };
     let (mut more, less) =
         if second.report.num_matched > first.report.num_matched { (second, first) } else { (first, second) };
-    let [here, there] = [&more, &less].map(|located| located.report.frame.camera_from_world.inverse());
-    let apart = (here.translation() - there.translation()).norm();
-    let depth = scene_depth(map, &more.report.frame);
     let is_elsewhere = map.keyframe(more.keyframe).map != map.keyframe(less.keyframe).map;
     more.num_elsewhere = more.num_elsewhere.max(less.num_elsewhere);
-    if is_elsewhere || apart > SAME_PLACE * depth {
+    if is_elsewhere || are_apart(map, &more.report, &less.report) {
         more.num_elsewhere = more.num_elsewhere.max(less.report.num_matched);
     }
     more
+}
+
+/// Whether two poses of one image are different places.
+pub(crate) fn are_apart(map: &Map, one: &TrackReport, other: &TrackReport) -> bool {
+    let [here, there] = [one, other].map(|report| report.frame.camera_from_world.inverse());
+    (here.translation() - there.translation()).norm() > SAME_PLACE * scene_depth(map, &one.frame)
 }
