@@ -61,14 +61,6 @@ fn main() -> Result<(), Failure> {
     for scenario in args.iter().filter(|arg| !arg.starts_with("--")) {
         let mut tally = Tally::default();
         for place in 0..places {
-            if let Ok(o) = std::env::var("ONLY")
-                && !o.split(',').any(|v| v.parse() == Ok(place))
-            {
-                continue;
-            }
-            if std::env::var_os("DBG").is_some() {
-                eprintln!("=== {place}");
-            }
             stand(scenario, (seed, place), (is_quick, is_told), &mut tally)?;
         }
         tally.print(scenario);

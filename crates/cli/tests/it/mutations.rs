@@ -38,7 +38,7 @@ fn no_parser_stumbles_over_damaged_input() {
 }
 
 /// Inputs that the fuzzer found: the parser, and what was wrong.
-const FOUND: [(&str, &str); 3] = [
+const FOUND: [(&str, &str); 4] = [
     // Millimeters taken for meters: gigabytes of floor.
     (
         "map_dxf",
@@ -51,6 +51,8 @@ const FOUND: [(&str, &str); 3] = [
         "0\nSECTION\n2\nENTITIES\n0\nLWPOLYLINE\n8\nA-WALL\n90\n4\n70\n1\n10\n0\n20\n0\n10\n6000\n20\n0\n\
          0\nCIRCLE\n8\nA-WALL\n10\n0\n20\n0\n40\n9\n0\nENDSEC\n0\nEOF\n",
     ),
+    // The number came back with another last bit.
+    ("studio_messages", "\u{1}\0\0\u{b}-\0\0\0{\"number\":1.222222222222222e+105,\"arrays\":{}}"),
     // The first picture stopped builds with overflow checks.
     ("studio_commands", "{\"type\":\"defaults\"}"),
 ];
