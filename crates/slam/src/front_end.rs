@@ -422,7 +422,7 @@ impl FrontEnd {
         outcome: &mut FrameOutcome,
         timer: &mut StageTimer,
     ) -> Option<Job> {
-        if !self.is_in_doubt || self.number() % LOOK_EVERY != 0 {
+        if !self.is_in_doubt || !self.number().is_multiple_of(LOOK_EVERY) {
             return None;
         }
         let mut aside = StageTimer::start(Clock::still());
