@@ -17,6 +17,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod backlog;
 pub mod bag;
 pub mod camera_file;
 pub mod camera_trajectory;

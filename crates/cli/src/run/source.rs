@@ -50,7 +50,7 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
             ImageQosArg::Reliable => ImageQos::Reliable,
         }),
         domain_id: args.ros_domain,
-        usual: Usual { num_threads: num_cores(), max_frames: None, domain_id: usual_domain_id(args)? },
+        usual: Usual { num_threads: num_cores(), domain_id: usual_domain_id(args)?, ..Usual::default() },
         ..SourceOptions::default()
     })
 }

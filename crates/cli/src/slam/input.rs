@@ -7,6 +7,7 @@ use visloc_io::{
     sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images},
 };
 
+use super::pace::BACKLOG_SECS;
 use crate::{
     args::SlamArgs,
     host::host,
@@ -25,13 +26,14 @@ pub fn open_input(
     if args.realtime && SourceAddress::parse(&args.source)?.kind().is_live {
         bail!("--realtime: expected a recorded source, found {}, which is live already", args.source);
     }
-    let options = SourceOptions {
+    let mut options = SourceOptions {
         range: SequenceRange { start: args.start, end: args.end, stride: args.stride as usize },
         scale: args.scale,
         seed: args.seed.given,
         honored_elsewhere: honored_by_slam(args),
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
+    options.usual.backlog_secs = BACKLOG_SECS;
     prepare(&args.source)?;
     match driven(&options)? {
         Some(driven) => {

@@ -5,6 +5,7 @@ use std::time::Duration;
 use visloc_core::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp, geom::Camera};
 
 use crate::{
+    backlog::Backlog,
     bag::{BagTopics, EncodedImage, RosMessage, SensorMessage, TopicRole, camera_of},
     ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil},
 };
@@ -16,16 +17,15 @@ const CLOCK_BACK_SECS: f64 = 1.0;
 /// How long a calibration is waited for once there are images, seconds.
 const CAMERA_WAIT_SECS: f64 = 3.0;
 
-/// The newest image of a topic, with the calibration beside it; kinematics and odometry are not needed.
+/// Images of a topic, with the calibration beside them; kinematics and odometry are not needed.
 pub struct LivePictures {
     receiver: Receiver,
     topics: BagTopics,
     host: Host,
     vigil: Vigil,
     camera: Option<Camera>,
-    newest: Option<EncodedImage>,
+    backlog: Backlog<EncodedImage>,
     last_at: Option<Timestamp>,
-    num_stale: usize,
     num_lost: u64,
     skipped: Vec<SkippedInput>,
     is_done: bool,
@@ -45,9 +45,8 @@ impl LivePictures {
             topics,
             host: host.clone(),
             camera: None,
-            newest: None,
+            backlog: Backlog::new(settings.backlog_secs),
             last_at: None,
-            num_stale: 0,
             num_lost: 0,
             skipped: Vec::new(),
             is_done: false,
@@ -63,7 +62,7 @@ impl LivePictures {
         while self.camera.is_none() && !self.host.is_stopped() {
             let is_silent = self.listen(WAIT).map_err(|error| Ros2Error::Silence(error.to_string()))?;
             let now = self.host.now();
-            if self.newest.is_some() {
+            if !self.backlog.is_empty() {
                 let since = now.secs_since(*first_image_at.get_or_insert(now));
                 if since > CAMERA_WAIT_SECS {
                     break;
@@ -113,7 +112,7 @@ impl LivePictures {
                 .notice(&format!("{topic}: time went back by {back_secs:.1} s; its publisher began anew"));
             self.last_at = None;
         }
-        self.num_stale += usize::from(self.newest.replace(image).is_some());
+        self.backlog.put(received_at, image);
     }
 
     fn skip(&mut self, at: Option<Timestamp>, reason: String) {
@@ -130,7 +129,7 @@ impl LivePictures {
                 Ok(is_silent) => is_silent,
                 Err(error) => return Some(Err(error)),
             };
-            if let Some(image) = self.newest.take() {
+            if let Some((_, image)) = self.backlog.take() {
                 if let Some(last) = self.last_at.filter(|last| *last >= image.at) {
                     let reason = format!("expected an image later than {last}, found one at {}", image.at);
                     self.skip(Some(image.at), reason);
@@ -170,6 +169,6 @@ impl PictureSource for LivePictures {
     }
 
     fn num_dropped(&self) -> usize {
-        self.num_stale + self.receiver.inbox.num_dropped()
+        self.backlog.num_dropped() + self.receiver.inbox.num_dropped()
     }
 }

@@ -47,6 +47,8 @@ pub struct LiveSettings {
     pub patience_secs: Option<f64>,
     /// How images are asked for.
     pub image_qos: ImageQos,
+    /// How long a picture may wait while those before it are worked on, seconds; with 0 only the newest counts.
+    pub backlog_secs: f64,
     /// Calibration that wins over the topic's, and its file.
     pub calibration: Option<(Calibration, PathBuf)>,
     /// The camera's pose on the robot, over what tf says.
@@ -62,6 +64,7 @@ impl LiveSettings {
             topics: BagTopics::default(),
             patience_secs: None,
             image_qos: ImageQos::default(),
+            backlog_secs: 0.0,
             calibration: None,
             robot_from_camera: None,
         }

@@ -16,7 +16,6 @@ mod adapt;
 mod address;
 mod error;
 mod kinds;
-mod latest;
 mod open;
 mod options;
 mod video;

@@ -104,7 +104,7 @@ mod live {
 
     /// The topic behind the colon wins over the one in the settings.
     fn settings(request: &Request<'_>) -> Result<LiveSettings, SourcesError> {
-        let SourceOptions { topics, camera, mount, patience_secs, image_qos, .. } = request.options;
+        let SourceOptions { topics, camera, mount, patience_secs, image_qos, usual, .. } = request.options;
         let is_named_twice = topics.image.is_some();
         let mut topics = request.topics();
         if !topics.more_images.is_empty() {
@@ -134,6 +134,7 @@ mod live {
             topics,
             patience_secs: *patience_secs,
             image_qos: image_qos.unwrap_or_default(),
+            backlog_secs: usual.backlog_secs,
             calibration: camera
                 .as_ref()
                 .map(|path| Ok::<_, SourcesError>((read_calibration(path)?, path.clone())))

@@ -1,7 +1,6 @@
-//! The newest image of a camera.
+//! Images of a running camera.
 
 use std::{
-    path::Path,
     sync::{Arc, atomic::Ordering},
     thread,
 };
@@ -9,18 +8,18 @@ use std::{
 use visloc_core::{SourceError, Timestamp};
 
 use super::{FfmpegInput, Pixels, PnmImage, pipe::VideoPipe};
-use crate::sources::{
-    Host, SourcesError,
-    latest::{Latest, Taken},
+use crate::{
+    backlog::{SharedBacklog, Taken},
+    sources::{Host, SourceOptions, SourcesError},
 };
 
 /// A silence that the user hears of, seconds.
 const SILENCE_SECS: f64 = 3.0;
 
-/// Images of a live source, the newest one only, stamped with the time at which they came.
+/// Images of a live source, stamped with the time at which they came.
 pub(crate) struct LiveVideo {
     argument: String,
-    newest: Arc<Latest<(Timestamp, PnmImage)>>,
+    backlog: Arc<SharedBacklog<PnmImage>>,
     host: Host,
     patience_secs: Option<f64>,
     last_at: Timestamp,
@@ -32,20 +31,19 @@ pub(crate) struct LiveVideo {
 impl LiveVideo {
     /// Starts ffmpeg, and a thread that reads its images.
     pub(crate) fn start(
-        program: &Path,
         input: &FfmpegInput,
         pixels: Pixels,
+        options: &SourceOptions,
         host: &Host,
-        patience_secs: Option<f64>,
     ) -> Result<Self, SourcesError> {
-        let mut pipe = VideoPipe::start(program, input, pixels)?;
-        let newest = Arc::new(Latest::new());
+        let mut pipe = VideoPipe::start(options.ffmpeg(), input, pixels)?;
+        let backlog = Arc::new(SharedBacklog::new(options.usual.backlog_secs));
         let hang_up = Arc::new(std::sync::atomic::AtomicBool::new(false));
-        let (slot, clock, is_over) = (Arc::clone(&newest), host.clone(), Arc::clone(&hang_up));
+        let (slot, clock, is_over) = (Arc::clone(&backlog), host.clone(), Arc::clone(&hang_up));
         thread::spawn(move || {
             while let Some(next) = pipe.next_image() {
                 match next {
-                    Ok(next) => slot.put((clock.now(), next.image)),
+                    Ok(next) => slot.put(clock.now(), next.image),
                     Err(error) => return slot.end(Some(error)),
                 }
                 if is_over.load(Ordering::Relaxed) || clock.is_stopped() {
@@ -57,9 +55,9 @@ impl LiveVideo {
         let last_at = host.now();
         Ok(Self {
             argument: input.argument.clone(),
-            newest,
+            backlog,
             host: host.clone(),
-            patience_secs,
+            patience_secs: options.patience_secs,
             last_at,
             is_silent: false,
             is_done: false,
@@ -67,11 +65,11 @@ impl LiveVideo {
         })
     }
 
-    /// The newest image that has not been seen; waits for it. `None` at the end.
+    /// The next image that has not been seen; waits for it. `None` at the end.
     pub(crate) fn next_image(&mut self) -> Option<Result<(Timestamp, PnmImage), SourceError>> {
         while !self.is_done && !self.host.is_stopped() {
-            match self.newest.take() {
-                Taken::New((at, image)) => {
+            match self.backlog.take() {
+                Taken::New(at, image) => {
                     if std::mem::take(&mut self.is_silent) {
                         let secs = at.secs_since(self.last_at);
                         self.host.notice(&format!("{}: images again after {secs:.1} s", self.argument));
@@ -93,7 +91,7 @@ impl LiveVideo {
     }
 
     pub(crate) fn num_dropped(&self) -> usize {
-        self.newest.num_dropped()
+        self.backlog.num_dropped()
     }
 
     /// Notes a silence; a long one ends the source, if it may.

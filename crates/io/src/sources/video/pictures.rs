@@ -50,7 +50,7 @@ impl Video {
     ) -> Result<Self, SourcesError> {
         let program = options.ffmpeg();
         let feed = if input.is_live {
-            Feed::Live(LiveVideo::start(program, input, pixels, host, options.patience_secs)?)
+            Feed::Live(LiveVideo::start(input, pixels, options, host)?)
         } else {
             let pipe = VideoPipe::start(program, input, pixels)?;
             let FfmpegInput { rate_hz, has_own_times, .. } = *input;
