@@ -3,14 +3,14 @@
 use std::{fmt::Write as _, path::Path};
 
 use anyhow::Result;
-use visloc_plot::{Table, escaped};
+use visloc_plot::escaped;
 
 use super::{
     Claims, Row,
     claims::Figure,
     compare::Change,
     pictures::{errors, way},
-    table::{for_people, for_programs, recording_by_recording},
+    table::{for_people, for_programs, for_screens, recording_by_recording},
 };
 use crate::run::write_text;
 
@@ -78,21 +78,27 @@ fn source_line(figure: &Figure) -> String {
 /// # Errors
 /// If a file cannot be written.
 pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account) -> Result<()> {
-    let table = for_people(rows);
     write_text(&folder.join("report.csv"), &for_programs(rows).csv())?;
-    write_text(&folder.join("report.md"), &markdown(&table, claims, rows, account))?;
-    write_text(&folder.join("report.html"), &html(&table, claims, rows, account))
+    write_text(&folder.join("report.md"), &markdown(claims, rows, account))?;
+    write_text(&folder.join("report.html"), &html(claims, rows, account))
 }
 
-fn markdown(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
-    let mut text = format!("# visloc benchmark\n\n{}\n\n{}", account.facts.join("\n\n"), table.markdown());
+fn markdown(claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
+    let glance = for_screens(rows);
+    let mut text = format!(
+        "# visloc benchmark\n\n{}\n\n## {}\n\n{}",
+        account.facts.join("\n\n"),
+        glance.title,
+        glance.markdown()
+    );
     for (title, lines) in account.lists_with_notes(claims, rows) {
         let _ = write!(text, "\n## {title}\n\n");
         lines.iter().for_each(|line| {
             let _ = writeln!(text, "* {}", line.replace('*', "\\*"));
         });
     }
-    text
+    let all = for_people(rows);
+    text + &format!("\n## {}\n\n{}", all.title, all.markdown())
 }
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1500px;padding:0 1em;color:#1b1b1b}\
@@ -102,7 +108,7 @@ const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:2em auto;ma
     .pictures img{width:calc(60% - 0.5em);height:auto}\
     .pictures img+img{width:calc(40% - 0.5em)}li{overflow-wrap:anywhere}";
 
-fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
+fn html(claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>visloc benchmark</title><style>{STYLE}</style></head>\
          <body>\n<h1>visloc benchmark</h1>\n"
@@ -110,7 +116,8 @@ fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> 
     account.facts.iter().for_each(|fact| {
         let _ = writeln!(text, "<p>{}</p>", escaped(fact));
     });
-    text += &table.html();
+    let glance = for_screens(rows);
+    let _ = writeln!(text, "<h2>{}</h2>\n{}", escaped(&glance.title), glance.html());
     for (title, lines) in account.lists_with_notes(claims, rows) {
         let lines: String = lines.iter().map(|line| format!("<li>{}</li>\n", escaped(line))).collect();
         let _ = writeln!(text, "<h2>{}</h2>\n<ul>\n{lines}</ul>", escaped(&title));
@@ -126,7 +133,8 @@ fn html(table: &Table, claims: &Claims, rows: &[Row<'_>], account: &Account) -> 
             let _ = writeln!(text, "<h3>{}</h3>\n<div class=\"pictures\">{pictures}</div>", escaped(class));
         }
     }
-    text + "</body></html>\n"
+    let all = for_people(rows);
+    text + &format!("<h2>{}</h2>\n{}</body></html>\n", escaped(&all.title), all.html())
 }
 
 /// A picture within a page; as an image of its own, since several pictures give the same names to their parts.

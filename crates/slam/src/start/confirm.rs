@@ -16,15 +16,25 @@ const CONFIRMING_PARALLAX: f64 = 1.25;
 const CONFIRMED_DEVIATION: f64 = 0.06;
 /// Least difference in the logarithm of the likelihood between two motions.
 const CLEAR_LOG_ODDS: f64 = 15.0;
+/// What a corner that was followed wrongly is worth: one in fifty is, and then it is anywhere among some hundred places that can be told apart.
+const WRONG_CORNER_LOG_ODDS: f64 = 8.5;
 /// Least mean cost of an explained observation that is believed.
 const LEAST_INLIER_COST: f64 = 0.05;
 
-/// Whether the first of two motions explains the views so much better that it is no accident. The more corners, the smaller
-/// the difference that tells; the errors of a corner in several views are alike, so that each corner counts once.
+/// How badly a motion explains the views, as the negative logarithm of the likelihood; `inlier_cost` is what an explained observation costs. The
+/// errors of a corner in several views are alike, so that each corner counts once; and one that the motion does not explain at all may have been
+/// followed wrongly, so that a single one does not decide.
+#[must_use]
+pub fn badness(start: &VerifiedStart, inlier_cost: f64) -> f64 {
+    let scale = inlier_cost.max(LEAST_INLIER_COST);
+    start.corner_costs.iter().map(|cost| (cost / scale).min(WRONG_CORNER_LOG_ODDS)).sum()
+}
+
+/// Whether the first of two motions explains the views so much better that it is no accident.
 #[must_use]
 pub fn is_clearly_better(best: &VerifiedStart, second: &VerifiedStart) -> bool {
-    let num = best.points.len() as f64;
-    num * (second.cost - best.cost) / best.inlier_cost.max(LEAST_INLIER_COST) > CLEAR_LOG_ODDS
+    let inlier_cost = best.inlier_cost.min(second.inlier_cost);
+    badness(second, inlier_cost) - badness(best, inlier_cost) > CLEAR_LOG_ODDS
 }
 
 /// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes
@@ -58,4 +68,34 @@ pub fn confirm(
 fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use visloc_core::geom::Rigid3;
+
+    use super::*;
+
+    fn start(corner_costs: Vec<f64>) -> VerifiedStart {
+        let explained: Vec<f64> = corner_costs.iter().copied().filter(|cost| *cost < 3.0).collect();
+        VerifiedStart {
+            last_from_first: Rigid3::identity(),
+            points: vec![None; corner_costs.len()],
+            cost: corner_costs.iter().sum::<f64>() / corner_costs.len() as f64,
+            inlier_cost: explained.iter().sum::<f64>() / explained.len() as f64,
+            corner_costs,
+        }
+    }
+
+    #[test]
+    fn a_corner_that_was_followed_wrongly_does_not_choose_the_motion() {
+        // The true motion explains all but one corner, another one explains all of them, worse.
+        let truth = start([vec![0.06; 99], vec![3.0]].concat());
+        let other = start(vec![0.064; 100]);
+        assert!(truth.cost > other.cost, "the mean cost would choose the other one");
+        assert!(!is_clearly_better(&other, &truth) && !is_clearly_better(&truth, &other));
+        // With more of a difference, or more corners that are not explained, it is told.
+        assert!(is_clearly_better(&truth, &start(vec![0.08; 100])));
+        assert!(is_clearly_better(&other, &start([vec![0.06; 90], vec![3.0; 10]].concat())));
+    }
 }

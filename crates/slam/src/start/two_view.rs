@@ -135,8 +135,8 @@ pub fn solve_two_view(
     }
     let mut kept: Vec<&Candidate> = Vec::new();
     for candidate in &candidates {
-        let is_rival = candidate.num_points as f64 > 0.7 * best.num_points as f64
-            && upper_quartile_parallax(candidate) >= settings.min_parallax_rad;
+        // One of little parallax is a rival too: it may be the true one of a camera that turns.
+        let is_rival = candidate.num_points as f64 > 0.7 * best.num_points as f64;
         if is_rival && kept.iter().all(|other| is_different(&candidate.motion, &other.motion)) {
             kept.push(candidate);
         }

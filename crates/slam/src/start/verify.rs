@@ -29,9 +29,11 @@ pub struct VerifiedStart {
     pub last_from_first: Rigid3<CameraFrame, CameraFrame>,
     /// One entry for each corner, in the first camera; `None` for outliers.
     pub points: Vec<Option<Point3<f64>>>,
-    /// Mean cost of an observation: half the squared residual in standard deviations, capped where it is large.
+    /// For each corner the mean cost of its observations: half the squared residual in standard deviations, capped where it is large.
+    pub corner_costs: Vec<f64>,
+    /// Mean of them.
     pub cost: f64,
-    /// The same of the observations below the cap.
+    /// Mean cost of the observations below the cap.
     pub inlier_cost: f64,
 }
 
@@ -96,8 +98,14 @@ pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<
     let pose = bundle.cameras.last()?;
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*pose.rotation());
     let last_from_first = Rigid3::new(rotation, *pose.translation());
-    let (cost, inlier_cost) = costs(&bundle, candidate.points.len() - index.len());
-    Some(VerifiedStart { last_from_first, points, cost, inlier_cost })
+    let (explained, inlier_cost) = costs(&bundle);
+    // A motion that explains fewer corners must not win by that.
+    let mut corner_costs = vec![OUTLIER_COST; candidate.points.len()];
+    for (i, cost) in index.iter().zip(explained) {
+        corner_costs[*i] = cost;
+    }
+    let cost = corner_costs.iter().sum::<f64>() / corner_costs.len().max(1) as f64;
+    Some(VerifiedStart { last_from_first, points, corner_costs, cost, inlier_cost })
 }
 
 /// Solves, leaves out the corners that some view contradicts, and solves again. Says which those are.
@@ -118,20 +126,19 @@ fn solve_without_outliers(bundle: &mut Bundle) -> Vec<bool> {
     is_outlier
 }
 
-/// Mean cost of an observation, of all corners and of those that are explained. A motion that explains fewer corners must not win
-/// by that: each that was left out before counts as unexplained.
-fn costs(bundle: &Bundle, num_left_out: usize) -> (f64, f64) {
-    let num_views = bundle.cameras.len();
-    let (mut sum, mut inlier_sum, mut num_inliers) = (0.0, 0.0, 0);
+/// Mean cost of the observations of each point, and of all observations that are explained.
+fn costs(bundle: &Bundle) -> (Vec<f64>, f64) {
+    let mut of_points = vec![(0.0, 0.0); bundle.points.len()];
+    let (mut inlier_sum, mut num_inliers) = (0.0, 0);
     for observation in &bundle.observations {
         let cost = bundle.residual(observation).map_or(OUTLIER_COST, |error| 0.5 * error.norm_squared());
-        sum += cost.min(OUTLIER_COST);
+        let (sum, num) = &mut of_points[observation.point];
+        (*sum, *num) = (*sum + cost.min(OUTLIER_COST), *num + 1.0);
         if cost < OUTLIER_COST {
             inlier_sum += cost;
             num_inliers += 1;
         }
     }
-    let num = bundle.observations.len() + num_left_out * num_views;
-    let sum = sum + OUTLIER_COST * (num_left_out * num_views) as f64;
-    (sum / num.max(1) as f64, inlier_sum / f64::from(num_inliers.max(1)))
+    let of_points = of_points.iter().map(|(sum, num)| sum / f64::max(*num, 1.0)).collect();
+    (of_points, inlier_sum / f64::from(num_inliers.max(1)))
 }
