@@ -14,7 +14,7 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{NewFile, kept_path, part_path, try_file, try_folder, write};
+pub use write::{NewFile, create_alone, kept_path, part_path, try_file, try_folder, write};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;
@@ -123,6 +123,24 @@ mod tests {
             (names(folder.path()), read_text(&path).unwrap()),
             (vec!["table.csv".into()], "all lines".into())
         );
+    }
+
+    #[test]
+    fn a_file_that_is_being_written_is_not_taken_by_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let (table, bag) = (folder.path().join("table.csv"), folder.path().join("run.mcap"));
+        let mut first = NewFile::create_growing(&table).unwrap();
+        let in_place = create_alone(&bag).unwrap();
+        for refused in [NewFile::create_growing(&table).map(drop), create_alone(&bag).map(drop)] {
+            assert_eq!(refused.unwrap_err().to_string(), "another program is writing it");
+        }
+        first.write_all(b"whole").unwrap();
+        first.finish().unwrap();
+        assert_eq!(read_text(&table).unwrap(), "whole");
+        drop(in_place);
+        write(&bag, "old").unwrap();
+        drop(create_alone(&bag).unwrap());
+        assert_eq!(read_text(&bag).unwrap(), "", "an earlier file is emptied");
     }
 
     #[test]

@@ -51,11 +51,15 @@ impl NewFile {
         Self::create_with(path, |path| {
             let part = part_path(path);
             // Removed first, so that a link of that name is not followed.
+            if fs::symlink_metadata(&part).is_ok_and(|found| found.is_file()) {
+                claim(&File::options().append(true).open(&part)?)?;
+            }
             match fs::remove_file(&part) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 _ => {}
             }
             let file = File::create_new(&part)?;
+            claim(&file)?;
             keep_rights(path, &file);
             Ok(Sink::Part(BufWriter::new(file)))
         })
@@ -107,6 +111,30 @@ impl NewFile {
                 fs::rename(part_path(&self.path), &self.path)
             }
         }
+    }
+}
+
+/// Makes a file that is written in place, or empties it, unless another program is writing it.
+///
+/// # Errors
+/// What the system says, or that the file is being written.
+pub fn create_alone(path: &Path) -> io::Result<File> {
+    if !fs::metadata(path).map_or(true, |found| found.is_file()) {
+        return File::create(path);
+    }
+    let file = File::options().create(true).truncate(false).write(true).open(path)?;
+    claim(&file)?;
+    file.set_len(0)?;
+    Ok(file)
+}
+
+/// Keeps other programs from writing the file until it is closed. Where the system cannot do that, they may.
+fn claim(file: &File) -> io::Result<()> {
+    match file.try_lock() {
+        Err(fs::TryLockError::WouldBlock) => {
+            Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -10,7 +10,7 @@ use std::{
 
 use mcap::{WriteOptions, Writer, records::MessageHeader};
 use serde::Serialize;
-use visloc_core::Timestamp;
+use visloc_core::{Timestamp, files::create_alone};
 
 use crate::bag::{BagError, BagMessage, Channel, TopicInfo, messages::to_cdr, schemas};
 
@@ -62,7 +62,7 @@ impl ChannelWriter {
         if self.writer.is_none() {
             let path = &self.path;
             let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-            let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| File::create(path));
+            let file = folder.map_or(Ok(()), fs::create_dir_all).and_then(|()| create_alone(path));
             let file =
                 file.map_err(|source| BagError::Io { path: path.clone(), action: "create it", source })?;
             let writer = self.options.clone().create(BufWriter::new(file));
