@@ -93,7 +93,8 @@ fn other_readers_get_all_but_the_last_half_second_of_a_killed_program() {
     let folder = tempfile::tempdir().unwrap();
     for (num_frames, secs) in [(1, 0.0), (27, 2.6)] {
         for has_chunks in [true, false] {
-            let path = folder.path().join("killed.mcap");
+            // Each in a file of its own: this program lives on, and keeps those of its writers that are forgotten.
+            let path = folder.path().join(format!("killed-{num_frames}-{has_chunks}.mcap"));
             let options = BagWriterOptions { has_chunks, ..BagWriterOptions::default() };
             let mut writer = BagWriter::create_with(&path, BagTopics::default(), options).unwrap();
             for index in 0..num_frames {
