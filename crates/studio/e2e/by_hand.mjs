@@ -9,6 +9,8 @@ async function opened(open, options) {
   const page = await open(options);
   await until(page, () => window.studio.store.state.contenders?.[0].is_localized && window.studio.store.state.contenders[0].error?.[0] < 0.05 && window.studio.store.state.lens);
   await page.keyboard.press("Space");
+  // The image may come after the state; until then there is nothing to lay a map over.
+  await until(page, () => !document.getElementById("by-hand").hidden);
   const [hand] = await Promise.all([page.waitForEvent("popup"), page.keyboard.press("j")]);
   await hand.waitForFunction(() => window.byHand && document.getElementById("edges").textContent.includes("px"));
   return { page, hand };

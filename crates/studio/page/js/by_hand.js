@@ -42,7 +42,7 @@ export class ByHand {
       // The page asks for it when it has been loaded.
       if (this.asked) open("/by-hand.html");
     };
-    for (const what of ["scene", "state"]) store.on(what, () => { this.button.hidden = !this.moment(); });
+    for (const what of ["scene", "state", "image"]) store.on(what, () => { this.button.hidden = !this.moment(); });
   }
 
   /** What is shown, if there is an image of a known camera on a map. */
