@@ -62,7 +62,7 @@ pub struct SlamArgs {
     /// When tracking and mapping run [default: sequential; threaded for live sources]
     #[arg(long, value_enum)]
     pub schedule: Option<ScheduleArg>,
-    /// Images come at their stamps; those that come while tracking is busy are dropped
+    /// Images come at their stamps; those that wait for more than half a second while tracking is busy are dropped
     #[arg(long)]
     pub realtime: bool,
     /// First image: a number from 0, or seconds after the first image of the sequence with an s (4.5s)

@@ -24,7 +24,7 @@ pub struct RunOptions<'a> {
     pub seed: u64,
     /// When tracking and mapping run.
     pub schedule: Schedule,
-    /// Whether frames come at their stamps, and those are dropped for which tracking has no time.
+    /// Whether frames come at their stamps, and those are dropped that wait too long for tracking.
     pub is_realtime: bool,
     /// Most frames that are remembered one by one; `None` remembers all.
     pub most_records: Option<usize>,

@@ -21,11 +21,11 @@ const WRONG_CORNER_LOG_ODDS: f64 = 8.5;
 /// Least mean cost of an explained observation that is believed.
 const LEAST_INLIER_COST: f64 = 0.05;
 
-/// How badly a motion explains the views, as the negative logarithm of the likelihood; `inlier_cost` is what an explained observation costs. The
-/// errors of a corner in several views are alike, so that each corner counts once; and one that the motion does not explain at all may have been
-/// followed wrongly, so that a single one does not decide.
+/// How badly a motion explains the views; `inlier_cost` is what an explained observation costs. The errors of a corner in several views
+/// are alike, so that each corner counts once; and one that the motion does not explain at all may have been followed wrongly, so that a
+/// single one does not decide.
 #[must_use]
-pub fn badness(start: &VerifiedStart, inlier_cost: f64) -> f64 {
+pub fn negative_log_likelihood(start: &VerifiedStart, inlier_cost: f64) -> f64 {
     let scale = inlier_cost.max(LEAST_INLIER_COST);
     start.corner_costs.iter().map(|cost| (cost / scale).min(WRONG_CORNER_LOG_ODDS)).sum()
 }
@@ -34,7 +34,7 @@ pub fn badness(start: &VerifiedStart, inlier_cost: f64) -> f64 {
 #[must_use]
 pub fn is_clearly_better(best: &VerifiedStart, second: &VerifiedStart) -> bool {
     let inlier_cost = best.inlier_cost.min(second.inlier_cost);
-    badness(second, inlier_cost) - badness(best, inlier_cost) > CLEAR_LOG_ODDS
+    negative_log_likelihood(second, inlier_cost) - negative_log_likelihood(best, inlier_cost) > CLEAR_LOG_ODDS
 }
 
 /// Compares the depths of a start with those of an earlier one of less parallax. A true scene keeps its shape as the camera goes

@@ -10,7 +10,7 @@ use visloc_core::{
 
 use super::{
     Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,
-    VerifiedStart, ViewRays, badness, confirm, is_clearly_better, solve_two_view, verify,
+    VerifiedStart, ViewRays, confirm, is_clearly_better, negative_log_likelihood, solve_two_view, verify,
 };
 use crate::{
     atlas::Similarity,
@@ -281,7 +281,9 @@ impl Initializer {
         let verified = candidates.iter().filter_map(|c| Some((verify(c, &views, focal)?, c.parallax_rad)));
         let mut verified: Vec<(VerifiedStart, f64)> = verified.collect();
         let inlier_cost = verified.iter().map(|(start, _)| start.inlier_cost).fold(f64::INFINITY, f64::min);
-        verified.sort_by(|a, b| badness(&a.0, inlier_cost).total_cmp(&badness(&b.0, inlier_cost)));
+        verified.sort_by(|a, b| {
+            negative_log_likelihood(&a.0, inlier_cost).total_cmp(&negative_log_likelihood(&b.0, inlier_cost))
+        });
         let least_parallax_rad = self.config.start.min_parallax_deg.to_radians();
         match verified.as_slice() {
             [best, second, ..] if !is_clearly_better(&best.0, &second.0) => Err(StartWait::Ambiguous),

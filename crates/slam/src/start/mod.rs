@@ -10,7 +10,7 @@ mod motion;
 mod two_view;
 mod verify;
 
-pub use confirm::{PendingStart, badness, confirm, is_clearly_better};
+pub use confirm::{PendingStart, confirm, is_clearly_better, negative_log_likelihood};
 pub use essential::{decompose_essential, fit_essential};
 pub use follow::{Follower, Track};
 pub use homography::{decompose_homography, fit_homography};
