@@ -4,9 +4,14 @@ use std::{
     fs::{self, File},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
+    thread,
+    time::Duration,
 };
 
 use tempfile::NamedTempFile;
+
+/// How often a file that is being written is asked for again before it is refused, and how long is waited in between.
+const CLAIM_TRIES: (u32, Duration) = (40, Duration::from_millis(5));
 
 /// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched.
 ///
@@ -129,13 +134,18 @@ pub fn create_alone(path: &Path) -> io::Result<File> {
 }
 
 /// Keeps other programs from writing the file until it is closed. Where the system cannot do that, they may.
+///
+/// A program that this one is starting holds a copy of each open file until it runs, so a file that was closed a moment ago
+/// may still be claimed: it is asked for again for [`CLAIM_TRIES`].
 fn claim(file: &File) -> io::Result<()> {
-    match file.try_lock() {
-        Err(fs::TryLockError::WouldBlock) => {
-            Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
+    let (num_tries, pause) = CLAIM_TRIES;
+    for _ in 0..num_tries {
+        match file.try_lock() {
+            Err(fs::TryLockError::WouldBlock) => thread::sleep(pause),
+            _ => return Ok(()),
         }
-        _ => Ok(()),
     }
+    Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
 }
 
 /// Where the file that had a name before is kept: `NAME~`.
