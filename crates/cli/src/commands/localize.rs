@@ -39,6 +39,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if let Some(features) = args.features {
         pipeline.features = features.choice();
     }
+    pipeline.analysis.detect_objects |= args.team.is_some();
     let algorithm_toml = algorithm_toml(args.config.as_deref(), &args.set)?;
     let mut options = SourceOptions {
         seed: args.seed.given,

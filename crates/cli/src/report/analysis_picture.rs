@@ -4,7 +4,7 @@ use visloc_core::{Frame, RgbImage, geom::Horizon};
 use visloc_locate::{
     ImageAnalyzer, Pipeline,
     vision::{
-        DropReason, FeatureKind, Percept,
+        DropReason, FeatureKind, ObjectKind, Percept,
         field::{FieldAnalyzer, GoalBlob},
         office::OfficeAnalyzer,
     },
@@ -225,6 +225,12 @@ fn boxes(analyzer: &FieldAnalyzer) -> Vec<ImageBoxes> {
         let blobs = analyzer.goal_blobs().iter().filter(|blob| blob.is_valid == is_valid);
         blobs.map(|blob| blob.bounds_px).collect()
     };
+    // Inside of the image: what is judged of a robot ends with it.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let objects = |kind: ObjectKind| {
+        let found = analyzer.percept().objects.iter().filter(|object| object.kind == kind);
+        found.map(|object| object.bounds_px.map(|px| px.max(0.0) as u32)).collect()
+    };
     let boxes = |label: &str, color, bounds_px| ImageBoxes { label: label.to_owned(), color, bounds_px };
     vec![
         boxes("blob that is no goal", Color::GRAY, goals(false)),
@@ -234,5 +240,7 @@ fn boxes(analyzer: &FieldAnalyzer) -> Vec<ImageBoxes> {
             Color::PURPLE,
             analyzer.obstacles().iter().map(|obstacle| obstacle.bounds_px).collect(),
         ),
+        boxes("robot", Color::BLUE, objects(ObjectKind::Robot)),
+        boxes("ball", Color::VERMILION, objects(ObjectKind::Ball)),
     ]
 }

@@ -9,7 +9,7 @@ use visloc_io::{
 };
 use visloc_locate::{
     Estimate, StartPrior,
-    team::{Member, TeamConfig, TeamFilter, WireSightings, WireTeamMessage},
+    team::{Member, Sighting, TeamConfig, TeamFilter, WireSightings, WireTeamMessage},
 };
 use visloc_world::Map;
 
@@ -19,6 +19,8 @@ use crate::{host, stopwatch::Stopwatch};
 /// The robot among others of its team.
 pub struct TeamOutput {
     filter: TeamFilter,
+    /// Somebody else's detector sends sightings; until then the own one is believed.
+    has_detector: bool,
     link: TeamLink<WireTeamMessage, WireSightings>,
     clock: Clock,
     number: u8,
@@ -65,6 +67,7 @@ impl TeamOutput {
         let watch = Stopwatch::start();
         Ok(Self {
             filter: TeamFilter::new(TeamConfig::default(), member, map)?,
+            has_detector: false,
             link: TeamLink::open(&settings, team, number)?,
             clock: Clock::new(move || watch.secs()),
             number,
@@ -93,7 +96,13 @@ impl TeamOutput {
             self.num_heard += 1;
             self.num_refused += usize::from(self.filter.receive(&message.read(), at).is_err());
         }
-        let sightings: Vec<_> = self.link.sightings().iter().flat_map(WireSightings::read).collect();
+        let received = self.link.sightings();
+        self.has_detector |= !received.is_empty();
+        let mut sightings: Vec<_> = received.iter().flat_map(WireSightings::read).collect();
+        if !self.has_detector {
+            let objects = &view.runners.first()?.pipeline().percept().objects;
+            sightings.extend(objects.iter().map(|object| Sighting::of_object(at, object)));
+        }
         self.filter.step(at, own, view.frame.odometry, &sightings);
         if let Some(message) = self.filter.message() {
             let message = WireTeamMessage::from(&message);

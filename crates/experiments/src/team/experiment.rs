@@ -65,6 +65,7 @@ pub(super) fn conditions() -> Vec<(&'static str, usize, Conditions)> {
     vec![
         ("alone", 2, Conditions { has_network: false, ..usual }),
         ("team", 2, usual),
+        ("team, own detector", 2, Conditions { own_detector: true, ..usual }),
         ("loss 30 %, delay 0.3 s", 2, bad_link),
         ("clocks 0.2 s apart", 2, Conditions { clock_secs: 0.2, ..usual }),
         ("all three", 2, Conditions { clock_secs: 0.2, ..bad_link }),

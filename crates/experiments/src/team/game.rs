@@ -1,7 +1,10 @@
 //! What every robot of a game has seen and believed by itself.
 
 use visloc_core::{Timestamp, geom::PlanarPose};
-use visloc_locate::{Estimate, Pipeline, Region, StartPrior};
+use visloc_locate::{
+    Estimate, Pipeline, PipelineConfig, Region, StartPrior, team::Sighting,
+    vision::field::FieldAnalysisConfig,
+};
 use visloc_sim::{Detection, DetectorSetup, Scenario, TeamSimulation};
 use visloc_world::Map;
 
@@ -40,8 +43,10 @@ pub struct Moment {
     pub truth: PlanarPose,
     /// Whether somebody carries it.
     pub is_carried: bool,
-    /// What a detector sees.
+    /// What a detector would see.
     pub detections: Vec<Detection>,
+    /// What the own detector finds in the image.
+    pub found: Vec<Sighting>,
 }
 
 /// A recorded game.
@@ -77,7 +82,10 @@ impl Game {
             let start =
                 if setup.one_knows && i == WHO_KNOWS { half_of(&map, truth) } else { StartPrior::Uniform };
             let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
-            pipelines.push(Pipeline::builder(&map).seed(seed).start(start).build().map_err(setup_error)?);
+            let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
+            let config = PipelineConfig { analysis, ..PipelineConfig::default() };
+            let pipeline = Pipeline::builder(&map).config(config).seed(seed).start(start).build();
+            pipelines.push(pipeline.map_err(setup_error)?);
         }
         let num_steps = (setup.secs * setup.images_per_sec).round() as usize;
         let mut moments = Vec::with_capacity(num_steps);
@@ -93,13 +101,16 @@ impl Game {
             for (frame, pipeline) in team.step().into_iter().zip(&mut pipelines) {
                 let estimate = pipeline.step(&frame.source.frame).map_err(setup_error)?.clone();
                 let Some(truth) = frame.source.truth else { continue };
+                let at = frame.source.frame.at;
+                let objects = &pipeline.percept().objects;
                 all.push(Moment {
-                    at: frame.source.frame.at,
+                    at,
                     estimate,
                     odometry: frame.source.frame.odometry,
                     truth: truth.world_from_robot,
                     is_carried: truth.height_m > 0.0,
                     detections: frame.detections,
+                    found: objects.iter().map(|object| Sighting::of_object(at, object)).collect(),
                 });
             }
             moments.push(all);

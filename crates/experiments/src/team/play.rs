@@ -43,6 +43,8 @@ pub struct Conditions {
     pub detector_secs: f64,
     /// Clocks of robots are ahead by multiples of this, seconds.
     pub clock_secs: f64,
+    /// Sightings are what the own detector finds in the images, not what the simulator makes.
+    pub own_detector: bool,
     /// The last robot lies.
     pub liar: Option<Liar>,
     /// A robot begins anew.
@@ -58,6 +60,7 @@ impl Default for Conditions {
             delay_secs: 0.005,
             detector_secs: 0.05,
             clock_secs: 0.0,
+            own_detector: false,
             liar: None,
             restart: None,
         }
@@ -112,7 +115,7 @@ pub fn play(
                 estimate = after_restart(estimate, secs - restart.secs);
             }
             let now = moment.at + ahead_secs(robot);
-            let seen = late_sightings(game, step, robot, conditions.detector_secs, ahead_secs(robot));
+            let seen = late_sightings(game, step, robot, conditions, ahead_secs(robot));
             answers.push(filters[robot].step(now, &estimate, moment.odometry, &seen).estimate.clone());
             let Some(mut message) = filters[robot].message() else { continue };
             if let Some(liar) = conditions.liar.filter(|_| robot + 1 == num_robots) {
@@ -149,11 +152,20 @@ fn after_restart(mut estimate: Estimate, secs: f64) -> Estimate {
 }
 
 /// Detections that are ready by now and were not before.
-fn late_sightings(game: &Game, step: usize, robot: usize, late_secs: f64, ahead_secs: f64) -> Vec<Sighting> {
-    let late_steps = (late_secs / game.step_secs).round() as usize;
+fn late_sightings(
+    game: &Game,
+    step: usize,
+    robot: usize,
+    conditions: &Conditions,
+    ahead_secs: f64,
+) -> Vec<Sighting> {
+    let late_steps = (conditions.detector_secs / game.step_secs).round() as usize;
     let Some(moment) = step.checked_sub(late_steps).map(|step| &game.moments[step][robot]) else {
         return Vec::new();
     };
+    if conditions.own_detector {
+        return moment.found.iter().map(|found| Sighting { at: found.at + ahead_secs, ..*found }).collect();
+    }
     let sighting = |detection: &Detection| sighting(detection, moment.at + ahead_secs, &game.detector);
     moment.detections.iter().map(sighting).collect()
 }

@@ -430,6 +430,7 @@ pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConf
             post_diameter_m: d.goals.post_diameter_m,
             has_white_goals: has(GoalColor::White),
         },
+        ball_diameter_m: d.ball_diameter_m,
         ..analysis
     }
 }

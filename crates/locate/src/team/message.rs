@@ -3,6 +3,8 @@
 use nalgebra::{Matrix2, Matrix3, Point2};
 use visloc_core::{Timestamp, geom::PlanarPose};
 
+use crate::vision::{DetectedObject, ObjectKind};
+
 /// Version of [`TeamMessage`]; messages of another one are left out.
 pub const TEAM_MESSAGE_VERSION: u16 = 1;
 /// Most hypotheses in a message.
@@ -74,6 +76,16 @@ impl Sighting {
             in_robot: Point2::new(range_m * cos, range_m * sin),
             covariance: turn * own * turn.transpose(),
         }
+    }
+
+    /// What the detector of [`crate::vision`] has found in an image of this time. It does not know teams.
+    #[must_use]
+    pub fn of_object(at: Timestamp, object: &DetectedObject) -> Self {
+        let kind = match object.kind {
+            ObjectKind::Robot => SightingKind::Robot,
+            ObjectKind::Ball => SightingKind::Ball,
+        };
+        Self { at, kind, in_robot: object.in_robot, covariance: object.covariance }
     }
 
     /// Whether its numbers can be any sighting's.

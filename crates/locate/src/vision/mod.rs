@@ -6,6 +6,7 @@
 //! Sources: master's thesis of 2010, section 4.2; doctoral thesis of 2017, sections 5.2.1 and 5.3.1.
 
 pub mod color;
+mod detected_object;
 pub mod field;
 mod field_features;
 mod image_look;
@@ -35,6 +36,7 @@ pub(crate) fn px_in(width_px: u32, px: u32) -> u32 {
     ((f64::from(px) * px_scale(width_px)).round() as u32).max(1)
 }
 
+pub use detected_object::{DetectedObject, ObjectKind};
 pub use field_features::{
     CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
     PostSide,

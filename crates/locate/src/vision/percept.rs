@@ -7,7 +7,7 @@ use visloc_core::{
     geom::{Camera, CameraFrame, Rigid3, Robot},
 };
 
-use crate::vision::FieldFeatures;
+use crate::vision::{DetectedObject, FieldFeatures};
 
 /// Which edge of a door, as it is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -189,6 +189,8 @@ pub struct Percept {
     pub borders: Vec<BorderPixel>,
     /// Lines, junctions, circle, marks and posts; empty if they are not looked for.
     pub features: FieldFeatures,
+    /// Robots and balls, the clearest first; empty if they are not looked for.
+    pub objects: Vec<DetectedObject>,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,
     /// The valid patches of color, in no special order.

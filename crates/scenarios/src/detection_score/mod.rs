@@ -7,6 +7,7 @@
 
 mod counts;
 mod ground;
+mod objects;
 mod posts;
 mod scene;
 mod scores;

@@ -70,3 +70,18 @@ fn white_posts_are_found_in_front_of_white_walls() {
         [("line", 0.85, 0.7), ("junction L", 0.9, 0.3), ("junction T", 0.9, 0.3), ("post", 0.9, 0.45)];
     expect("tour-2024", &bounds);
 }
+
+/// A detector that nobody has to build: teams can rely on what it says, and it finds more than half of what could be seen.
+#[test]
+fn robots_and_balls_are_detected_where_they_are() {
+    let mut scores = DetectionScores::default();
+    for seed in [31, 32] {
+        scores.add_game(&Scenario::load("tour-2024").unwrap(), seed, 40).unwrap();
+    }
+    for name in ["robot", "ball"] {
+        let s = &scores.0[name];
+        println!("{name}: {:.3} {:.3} ({} {})", s.precision(), s.recall(), s.num_found, s.num_visible);
+        assert!(s.num_found >= 20 && s.precision() >= 0.9 && s.recall() >= 0.5, "{name}: {s:?}");
+        assert!(s.median_error_m().unwrap() < 0.15, "{name}: {:?}", s.median_error_m());
+    }
+}

@@ -14,6 +14,7 @@ use super::{
     edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
     isolation::goes_on,
+    objects::{ObjectDetector, ObjectView},
     obstacles::ObstacleFinder,
     scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
 };
@@ -44,6 +45,7 @@ pub struct FieldAnalyzer {
     blobs: BlobFinder,
     obstacles: ObstacleFinder,
     features: FeatureDetector,
+    objects: ObjectDetector,
     percept: Percept,
 }
 
@@ -79,6 +81,7 @@ impl FieldAnalyzer {
             blobs: BlobFinder::default(),
             obstacles: ObstacleFinder::default(),
             features: FeatureDetector::default(),
+            objects: ObjectDetector::default(),
             percept: Percept::default(),
         }
     }
@@ -99,6 +102,7 @@ impl FieldAnalyzer {
         self.scan(frame, &horizon);
         self.filter(frame, &horizon);
         self.find_features(frame);
+        self.find_objects(frame);
         self.keep_some(frame, rng);
         Ok(&self.percept)
     }
@@ -223,6 +227,23 @@ impl FieldAnalyzer {
         let view = features::GroundView::new(frame, table);
         detector.finish(&view, config, field_end, is_goal, &mut percept.features);
         goal_borders.extend_from_slice(detector.post_borders());
+    }
+
+    /// Robots and balls, which the posts that were found are not.
+    fn find_objects(&mut self, frame: &Frame) {
+        let Self { objects, table, config, field_end, percept, carpet, .. } = self;
+        percept.objects.clear();
+        if config.detect_objects {
+            percept.objects.extend_from_slice(objects.find(&ObjectView {
+                frame,
+                table,
+                white_luma: table.white_threshold(carpet.luma()),
+                field_end,
+                posts: &percept.features.posts,
+                ball_diameter_m: config.ball_diameter_m,
+                own_body_m: config.own_body_distance_m,
+            }));
+        }
     }
 
     fn line_drop_reason(

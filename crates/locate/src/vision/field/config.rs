@@ -58,6 +58,7 @@ impl Default for FilterSwitches {
     "line_width_m": "the map says how wide lines are",
     "goal_height_m": "the map says how high goals are",
     "goal_colors": "the map says which color goals have",
+    "ball_diameter_m": "the map says how large the ball is",
 }))]
 pub struct FieldAnalysisConfig {
     /// Color classes.
@@ -114,6 +115,11 @@ pub struct FieldAnalysisConfig {
     pub max_goal_borders: usize,
     /// Composite features.
     pub composite: FeatureDetectionConfig,
+    /// Whether robots and balls are detected, for teams. It changes nothing else.
+    pub detect_objects: bool,
+    /// Diameter of the ball, meters. No key: the map says it.
+    #[serde(skip)]
+    pub ball_diameter_m: f64,
 }
 
 impl Default for FieldAnalysisConfig {
@@ -143,6 +149,8 @@ impl Default for FieldAnalysisConfig {
             max_line_borders: 120,
             max_goal_borders: 60,
             composite: FeatureDetectionConfig::default(),
+            detect_objects: false,
+            ball_diameter_m: 0.1,
         }
     }
 }
@@ -197,6 +205,7 @@ impl FieldAnalysisConfig {
             ("max_filled_blob_aspect", self.max_filled_blob_aspect),
             ("min_obstacle_height_m", self.min_obstacle_height_m),
             ("min_obstacle_width_m", self.min_obstacle_width_m),
+            ("ball_diameter_m", self.ball_diameter_m),
         ];
         for (key, found) in lengths.into_iter().chain(self.composite.lengths()) {
             if !(found > 0.0 && found.is_finite()) {

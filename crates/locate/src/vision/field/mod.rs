@@ -1,7 +1,7 @@
 //! Analysis of images of a RoboCup field: border pixels of lines and goals.
 //!
 //! scan lines (`scan`) -> runs of one color -> border pixels (`edges`) -> filters -> random discard -> percept.
-//! Beside that, composite features (`features`) from the same borders and runs.
+//! Beside that, composite features (`features`) from the same borders and runs, and robots and balls (`objects`) if somebody asks for them.
 
 mod analyzer;
 mod blobs;
@@ -11,6 +11,7 @@ mod edges;
 mod features;
 mod field_end;
 mod isolation;
+mod objects;
 mod obstacles;
 mod scan;
 
