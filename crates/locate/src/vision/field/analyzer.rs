@@ -237,7 +237,7 @@ impl FieldAnalyzer {
             percept.objects.extend_from_slice(objects.find(&ObjectView {
                 frame,
                 table,
-                white_luma: table.white_threshold(carpet.luma()),
+                carpet_luma: carpet.luma(),
                 field_end,
                 posts: &percept.features.posts,
                 ball_diameter_m: config.ball_diameter_m,

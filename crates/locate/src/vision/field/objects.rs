@@ -12,7 +12,7 @@ use visloc_core::{Frame, RgbImage, geom::Plane};
 use super::FieldEnd;
 use crate::vision::{
     DetectedObject, GoalPost, ObjectKind,
-    color::{ColorClass, ColorTable},
+    color::{ColorClass, ColorTable, luma},
 };
 
 /// Cells across the image: a ball of 10 cm at 3 m has three of them in a view of 46 degrees.
@@ -20,9 +20,9 @@ const CELLS_ACROSS: u32 = 160;
 /// Probability that a cell of a robot or a ball does not have the carpet's color, and that one of the ground does not: a line.
 const OBJECT_IS_OTHER: f64 = 0.85;
 const GROUND_IS_OTHER: f64 = 0.1;
-/// The same for a cell without the carpet's color to be not white either, of a ball (most have a dark pattern) and of a line (at its borders).
-const BALL_IS_NOT_WHITE: f64 = 0.5;
-const LINE_IS_NOT_WHITE: f64 = 0.1;
+/// Probability that a cell without the carpet's color is darker than the carpet, on a ball (a fifth of most is black) and on a line.
+const BALL_IS_DARK: f64 = 0.2;
+const LINE_IS_DARK: f64 = 0.01;
 /// Neighboring cells err alike: those of a part count as so many independent ones at most.
 const MAX_INDEPENDENT: f64 = 20.0;
 /// An object stands at one of a thousand places at most.
@@ -34,6 +34,8 @@ const DIRECTION_SIGMA_RAD: f64 = 0.02;
 /// Beyond this a robot or ball is too small or too close to the end of the field, meters.
 const MAX_ROBOT_M: f64 = 5.0;
 const MAX_BALL_M: f64 = 4.0;
+/// A ball looks so many times as large as it should: two degrees of tilt move its distance by a fifth at 2 m.
+const BALL_SIZES: [f64; 3] = [1.0, 0.8, 1.25];
 /// Torso and legs of robots, half widths in meters: 58 cm high, and as high as the field allows for larger ones.
 const ROBOT_HALF_WIDTHS_M: [f64; 2] = [0.08, 0.14];
 /// From the front of the feet to the middle of a robot, meters.
@@ -119,8 +121,8 @@ fn cell(value: f64, end: usize) -> usize {
 pub(super) struct ObjectView<'a> {
     pub frame: &'a Frame,
     pub table: &'a ColorTable,
-    /// Brightness from which on something on the carpet is white.
-    pub white_luma: u32,
+    /// Brightness of the carpet, 0 to 255.
+    pub carpet_luma: u32,
     pub field_end: &'a FieldEnd,
     pub posts: &'a [GoalPost],
     /// That of the map's ball.
@@ -169,7 +171,9 @@ impl ObjectDetector {
                 if foot.distance_m < view.own_body_m || foot.end_row >= foot.row - 1.0 {
                     continue;
                 }
-                self.candidates.extend(self.ball_at(view, &foot));
+                for factor in BALL_SIZES {
+                    self.candidates.extend(self.ball_at(view, &foot, factor));
+                }
                 for half_width_m in ROBOT_HALF_WIDTHS_M {
                     for shift in [-0.5, 0.0, 0.5] {
                         let column = foot.column + shift * half_width_m * foot.cells_per_m;
@@ -210,9 +214,9 @@ impl ObjectDetector {
         })
     }
 
-    fn ball_at(&self, view: &ObjectView<'_>, foot: &Foot) -> Option<DetectedObject> {
+    fn ball_at(&self, view: &ObjectView<'_>, foot: &Foot, factor: f64) -> Option<DetectedObject> {
         let ObjectView { frame, ball_diameter_m: diameter_m, .. } = *view;
-        let size = diameter_m * foot.cells_per_m;
+        let size = factor * diameter_m * foot.cells_per_m;
         let (x, bottom) = (foot.column, foot.row);
         if foot.distance_m > MAX_BALL_M || size < 2.5 || bottom - 1.5 * size < foot.end_row {
             return None;
@@ -220,12 +224,13 @@ impl ObjectDetector {
         // Its four quarters are filled: a mark on the ground does not reach up there, a line leaves one of them. The twelve tiles around
         // are ground: a line goes on through at least one of them.
         let middle = Point2::new(x, bottom - 0.5 * size);
+        let reach = 0.36 * size;
+        self.fits(&(x - reach..x + reach), &(middle.y - reach..middle.y + reach))?;
         let tile = |i: f64, j: f64, size: f64| {
             let (left, top) = (middle.x + i * size, middle.y + j * size);
             self.sums.nats(&(left..left + size), &(top..top + size)).unwrap_or(0.0)
         };
-        let inner =
-            [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].map(|(i, j)| tile(i, j, 0.36 * size));
+        let inner = [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].map(|(i, j)| tile(i, j, reach));
         let evidence_nats = inner.iter().sum::<f64>();
         let is_ground = |i: i32, j: i32| {
             ((-1..=0).contains(&i) && (-1..=0).contains(&j))
@@ -235,7 +240,7 @@ impl ObjectDetector {
         if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) || !is_alone {
             return None;
         }
-        let pattern_nats = self.pattern_nats(view, &middle, 0.36 * size);
+        let pattern_nats = self.pattern_nats(view, &middle, reach);
         if pattern_nats < MIN_SIDE_NATS {
             return None;
         }
@@ -245,21 +250,24 @@ impl ObjectDetector {
         Some(self.object(frame, ObjectKind::Ball, in_robot, bounds_px, evidence_nats))
     }
 
-    /// Log of how much better the colors of a square fit a ball with a pattern, or one of another color than white, than a line or mark.
+    /// Log of how much better the colors of a square fit a ball with a dark pattern, or an orange one, than a line or mark, which are nowhere
+    /// darker than the carpet.
     fn pattern_nats(&self, view: &ObjectView<'_>, middle: &Point2<f64>, half: f64) -> f64 {
         let columns = cell(middle.x - half, self.sums.width)..cell(middle.x + half, self.sums.width);
         let rows = cell(middle.y - half, self.sums.height)..cell(middle.y + half, self.sums.height);
-        let is_white = |(row, column): (usize, usize)| {
-            let rgb = self.sums.color(&view.frame.image, column, row);
-            view.table.class_beside_carpet(rgb, view.white_luma) == ColorClass::White
-        };
-        let cells = rows.flat_map(|row| columns.clone().map(move |column| (row, column)));
-        let cells = cells.filter(|(row, column)| self.sums.is_other(*column, *row));
-        let (num, num_white) =
-            cells.fold((0.0, 0.0), |(num, white), at| (num + 1.0, white + f64::from(u8::from(is_white(at)))));
-        let share = (num - num_white) / f64::max(num, 1.0);
-        let mean = share * (BALL_IS_NOT_WHITE / LINE_IS_NOT_WHITE).ln()
-            + (1.0 - share) * ((1.0 - BALL_IS_NOT_WHITE) / (1.0 - LINE_IS_NOT_WHITE)).ln();
+        let (mut num, mut num_pattern) = (0.0, 0.0);
+        for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
+            if self.sums.is_other(column, row) {
+                let [r, g, b] = self.sums.color(&view.frame.image, column, row);
+                let is_pattern =
+                    luma([r, g, b]) < view.carpet_luma || view.table.class(r, g, b) == ColorClass::Orange;
+                num += 1.0;
+                num_pattern += f64::from(u8::from(is_pattern));
+            }
+        }
+        let share = num_pattern / f64::max(num, 1.0);
+        let mean = share * (BALL_IS_DARK / LINE_IS_DARK).ln()
+            + (1.0 - share) * ((1.0 - BALL_IS_DARK) / (1.0 - LINE_IS_DARK)).ln();
         mean * f64::min(num, MAX_INDEPENDENT)
     }
 
@@ -271,6 +279,7 @@ impl ObjectDetector {
             return None;
         }
         let half = half_width_m * per_m;
+        self.fits(&(x - half..x + half), &(top..bottom))?;
         // All four quarters are filled: legs apart leave the middle free, an arm or a line one of the quarters.
         let middle = 0.5 * (top + bottom);
         let quarter = |columns: Range<f64>, rows: Range<f64>| self.sums.nats(&columns, &rows).unwrap_or(0.0);
@@ -299,6 +308,11 @@ impl ObjectDetector {
         let in_robot = front + front.coords.normalize() * FOOT_TO_MIDDLE_M;
         let bounds_px = [x - half, top, x + half, bottom].map(|v| v * cell_px);
         Some(self.object(frame, ObjectKind::Robot, in_robot, bounds_px, evidence_nats))
+    }
+
+    /// Most boxes fail here, before anything else is looked at.
+    fn fits(&self, columns: &Range<f64>, rows: &Range<f64>) -> Option<()> {
+        (self.sums.nats(columns, rows)? > 0.0).then_some(())
     }
 
     /// With the covariance that follows from the direction of the camera and the size of a cell.
