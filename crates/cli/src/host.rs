@@ -2,8 +2,10 @@
 
 use std::{
     io::{self, Write},
+    process,
     sync::{Once, OnceLock},
-    time::{SystemTime, UNIX_EPOCH},
+    thread,
+    time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
 use signal_hook::{consts, flag};
@@ -11,6 +13,15 @@ use visloc_core::{Host, Timestamp};
 
 /// Exit code of a program that was interrupted.
 pub const INTERRUPTED: u8 = 130;
+/// What a program says that was interrupted before there were results.
+pub const NOTHING_YET: &str = "interrupted before anything was computed";
+/// How often the stop sign is looked at while there is nothing yet.
+const GLANCE: Duration = Duration::from_millis(50);
+/// How long a command may take to end by itself while there is nothing yet.
+const GRACE: Duration = Duration::from_millis(400);
+
+/// Whether the command works through a source.
+static SOURCE: Once = Once::new();
 
 /// The program's host. There is one.
 pub fn host() -> &'static Host {
@@ -37,6 +48,32 @@ pub fn stop_at_signals() {
             let _ = flag::register(signal, sign());
         }
     });
+}
+
+/// As [`stop_at_signals`], for commands that work through a source. Until that delivers something there are no results, and whatever
+/// takes long then (a large map, a map of SLAM, the first image of a source that stalls) is ended by the first signal, too.
+pub fn stop_source_at_signals() {
+    stop_at_signals();
+    SOURCE.call_once(|| drop(thread::spawn(end_before_begin)));
+}
+
+/// Whether a source was asked to end before it has delivered anything.
+pub fn is_stopped_before_begin() -> bool {
+    SOURCE.is_completed() && host().is_stopped() && !host().has_begun()
+}
+
+/// Ends the program at the stop sign, unless a source has delivered something before.
+fn end_before_begin() {
+    while !host().has_begun() {
+        thread::sleep(GLANCE);
+        if host().is_stopped() {
+            thread::sleep(GRACE);
+            if is_stopped_before_begin() {
+                let _ = writeln!(io::stderr(), "{NOTHING_YET}");
+                process::exit(i32::from(INTERRUPTED));
+            }
+        }
+    }
 }
 
 #[cfg(unix)]

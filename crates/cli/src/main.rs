@@ -35,6 +35,9 @@ use clap::{
 fn main() -> ExitCode {
     let result = run();
     let (said, code) = match &result {
+        Err(_) if host::is_stopped_before_begin() => {
+            (host::NOTHING_YET.to_owned(), ExitCode::from(host::INTERRUPTED))
+        }
         // What is missing then is not the fault of the input.
         Err(error) if host::host().was_interrupted() => (
             format!("interrupted before the end: {}", say::one_line(error)),
@@ -43,10 +46,16 @@ fn main() -> ExitCode {
         // One line, outermost context first, so that scripts and people find the place at once.
         Err(error) => (format!("error: {}", say::one_line(error)), ExitCode::FAILURE),
         Ok(()) if host::host().was_interrupted() => {
-            let said = "interrupted; what was computed until then is saved".to_owned();
-            (said, ExitCode::from(host::INTERRUPTED))
+            let said = match host::is_stopped_before_begin() {
+                true => host::NOTHING_YET,
+                false => "interrupted; what was computed until then is saved",
+            };
+            (said.to_owned(), ExitCode::from(host::INTERRUPTED))
         }
-        Ok(()) => return ExitCode::SUCCESS,
+        Ok(()) => match say::fault() {
+            None => return ExitCode::SUCCESS,
+            Some(fault) => (format!("error: {}", say::one_line(&fault)), ExitCode::FAILURE),
+        },
     };
     let _ = writeln!(io::stderr(), "{said}");
     code
@@ -57,6 +66,15 @@ fn main() -> ExitCode {
 fn end(mut error: clap::Error) -> ! {
     if error.kind() == ErrorKind::UnknownArgument {
         error.remove(ContextKind::Suggested);
+    }
+    if !error.use_stderr() {
+        // Help.
+        say::text(format_args!("{}", error.render()));
+        if let Some(fault) = say::fault() {
+            let _ = writeln!(io::stderr(), "error: {}", say::one_line(&fault));
+            std::process::exit(1);
+        }
+        std::process::exit(0);
     }
     error.exit()
 }
@@ -77,6 +95,9 @@ fn run() -> Result<()> {
     let cli = args::Cli::from_arg_matches(&matches)
         .map_err(|error| error.format(&mut command))
         .unwrap_or_else(|error| error.exit());
-    claims::Claims::of(&command, &matches).check()?;
-    commands::execute(cli)
+    let claims = claims::Claims::of(&command, &matches);
+    claims.check()?;
+    let result = commands::execute(cli);
+    claims.say_kept();
+    result
 }

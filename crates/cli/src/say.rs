@@ -1,15 +1,28 @@
-//! Standard output. If nobody reads it any more (`visloc ... | head`), the run goes on to write its files.
+//! Standard output. If nobody reads it any more (`visloc ... | head`) or its disk is full, the run goes on to write its files.
 
 use std::{
     borrow::Cow,
     fmt::Arguments,
-    io::{self, Write},
+    io::{self, ErrorKind, Write},
+    sync::OnceLock,
 };
+
+/// The first text that could not be printed.
+static FAULT: OnceLock<io::Error> = OnceLock::new();
 
 /// Prints text without an end of line.
 pub fn text(text: Arguments<'_>) {
     let mut output = io::stdout().lock();
-    let _ = output.write_fmt(text).and_then(|()| output.flush());
+    if let Err(error) = output.write_fmt(text).and_then(|()| output.flush())
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = FAULT.set(error);
+    }
+}
+
+/// Why something could not be printed. That nobody reads any more is no fault.
+pub fn fault() -> Option<anyhow::Error> {
+    FAULT.get().map(|error| anyhow::anyhow!("standard output: {error}"))
 }
 
 /// A number of things, of which the word is given for one.
@@ -29,7 +42,15 @@ pub fn one_line(error: &anyhow::Error) -> String {
             line = line + separator + &cause;
         }
     }
-    short(&with_short_numbers(&visloc_core::settings::plain_words(&line.replace('\n', " ")))).into_owned()
+    let line = visloc_core::settings::plain_words(&without_numbers_of_errors(&line.replace('\n', " ")));
+    short(&with_short_numbers(&line)).into_owned()
+}
+
+/// The text without ` (os error 13)` behind what the system says in words.
+fn without_numbers_of_errors(text: &str) -> String {
+    let mut parts = text.split(" (os error ");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |out, part| out + part.split_once(')').map_or("", |(_, behind)| behind))
 }
 
 /// The text with numbers of hundreds of digits in their short form: 1e300.
@@ -99,6 +120,14 @@ mod tests {
             one_line(&error),
             "a.toml: expected 0 to 1000, found 1e300; and 0.25 at 1700000000.033333333"
         );
+    }
+
+    #[test]
+    fn what_the_system_says_has_no_number() {
+        let error = anyhow!("Permission denied (os error 13)").context("a.toml: cannot read it");
+        assert_eq!(one_line(&error), "a.toml: cannot read it: Permission denied");
+        let error = anyhow!("a: no space (os error 28); b: none (os error 2); c");
+        assert_eq!(one_line(&error), "a: no space; b: none; c");
     }
 
     #[test]

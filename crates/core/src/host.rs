@@ -17,12 +17,19 @@ pub struct Host {
     notice: Arc<dyn Fn(&str) + Send + Sync>,
     is_stopped: Arc<AtomicBool>,
     was_interrupted: Arc<AtomicBool>,
+    has_begun: Arc<AtomicBool>,
 }
 
 impl Host {
     /// With a clock for the stamps of live images, and a voice for what the user should know at once.
     pub fn new(clock: fn() -> Timestamp, notice: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { clock, notice: Arc::new(notice), is_stopped: Arc::default(), was_interrupted: Arc::default() }
+        Self {
+            clock,
+            notice: Arc::new(notice),
+            is_stopped: Arc::default(),
+            was_interrupted: Arc::default(),
+            has_begun: Arc::default(),
+        }
     }
 
     /// A host without a voice whose time stands still. Recorded sources need no more.
@@ -62,6 +69,17 @@ impl Host {
     #[must_use]
     pub fn was_interrupted(&self) -> bool {
         self.was_interrupted.load(Ordering::Relaxed)
+    }
+
+    /// Notes that a source has delivered something.
+    pub fn note_begin(&self) {
+        self.has_begun.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a source has delivered something, so that there may be results.
+    #[must_use]
+    pub fn has_begun(&self) -> bool {
+        self.has_begun.load(Ordering::Relaxed)
     }
 
     /// The stop sign itself, for whoever waits without a host.

@@ -303,7 +303,7 @@ pub fn save_jpeg(image: &RgbImage, quality: u8, path: &Path) -> Result<(), Image
 }
 
 fn save(bytes: &[u8], path: &Path) -> Result<(), ImageCodecError> {
-    files::write(path, bytes).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
+    files::replace(path, bytes).map_err(|source| ImageCodecError::Io { path: path.to_path_buf(), source })
 }
 
 #[cfg(test)]

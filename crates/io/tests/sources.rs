@@ -143,15 +143,18 @@ fn a_live_source_gives_the_newest_and_counts_the_rest() {
     let place = Place::new(9, "exit 0");
     fs::create_dir(place.path("photos")).unwrap();
     save_png(&RgbImage::new(2, 2), &place.path("photos/1.png")).unwrap();
-    let text = format!("loop:{}", place.text("photos"));
-    let mut pictures = open_pictures(&text, &place.options(), &Host::silent()).unwrap().pictures;
-    let mut num_seen = 0;
-    while let Some(next) = pictures.next_picture() {
-        next.unwrap();
-        num_seen += 1;
+    fs::write(place.path("clip.MP4"), "").unwrap();
+    for name in ["photos", "clip.MP4"] {
+        let text = format!("loop:{}", place.text(name));
+        let mut pictures = open_pictures(&text, &place.options(), &Host::silent()).unwrap().pictures;
+        let mut num_seen = 0;
+        while let Some(next) = pictures.next_picture() {
+            next.unwrap();
+            num_seen += 1;
+        }
+        assert!(num_seen >= 1);
+        assert_eq!(num_seen + pictures.num_dropped(), 9, "{name}");
     }
-    assert!(num_seen >= 1);
-    assert_eq!(num_seen + pictures.num_dropped(), 9);
     let missing = open_pictures("v4l2:/dev/no-such-camera", &place.options(), &Host::silent());
     assert!(missing.err().unwrap().to_string().contains("expected a camera such as /dev/video0"));
 }

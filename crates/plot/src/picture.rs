@@ -62,7 +62,7 @@ impl Picture {
     pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
         let write = |extension: &str, bytes: &[u8]| {
             let path = dir.join(format!("{name}.{extension}"));
-            files::write(&path, bytes).map_err(|source| PlotError::Write { path, source })
+            files::replace(&path, bytes).map_err(|source| PlotError::Write { path, source })
         };
         #[cfg(feature = "png")]
         let png = self.png(Self::SAVED_PNG_SCALE)?;

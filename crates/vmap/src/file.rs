@@ -31,5 +31,5 @@ pub fn save(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<(), Vma
     }
     let mut file = NewFile::create(path)?;
     file.write_all(&map.to_bytes(own))?;
-    Ok(file.finish_and_keep()?)
+    Ok(file.finish()?)
 }

@@ -50,6 +50,10 @@ pub enum Hindrance {
     },
 }
 
+/// What to do about lengths that make no sense.
+const WHICH_UNIT: &str =
+    "is the unit right? Maps are in meters, and a drawing says how many meters its unit is (docs/own-map.md)";
+
 impl fmt::Display for Hindrance {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -61,7 +65,7 @@ impl fmt::Display for Hindrance {
                 )
             }
             Self::NoFloor => {
-                f.write_str("no floor: nowhere is a robot 0.1 m or more off the walls; is the unit right?")
+                write!(f, "no floor: nowhere is a robot 0.1 m or more off the walls; {WHICH_UNIT}")
             }
             Self::WallsNotClosed { loose_ends_m } => {
                 f.write_str("the walls enclose nothing, so everything between them counts as floor; ")?;
@@ -93,10 +97,10 @@ impl fmt::Display for Hindrance {
                  other"
             ),
             Self::StrangeSize { size_m: [x, y] } => {
-                write!(f, "it is {x:.2} x {y:.2} m large; is the unit right?")
+                write!(f, "it is {x:.2} x {y:.2} m large; {WHICH_UNIT}")
             }
             Self::StrangeDoors { median_width_m } => {
-                write!(f, "doors are {median_width_m:.2} m wide; is the unit right?")
+                write!(f, "doors are {median_width_m:.2} m wide; {WHICH_UNIT}")
             }
         }
     }
@@ -114,8 +118,16 @@ impl Map {
 }
 
 fn of_field(field: &Field) -> Vec<Hindrance> {
-    if field.is_point_symmetric() { vec![Hindrance::Symmetric { num_poses: 2 }] } else { Vec::new() }
+    let dimensions = field.dimensions();
+    let is_strange = !(FIELDS_M[0]..=FIELDS_M[1]).contains(&dimensions.length_m);
+    let size = Hindrance::StrangeSize { size_m: [dimensions.length_m, dimensions.width_m] };
+    let symmetric = Hindrance::Symmetric { num_poses: 2 };
+    let found = [is_strange.then_some(size), field.is_point_symmetric().then_some(symmetric)];
+    found.into_iter().flatten().collect()
 }
+
+/// A field is at least so long (a table with small robots) and at most so long (the Laws of the Game, law 1), meters.
+const FIELDS_M: [f64; 2] = [1.0, 120.0];
 
 /// A building is at least so long and at most so long, meters.
 const SIZES_M: [f64; 2] = [1.5, 1000.0];

@@ -716,6 +716,11 @@ fn what_hinders_localization_is_told() {
     assert!(list("[6, 2, 6, 0]", "[6, 2, 6, 0.4]").contains("they end freely at (6.00, 0.40), (6.00, 0.00)"));
     let large: String = LIST.replace("walls:", "walls:\n  - [20, 20, 2000, 20]");
     assert!(hints(load("plan.yaml", large)).contains("is the unit right?"));
+    let field = visloc_world::BUILT_IN_MAPS.iter().find(|(name, _)| *name == "robocup-spl-2010").unwrap().1;
+    let long = field.replace("length_m = 6", "length_m = 160");
+    assert!(field != long);
+    assert!(hints(load("field.toml", long)).starts_with("it is 160.00 x 4.00 m large; is the unit right?"));
+    assert_eq!(hints(load("field.toml", field)), "");
     let symmetric = "walls:\n  - [0, 0, 0, 2]\n  - [0, 2, 6, 2]\n  - [6, 2, 6, 0]\n  - [6, 0, 0, 0]\ndoors:\n  \
                      - {x1: 1, y1: 0, x2: 2, y2: 0}\n  - {x1: 4, y1: 2, x2: 5, y2: 2}\n";
     assert!(hints(load("plan.yaml", symmetric)).contains("looks the same from 2 poses"));
@@ -723,6 +728,30 @@ fn what_hinders_localization_is_told() {
     assert!(hints(load("plan.yaml", LIST.replace("walls:", apart))).contains("the floor has 2 parts"));
     for (name, _) in visloc_world::BUILT_IN_MAPS.iter().filter(|(name, _)| name.starts_with("office")) {
         assert_eq!(hints(Ok((Map::load(name).unwrap(), Vec::new()))), "", "{name}");
+    }
+}
+
+#[test]
+fn a_drawing_has_the_scale_that_it_says() {
+    let svg = |size: &str| {
+        let text = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" {size} viewBox=\"0 0 200 50\"><path id=\"wall\" d=\"M0 0H200V25H0Z\"/></svg>"
+        );
+        let (Map::Office(office), notes) = load("plan.svg", text).unwrap() else { panic!("no building") };
+        let [min, max] = office.free_space().bounds_m();
+        ((max - min).x.round(), notes.iter().map(|note| format!("{note}\n")).collect::<String>())
+    };
+    for (size, length_m, said) in [
+        ("", 200.0, "taken for 1 m a unit; data-meters-per-unit"),
+        ("width=\"200\" height=\"50\"", 200.0, "taken for 1 m a unit;"),
+        ("width=\"20m\"", 20.0, "taken for 0.1 m a unit, by its size and its viewBox;"),
+        ("width=\"20000mm\" height=\"5000mm\"", 20.0, "taken for 0.1 m a unit"),
+        ("height=\"500cm\"", 20.0, "taken for 0.1 m a unit"),
+        ("width=\"20m\" data-meters-per-unit=\"0.5\"", 100.0, ""),
+    ] {
+        let (found_m, notes) = svg(size);
+        assert!(found_m == length_m && notes.contains(said), "{size}: {found_m} m, {notes}");
+        assert_eq!(notes.is_empty(), said.is_empty(), "{size}: {notes}");
     }
 }
 

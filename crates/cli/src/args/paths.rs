@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::builder::{PathBufValueParser, StringValueParser, TypedValueParser, ValueParserFactory};
+use clap::builder::{PathBufValueParser, TryMapValueParser, TypedValueParser, ValueParserFactory};
 
 /// A path that does one of these things.
 macro_rules! path_type {
@@ -92,10 +92,14 @@ impl fmt::Display for InputName {
 }
 
 impl ValueParserFactory for InputName {
-    type Parser = clap::builder::MapValueParser<StringValueParser, fn(String) -> Self>;
+    type Parser = TryMapValueParser<PathBufValueParser, fn(PathBuf) -> Result<Self, String>>;
 
     fn value_parser() -> Self::Parser {
-        StringValueParser::new().map(Self)
+        let of = |path: PathBuf| {
+            let text = path.into_os_string().into_string();
+            text.map(Self).map_err(|_| "expected a name in UTF-8; rename the file or its folder".to_owned())
+        };
+        PathBufValueParser::new().try_map(of)
     }
 }
 

@@ -32,10 +32,7 @@ use crate::{
     args::{Cli, Command, LocalizeArgs, SlamArgs},
     host::host,
     report::AlgorithmReport,
-    run::{
-        FrameRecord, OutputFiles, Progress, RunOutcome, Runner, RunnerSettings, drive, open_source,
-        source_options,
-    },
+    run::{FrameRecord, Progress, RunOutcome, Runner, RunnerSettings, drive, open_source, source_options},
     say::one_line,
     settings::{pipeline_config, slam_config, start_prior},
     slam::{Lookers, POSE_TOLERANCE_SECS, RunOptions, SlamReport, SlamRun, run},
@@ -119,7 +116,7 @@ fn localize(runs: &[(&Run<'_>, Box<LocalizeArgs>)]) -> Result<Vec<Cell>> {
             start: start_prior(&args.start, &source.map)?,
             seed: args.seed.value(),
         };
-        runners.push(Runner::new(&source.map, &settings, OutputFiles::default())?);
+        runners.push(Runner::new(&source.map, &settings)?);
     }
     let outcome = drive(source.frames.as_mut(), first.frames, &mut runners, &mut []);
     if let Some(error) = &outcome.error {

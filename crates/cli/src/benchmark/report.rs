@@ -2,7 +2,8 @@
 
 use std::{fmt::Write as _, path::Path};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use visloc_core::files;
 use visloc_plot::escaped;
 
 use super::{
@@ -12,7 +13,6 @@ use super::{
     pictures::{errors, way},
     table::{for_people, for_programs, for_screens, recording_by_recording},
 };
-use crate::run::write_text;
 
 /// What was done, beside the rows.
 pub struct Account {
@@ -78,9 +78,15 @@ fn source_line(figure: &Figure) -> String {
 /// # Errors
 /// If a file cannot be written.
 pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account) -> Result<()> {
-    write_text(&folder.join("report.csv"), &for_programs(rows).csv())?;
-    write_text(&folder.join("report.md"), &markdown(claims, rows, account))?;
-    write_text(&folder.join("report.html"), &html(claims, rows, account))
+    let texts = [
+        ("report.csv", for_programs(rows).csv()),
+        ("report.md", markdown(claims, rows, account)),
+        ("report.html", html(claims, rows, account)),
+    ];
+    texts.into_iter().try_for_each(|(name, text)| {
+        let path = folder.join(name);
+        files::replace(&path, text).with_context(|| format!("{}: cannot write it", path.display()))
+    })
 }
 
 fn markdown(claims: &Claims, rows: &[Row<'_>], account: &Account) -> String {

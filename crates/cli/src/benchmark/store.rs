@@ -11,7 +11,6 @@ use serde::{Deserialize, Serialize};
 use visloc_core::files;
 
 use super::quantities::Quantity;
-use crate::report::save_json;
 
 /// What tells a run from others. A file with another key is not taken for its result.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -71,7 +70,8 @@ impl Store {
     /// # Errors
     /// If that is not possible.
     pub fn add(&self, cell: &Cell) -> Result<()> {
-        save_json(&self.path(&cell.key), cell)
+        let (path, text) = (self.path(&cell.key), serde_json::to_string_pretty(cell)?);
+        files::replace(&path, text + "\n").with_context(|| format!("{}: cannot write it", path.display()))
     }
 
     /// A file beside the results, for a program that writes its numbers.

@@ -14,6 +14,7 @@ use super::{
     collect::{Input, Output, UseAs},
     identity::{Identity, Kind},
 };
+use crate::say;
 
 /// Endings of recordings, and how they begin.
 const RECORDING_ENDINGS: [&str; 4] = ["mcap", "db3", "bag", "rrd"];
@@ -33,10 +34,36 @@ impl Claims {
             if let Some(earlier) = earlier {
                 bail!("{}: expected another file than {}", output.text, earlier.text);
             }
+            self.check_among_pictures(output)?;
             self.check_recording(output)?;
             check_ending(output)?;
         }
         self.outputs.iter().try_for_each(check_writable)
+    }
+
+    /// Says which files were there already, and where they are now.
+    pub fn say_kept(&self) {
+        for output in &self.outputs {
+            let kept = files::kept_path(&output.path);
+            if output.identity.kind() == Kind::File && Identity::of(&kept).is_node_of(&output.identity) {
+                say::note!("{}: the file that was there is kept as {}", output.text, kept.display());
+            }
+        }
+    }
+
+    /// Pictures that are written into a folder may get any name there.
+    fn check_among_pictures(&self, output: &Output) -> Result<()> {
+        let is_folder_of = |folder: &&Output| {
+            folder.use_as == UseAs::Folder
+                && is_picture(&output.path)
+                && output.identity.is_in(&folder.identity)
+        };
+        match self.outputs.iter().find(is_folder_of) {
+            Some(folder) => {
+                bail!("{}: {} writes pictures there; choose another folder", output.text, folder.text)
+            }
+            None => Ok(()),
+        }
     }
 
     /// Recordings are replaced on demand only.
@@ -63,14 +90,14 @@ fn is_same_output(a: &Output, b: &Output) -> bool {
 
 fn check_input(input: &Input, output: &Output) -> Result<()> {
     let (read, written) = (&input.identity, &output.identity);
-    if output.use_as == UseAs::Map {
+    if matches!(output.use_as, UseAs::Map | UseAs::File) && written.kind() == Kind::File {
         let kept = files::kept_path(&output.path);
         if Identity::of(&kept).is(read) {
-            bail!("{}: it is kept as {}, which is read", output.text, kept.display());
+            bail!("{}: what is there is kept as {}, which is read", output.text, kept.display());
         }
-        if input.is_map && written.is(read) {
-            return Ok(());
-        }
+    }
+    if output.use_as == UseAs::Map && input.is_map && written.is(read) {
+        return Ok(());
     }
     if written.is(read) {
         bail!("{}: expected something else than {}, which is read", output.text, input.text);

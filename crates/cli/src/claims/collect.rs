@@ -85,11 +85,17 @@ impl Claims {
         claims
     }
 
-    /// One input and one recording, for a command that chooses the recording's name itself.
-    pub fn of_recording(input: (&str, &str), output: (&str, &Path), is_overwriting: bool) -> Self {
+    /// One input, one recording and a file beside it, for a command that chooses their names itself.
+    pub fn of_recording(
+        input: (&str, &str),
+        output: (&str, &Path),
+        beside: (&str, &Path),
+        is_overwriting: bool,
+    ) -> Self {
         let mut claims = Self { is_overwriting: Some(is_overwriting), ..Self::default() };
         claims.add_input(input.0, input.1);
         claims.add_output(output.0, output.1, UseAs::Recording);
+        claims.add_output(beside.0, beside.1, UseAs::File);
         claims
     }
 

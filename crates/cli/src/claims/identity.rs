@@ -54,6 +54,17 @@ impl Identity {
         self.path == other.path || self.node.is_some_and(is_node)
     }
 
+    /// Whether this is the very file that another one was, whatever their names.
+    pub fn is_node_of(&self, other: &Self) -> bool {
+        let file = |identity: &Self| identity.node.map(|(device, number, _)| (device, number));
+        file(self).is_some() && file(self) == file(other)
+    }
+
+    /// Whether this is directly in a folder, which need not be there yet.
+    pub fn is_in(&self, folder: &Self) -> bool {
+        self.path.parent() == Some(&folder.path)
+    }
+
     /// Whether this is below a folder, or a file there has another name for it.
     pub fn is_inside(&self, folder: &Self) -> bool {
         if folder.kind != Kind::Folder || self.is(folder) {

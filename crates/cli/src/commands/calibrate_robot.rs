@@ -16,8 +16,8 @@ use crate::{
     host::host,
     report::{diagnosis_lines, explain_localization, save_json},
     run::{
-        FrameView, OutputFiles, Progress, Runner, RunnerSettings, Saving, Spectator, drive, of_one_camera,
-        open_source, prepare, read_correction, source_options, with_correction, write_correction,
+        FrameView, Progress, Runner, RunnerSettings, Saving, Spectator, drive, of_one_camera, open_source,
+        prepare, read_correction, source_options, with_correction, write_correction,
     },
     say,
     settings::{pipeline_config, start_prior, topic_options},
@@ -123,7 +123,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         start: start_on(&source.map)?,
         seed: args.seed.value(),
     };
-    let mut runners = [Runner::new(&source.map, &settings, OutputFiles::default())?];
+    let mut runners = [Runner::new(&source.map, &settings)?];
     let mut progress = Progress::new(frames.num_frames());
     let mut collector = Collector::default();
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector]);

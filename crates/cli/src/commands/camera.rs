@@ -91,7 +91,7 @@ fn render_pictures(camera: &Path, board: &Board, count: u32, folder: &Path, seed
         let rgb = gray.data().iter().flat_map(|v| [*v; 3]).collect();
         let image = RgbImage::from_raw(camera.size_px().0, camera.size_px().1, rgb)?;
         let path = folder.join(format!("{index:03}.png"));
-        files::write(&path, encode_png(&image)?).with_context(|| path.display().to_string())?;
+        files::replace(&path, encode_png(&image)?).with_context(|| path.display().to_string())?;
     }
     say::line!("{count} pictures: {}", folder.display());
     Ok(())

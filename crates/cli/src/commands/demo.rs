@@ -92,7 +92,7 @@ fn start_runners(args: &DemoArgs, map: &Map) -> Result<Vec<Runner>> {
             start: StartPrior::Uniform,
             seed: args.seed.value(),
         };
-        Ok(Runner::new(map, &settings, files)?.named(name))
+        Ok(Runner::new(map, &settings)?.writing(files).named(name))
     };
     ALGORITHMS.iter().map(start).collect()
 }

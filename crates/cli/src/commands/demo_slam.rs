@@ -10,7 +10,7 @@ use visloc_slam::SlamConfig;
 
 use crate::{
     args::DemoArgs,
-    host::{host, stop_at_signals},
+    host::{host, stop_source_at_signals},
     report::save_json,
     run::{Progress, Saving},
     say,
@@ -32,7 +32,7 @@ pub fn execute(args: &DemoArgs) -> Result<()> {
         tour = tour.with_frames(0, frames as usize, 1);
     }
     let truth = tour.truth();
-    stop_at_signals();
+    stop_source_at_signals();
     let mut tour: UntilStopped<Box<dyn ImageSource>> = UntilStopped::new(Box::new(tour), host());
     say::line!("visloc demo slam: a camera is carried through a room ({name}); nobody tells it anything.");
     say::line!("Where was it, and what did it see?\n");

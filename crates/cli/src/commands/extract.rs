@@ -124,7 +124,7 @@ impl Folder {
         let _ = write!(head, " From: {}", from.display());
         let text = write_camera(&camera, CameraFormat::Ros, &head).map_err(|reason| anyhow!(reason))?;
         let path = self.path.join("camera.yaml");
-        files::write(&path, text).with_context(|| path.display().to_string())
+        files::replace(&path, text).with_context(|| path.display().to_string())
     }
 
     /// Writes an image and its line in the list.
@@ -149,7 +149,7 @@ impl Folder {
         };
         let name = format!("rgb/{}.{ending}", picture.at);
         let path = self.path.join(&name);
-        files::write(&path, bytes).with_context(|| path.display().to_string())?;
+        files::replace(&path, bytes).with_context(|| path.display().to_string())?;
         self.list(&format!("{} {name}", picture.at)).with_context(|| self.path.display().to_string())?;
         self.num_images += 1;
         Ok(())

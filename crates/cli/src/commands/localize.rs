@@ -59,9 +59,8 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         start: start_prior(&args.start, &source.map)?,
         seed: args.seed.value(),
     };
-    // A wrong name or parameter must not empty the files of an earlier run, so the algorithm is tried first.
-    let runner = Runner::new(&source.map, &settings, OutputFiles::default());
-    runner.with_context(|| config_place(args))?;
+    // Outputs begin when nothing stands in their way any more: a wrong parameter, or a signal while a large map is prepared.
+    let runner = Runner::new(&source.map, &settings).with_context(|| config_place(args))?;
     let is_asked_for = args.plots.is_some() || args.json.json.is_some();
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live || steering.is_some();
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
@@ -71,7 +70,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
-    let mut runners = [Runner::new(&source.map, &settings, files)?.keeping(most_records)];
+    let mut runners = [runner.writing(files).keeping(most_records)];
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.

@@ -25,7 +25,10 @@ use crate::{
 pub fn execute(args: &SimulateArgs) -> Result<()> {
     let Some(scenario) = args.scenario() else { return list() };
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
-    Claims::of_recording(("SCENARIO", scenario), ("--out", bag), args.overwrite.overwrite).check()?;
+    let truth_path = truth_path(bag);
+    let outputs = (("--out", &**bag), ("the truth", &*truth_path));
+    let claims = Claims::of_recording(("SCENARIO", scenario), outputs.0, outputs.1, args.overwrite.overwrite);
+    claims.check()?;
     let simulation = simulation(scenario, args.seed.value(), args.threads.count(), args.frames)?;
     let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());
     let writer = BagWriter::create(bag, BagTopics::default())?;
@@ -35,8 +38,10 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     if is_empty {
         bail!("{scenario}: expected a scenario of at least one frame; duration_secs is too short for any");
     }
-    let truth_path = truth_path(bag);
-    saving.save(write_tum(&truth_path, &truth));
+    let truth_written = write_tum(&truth_path, &truth);
+    let has_truth = truth_written.is_ok();
+    saving.save(truth_written);
+    claims.say_kept();
     let duration_s = match (truth.poses().first(), truth.poses().last()) {
         (Some(first), Some(last)) => last.at.secs_since(first.at),
         _ => 0.0,
@@ -51,7 +56,9 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
         truth: truth_path.display().to_string(),
     };
     say::line!("{}: {}, {:.1} s", report.bag, say::count(report.frames, "frame"), report.duration_s);
-    say::line!("{}: the truth", report.truth);
+    if has_truth {
+        say::line!("{}: the truth", report.truth);
+    }
     say::line!("next: visloc localize {} --map {map}", report.bag);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.end()

@@ -113,7 +113,7 @@ impl Runner {
     ///
     /// # Errors
     /// If there is no such algorithm or a parameter is wrong.
-    pub fn new(map: &Map, settings: &RunnerSettings<'_>, files: OutputFiles) -> Result<Self> {
+    pub fn new(map: &Map, settings: &RunnerSettings<'_>) -> Result<Self> {
         let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
         // A mistake is told with its line in the user's own text.
         algorithm_parameters(map, algorithm, pipeline.features, *algorithm_toml)?;
@@ -130,13 +130,18 @@ impl Runner {
         Ok(Self {
             name: (*algorithm).to_owned(),
             lineup,
-            files,
+            files: OutputFiles::default(),
             records: Records::new(None),
             rejected: Vec::new(),
             pixels: PixelCounts::default(),
             counters: RunCounters::new(map, pipeline),
             images_of_camera: BTreeMap::new(),
         })
+    }
+
+    /// As this one, with files that take what is found.
+    pub fn writing(self, files: OutputFiles) -> Self {
+        Self { files, ..self }
     }
 
     /// Takes in a frame, measures, and writes the result.

@@ -13,7 +13,7 @@ use visloc_world::Map;
 
 use crate::{
     args::{ImageQosArg, SourceArgs, num_cores},
-    host::{host, stop_at_signals},
+    host::{host, stop_source_at_signals},
 };
 
 /// Frames and the map that they belong to.
@@ -101,13 +101,13 @@ pub fn open_source(name: &str, map: Option<&str>, options: &SourceOptions) -> Re
 /// If there is no such source.
 pub fn prepare(name: &str) -> Result<()> {
     SourceAddress::parse(name)?;
-    stop_at_signals();
+    stop_source_at_signals();
     Ok(())
 }
 
 /// A simulation that ends with Ctrl-C, and the results are kept.
 pub fn until_stopped(frames: impl FrameSource + 'static) -> UntilStopped<Box<dyn FrameSource>> {
-    stop_at_signals();
+    stop_source_at_signals();
     UntilStopped::new(Box::new(frames), host())
 }
 

@@ -203,3 +203,96 @@ fn files_are_read_and_written_in_one_place() {
     }
     assert!(found.is_empty(), "use visloc_core::files:\n{}", found.join("\n"));
 }
+
+/// Whatever replaces a file of the user keeps it: trajectories, calibrations, numbers, the truth beside a recording.
+#[test]
+fn what_is_replaced_is_kept() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let clip = concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip");
+    let camera = format!("{clip}/camera.yaml");
+    let commands: [(&[&str], &[&str]); 4] = [
+        (
+            &[
+                "localize",
+                &bag,
+                "--map",
+                MAP,
+                "--frames",
+                "2",
+                "--trajectory",
+                "a",
+                "--estimates",
+                "b",
+                "--json",
+                "c",
+            ],
+            &["a", "b", "c"],
+        ),
+        (
+            &[
+                "slam",
+                clip,
+                "--end",
+                "2",
+                "--trajectory",
+                "a",
+                "--points",
+                "b",
+                "--keyframes",
+                "c",
+                "--log",
+                "d",
+            ],
+            &["a", "b", "c", "d"],
+        ),
+        (&["simulate", "still", "--frames", "2", "--out", "s.mcap"], &["s.truth.tum"]),
+        (&["camera", "convert", &camera, "c.toml"], &["c.toml"]),
+    ];
+    for (command, names) in commands {
+        names.iter().for_each(|name| workspace.write(name, "precious"));
+        let said = workspace.must(command).stdout;
+        for name in names {
+            assert_eq!(workspace.read(&format!("{name}~")), "precious", "{command:?} {name}");
+            assert!(said.contains(&format!("is kept as {name}~")), "{command:?} {name}: {said}");
+            assert_ne!(workspace.read(name), "precious");
+        }
+    }
+    workspace.write("a.part", "somebody's own");
+    workspace.must(&["localize", &bag, "--map", MAP, "--frames", "2", "--trajectory", "a"]);
+    assert_eq!(workspace.read("a.part~"), "somebody's own");
+    let error =
+        workspace.refused(&["localize", &bag, "--map", MAP, "--plots", "p", "--json", "p/errors.png"]);
+    assert!(error.contains("--plots p writes pictures there"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_no_success() {
+    let workspace = Workspace::new();
+    for words in
+        [&["maps"][..], &["--help"], &["map", "check", MAP], &["evaluate", "t.csv", "t.csv", "--as", "robot"]]
+    {
+        workspace.write("t.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_visloc"));
+        let output = command.args(words).current_dir(workspace.path("")).stdout(full).output().unwrap();
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {error}");
+        assert!(error.contains("standard output: No space left on device"), "{words:?}: {error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_that_nobody_reads_is_refused() {
+    let workspace = Workspace::new();
+    assert!(std::process::Command::new("mkfifo").arg(workspace.path("pipe")).status().unwrap().success());
+    let bag = excerpt_text("R1");
+    for option in ["--json", "--estimates"] {
+        let error = workspace.refused(&["localize", &bag, "--map", MAP, "--frames", "2", option, "pipe"]);
+        assert!(error.contains("pipe") && error.contains("nobody reads this pipe"), "{error}");
+    }
+    let error = workspace.refused(&["localize", "pipe", "--map", MAP]);
+    assert!(error.contains("found a device, pipe or socket"), "{error}");
+}

@@ -216,3 +216,46 @@ fn a_second_signal_ends_at_once() {
     assert_eq!(end_of(&mut child, "two signals").code(), Some(130));
     assert!(!workspace.path("plots").join("analysis.png").exists(), "no pictures any more");
 }
+
+/// Programs in place of ffmpeg that stall: at once, and after three images.
+const STALLING: [(&str, &str); 2] = [
+    ("#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nexec sleep 100\n", "before anything was computed"),
+    (
+        "#!/bin/sh\n[ \"$1\" = -version ] && exit 0\nfor i in 1 2 3; do printf 'P5 64 48 255\\n'; head -c 3072 /dev/zero; done\n\
+         exec sleep 100\n",
+        "what was computed until then is saved",
+    ),
+];
+
+#[test]
+fn a_source_that_stalls_is_ended_by_the_first_signal() {
+    use std::os::unix::fs::PermissionsExt;
+    for (script, said) in STALLING {
+        let workspace = Workspace::new();
+        workspace.write("stalling", script);
+        fs::set_permissions(workspace.path("stalling"), fs::Permissions::from_mode(0o755)).unwrap();
+        workspace.write("clip.mp4", "");
+        workspace.write(
+            "camera.toml",
+            "model = \"pinhole\"\nsize_px = [64, 48]\nfocal_px = [50, 50]\ncenter_px = [32, 24]\n",
+        );
+        let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+        command.args([
+            "slam",
+            "clip.mp4",
+            "--camera",
+            "camera.toml",
+            "--ffmpeg",
+            "./stalling",
+            "--log",
+            "l.csv",
+        ]);
+        let stderr = fs::File::create(workspace.path("stderr")).unwrap();
+        let mut child = command.current_dir(workspace.path(".")).stderr(stderr).spawn().unwrap();
+        wait_until("waiting", || workspace.read("stderr").contains("clip.mp4: no image for 3.0 s, waiting"));
+        send("-INT", &child);
+        assert_eq!(end_of(&mut child, "stalling").code(), Some(130));
+        let stderr = workspace.read("stderr");
+        assert!(stderr.contains(said), "{stderr}");
+    }
+}

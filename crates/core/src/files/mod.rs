@@ -14,7 +14,7 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{NewFile, create_alone, kept_path, part_path, try_file, try_folder, write};
+pub use write::{NewFile, create_alone, kept_path, part_path, replace, try_file, try_folder, write};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;
@@ -104,6 +104,41 @@ mod tests {
     }
 
     #[test]
+    fn what_is_replaced_is_kept_unless_it_is_empty_or_comes_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let kept = || read_text(&kept_path(&path)).ok();
+        for (text, expected) in [("", None), ("a", None), ("b", Some("a")), ("b", Some("a")), ("", Some("b"))]
+        {
+            write(&path, text).unwrap();
+            assert_eq!((&*read_text(&path).unwrap(), kept().as_deref()), (text, expected));
+        }
+        replace(&path, "picture").unwrap();
+        replace(&path, "other picture").unwrap();
+        assert_eq!(kept().unwrap(), "b");
+        write(&part_path(&path), "somebody's own").unwrap();
+        NewFile::create_growing(&path).unwrap().finish().unwrap();
+        assert_eq!(read_text(&kept_path(&part_path(&path))).unwrap(), "somebody's own");
+        assert_eq!((read_text(&path).unwrap(), kept().unwrap()), (String::new(), "other picture".into()));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_needs_a_reader() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        let error = write(&path, "x").unwrap_err().to_string();
+        assert!(error.contains("nobody reads this pipe"), "{error}");
+        let reader = std::thread::spawn({
+            let path = path.clone();
+            move || fs::read_to_string(path).unwrap()
+        });
+        write(&path, "x").unwrap();
+        assert_eq!(reader.join().unwrap(), "x");
+    }
+
+    #[test]
     fn a_file_that_grows_can_be_looked_at_and_outlives_the_program() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
@@ -113,16 +148,16 @@ mod tests {
             file.write_all(b"line").unwrap();
             file.flush().unwrap();
             drop(file);
-            assert_eq!(read_text(&part_path(&path)).unwrap(), "line", "and is replaced the next time");
+            assert_eq!(read_text(&part_path(&path)).unwrap(), "line", "and is kept the next time");
             assert_eq!(read_text(&path).unwrap(), "old");
         }
         let mut file = NewFile::create_growing(&path).unwrap();
         file.write_all(b"all lines").unwrap();
         file.finish().unwrap();
-        assert_eq!(
-            (names(folder.path()), read_text(&path).unwrap()),
-            (vec!["table.csv".into()], "all lines".into())
-        );
+        assert_eq!(read_text(&path).unwrap(), "all lines");
+        let mut names = names(folder.path());
+        names.sort();
+        assert_eq!(names, ["table.csv", "table.csv.part~", "table.csv~"]);
     }
 
     #[test]
@@ -151,6 +186,9 @@ mod tests {
         try_file(&path("a/b/new")).unwrap();
         try_file(&path("file")).unwrap();
         try_folder(&path("c/d")).unwrap();
+        fs::create_dir(path("file~")).unwrap();
+        assert!(try_file(&path("file")).unwrap_err().to_string().contains("found a folder of that name"));
+        fs::remove_dir(path("file~")).unwrap();
         assert!(try_file(folder.path()).unwrap_err().to_string().contains("found a folder"));
         assert!(try_folder(&path("file")).unwrap_err().to_string().contains("expected a folder"));
         assert!(try_folder(&path("file/below")).is_err() && try_file(&path("file/below")).is_err());

@@ -2,7 +2,7 @@
 
 use std::{
     fs::{self, File},
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter, Read, Write},
     path::{Path, PathBuf},
     thread,
     time::Duration,
@@ -12,8 +12,12 @@ use tempfile::NamedTempFile;
 
 /// How often a file that is being written is asked for again before it is refused, and how long is waited in between.
 const CLAIM_TRIES: (u32, Duration) = (40, Duration::from_millis(5));
+/// The same for the reader of a pipe: a shell starts both ends at once.
+#[cfg(unix)]
+const READER_TRIES: (u32, Duration) = (40, Duration::from_millis(50));
 
-/// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched.
+/// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched, and then it
+/// is kept as [`kept_path`], unless it is empty or the same.
 ///
 /// Devices and pipes are written to directly, and so are the streams that the program was given (`/dev/stdout`), whatever they lead
 /// to. A symbolic link stays one: its target is replaced.
@@ -48,20 +52,20 @@ impl NewFile {
     }
 
     /// As [`NewFile::create`], for a file that grows during a long run: until it is complete it can be looked at as
-    /// `NAME.part`, and if the program is killed it is still there. A part that an earlier run left is replaced.
+    /// `NAME.part`, and if the program is killed it is still there. A part that was there is kept as `NAME.part~`.
     ///
     /// # Errors
     /// As [`NewFile::create`].
     pub fn create_growing(path: &Path) -> io::Result<Self> {
         Self::create_with(path, |path| {
             let part = part_path(path);
-            // Removed first, so that a link of that name is not followed.
-            if fs::symlink_metadata(&part).is_ok_and(|found| found.is_file()) {
-                claim(&File::options().append(true).open(&part)?)?;
-            }
-            match fs::remove_file(&part) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                _ => {}
+            // Moved away first, so that a link of that name is not followed.
+            if let Ok(found) = fs::symlink_metadata(&part) {
+                if found.is_file() {
+                    claim(&File::options().append(true).open(&part)?)?;
+                }
+                let is_kept = found.is_file() && found.len() > 0;
+                if is_kept { fs::rename(&part, kept_path(&part))? } else { fs::remove_file(&part)? }
             }
             let file = File::create_new(&part)?;
             claim(&file)?;
@@ -78,7 +82,7 @@ impl NewFile {
         if let Ok(found) = fs::metadata(&path) {
             refuse_folder(&found)?;
             // Who may not write a file must not replace it either, which the rights of the folder alone would allow.
-            let writable = File::options().append(true).open(&path)?;
+            let writable = open_to_write(&path, &found)?;
             if !found.is_file() {
                 return Ok(Self { path, sink: Sink::Direct(BufWriter::new(writable)) });
             }
@@ -88,35 +92,59 @@ impl NewFile {
         Ok(Self { path, sink })
     }
 
-    /// As [`NewFile::finish`]. A file that had the name before is kept as [`kept_path`].
-    ///
-    /// # Errors
-    /// As [`NewFile::finish`].
-    pub fn finish_and_keep(self) -> io::Result<()> {
-        if !matches!(self.sink, Sink::Direct(_)) {
-            keep(&self.path)?;
-        }
-        self.finish()
-    }
-
     /// Gives the complete file its name.
     ///
     /// # Errors
     /// If the rest cannot be written; an earlier file is untouched then.
     pub fn finish(self) -> io::Result<()> {
+        self.finish_with(keep)
+    }
+
+    fn finish_with(self, before: impl FnOnce(&Path, &Path) -> io::Result<()>) -> io::Result<()> {
         match self.sink {
             Sink::Direct(mut writer) => writer.flush(),
             Sink::Beside(writer) => {
                 let beside = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
                 beside.as_file().sync_data()?;
+                before(&self.path, beside.path())?;
                 beside.persist(&self.path).map(drop).map_err(|error| error.error)
             }
             Sink::Part(writer) => {
                 writer.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()?;
-                fs::rename(part_path(&self.path), &self.path)
+                let part = part_path(&self.path);
+                before(&self.path, &part)?;
+                fs::rename(part, &self.path)
             }
         }
     }
+}
+
+/// Opens for writing what is there. A pipe that nobody reads would hold up the program for ever.
+#[cfg(unix)]
+fn open_to_write(path: &Path, found: &fs::Metadata) -> io::Result<File> {
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+    let open = || File::options().append(true).open(path);
+    if !found.file_type().is_fifo() {
+        return open();
+    }
+    let flags = rustix::fs::OFlags::NONBLOCK.bits().cast_signed();
+    let no_reader = rustix::io::Errno::NXIO.raw_os_error();
+    let (num_tries, pause) = READER_TRIES;
+    for _ in 0..num_tries {
+        match File::options().write(true).custom_flags(flags).open(path) {
+            // While this one is open the other opens at once.
+            Ok(_held) => return open(),
+            Err(error) if error.raw_os_error() == Some(no_reader) => thread::sleep(pause),
+            Err(error) => return Err(error),
+        }
+    }
+    let message = "nobody reads this pipe; start the program that reads it first";
+    Err(io::Error::new(io::ErrorKind::BrokenPipe, message))
+}
+
+#[cfg(not(unix))]
+fn open_to_write(path: &Path, _: &fs::Metadata) -> io::Result<File> {
+    File::options().append(true).open(path)
 }
 
 /// Makes a file that is written in place, or empties it, unless another program is writing it.
@@ -124,8 +152,10 @@ impl NewFile {
 /// # Errors
 /// What the system says, or that the file is being written.
 pub fn create_alone(path: &Path) -> io::Result<File> {
-    if !fs::metadata(path).map_or(true, |found| found.is_file()) {
-        return File::create(path);
+    if let Ok(found) = fs::metadata(path)
+        && !found.is_file()
+    {
+        return open_to_write(path, &found);
     }
     let file = File::options().create(true).truncate(false).write(true).open(path)?;
     claim(&file)?;
@@ -156,10 +186,13 @@ pub fn kept_path(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Gives a file a second name, and makes a copy where a file can have only one. At any moment it has its first name.
-fn keep(path: &Path) -> io::Result<()> {
+/// Gives a file that will be replaced a second name, and makes a copy where a file can have only one. At any moment it has its first
+/// name. An empty one and one that comes again are not worth it: what is kept would be lost for them.
+fn keep(path: &Path, new: &Path) -> io::Result<()> {
     let kept = kept_path(path);
-    if !fs::metadata(path).is_ok_and(|found| found.is_file()) {
+    if !fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0)
+        || is_same(path, new).unwrap_or(false)
+    {
         return Ok(());
     }
     match fs::remove_file(&kept) {
@@ -167,6 +200,28 @@ fn keep(path: &Path) -> io::Result<()> {
         _ => {}
     }
     fs::hard_link(path, &kept).or_else(|_| fs::copy(path, &kept).map(drop))
+}
+
+/// Whether two files have the same content.
+fn is_same(a: &Path, b: &Path) -> io::Result<bool> {
+    const PIECE_BYTES: usize = 1 << 16;
+    let [mut a, mut b] = [File::open(a)?, File::open(b)?];
+    let mut left = a.metadata()?.len();
+    if left != b.metadata()?.len() {
+        return Ok(false);
+    }
+    let mut pieces = [vec![0; PIECE_BYTES], vec![0; PIECE_BYTES]];
+    while left > 0 {
+        let num = usize::try_from(left).unwrap_or(usize::MAX).min(PIECE_BYTES);
+        let [piece_a, piece_b] = &mut pieces;
+        a.read_exact(&mut piece_a[..num])?;
+        b.read_exact(&mut piece_b[..num])?;
+        if piece_a[..num] != piece_b[..num] {
+            return Ok(false);
+        }
+        left -= num as u64;
+    }
+    Ok(true)
 }
 
 /// Where a file that grows is until it is complete: `NAME.part`.
@@ -215,7 +270,14 @@ impl Write for NewFile {
 /// Why not, with what the system says.
 pub fn try_file(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
-        Ok(found) if found.is_file() => File::options().append(true).open(path).map(drop)?,
+        Ok(found) if found.is_file() => {
+            File::options().append(true).open(path)?;
+            let kept = kept_path(path);
+            if fs::symlink_metadata(&kept).is_ok_and(|found| found.is_dir()) {
+                let message = format!("it would be kept as {}, found a folder of that name", kept.display());
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, message));
+            }
+        }
         // Whoever opens a pipe for a moment ends it for its reader.
         Ok(found) => return refuse_folder(&found),
         Err(_) => {}
@@ -243,7 +305,7 @@ pub fn try_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Writes a whole file at once, and makes its folder.
+/// Writes a whole file at once, and makes its folder. A file that was there is kept as [`kept_path`], unless it is empty or the same.
 ///
 /// # Errors
 /// What the system says; an earlier file is untouched then.
@@ -251,6 +313,16 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let mut file = NewFile::create(path)?;
     file.write_all(bytes.as_ref())?;
     file.finish()
+}
+
+/// As [`write()`], for files that can be made again from others, such as pictures: an earlier one is not kept.
+///
+/// # Errors
+/// As [`write()`].
+pub fn replace(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
+    let mut file = NewFile::create(path)?;
+    file.write_all(bytes.as_ref())?;
+    file.finish_with(|_, _| Ok(()))
 }
 
 /// The stream of this program that a path such as `/dev/stdout` names. It may lead to a file, to which the shell or the program

@@ -85,7 +85,7 @@ impl Store {
         } else {
             let text = serde_json::to_string_pretty(manifest)
                 .map_err(|error| ExperimentError::Folder { path: path.clone(), reason: error.to_string() })?;
-            files::write(&path, text + "\n").map_err(ExperimentError::file(&path))?;
+            files::replace(&path, text + "\n").map_err(ExperimentError::file(&path))?;
         }
         let name = if shard.is_whole() {
             "records.jsonl".to_owned()

@@ -79,6 +79,19 @@ pub enum BagError {
         /// What the topic is for.
         role: TopicRole,
     },
+    /// A topic of ROS 1 whose definition of messages is damaged.
+    #[error(
+        "{}: topic '{topic}': expected the definition of its messages ({type_name}) among the connections at the end of the bag, found \
+         one that cannot be understood; that place is damaged: mend it with rosbag reindex", path.display()
+    )]
+    NoDefinition {
+        /// The bag.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// What the bag says of its messages.
+        type_name: String,
+    },
     /// A topic has messages of a type that cannot be used.
     #[error("{}: topic '{}' has type '{}' in encoding '{}', expected {expected} in encoding 'cdr'; \
              set another topic name", path.display(), found.topic, found.type_name, found.message_encoding)]

@@ -2,7 +2,11 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use crate::bag::{BagError, BagTopics, GivenInputs, TopicRole, container::topics_of_file, files::BagFiles};
+use crate::bag::{
+    BagError, BagTopics, GivenInputs, TopicRole,
+    container::{UNREADABLE_ROS1, topics_of_file},
+    files::BagFiles,
+};
 
 /// A topic of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,6 +86,10 @@ pub(super) fn check_topic<'a>(
     })?;
     if role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr" {
         return Ok(info);
+    }
+    if info.message_encoding == UNREADABLE_ROS1 {
+        let (topic, type_name) = (info.topic.clone(), info.type_name.clone());
+        return Err(BagError::NoDefinition { path: path.to_path_buf(), topic, type_name });
     }
     Err(BagError::WrongType { path: path.to_path_buf(), found: Box::new(info.clone()), expected: expected() })
 }

@@ -262,7 +262,7 @@ impl BagWriter {
         let file_name = self.channels.path().file_name().unwrap_or_default().to_string_lossy();
         let text = metadata_yaml(&file_name, start_nanos, duration_nanos, &topics);
         let path = folder.join("metadata.yaml");
-        files::write(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
+        files::replace(&path, text).map_err(|source| BagError::Io { path, action: "write it", source })
     }
 
     fn send_image(

@@ -32,12 +32,7 @@ pub(crate) fn in_known_form(path: &Path, text: &str) -> Option<Result<Camera, St
     let starts = |key: &str| text.lines().any(|line| line.starts_with(key));
     let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     if is_toml {
-        let table: Result<CameraToml, _> = toml::from_str(text);
-        let reason = |error: toml::de::Error| {
-            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
-            format!("line {line}: {}", error.message())
-        };
-        return Some(table.map_err(reason).and_then(|table| table.camera()));
+        return Some(CameraToml::read(text).and_then(|table| table.camera()));
     }
     let is_cam = |line: &str| {
         line.strip_prefix("cam").and_then(|rest| rest.trim_end().strip_suffix(':')).is_some_and(is_number)
@@ -110,7 +105,8 @@ mod tests {
         let error = read("omni.yaml", &kalibr.replace("pinhole", "omni")).unwrap_err().to_string();
         assert!(error.contains("omni.yaml: cam0: expected camera_model pinhole, found 'omni'"), "{error}");
         let error = read("x.toml", "model = \"pinhole\"\nsize_px = [640]\n").unwrap_err().to_string();
-        assert!(error.contains("x.toml: line 2:"), "{error}");
+        assert!(error.contains("x.toml: line 2: size_px:"), "{error}");
+        assert!(error.contains("focal_px = [fx, fy], center_px = [cx, cy], found none"), "{error}");
         assert!(read("empty.yaml", "").is_err());
     }
 }

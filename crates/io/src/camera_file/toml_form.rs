@@ -1,6 +1,9 @@
 //! Our own form.
 
-use serde::{Deserialize, Serialize};
+use std::{collections::BTreeMap, ops::Range};
+
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use toml::{Spanned, Value};
 use visloc_core::geom::{Camera, CameraError, Distortion};
 
 /// A camera as a TOML table.
@@ -17,6 +20,11 @@ pub struct CameraToml {
     /// k1, k2, p1, p2, k3, or k1 to k4 of the fisheye.
     #[serde(default)]
     pub distortion: Vec<f64>,
+}
+
+/// Why a value is not of a type.
+fn fault_as<T: DeserializeOwned>(value: Value) -> Option<String> {
+    T::deserialize(value).err().map(|error| error.message().to_owned())
 }
 
 impl From<&Camera> for CameraToml {
@@ -36,7 +44,52 @@ impl From<&Camera> for CameraToml {
     }
 }
 
+/// The keys that every camera has, with what is expected there.
+const NEEDED: [(&str, &str); 4] = [
+    ("model", "\"pinhole\""),
+    ("size_px", "[width, height]"),
+    ("focal_px", "[fx, fy]"),
+    ("center_px", "[cx, cy]"),
+];
+
 impl CameraToml {
+    /// The table of a text.
+    ///
+    /// # Errors
+    /// If it is not TOML, or all that cannot be used, each with its line, and all that is missing.
+    pub fn read(text: &str) -> Result<Self, String> {
+        let in_line = |span: Option<Range<usize>>, message: &str| {
+            let line = span.map_or(1, |span| text[..span.start].lines().count().max(1));
+            format!("line {line}: {message}")
+        };
+        let table: BTreeMap<String, Spanned<Value>> =
+            toml::from_str(text).map_err(|error| in_line(error.span(), error.message()))?;
+        let mut faults = Vec::new();
+        let mut check = |key: &str, fault: fn(Value) -> Option<String>| {
+            let Some(value) = table.get(key) else { return };
+            if let Some(fault) = fault(value.get_ref().clone()) {
+                faults.push(in_line(Some(value.span()), &format!("{key}: {fault}")));
+            }
+        };
+        check("model", fault_as::<String>);
+        check("size_px", fault_as::<[u32; 2]>);
+        check("focal_px", fault_as::<[f64; 2]>);
+        check("center_px", fault_as::<[f64; 2]>);
+        check("distortion", fault_as::<Vec<f64>>);
+        let missing: Vec<String> = NEEDED
+            .iter()
+            .filter(|(key, _)| !table.contains_key(*key))
+            .map(|(key, form)| format!("{key} = {form}"))
+            .collect();
+        if !missing.is_empty() {
+            faults.push(format!("expected {}, found none", missing.join(", ")));
+        }
+        if !faults.is_empty() {
+            return Err(faults.join("; "));
+        }
+        toml::from_str(text).map_err(|error| in_line(error.span(), error.message()))
+    }
+
     /// The camera.
     ///
     /// # Errors

@@ -170,7 +170,10 @@ fn at_a_rate(images: Vec<ImageFile>, rate_hz: f64) -> Vec<ImageFile> {
 
 /// The layout of a folder: the one that is asked for, or the first that fits.
 fn recognize(folder: &Path, wanted: Option<&str>) -> Result<&'static Layout, FileError> {
-    std::fs::metadata(folder).map_err(FileError::io(folder))?;
+    // Who may not look into a folder finds nothing there.
+    if std::fs::metadata(folder).map_err(FileError::io(folder))?.is_dir() {
+        std::fs::read_dir(folder.join(".")).map_err(FileError::io(folder))?;
+    }
     let is_wanted = |layout: &&Layout| wanted.is_none_or(|key| key == layout.key);
     let mut layouts = LAYOUTS.iter().filter(is_wanted);
     layouts.find(|layout| (layout.is_here)(folder)).ok_or_else(|| {

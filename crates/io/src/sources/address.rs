@@ -28,12 +28,14 @@ impl<'a> SourceAddress<'a> {
             return Ok(Self { text, scheme, rest, kind });
         }
         let path = Path::new(text);
-        if let Err(source) = path.metadata() {
-            if source.kind() != io::ErrorKind::NotFound {
-                return Err(SourcesError::Unreadable { argument: text.into(), source });
+        match path.metadata() {
+            Ok(found) if found.is_file() || found.is_dir() => {}
+            Ok(_) => return Err(SourcesError::NoFile { argument: text.into() }),
+            Err(source) if source.kind() == io::ErrorKind::NotFound => {
+                let nearest = nearest_name(text);
+                return Err(SourcesError::NotFound { argument: text.into(), nearest, known: known_forms() });
             }
-            let nearest = nearest_name(text);
-            return Err(SourcesError::NotFound { argument: text.into(), nearest, known: known_forms() });
+            Err(source) => return Err(SourcesError::Unreadable { argument: text.into(), source }),
         }
         let kind = KINDS.iter().find(|kind| (kind.claims)(path));
         let kind =

@@ -43,6 +43,15 @@ pub enum SourcesError {
         /// What the system says.
         source: io::Error,
     },
+    /// A device, a pipe or a socket.
+    #[error(
+        "{argument}: expected a file or a folder, found a device, pipe or socket, which may never end; write what comes from it to a \
+         file first, or name a camera as v4l2:DEVICE"
+    )]
+    NoFile {
+        /// What the user wrote.
+        argument: String,
+    },
     /// A file that no kind of source claims.
     #[error("{}: cannot tell what it is from its name; expected {known}, or say the kind, such as video:FILE", path.display())]
     UnknownFile {

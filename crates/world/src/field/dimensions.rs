@@ -110,7 +110,7 @@ impl FieldDimensions {
             self.border_m,
         )?;
         for (key, value) in [("length_m", self.length_m), ("width_m", self.width_m)] {
-            check.that(value <= 200.0, key, "at most 200 m", value)?;
+            check.that(value <= 200.0, key, "at most 200 m (lengths are in meters)", value)?;
         }
         let half_length_m = self.length_m / 2.0;
         check.that(

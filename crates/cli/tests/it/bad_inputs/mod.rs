@@ -18,7 +18,7 @@ use std::{
 };
 
 use cell::{Cell, all_cells};
-use run::Fixtures;
+use run::{Fixtures, Options, options_in};
 use slots::{OUTPUTS, SLOTS};
 
 use crate::support::Workspace;
@@ -35,12 +35,13 @@ fn every_bad_input_is_refused_with_a_sentence() {
     let cells: Vec<Cell> = all_cells().into_iter().filter(is_wanted).collect();
     assert!(wanted.is_some() || cells.len() >= MIN_CELLS, "{} cells", cells.len());
     let fixtures = Fixtures::new();
+    let options = options_of_commands();
     let next = AtomicUsize::new(0);
     let faults = Mutex::new(Vec::new());
     let work = || {
         while let Some(cell) = cells.get(next.fetch_add(1, Ordering::Relaxed)) {
             let outcome = fixtures.run(cell);
-            let fault = outcome.fault(cell);
+            let fault = outcome.fault(cell, &options);
             if wanted.is_some() || fault.is_some() {
                 let fault = fault.as_deref().unwrap_or("as expected");
                 faults.lock().unwrap().push((cell.to_string(), format!("{fault}\n    {outcome}")));
@@ -96,6 +97,15 @@ fn every_argument_that_takes_a_file_is_in_the_table() {
             "visloc {command} {argument}: there is no such argument"
         );
     }
+}
+
+/// From what each command says of itself.
+fn options_of_commands() -> Options {
+    let workspace = Workspace::new();
+    let help =
+        |command: &str| workspace.must(&[&command.split(' ').collect::<Vec<_>>()[..], &["--help"]].concat());
+    let options = |command: String| (command.clone(), options_in(&help(&command).stdout));
+    commands(&workspace).into_iter().map(options).collect()
 }
 
 /// All commands, with those below them.

@@ -1,6 +1,7 @@
 //! Runs the program on a cell and judges what it does.
 
 use std::{
+    collections::{BTreeMap, BTreeSet},
     ffi::OsString,
     fmt, fs,
     os::unix::{
@@ -34,6 +35,15 @@ const MAX_LINE: usize = 1200;
 /// The good files that commands need beside the input.
 pub struct Fixtures {
     folder: TempDir,
+}
+
+/// The options of each command.
+pub type Options = BTreeMap<String, BTreeSet<String>>;
+
+/// All options that a text names.
+pub fn options_in(text: &str) -> BTreeSet<String> {
+    let words = text.split(|c: char| !(c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-'));
+    words.filter(|word| word.starts_with("--") && word.len() > 3).map(str::to_owned).collect()
 }
 
 /// How a run ended.
@@ -167,8 +177,25 @@ impl fmt::Display for Outcome {
 }
 
 impl Outcome {
+    /// An option that the user is told of, and that neither the command has nor another one that is named with it.
+    fn foreign_option(&self, cell: &Cell, options: &Options) -> Option<String> {
+        let said = format!("{}{}", self.stdout, self.stderr);
+        let is_meant = |(command, known): (&String, &BTreeSet<String>), option: &String| {
+            known.contains(option)
+                && (command == cell.slot.command || said.contains(&format!("visloc {command}")))
+        };
+        // That of cargo.
+        let named = options_in(&said).into_iter().filter(|option| option != "--features");
+        named.into_iter().find(|option| !options.iter().any(|command| is_meant(command, option)))
+    }
+
     /// What is wrong with it, if anything is.
-    pub fn fault(&self, cell: &Cell) -> Option<String> {
+    pub fn fault(&self, cell: &Cell, options: &Options) -> Option<String> {
+        let foreign = self.foreign_option(cell, options);
+        foreign.map(|option| format!("names {option}, which it does not have")).or_else(|| self.bad_end(cell))
+    }
+
+    fn bad_end(&self, cell: &Cell) -> Option<String> {
         let Some(status) = self.status else { return Some("hangs".to_owned()) };
         let Some(code) = status.code() else {
             return Some(format!("killed by signal {:?} (processor time or memory)", status.signal()));

@@ -19,6 +19,7 @@ use std::{
 
 use visloc_core::files;
 
+pub(in crate::bag) use self::ros1::UNREADABLE_ROS1;
 use self::{mcap::McapFile, ros1::Ros1File, sqlite::SqliteFile};
 use super::{BagError, TopicInfo};
 

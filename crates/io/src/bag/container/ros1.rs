@@ -219,7 +219,9 @@ impl ConnectionRecord {
         let transcoder = Transcoder::new(&self.type_name, &self.definition).ok();
         let (type_name, message_encoding, schema_encoding, schema) = match &transcoder {
             Some(known) => (known.type_name().to_string(), "cdr", "ros2msg", known.definition().into_bytes()),
-            None => (self.type_name.clone(), "ros1", "ros1msg", self.definition.clone().into_bytes()),
+            None => {
+                (self.type_name.clone(), UNREADABLE_ROS1, "ros1msg", self.definition.clone().into_bytes())
+            }
         };
         let qos = if self.is_latching { LATCHED } else { "" };
         let channel = Channel {
@@ -233,6 +235,9 @@ impl ConnectionRecord {
         Connection { channel: Arc::new(channel), transcoder }
     }
 }
+
+/// The encoding of messages whose definition cannot be understood.
+pub(in crate::bag) const UNREADABLE_ROS1: &str = "ros1";
 
 /// The quality of service of ROS 2 that is like a latched topic: whoever comes late gets the last message.
 const LATCHED: &str = "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n  deadline:\n    sec: 9223372036\n    nsec: 854775807\n  \

@@ -44,7 +44,10 @@ impl<S> UntilStopped<S> {
         }
         // Ctrl-C reaches the program that decodes a video as well; that this breaks off is no fault of the video.
         match next(&mut self.inner) {
-            Some(Ok(item)) => Some(Ok(item)),
+            Some(Ok(item)) => {
+                self.host.note_begin();
+                Some(Ok(item))
+            }
             ended => ended.filter(|_| !self.is_stopped()),
         }
     }
@@ -136,7 +139,8 @@ mod tests {
             let host = Host::silent();
             let mut source: UntilStopped<Box<dyn PictureSource>> =
                 UntilStopped::of_kind(Box::new(Endless), &host, is_live);
-            assert!(source.next_picture().is_some() && !host.was_interrupted());
+            assert!(!host.has_begun());
+            assert!(source.next_picture().is_some() && host.has_begun() && !host.was_interrupted());
             host.stop();
             assert!(source.next_picture().is_none());
             assert_eq!(host.was_interrupted(), !is_live);

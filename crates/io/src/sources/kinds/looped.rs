@@ -1,8 +1,11 @@
-//! A folder of images as if it were a camera: over and over, in real time, through the same program and the same code.
+//! A folder of images or a video as if it were a camera: over and over, in real time, through the same program and the same code.
 
 use std::path::{Path, PathBuf};
 
-use super::{SourceKind, Way, claims_nothing, video::RATE_HZ};
+use super::{
+    SourceKind, Way, claims_nothing,
+    video::{RATE_HZ, file_of, is_video},
+};
 use crate::{
     sequence::{ImageFile, Listing, SequenceOptions, list_sequence},
     sources::{
@@ -16,9 +19,9 @@ use crate::{
 pub(super) const KIND: SourceKind = SourceKind {
     name: "loop",
     schemes: &["loop"],
-    form: "loop:DIR",
+    form: "loop:DIR|FILE.mp4",
     example: "loop:photos --fps 15",
-    summary: "a folder of images in place of a camera: over and over, live, at --fps images a second",
+    summary: "a folder of images or a video in place of a camera: over and over, live, at --fps images a second",
     is_live: true,
     is_robot: |_| false,
     problem: |options| ffmpeg_problem(options.ffmpeg()),
@@ -40,6 +43,12 @@ pub(super) const KIND: SourceKind = SourceKind {
 /// The images, and the calibration beside them.
 fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let folder = Path::new(request.address.rest());
+    if is_video(folder) {
+        return looped_video(request, folder);
+    }
+    if folder.is_file() {
+        return request.cannot("expected a folder of images or a video file to repeat, found another file");
+    }
     let Listing { images, calibration, .. } = list_sequence(folder, &SequenceOptions::default())?;
     let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);
     let Some((folder, pattern)) = place_of(&images) else {
@@ -67,6 +76,25 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
         has_own_times: true,
     };
     Ok((input, calibration.ok()))
+}
+
+/// A video that begins again at its end. Its own rate is that of its images, and a given one plays it faster or slower.
+fn looped_video(request: &Request<'_>, path: &Path) -> Result<Decoded, SourcesError> {
+    let mut args: Vec<std::ffi::OsString> = vec!["-re".into(), "-stream_loop".into(), "-1".into()];
+    let rate_hz = request.options.rate_hz;
+    if let Some(rate_hz) = rate_hz {
+        args.extend(["-r".into(), rate_hz.to_string().into()]);
+    }
+    args.extend(["-i".into(), file_of(request, path)?]);
+    let input = FfmpegInput {
+        argument: request.argument(),
+        args,
+        folder: None,
+        is_live: true,
+        rate_hz: rate_hz.unwrap_or(RATE_HZ),
+        has_own_times: true,
+    };
+    Ok((input, None))
 }
 
 /// Folder and ending that all images share; ffmpeg sorts them by name.

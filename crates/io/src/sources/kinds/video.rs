@@ -1,6 +1,6 @@
 //! Video files.
 
-use std::path::Path;
+use std::{ffi::OsString, path::Path};
 
 use super::{SourceKind, Way, has_extension};
 use crate::sources::{
@@ -19,7 +19,7 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_live: false,
     is_robot: |_| false,
     problem: |options| ffmpeg_problem(options.ffmpeg()),
-    claims: |path| path.is_file() && has_extension(path, &EXTENSIONS),
+    claims: is_video,
     frames: Way {
         honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
         open: |request| video::frames(request, input(request)?),
@@ -40,17 +40,27 @@ const EXTENSIONS: [&str; 14] =
 /// Images a second, where the file has no times.
 pub(super) const RATE_HZ: f64 = 30.0;
 
-fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
-    let path = Path::new(request.address.rest());
-    if !path.is_file() {
-        return request.cannot(format!("expected a video file, found no file '{}'", path.display()));
+/// Whether a path says by itself that it is a video.
+pub(super) fn is_video(path: &Path) -> bool {
+    path.is_file() && has_extension(path, &EXTENSIONS)
+}
+
+/// A video file for ffmpeg.
+pub(super) fn file_of(request: &Request<'_>, path: &Path) -> Result<OsString, SourcesError> {
+    if let Err(error) = visloc_core::files::open(path) {
+        return request.cannot(format!("expected a video file: '{}': {error}", path.display()));
     }
     // A name may begin with a dash or look like a protocol.
-    let mut name = std::ffi::OsString::from("file:");
+    let mut name = OsString::from("file:");
     name.push(path);
+    Ok(name)
+}
+
+fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
+    let path = Path::new(request.address.rest());
     let input = FfmpegInput {
         argument: request.argument(),
-        args: vec!["-i".into(), name],
+        args: vec!["-i".into(), file_of(request, path)?],
         folder: None,
         is_live: false,
         rate_hz: request.options.rate_hz.unwrap_or(RATE_HZ),

@@ -26,6 +26,8 @@ pub(crate) struct LiveVideo {
     is_silent: bool,
     is_done: bool,
     hang_up: Arc<std::sync::atomic::AtomicBool>,
+    /// Ends ffmpeg, for whose next image the thread may wait.
+    end: Box<dyn Fn() + Send>,
 }
 
 impl LiveVideo {
@@ -36,7 +38,8 @@ impl LiveVideo {
         options: &SourceOptions,
         host: &Host,
     ) -> Result<Self, SourcesError> {
-        let mut pipe = VideoPipe::start(options.ffmpeg(), input, pixels)?;
+        let mut pipe = VideoPipe::start(options.ffmpeg(), input, pixels, host)?;
+        let end = Box::new(pipe.ender());
         let backlog = Arc::new(SharedBacklog::new(options.usual.backlog_secs));
         let hang_up = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let (slot, clock, is_over) = (Arc::clone(&backlog), host.clone(), Arc::clone(&hang_up));
@@ -62,6 +65,7 @@ impl LiveVideo {
             is_silent: false,
             is_done: false,
             hang_up,
+            end,
         })
     }
 
@@ -110,5 +114,6 @@ impl LiveVideo {
 impl Drop for LiveVideo {
     fn drop(&mut self) {
         self.hang_up.store(true, Ordering::Relaxed);
+        (self.end)();
     }
 }

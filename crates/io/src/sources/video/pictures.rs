@@ -52,7 +52,7 @@ impl Video {
         let feed = if input.is_live {
             Feed::Live(LiveVideo::start(input, pixels, options, host)?)
         } else {
-            let pipe = VideoPipe::start(program, input, pixels)?;
+            let pipe = VideoPipe::start(program, input, pixels, host)?;
             let FfmpegInput { rate_hz, has_own_times, .. } = *input;
             Feed::Recorded { pipe, rate_hz, has_own_times, last_at: None }
         };

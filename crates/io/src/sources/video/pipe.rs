@@ -4,7 +4,11 @@ use std::{
     io::{BufRead, BufReader, ErrorKind},
     path::Path,
     process::{Child, ChildStderr, ChildStdout},
-    sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+        mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel},
+    },
     thread::{self, JoinHandle},
     time::Duration,
 };
@@ -16,7 +20,7 @@ use super::{
     ffmpeg::{command, fault_in, time_in},
     pnm::read_pnm,
 };
-use crate::sources::SourcesError;
+use crate::sources::{Host, SourcesError};
 
 /// Bytes that are read at once.
 const BUFFER_BYTES: usize = 1 << 20;
@@ -24,6 +28,10 @@ const BUFFER_BYTES: usize = 1 << 20;
 const MAX_TIMES: usize = 4096;
 /// How long an image waits for its time, which is said before the image is written.
 const TIME_WAIT: Duration = Duration::from_secs(1);
+/// How often it is looked whether the program is asked to end.
+const GLANCE: Duration = Duration::from_millis(100);
+/// So many glances without an image are a silence that the user hears of.
+const SILENT_GLANCES: usize = 30;
 /// Most faults that are kept: the first ones.
 const MAX_FAULTS: usize = 8;
 /// Faults that are quoted in an error.
@@ -38,7 +46,10 @@ pub(crate) struct PipeImage {
 /// A running ffmpeg. Dropping it ends the process.
 pub(crate) struct VideoPipe {
     argument: String,
-    child: Child,
+    child: Arc<Mutex<Child>>,
+    /// Counts images; odd while one is waited for.
+    turns: Arc<AtomicUsize>,
+    is_over: Arc<AtomicBool>,
     output: BufReader<ChildStdout>,
     times: Option<Receiver<f64>>,
     reader: Option<JoinHandle<Vec<String>>>,
@@ -48,8 +59,13 @@ pub(crate) struct VideoPipe {
 }
 
 impl VideoPipe {
-    /// Starts the program.
-    pub(crate) fn start(program: &Path, input: &FfmpegInput, pixels: Pixels) -> Result<Self, SourcesError> {
+    /// Starts the program. It is ended at the host's stop sign, even while it delivers nothing.
+    pub(crate) fn start(
+        program: &Path,
+        input: &FfmpegInput,
+        pixels: Pixels,
+        host: &Host,
+    ) -> Result<Self, SourcesError> {
         let no_ffmpeg = |source| SourcesError::NoFfmpeg {
             argument: input.argument.clone(),
             program: program.to_path_buf(),
@@ -60,9 +76,22 @@ impl VideoPipe {
             return Err(no_ffmpeg(ErrorKind::BrokenPipe.into()));
         };
         let (sender, times) = sync_channel(MAX_TIMES);
+        let child = Arc::new(Mutex::new(child));
+        let (turns, is_over) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicBool::new(false)));
+        let watch = Watch {
+            // Who waits for a live source hears of its silence there.
+            argument: (!input.is_live).then(|| input.argument.clone()),
+            child: Arc::clone(&child),
+            turns: Arc::clone(&turns),
+            is_over: Arc::clone(&is_over),
+            host: host.clone(),
+        };
+        thread::spawn(move || watch.run());
         Ok(Self {
             argument: input.argument.clone(),
             child,
+            turns,
+            is_over,
             output: BufReader::with_capacity(BUFFER_BYTES, stdout),
             times: Some(times),
             reader: Some(thread::spawn(move || listen(stderr, &sender))),
@@ -77,7 +106,10 @@ impl VideoPipe {
         if self.is_done {
             return None;
         }
-        let reason = match read_pnm(&mut self.output) {
+        self.turns.fetch_add(1, Ordering::Relaxed);
+        let next = read_pnm(&mut self.output);
+        self.turns.fetch_add(1, Ordering::Relaxed);
+        let reason = match next {
             Ok(Some(image)) => {
                 self.num_images += 1;
                 return Some(Ok(PipeImage { secs: self.time(), image }));
@@ -89,6 +121,12 @@ impl VideoPipe {
             Err(error) => self.finish(Some(error.to_string()))?,
         };
         Some(Err(SourceError::Broken { origin: self.argument.clone(), reason }))
+    }
+
+    /// Ends the program, from whatever thread.
+    pub(crate) fn ender(&self) -> impl Fn() + Send + use<> {
+        let child = Arc::clone(&self.child);
+        move || end_child(&child)
     }
 
     /// What the program complained about although it went on; complete after the end.
@@ -111,11 +149,14 @@ impl VideoPipe {
     /// Waits for the end of the program. What was wrong, if anything was.
     fn finish(&mut self, fault: Option<String>) -> Option<String> {
         self.is_done = true;
+        self.is_over.store(true, Ordering::Relaxed);
+        let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
         if fault.is_some() {
             // It may be blocked in a write that nobody will read.
-            let _ = self.child.kill();
+            let _ = child.kill();
         }
-        let status = self.child.wait();
+        let status = child.wait();
+        drop(child);
         self.faults = self.reader.take().and_then(|reader| reader.join().ok()).unwrap_or_default();
         let said = match self.faults.len() {
             0 => String::new(),
@@ -134,8 +175,43 @@ impl VideoPipe {
 impl Drop for VideoPipe {
     fn drop(&mut self) {
         if !self.is_done {
-            let _ = self.child.kill();
-            let _ = self.child.wait();
+            end_child(&self.child);
+            self.is_over.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+fn end_child(child: &Mutex<Child>) {
+    let mut child = child.lock().unwrap_or_else(PoisonError::into_inner);
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Ends a program that delivers nothing when the user wants an end, and says that it is waited for.
+struct Watch {
+    /// Its name for the user; `None` if somebody else says it.
+    argument: Option<String>,
+    child: Arc<Mutex<Child>>,
+    turns: Arc<AtomicUsize>,
+    is_over: Arc<AtomicBool>,
+    host: Host,
+}
+
+impl Watch {
+    fn run(self) {
+        let (mut last, mut num_glances) = (0, 0);
+        while !self.is_over.load(Ordering::Relaxed) {
+            if self.host.is_stopped() {
+                return end_child(&self.child);
+            }
+            thread::sleep(GLANCE);
+            let turn = self.turns.load(Ordering::Relaxed);
+            let is_waiting = turn % 2 == 1 && turn == last;
+            (last, num_glances) = (turn, if is_waiting { num_glances + 1 } else { 0 });
+            if let Some(argument) = self.argument.as_ref().filter(|_| num_glances == SILENT_GLANCES) {
+                let secs = (GLANCE * u32::try_from(SILENT_GLANCES).unwrap_or(u32::MAX)).as_secs_f64();
+                self.host.notice(&format!("{argument}: no image for {secs:.1} s, waiting"));
+            }
         }
     }
 }

@@ -19,6 +19,8 @@ use super::{
 const CELL_M: f64 = 0.5;
 /// Places in a cell from which lines are looked at, along each side.
 const PLACES: usize = 3;
+/// Cells along each side of a block, for which lines and walls in reach are looked for together.
+const BLOCK: usize = 16;
 /// How far apart the points of a line are that are looked at, meters.
 const POINTS_APART_M: f64 = 0.5;
 
@@ -58,6 +60,7 @@ impl SightIndex {
         let [min, max] = office.free_space().bounds_m();
         let size = (max - min) / CELL_M;
         let (columns, rows) = ((size.x.ceil() as usize).max(1), (size.y.ceil() as usize).max(1));
+        let mut reach = Vec::new();
         let mut index = Self {
             min,
             columns,
@@ -67,13 +70,21 @@ impl SightIndex {
             line_columns: LineColumns::default(),
             walls: Vec::new(),
         };
-        for i in 0..index.cells.len() {
-            index.fill(i, office, lines, range_m);
+        let (size, blocks_a_row) = ((columns, rows), columns.div_ceil(BLOCK));
+        for row in 0..rows {
+            for column in 0..columns {
+                if row % BLOCK == 0 && column == 0 {
+                    let blocks = (0..blocks_a_row).map(|i| [i * BLOCK, row]);
+                    reach =
+                        blocks.map(|at| Reach::of_block(&min, at, size, office, lines, range_m)).collect();
+                }
+                index.fill(row * columns + column, office, lines, &reach[column / BLOCK], range_m);
+            }
         }
         index
     }
 
-    fn fill(&mut self, cell: usize, office: &Office, lines: &[TheoreticalLine], range_m: f64) {
+    fn fill(&mut self, cell: usize, office: &Office, lines: &[TheoreticalLine], reach: &Reach, range_m: f64) {
         let corner =
             self.min + Vector2::new((cell % self.columns) as f64, (cell / self.columns) as f64) * CELL_M;
         let middle = corner + Vector2::repeat(0.5 * CELL_M);
@@ -81,14 +92,18 @@ impl SightIndex {
         let (first_entry, first_wall) = (self.entries.len() as u32, self.walls.len() as u32);
         if !places.is_empty() {
             let is_near = |wall: &Wall| distance_m(&wall.start, &wall.end, &middle) <= range_m;
-            let near = office.walls().iter().enumerate().filter(|(_, wall)| is_near(wall));
+            let near =
+                reach.walls.iter().map(|i| (*i, &office.walls()[*i])).filter(|(_, wall)| is_near(wall));
             let near: Vec<(usize, &Wall)> = near.collect();
             let mut has_doubt = false;
-            for (i, line) in lines.iter().enumerate() {
+            // Neighboring ways are hidden by the same wall.
+            let mut hider = 0;
+            for i in reach.lines.iter().copied() {
+                let line = &lines[i];
                 if distance_m(&line.start, &line.end, &middle) > range_m {
                     continue;
                 }
-                let (seen, all) = sightings(&places, line, &near);
+                let (seen, all) = sightings(&places, line, &near, &mut hider);
                 if seen > 0 {
                     self.entries.push(Entry { line: i as u32, is_certain: seen == all });
                     self.line_columns.push(line);
@@ -139,9 +154,50 @@ fn range(range: &Range<u32>) -> Range<usize> {
     range.start as usize..range.end as usize
 }
 
-/// How many pairs of a place and a point of the line see each other, and how many pairs there are.
+/// Lines and walls that may be in reach of the cells of a block.
+struct Reach {
+    lines: Vec<usize>,
+    walls: Vec<usize>,
+}
+
+impl Reach {
+    /// Those of the block that begins at a cell (column, row) of an index of this size.
+    #[allow(clippy::cast_precision_loss)]
+    fn of_block(
+        min: &Point2<f64>,
+        [column, row]: [usize; 2],
+        (columns, rows): (usize, usize),
+        office: &Office,
+        lines: &[TheoreticalLine],
+        range_m: f64,
+    ) -> Self {
+        let size = Vector2::new(BLOCK.min(columns - column) as f64, BLOCK.min(rows - row) as f64) * CELL_M;
+        let middle = min + Vector2::new(column as f64, row as f64) * CELL_M + size / 2.0;
+        let reach_m = range_m + size.norm() / 2.0;
+        let is_near = |start: &_, end: &_| distance_m(start, end, &middle) <= reach_m;
+        let of = |(i, is_near): (usize, bool)| is_near.then_some(i);
+        Self {
+            lines: lines.iter().map(|l| is_near(&l.start, &l.end)).enumerate().filter_map(of).collect(),
+            walls: office
+                .walls()
+                .iter()
+                .map(|w| is_near(&w.start, &w.end))
+                .enumerate()
+                .filter_map(of)
+                .collect(),
+        }
+    }
+}
+
+/// How many pairs of a place and a point of the line see each other, and how many pairs there are. `hider` is the wall that is tried
+/// first: it hid the pair before.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &Wall)]) -> (usize, usize) {
+fn sightings(
+    places: &[Point2<f64>],
+    line: &TheoreticalLine,
+    walls: &[(usize, &Wall)],
+    hider: &mut usize,
+) -> (usize, usize) {
     let length_m = (line.end - line.start).norm();
     let steps = (length_m / POINTS_APART_M).ceil() as usize;
     // A little off the wall and from the ends, so that a corner does not hide what ends in it.
@@ -151,7 +207,14 @@ fn sightings(places: &[Point2<f64>], line: &TheoreticalLine, walls: &[(usize, &W
     let mut seen = 0;
     for place in places.iter().filter(|place| faces(place, line)) {
         for point in &points {
-            seen += usize::from(!walls.iter().any(|(_, wall)| wall.hides(place, point, SLACK_M)));
+            let hides = |(_, wall): &(usize, &Wall)| wall.hides(place, point, SLACK_M);
+            if walls.get(*hider).is_some_and(hides) {
+                continue;
+            }
+            match walls.iter().position(hides) {
+                Some(found) => *hider = found,
+                None => seen += 1,
+            }
         }
     }
     (seen, places.len() * points.len())

@@ -32,7 +32,7 @@ pub(super) struct Page {
 impl Page {
     pub fn of(root: &Node<'_, '_>) -> Result<Self, String> {
         let unit_m = match root.attribute("data-meters-per-unit") {
-            None => 1.0,
+            None => unit_of_size(root).unwrap_or(1.0),
             Some(value) => {
                 let parsed = value.trim().parse().ok().filter(|unit: &f64| *unit > 0.0 && unit.is_finite());
                 parsed.ok_or_else(|| {
@@ -59,12 +59,39 @@ impl Page {
         Ok(Self { unit_m, corner, origin_m })
     }
 
+    /// A unit of the root element, meters.
+    pub fn unit_m(&self) -> f64 {
+        self.unit_m
+    }
+
     /// From the units of the root element to the map; y points down there and up here.
     pub fn to_map(self) -> Affine {
         let [left, bottom] = self.corner;
         let to_corner =
             Affine::new([self.unit_m, 0.0, 0.0, -self.unit_m, -left * self.unit_m, bottom * self.unit_m]);
         Affine::translate((self.origin_m[0], self.origin_m[1])) * to_corner
+    }
+}
+
+/// A unit of the view box in meters, if the page says how large it is in units of the world. Pixels are none.
+fn unit_of_size(root: &Node<'_, '_>) -> Option<f64> {
+    let view = ViewBox::from_str(root.attribute("viewBox")?).ok()?;
+    let of = |key: &str, units: f64| Some(meters(root.attribute(key)?)? / units);
+    of("width", view.w).or_else(|| of("height", view.h)).filter(|unit| *unit > 0.0 && unit.is_finite())
+}
+
+/// A length of the world. Meters are no unit of SVG, but of people.
+fn meters(text: &str) -> Option<f64> {
+    let text = text.trim();
+    if let Some(number) = text.strip_suffix('m').and_then(|number| number.trim().parse::<f64>().ok()) {
+        return Some(number);
+    }
+    let Length { number, unit } = Length::from_str(text).ok()?;
+    match unit {
+        LengthUnit::Mm => Some(number / 1e3),
+        LengthUnit::Cm => Some(number / 1e2),
+        LengthUnit::In => Some(number * 0.0254),
+        _ => None,
     }
 }
 

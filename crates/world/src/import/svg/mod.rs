@@ -52,7 +52,7 @@ const NOT_DRAWN: [&str; 13] = [
 /// What a stroke is, its `id`, `class` or Inkscape's layer name says, or that of the nearest group around it: `wall`,
 /// `corridor` or `door` (`open` too: it stands open) as a part of the name. Strokes without such a name are doors if their
 /// stroke has a hue, and walls if it is gray or black. Walls that are filled are solid. One unit is a meter, unless the
-/// root element has an attribute `data-meters-per-unit`. The origin is the lower left corner of the page, unless
+/// root element has an attribute `data-meters-per-unit`, or a view box and a size in m, cm, mm or in. The origin is the lower left corner of the page, unless
 /// `data-origin` says where that corner is; y points up.
 ///
 /// # Errors
@@ -65,6 +65,7 @@ pub fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, MapError>
     let document = Document::parse_with_options(text, options)
         .map_err(|error| syntax(Some(error.pos().row as usize), error.to_string()))?;
     let mut reader = Reader::new(&document).map_err(|reason| syntax(None, reason))?;
+    reader.note_scale();
     let root = Inherited { to_map: reader.page.to_map(), ..Inherited::default() };
     reader.visit(document.root_element(), &root, 0).map_err(|(node, reason)| {
         let id = node.attribute("id").map(|id| format!(" {id:?}")).unwrap_or_default();
@@ -129,6 +130,18 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
             num_elements: 0,
             num_points: 0,
         })
+    }
+
+    /// Says which scale was taken, if the file does not say it in so many words.
+    fn note_scale(&mut self) {
+        let root = self.document.root_element();
+        if root.has_attribute("data-meters-per-unit") {
+            return;
+        }
+        let unit_m = self.page.unit_m();
+        let from = if unit_m == 1.0 { "" } else { ", by its size and its viewBox" };
+        let reason = format!("for {unit_m} m a unit{from}; data-meters-per-unit says another scale");
+        self.drawing.notes.taken(&self.part(root), &reason);
     }
 
     fn line_of(&self, node: Node<'_, '_>) -> usize {
