@@ -69,7 +69,7 @@ fn the_experiment_plays_each_game_under_all_conditions() {
     let experiment = TeamExperiment::new(settings, 1);
     let seeds = RngTree::new(5);
     let [two, three] = [0, 1].map(|cell| experiment.run(cell, 0, &seeds).unwrap());
-    assert_eq!((two.len(), three.len()), (7, 10));
+    assert_eq!((two.len(), three.len()), (8, 11));
     assert!(two.iter().all(|game| !game.name.starts_with("liar")));
     assert_eq!(two[0].score.right_share, 0.0, "alone nobody knows its half");
     assert!(two[1].bytes_per_sec > 100.0 && two[1].bytes_per_sec < 10_000.0);
