@@ -69,11 +69,13 @@ impl Sums {
         self.sums.clear();
         self.sums.resize((self.width + 1) * (num_rows + 1), 0);
         self.is_other.clear();
+        let half = self.cell_px / 2;
         for row in 0..num_rows {
             let mut in_row = 0;
-            for column in 0..self.width {
-                let [r, g, b] = self.color(image, column, row + self.first_row);
-                let is_other = table.class(r, g, b) != ColorClass::Green;
+            let y = (row + self.first_row) as u32 * self.cell_px + half;
+            let pixels = image.row(y)[3 * half as usize..].chunks(3 * self.cell_px as usize);
+            for (column, pixel) in pixels.take(self.width).enumerate() {
+                let is_other = table.class(pixel[0], pixel[1], pixel[2]) != ColorClass::Green;
                 self.is_other.push(is_other);
                 in_row += u32::from(is_other);
                 let at = (row + 1) * (self.width + 1) + column + 1;
