@@ -46,6 +46,11 @@ impl NamedImage {
         }
     }
 
+    /// Whether it is still to be read.
+    pub fn is_file(&self) -> bool {
+        matches!(self.pixels, Pixels::File(_))
+    }
+
     /// Reads it.
     ///
     /// # Errors

@@ -11,7 +11,7 @@ use crate::{
     calibration::{
         CalibrationReport, Detected, NamedImage, camera_toml, draw, find_boards, markdown, open_images, print,
     },
-    host::stop_source_at_signals,
+    host::stop_at_signals,
     report::save_json,
     run::{Saving, write_text},
     say,
@@ -23,7 +23,7 @@ use crate::{
 /// If the pictures cannot be read, do not show the board or do not determine the camera, or a file cannot be written.
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
-    stop_source_at_signals();
+    stop_at_signals();
     let images = open_images(&args.source)?;
     let detected = find_boards(&board, &images)?;
     let config = CalibrationConfig::new(args.model.lens());
