@@ -259,3 +259,27 @@ fn a_source_that_stalls_is_ended_by_the_first_signal() {
         assert!(stderr.contains(said), "{stderr}");
     }
 }
+
+/// Pictures come every half second, and a camera needs three.
+#[test]
+fn a_live_calibration_that_is_ended_is_that_of_the_pictures_until_then() {
+    let workspace = Workspace::new();
+    workspace.write(
+        "truth.toml",
+        "model = \"pinhole\"\nsize_px = [320, 240]\nfocal_px = [300, 300]\ncenter_px = [160, 120]\n",
+    );
+    let board = ["--size", "9x6", "--square", "0.03"];
+    let render = ["camera", "render", "truth.toml", "--out", "photos", "--count", "12"];
+    assert_eq!(workspace.visloc(&[&render[..], &board].concat()).code, 0);
+    let mut child =
+        workspace.start(&[&["calibrate", "loop:photos", "--out", "camera.toml"], &board[..]].concat());
+    // Five seconds.
+    let mut num_glances = 0;
+    wait_until("pictures", || {
+        num_glances += 1;
+        num_glances > 500
+    });
+    send("-INT", &child);
+    assert_eq!(end_of(&mut child, "calibrate").code(), Some(0));
+    assert!(workspace.read("camera.toml").contains("focal_px"));
+}
