@@ -15,7 +15,7 @@ use crate::vision::{
     color::{ColorClass, ColorTable, luma},
 };
 
-/// Cells across the image: a ball of 10 cm at 3 m has three of them in a view of 46 degrees.
+/// Cells across the image: a ball of 10 cm at 3 m is six of them wide in a view of 46 degrees.
 const CELLS_ACROSS: u32 = 160;
 /// Probability that a cell of a robot or a ball does not have the carpet's color, and that one of the ground does not: a line.
 const OBJECT_IS_OTHER: f64 = 0.85;
@@ -36,7 +36,7 @@ const MAX_ROBOT_M: f64 = 5.0;
 const MAX_BALL_M: f64 = 4.0;
 /// A ball looks so many times as large as it should: two degrees of tilt move its distance by a fifth at 2 m.
 const BALL_SIZES: [f64; 3] = [1.0, 0.8, 1.25];
-/// Torso and legs of robots, half widths in meters: 58 cm high, and as high as the field allows for larger ones.
+/// Half widths of legs and torso, meters: of robots about 0.6 m high, and of larger ones or those with their legs apart.
 const ROBOT_HALF_WIDTHS_M: [f64; 2] = [0.08, 0.14];
 /// From the front of the feet to the middle of a robot, meters.
 const FOOT_TO_MIDDLE_M: f64 = 0.06;
@@ -105,11 +105,16 @@ impl Sums {
         }
         let sum = |row: usize, column: usize| self.sums[row * (self.width + 1) + column];
         let num_other = sum(bottom, right) + sum(top, left) - sum(top, right) - sum(bottom, left);
-        let share = f64::from(num_other) / num;
-        let mean = share * (OBJECT_IS_OTHER / GROUND_IS_OTHER).ln()
-            + (1.0 - share) * ((1.0 - OBJECT_IS_OTHER) / (1.0 - GROUND_IS_OTHER)).ln();
-        Some(mean * num.min(MAX_INDEPENDENT))
+        Some(log_ratio((f64::from(num_other), num), OBJECT_IS_OTHER, GROUND_IS_OTHER))
     }
+}
+
+/// Log of how much more probable it is that so many of all cells show something if each does with the first probability than with the second one.
+fn log_ratio((num_showing, num): (f64, f64), probability: f64, other: f64) -> f64 {
+    let share = num_showing / num;
+    let mean =
+        share * (probability / other).ln() + (1.0 - share) * ((1.0 - probability) / (1.0 - other)).ln();
+    mean * num.min(MAX_INDEPENDENT)
 }
 
 /// The nearest border between cells.
@@ -267,10 +272,7 @@ impl ObjectDetector {
                 num_pattern += f64::from(u8::from(is_pattern));
             }
         }
-        let share = num_pattern / f64::max(num, 1.0);
-        let mean = share * (BALL_IS_DARK / LINE_IS_DARK).ln()
-            + (1.0 - share) * ((1.0 - BALL_IS_DARK) / (1.0 - LINE_IS_DARK)).ln();
-        mean * f64::min(num, MAX_INDEPENDENT)
+        log_ratio((num_pattern, f64::max(num, 1.0)), BALL_IS_DARK, LINE_IS_DARK)
     }
 
     fn robot_at(&self, frame: &Frame, foot: &Foot, half_width_m: f64) -> Option<DetectedObject> {
