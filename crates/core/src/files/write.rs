@@ -104,7 +104,7 @@ impl NewFile {
         match self.sink {
             Sink::Direct(mut writer) => writer.flush(),
             Sink::Beside(writer) => {
-                let beside = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+                let beside = writer.into_inner().map_err(|error| plain(error.into_error()))?;
                 beside.as_file().sync_data()?;
                 before(&self.path, beside.path())?;
                 beside.persist(&self.path).map(drop).map_err(|error| error.error)
@@ -257,14 +257,14 @@ fn keep_rights(old: &Path, new: &File) {
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.sink {
-            Sink::Beside(writer) => writer.write(bytes),
+            Sink::Beside(writer) => writer.write(bytes).map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.sink {
-            Sink::Beside(writer) => writer.flush(),
+            Sink::Beside(writer) => writer.flush().map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.flush(),
         }
     }
