@@ -86,7 +86,9 @@ impl RobotDescription {
         let mut roots = children.keys().filter(|link| !by_child.contains_key(**link));
         let root = match (roots.next(), roots.next()) {
             (Some(root), None) => (*root).to_owned(),
-            (None, _) if joints.is_empty() => return Err("expected joints, found none".to_owned()),
+            (None, _) if joints.is_empty() => {
+                return Err("expected a robot with joints, found none".to_owned());
+            }
             (None, _) => return Err("expected a tree of links, found joints in a circle".to_owned()),
             (Some(a), Some(b)) => {
                 return Err(format!("expected one tree of links, found two: below '{a}' and below '{b}'"));

@@ -137,7 +137,7 @@ fn what_is_no_robot_is_refused_with_its_place() {
     for (text, expected) in [
         (String::new(), "expected a robot description"),
         ("<svg/>".into(), "found <svg>"),
-        ("<robot name=\"r\"/>".into(), "expected joints, found none"),
+        ("<robot name=\"r\"/>".into(), "expected a robot with joints, found none"),
         ("<robot><joint name=\"a\"".into(), "expected a robot description"),
         ("<robot>\n<joint type=\"fixed\"/></robot>".into(), "line 2: joint: expected name="),
         ("<robot><joint name=\"a\" type=\"fixed\"/></robot>".into(), "joint 'a': expected <parent link=...>"),
@@ -205,5 +205,5 @@ fn hostile_descriptions_cost_little() {
     assert_eq!((chain.way_up("l4000").count(), chain.way_up("nowhere").count()), (4000, 0));
     assert_eq!(RobotDescription::parse(&many(500, "revolute")).unwrap().joints().len(), 500);
     let nested = format!("<robot>{}{}</robot>", repeated("<a>", 100_000), repeated("</a>", 100_000));
-    assert_eq!(RobotDescription::parse(&nested).unwrap_err(), "expected joints, found none");
+    assert_eq!(RobotDescription::parse(&nested).unwrap_err(), "expected a robot with joints, found none");
 }
