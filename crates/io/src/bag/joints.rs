@@ -72,8 +72,8 @@ impl JointPoses {
         self.has_positions = true;
         let mut all = Moved { pushed: Pushed::Accepted, unusable: None };
         let Some(robot) = &self.robot else { return all };
-        let (moved, bad) = robot.moved(positions.iter().map(|(name, position)| (name.as_str(), *position)));
-        all.unusable = bad.map(|(joint, position)| {
+        let moved = robot.moved(positions.iter().map(|(name, position)| (name.as_str(), *position)));
+        all.unusable = moved.unusable.map(|(joint, position)| {
             format!("joint '{}': expected a position in radians or meters, found {position}", joint.name)
         });
         let mut note = |pushed| match pushed {
@@ -82,11 +82,14 @@ impl JointPoses {
             Pushed::Backward { .. } if all.pushed == Pushed::Accepted => all.pushed = pushed,
             Pushed::Backward { .. } => {}
         };
-        for (joint, parent_from_child) in moved {
+        for (joint, parent_from_child) in moved.poses {
             if tree.believes(Teller::Joints, &joint.child) {
                 let moving = transform(at, (&joint.parent, &joint.child), parent_from_child);
                 note(tree.add_moving(&moving, Teller::Joints));
             }
+        }
+        if robot.has_link(base_frame) {
+            return all;
         }
         if tree.has_children(base_frame) {
             // Somebody tells the trunk on the ground.
@@ -130,7 +133,7 @@ impl JointPoses {
 }
 
 /// Where a robot with feet is on the ground: between its soles, level with the lower one, which stands flat, ahead as the trunk. `None`
-/// if it has no such feet, or transforms or the description say it anyway.
+/// if it has no such feet, or transforms say it anyway.
 ///
 /// Source: REP 120, `base_footprint`. There the ground is where odometry says that it is level; here it is what the foot stands on.
 fn footprint(
@@ -139,8 +142,7 @@ fn footprint(
     at: Timestamp,
     tree: &TfTree,
 ) -> Option<StampedTransform> {
-    let is_told = robot.has_link(base_frame) || !tree.believes(Teller::Joints, base_frame);
-    if is_told || !has_soles(robot) {
+    if !tree.believes(Teller::Joints, base_frame) || !has_soles(robot) {
         return None;
     }
     let trunk = if robot.has_link(TRUNK) { TRUNK } else { robot.root() };

@@ -59,6 +59,15 @@ pub struct Mimic {
     pub offset: f64,
 }
 
+/// Where joints put their links.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct MovedLinks<'a> {
+    /// Joints, and the pose of the child of each in its parent, meters.
+    pub poses: Vec<(&'a Joint, Isometry3<f64>)>,
+    /// The first joint whose position is no number of a sensible size, and that position.
+    pub unusable: Option<(&'a Joint, f64)>,
+}
+
 impl RobotDescription {
     /// A robot of these joints.
     ///
@@ -167,23 +176,16 @@ impl RobotDescription {
         std::iter::successors(above(link), move |joint| above(&joint.parent))
     }
 
-    /// Poses of the links that joints at these positions (radians, meters) move, those included that mimic them: the joints with the pose of
-    /// the child in the parent. Positions of unknown and of fixed joints are passed over. Of two for one joint the last counts.
-    ///
-    /// # Errors
-    /// Beside the poses: the first joint whose position is no number, and its position.
-    pub fn moved<'a>(
-        &self,
-        positions: impl IntoIterator<Item = (&'a str, f64)>,
-    ) -> (Vec<(&Joint, Isometry3<f64>)>, Option<(&Joint, f64)>) {
+    /// Where joints at these positions (radians, meters) put their links, those included that mimic them. Positions of unknown and of fixed
+    /// joints are passed over. Of two for one joint the last counts.
+    pub fn moved<'a>(&self, positions: impl IntoIterator<Item = (&'a str, f64)>) -> MovedLinks<'_> {
         let mut told = vec![None; self.joints.len()];
         for (name, position) in positions {
             if let Some(i) = self.by_name.get(name) {
                 told[*i] = Some(position);
             }
         }
-        let mut bad = None;
-        let mut moved = Vec::new();
+        let mut moved = MovedLinks::default();
         for (joint, own) in self.joints.iter().zip(&told) {
             let followed = || {
                 let mimic = joint.mimic.as_ref()?;
@@ -193,12 +195,12 @@ impl RobotDescription {
             let Some(position) = own.or_else(followed) else { continue };
             let is_movable = matches!(joint.motion, JointMotion::Turning(_) | JointMotion::Sliding(_));
             match joint.parent_from_child(position) {
-                Some(pose) => moved.push((joint, pose)),
-                None if is_movable && bad.is_none() => bad = Some((joint, position)),
+                Some(parent_from_child) => moved.poses.push((joint, parent_from_child)),
+                None if is_movable => drop(moved.unusable.get_or_insert((joint, position))),
                 None => {}
             }
         }
-        (moved, bad)
+        moved
     }
 }
 

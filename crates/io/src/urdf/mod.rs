@@ -8,5 +8,5 @@ mod parse;
 #[cfg(test)]
 mod tests;
 
-pub use description::{Joint, JointMotion, Mimic, RobotDescription};
+pub use description::{Joint, JointMotion, Mimic, MovedLinks, RobotDescription};
 pub use parse::read_robot_description;

@@ -20,9 +20,9 @@ fn robot(joints: &[(&str, &str, &str, &str, &str)]) -> String {
 }
 
 fn pose_at(robot: &RobotDescription, joint: &str, positions: &[(&str, f64)]) -> Option<Isometry3<f64>> {
-    let (moved, bad) = robot.moved(positions.iter().copied());
-    assert!(bad.is_none());
-    moved.iter().find(|(moved, _)| moved.name == joint).map(|(_, pose)| *pose)
+    let moved = robot.moved(positions.iter().copied());
+    assert!(moved.unusable.is_none());
+    moved.poses.iter().find(|(moved, _)| moved.name == joint).map(|(_, pose)| *pose)
 }
 
 #[test]
@@ -90,9 +90,9 @@ fn positions_that_are_none() {
     let robot = RobotDescription::parse(&text).unwrap();
     for position in [f64::NAN, f64::INFINITY, -1e300] {
         let all = ["good", "bad", "free", "loose", "unknown"];
-        let (moved, bad) = robot.moved(all.map(|name| (name, if name == "good" { 1.0 } else { position })));
-        assert_eq!(moved.iter().map(|(joint, _)| joint.name.as_str()).collect::<Vec<_>>(), ["good"]);
-        assert_eq!(bad.unwrap().0.name, "bad");
+        let moved = robot.moved(all.map(|name| (name, if name == "good" { 1.0 } else { position })));
+        assert_eq!(moved.poses.iter().map(|(joint, _)| joint.name.as_str()).collect::<Vec<_>>(), ["good"]);
+        assert_eq!(moved.unusable.unwrap().0.name, "bad");
     }
     assert_eq!(robot.joint("free").unwrap().motion, JointMotion::Untold("floating".into()));
     assert!(

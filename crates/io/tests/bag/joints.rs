@@ -213,6 +213,22 @@ fn transforms_win_over_joints() {
 }
 
 #[test]
+fn a_frame_on_the_ground_may_hang_below_the_trunk_and_carry_others() {
+    let zero = [0.0; 3];
+    let urdf = [
+        joint("lift", "prismatic", ("base_link", "base_footprint"), [0.0, 0.0, -0.4], zero, "0 0 -1"),
+        joint("caster", "fixed", ("base_footprint", "caster"), zero, zero, "1 0 0"),
+        joint("mast", "fixed", ("base_link", "camera"), [0.0, 0.0, 0.2], zero, "1 0 0"),
+    ];
+    let mut synchronizer =
+        synchronizer(&format!("<robot name=\"r\">{}</robot>", urdf.concat()), &BagTopics::default());
+    synchronizer.push(positions(0.1, &[("lift", 0.1)]));
+    synchronizer.push(image(0.1));
+    let found = poses(&mut synchronizer);
+    assert!((found[0].translation() - Vector3::new(0.0, 0.0, 0.7)).norm() < 1e-9, "{found:?}");
+}
+
+#[test]
 fn what_is_missing_is_said() {
     let reason = |synchronizer: &mut Synchronizer| {
         synchronizer.push(image(0.1));

@@ -52,7 +52,7 @@ pub fn read(bytes: &[u8]) {
     }
     let positions = |position: f64| robot.joints().iter().map(move |joint| (joint.name.as_str(), position));
     for position in [0.5, 1e6, f64::NAN] {
-        for (joint, pose) in robot.moved(positions(position)).0 {
+        for (joint, pose) in robot.moved(positions(position)).poses {
             assert!(pose.to_homogeneous().iter().all(|number| number.is_finite()), "{}", joint.name);
         }
     }
