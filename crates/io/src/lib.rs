@@ -1,5 +1,5 @@
 //! Everything that images come from and results go to: recordings of a robot ([`bag`]: ROS 2 and ROS 1), datasets ([`sequence`]), images,
-//! trajectories and calibrations in files, live topics (`ros2`, a feature), and all of them and more behind one argument ([`sources`]).
+//! trajectories, calibrations and robot descriptions ([`urdf`]) in files, live topics (`ros2`, a feature), and all of them and more behind one argument ([`sources`]).
 //!
 //! A recording is read as a stream: memory does not grow with its length, and a damaged or cut file gives every frame
 //! up to the damage.
@@ -32,6 +32,7 @@ pub mod sequence;
 pub mod sources;
 mod text;
 pub mod trajectory;
+pub mod urdf;
 
 pub use file_error::FileError;
 pub use ros_parameters::read_ros_parameters;

@@ -29,6 +29,8 @@ const SIZE_PX: (u32, u32) = (64, 48);
 const NUM_IMAGES: u8 = 3;
 const SCENARIO: &str = "map = \"robocup-spl-2010\"\nduration_secs = 0.1\n[camera]\nsize_px = [64, 48]\n\
                         focal_px = [75.0, 75.0]\ncenter_px = [31.5, 23.5]\n";
+const ROBOT: &str = "<robot name=\"r\"><joint name=\"neck\" type=\"fixed\"><parent link=\"base_footprint\"/><child link=\"eye\"/>\
+                     <origin xyz=\"0 0 0.6\" rpy=\"-1.6 0 -1.6\"/></joint></robot>";
 
 /// Files for one example of every kind, and programs in place of ffmpeg.
 struct Place {
@@ -52,6 +54,7 @@ impl Place {
         place.program("silent", 20, "exec sleep 20");
         place.write("clip.mp4", "");
         place.write("small.toml", SCENARIO);
+        place.write("robot.urdf", ROBOT);
         let names: Vec<String> = (0..NUM_IMAGES).map(|i| format!("{i}.png")).collect();
         for (i, name) in (0..).zip(&names) {
             for folder in ["photos", "tum/rgb", "kitti/image_0"] {
@@ -159,6 +162,11 @@ impl Place {
                 ];
                 let with = |mount| SourceOptions { mount: Some(mount), ..base.clone() };
                 return parts.into_iter().map(with).collect();
+            }
+            // It tells where frames are of which tf says nothing.
+            SourceOption::Urdf => {
+                next.urdf = Some(self.path("robot.urdf"));
+                next.topics.camera_frame = Some("eye".into());
             }
             SourceOption::Topics => next.topics.all = Some(other),
             SourceOption::ImageTopic => next.topics.image = Some(other.image),
@@ -317,6 +325,10 @@ fn try_option(
             _ if !is_honored => panic!("{context}: neither refused nor honored, {with:?}"),
             // Speed, and which images of a live source come, are not part of the result.
             _ if option == SourceOption::Threads => assert_eq!(with, *without, "{context}"),
+            _ if option == SourceOption::Urdf => {
+                let is_used = with.as_ref().is_ok_and(|all| !all.iter().any(|one| one.contains("ended")));
+                assert!(is_used, "{context}: {with:?}");
+            }
             _ if is_live && option == SourceOption::Stride => {}
             // This source cannot serve the purpose at all.
             Err(error) if without.as_ref() == Err(error) => {}

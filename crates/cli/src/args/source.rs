@@ -36,6 +36,9 @@ pub struct SourceArgs {
         requires = "camera_height"
     )]
     pub camera_forward: f64,
+    /// Description of the robot (URDF), over /robot_description: with /joint_states it says where the camera is (docs/own-robot.md)
+    #[arg(long, value_name = "FILE")]
+    pub urdf: Option<InputPath>,
     /// Images a second: of a folder without times, of a video in place of its own, and what a camera is asked for
     #[arg(long, value_name = "HZ", value_parser = rate)]
     pub fps: Option<f64>,

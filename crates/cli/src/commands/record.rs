@@ -79,12 +79,13 @@ pub fn execute(args: &RecordArgs) -> Result<()> {
 /// Whether all messages of a bag are wanted as they are.
 fn is_copied(args: &RecordArgs) -> Result<bool> {
     let is_bag = SourceAddress::parse(&args.source)?.kind().schemes.contains(&"bag");
-    let SourceArgs { camera, camera_height, .. } = &args.options;
+    let SourceArgs { camera, camera_height, urdf, .. } = &args.options;
     let is_changed = args.images.is_some()
         || args.images_only
         || args.frames.is_some()
         || camera.is_some()
         || camera_height.is_some()
+        || urdf.is_some()
         || args.topics != TopicArgs::default();
     Ok(is_bag && !is_changed)
 }

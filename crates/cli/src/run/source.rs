@@ -42,6 +42,7 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
         topics,
         camera: args.camera.as_deref().map(Path::to_path_buf),
         mount,
+        urdf: args.urdf.as_deref().map(Path::to_path_buf),
         rate_hz: args.fps,
         patience_secs: args.patience,
         ffmpeg: args.ffmpeg.as_deref().map(Path::to_path_buf),

@@ -14,6 +14,7 @@ mod experiment;
 mod foreign_bags;
 mod guides;
 mod help;
+mod joints;
 mod likelihood;
 mod localize;
 mod messages;
@@ -24,6 +25,8 @@ mod parsers;
 mod settings;
 mod signals;
 mod silence;
+#[path = "../../../io/tests/bag/six_joints.rs"]
+mod six_joints;
 mod slam;
 mod slam_input;
 mod sources;

@@ -22,6 +22,19 @@ pub(super) fn choose_topics(available: &[TopicInfo], topics: &BagTopics) -> BagT
     if let Some(odometry) = only(TopicRole::Odometry) {
         chosen.odometry = odometry;
     }
+    for (role, name) in [
+        (TopicRole::JointStates, &mut chosen.joint_states),
+        (TopicRole::RobotDescription, &mut chosen.robot_description),
+    ] {
+        if let Some(topic) = only(role) {
+            *name = topic;
+        } else if *name == BagTopics::default().name(role)
+            && available.iter().any(|info| info.topic == *name && !fits(info, role))
+        {
+            // Something else happens to have the usual name.
+            name.clear();
+        }
+    }
     chosen
 }
 
@@ -61,12 +74,15 @@ fn candidates<'a>(available: &'a [TopicInfo], topics: &BagTopics, role: TopicRol
     if name != BagTopics::default().name(role) || available.iter().any(|info| info.topic == name) {
         return Vec::new();
     }
-    let fits = |info: &&TopicInfo| {
-        role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr"
-    };
-    let all: Vec<_> = available.iter().filter(fits).collect();
+    let all: Vec<_> = available.iter().filter(|info| fits(info, role)).collect();
     let used: Vec<_> = all.iter().copied().filter(|info| info.num_messages > 0).collect();
     if used.is_empty() { all } else { used }
+}
+
+/// Whether a topic can be of a role. Many things are texts: a robot's description is one that is called so.
+fn fits(info: &TopicInfo, role: TopicRole) -> bool {
+    let is_called = role != TopicRole::RobotDescription || info.topic.ends_with("/robot_description");
+    role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr" && is_called
 }
 
 /// The one that is nearest above the images: `/eye/camera_info` for `/eye/image_raw/compressed`.
@@ -132,6 +148,22 @@ mod tests {
         assert_eq!(further.camera_info, "/eye/left/camera_info");
         assert_eq!(further_camera(&available, &named, "/mouth/image").camera_info, "/mouth/camera_info");
         assert!(check_odometry(Path::new("x"), &available, &named).is_ok());
+    }
+
+    #[test]
+    fn joints_and_description_of_a_robot_with_a_name() {
+        let mut available = vec![
+            info("/nao/joint_states", "sensor_msgs/msg/JointState"),
+            info("/nao/robot_description", "std_msgs/msg/String"),
+            info("/nao/chatter", "std_msgs/msg/String"),
+        ];
+        let chosen = choose_topics(&available, &BagTopics::default());
+        assert_eq!(chosen.joint_states, "/nao/joint_states");
+        assert_eq!(chosen.robot_description, "/nao/robot_description");
+        available.push(info("/joint_states", "my_msgs/msg/Joints"));
+        assert_eq!(choose_topics(&available, &BagTopics::default()).joint_states, "");
+        let none = BagTopics { joint_states: String::new(), ..BagTopics::default() };
+        assert_eq!(choose_topics(&available, &none).joint_states, "");
     }
 
     #[test]

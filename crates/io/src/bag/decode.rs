@@ -1,5 +1,7 @@
 //! From the bytes of a message to what the robot sensed.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Translation3};
 use visloc_core::{
     RgbImage, Timestamp, Truth,
@@ -14,6 +16,7 @@ use crate::{
     image_codec,
     raw_image::{self, RawImage},
     ros_lens::distortion_of_ros,
+    urdf::RobotDescription,
 };
 
 /// A picture as it was sent.
@@ -75,6 +78,10 @@ pub enum SensorMessage {
     Transforms(Vec<StampedTransform>),
     /// Poses between frames that never move against each other.
     StaticTransforms(Vec<StampedTransform>),
+    /// Positions of joints by name, radians or meters, as they were sent.
+    JointStates(Timestamp, Vec<(String, f64)>),
+    /// Which joints the robot has. The message has no stamp: it holds from then on.
+    RobotDescription(Arc<RobotDescription>),
     /// Whether the feet touch the ground. The message has no stamp of its own; this is when it was sent.
     FootContact(Timestamp, bool),
     /// Forces under the feet, newtons. The message has no stamp of its own; this is when it was sent.
@@ -117,6 +124,10 @@ pub enum RosMessage {
     Tf(messages::TfMessage),
     /// Poses of frames that do not move.
     TfStatic(messages::TfMessage),
+    /// Positions of joints.
+    JointStates(messages::JointState),
+    /// Which joints the robot has.
+    RobotDescription(messages::StringMessage),
     /// Whether the feet touch the ground.
     FootContact(messages::Bool),
     /// Forces under the feet.
@@ -143,6 +154,8 @@ impl RosMessage {
             Self::Odometry(message) => odometry(&message),
             Self::Tf(message) => Ok(SensorMessage::Transforms(transforms(message, rejects))),
             Self::TfStatic(message) => Ok(SensorMessage::StaticTransforms(transforms(message, rejects))),
+            Self::JointStates(message) => joint_states(message),
+            Self::RobotDescription(message) => robot_description(sent_at, &message),
             Self::FootContact(message) => Ok(SensorMessage::FootContact(sent_at, message.data)),
             Self::FootPressure(message) => pressure(sent_at, &message),
             Self::GroundTruth(message) => truth(&message),
@@ -170,6 +183,8 @@ pub(super) fn decode(raw: &RawMessage, rejects: &mut Vec<Reject>) -> Option<Sens
         TopicRole::Odometry => from_cdr(&raw.data).map(RosMessage::Odometry),
         TopicRole::Tf => from_cdr(&raw.data).map(RosMessage::Tf),
         TopicRole::TfStatic => from_cdr(&raw.data).map(RosMessage::TfStatic),
+        TopicRole::JointStates => from_cdr(&raw.data).map(RosMessage::JointStates),
+        TopicRole::RobotDescription => from_cdr(&raw.data).map(RosMessage::RobotDescription),
         TopicRole::FootContact => from_cdr(&raw.data).map(RosMessage::FootContact),
         TopicRole::FootPressure => from_cdr(&raw.data).map(RosMessage::FootPressure),
         TopicRole::GroundTruth => from_cdr(&raw.data).map(RosMessage::GroundTruth),
@@ -177,7 +192,10 @@ pub(super) fn decode(raw: &RawMessage, rejects: &mut Vec<Reject>) -> Option<Sens
     match message {
         Ok(message) => message.sensed(raw.sent_at, rejects),
         Err(reason) => {
-            let has_no_stamp = matches!(raw.role, TopicRole::FootContact | TopicRole::FootPressure);
+            let has_no_stamp = matches!(
+                raw.role,
+                TopicRole::FootContact | TopicRole::FootPressure | TopicRole::RobotDescription
+            );
             rejects.push(Reject::new(has_no_stamp.then_some(raw.sent_at), reason));
             None
         }
@@ -218,6 +236,24 @@ fn truth(message: &messages::PoseStamped) -> Result<SensorMessage, Reject> {
         .ok_or_else(|| Reject::new(Some(at), not_a_pose("ground truth", &message.pose)))?;
     let truth = Truth { world_from_robot: pose.to_planar(), height_m: pose.translation().z };
     Ok(SensorMessage::GroundTruth(at, truth))
+}
+
+fn joint_states(message: messages::JointState) -> Result<SensorMessage, Reject> {
+    let at = message.header.at();
+    let (names, positions) = (message.name, message.position);
+    // Who sends only speeds sends no positions.
+    if !positions.is_empty() && positions.len() != names.len() {
+        let reason =
+            format!("expected {} positions, one for each joint, found {}", names.len(), positions.len());
+        return Err(Reject::new(Some(at), reason));
+    }
+    Ok(SensorMessage::JointStates(at, names.into_iter().zip(positions).collect()))
+}
+
+fn robot_description(sent_at: Timestamp, message: &messages::StringMessage) -> Result<SensorMessage, Reject> {
+    let robot =
+        RobotDescription::parse(&message.data).map_err(|reason| Reject::new(Some(sent_at), reason))?;
+    Ok(SensorMessage::RobotDescription(Arc::new(robot)))
 }
 
 fn pressure(sent_at: Timestamp, message: &messages::Float64MultiArray) -> Result<SensorMessage, Reject> {

@@ -1,16 +1,20 @@
 //! What the user knows over the messages of a recording, or instead of them.
 
+use std::sync::Arc;
+
 use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
 
-use crate::bag::BagTopics;
+use crate::{bag::BagTopics, urdf::RobotDescription};
 
 /// Inputs that do not come from messages. The topics that would say the same are not read.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct GivenInputs {
     /// The camera, for images of its size.
     pub camera: Option<Camera>,
     /// The camera's pose on the robot, which never changes then.
     pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
+    /// Which joints the robot has.
+    pub robot: Option<Arc<RobotDescription>>,
 }
 
 impl GivenInputs {
@@ -24,6 +28,10 @@ impl GivenInputs {
         if self.robot_from_camera.is_some() {
             topics.tf.clear();
             topics.tf_static.clear();
+            topics.joint_states.clear();
+        }
+        if self.robot_from_camera.is_some() || self.robot.is_some() {
+            topics.robot_description.clear();
         }
         topics
     }

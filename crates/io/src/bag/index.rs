@@ -51,7 +51,11 @@ pub(super) fn check_topics(
             TopicRole::Image => true,
             TopicRole::CameraInfo => given.camera.is_none(),
             TopicRole::Tf if given.robot_from_camera.is_some() => false,
-            TopicRole::Tf => is_renamed || find(TopicRole::TfStatic).is_none(),
+            // The description alone has the place of a camera that is fixed to the robot.
+            TopicRole::Tf => {
+                let others = [TopicRole::TfStatic, TopicRole::RobotDescription];
+                is_renamed || (given.robot.is_none() && others.into_iter().all(|role| find(role).is_none()))
+            }
             _ => is_renamed,
         };
         match find(role) {
@@ -99,7 +103,8 @@ pub(super) fn instead_of(role: TopicRole) -> &'static str {
     match role {
         TopicRole::CameraInfo => ", or give a calibration with --camera FILE",
         TopicRole::Tf | TopicRole::TfStatic => {
-            ", or say where the camera is: --camera-height METERS --camera-tilt DEGREES"
+            ", or describe the robot with --urdf FILE, so that the positions of its joints count, or say where the camera is: \
+             --camera-height METERS --camera-tilt DEGREES"
         }
         _ => "",
     }

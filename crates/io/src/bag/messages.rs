@@ -146,6 +146,23 @@ pub struct TfMessage {
     pub transforms: Vec<TransformStamped>,
 }
 
+/// Lists that are not known are empty.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct JointState {
+    pub header: Header,
+    pub name: Vec<String>,
+    /// Radians or meters.
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub effort: Vec<f64>,
+}
+
+/// `std_msgs/String`.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StringMessage {
+    pub data: String,
+}
+
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bool {
     pub data: bool,

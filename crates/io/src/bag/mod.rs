@@ -15,6 +15,7 @@ mod files;
 mod given;
 mod history;
 mod index;
+mod joints;
 pub mod messages;
 mod metadata;
 mod pictures;

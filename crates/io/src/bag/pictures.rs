@@ -45,7 +45,7 @@ impl BagPictures {
         let num_pictures = usize::try_from(images.num_messages).ok();
         let camera = first_camera(files.clone(), &available, topics);
         let camera_info = camera.map(|_| topics.camera_info.clone()).unwrap_or_default();
-        let names = BagTopics { image: topics.image.clone(), camera_info, ..nothing() };
+        let names = BagTopics { image: topics.image.clone(), camera_info, ..BagTopics::none() };
         Ok(Self {
             path: path.to_path_buf(),
             messages: MessageStream::new(files, names.clone()),
@@ -183,21 +183,6 @@ pub(super) fn time_goes_back(num_backward: usize, num_used: usize) -> String {
     )
 }
 
-/// No topic at all.
-fn nothing() -> BagTopics {
-    BagTopics {
-        image: String::new(),
-        camera_info: String::new(),
-        odometry: String::new(),
-        tf: String::new(),
-        tf_static: String::new(),
-        foot_contact: String::new(),
-        foot_pressure: String::new(),
-        ground_truth: String::new(),
-        ..BagTopics::default()
-    }
-}
-
 /// Reads ahead to the first calibration that can be used; nothing if there is none.
 fn first_camera(files: BagFiles, available: &[TopicInfo], topics: &BagTopics) -> Option<Camera> {
     let name = &topics.camera_info;
@@ -205,7 +190,8 @@ fn first_camera(files: BagFiles, available: &[TopicInfo], topics: &BagTopics) ->
     if name.is_empty() || info.type_name != TopicRole::CameraInfo.type_names()[0] {
         return None;
     }
-    let mut messages = MessageStream::new(files, BagTopics { camera_info: name.clone(), ..nothing() });
+    let mut messages =
+        MessageStream::new(files, BagTopics { camera_info: name.clone(), ..BagTopics::none() });
     while let Some(Ok(raw)) = messages.next_message() {
         if let Some(SensorMessage::CameraInfo(_, camera)) = decode(&raw, &mut Vec::new()) {
             return Some(camera);

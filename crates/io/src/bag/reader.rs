@@ -1,18 +1,24 @@
 //! Reads a recording as a stream of frames.
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
 
-use crate::bag::{
-    BagError, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, SyncOutcome, Synchronizer, TopicInfo,
-    TopicRole,
-    choose::{check_odometry, choose_topics, further_camera},
-    decode::{RawMessage, Reject, decode},
-    files::bag_files,
-    index::{check_topics, topics_of_files},
-    pictures::time_goes_back,
-    stream::MessageStream,
+use crate::{
+    bag::{
+        BagError, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, SyncOutcome, Synchronizer,
+        TopicInfo, TopicRole,
+        choose::{check_odometry, choose_topics, further_camera},
+        decode::{RawMessage, Reject, decode},
+        files::{BagFiles, bag_files},
+        index::{check_topics, topics_of_files},
+        pictures::time_goes_back,
+        stream::MessageStream,
+    },
+    urdf::RobotDescription,
 };
 
 /// Frames from a bag: a file (`.mcap`, `.db3`, `.bag`) or a folder of rosbag2. Memory does not grow with its length.
@@ -65,9 +71,11 @@ impl BagReader {
         let topics = choose_topics(&available, &topics);
         check_topics(path, &available, &topics, &given)?;
         let expected = expected_inputs(&available, &topics);
+        let robot = given.robot.or_else(|| first_description(files.clone(), &available, &topics));
+        let given = GivenInputs { robot, ..given };
         Ok(Self {
             path: path.to_path_buf(),
-            synchronizer: Synchronizer::new(&topics, expected).with_given(given),
+            synchronizer: Synchronizer::new(&topics, expected).with_given(given.clone()),
             messages: MessageStream::new(files, topics.clone()),
             topics,
             given,
@@ -80,18 +88,23 @@ impl BagReader {
         })
     }
 
-    /// A reader for each camera of the topics, the first one first. Each reads the recording for itself; [`ManyCameras`] puts their frames in order.
+    /// A reader for each camera of the topics, the first one first. Each reads the recording for itself and uses the same inputs over it;
+    /// [`ManyCameras`] puts their frames in order.
     ///
     /// [`ManyCameras`]: crate::sources::ManyCameras
     ///
     /// # Errors
     /// As [`BagReader::open`].
-    pub fn open_cameras(path: impl AsRef<Path>, topics: &BagTopics) -> Result<Vec<Self>, BagError> {
-        let first = Self::open(&path, topics.clone())?;
+    pub fn open_cameras(
+        path: impl AsRef<Path>,
+        topics: &BagTopics,
+        given: &GivenInputs,
+    ) -> Result<Vec<Self>, BagError> {
+        let first = Self::open_with(&path, topics, given.clone())?;
         let mut readers = vec![first];
         for image in &topics.more_images {
             let further = further_camera(readers[0].available_topics(), readers[0].topics(), image);
-            readers.push(Self::open(&path, further)?);
+            readers.push(Self::open_with(&path, &further, given.clone())?);
         }
         Ok(readers)
     }
@@ -100,7 +113,7 @@ impl BagReader {
     #[must_use]
     pub fn without_truth(mut self) -> Self {
         let expected = ExpectedInputs { has_truth: false, ..expected_inputs(&self.available, &self.topics) };
-        self.synchronizer = Synchronizer::new(&self.topics, expected).with_given(self.given);
+        self.synchronizer = Synchronizer::new(&self.topics, expected).with_given(self.given.clone());
         self.has_truth = false;
         self
     }
@@ -237,4 +250,22 @@ fn expected_inputs(available: &[TopicInfo], topics: &BagTopics) -> ExpectedInput
         has_foot_pressure: has(TopicRole::FootPressure),
         has_truth: has(TopicRole::GroundTruth),
     }
+}
+
+/// Reads ahead to the first description of the robot that can be used: it holds for the whole recording, wherever it stands.
+fn first_description(
+    files: BagFiles,
+    available: &[TopicInfo],
+    topics: &BagTopics,
+) -> Option<Arc<RobotDescription>> {
+    let name = &topics.robot_description;
+    available.iter().find(|info| !name.is_empty() && info.topic == *name && info.num_messages > 0)?;
+    let only = BagTopics { robot_description: name.clone(), ..BagTopics::none() };
+    let mut messages = MessageStream::new(files, only);
+    while let Some(Ok(raw)) = messages.next_message() {
+        if let Some(SensorMessage::RobotDescription(robot)) = decode(&raw, &mut Vec::new()) {
+            return Some(robot);
+        }
+    }
+    None
 }

@@ -88,7 +88,7 @@ const POINT_FIELD: Definition = Definition {
     parts: &[],
 };
 
-const MESSAGES: [(&str, Definition); 14] = [
+const MESSAGES: [(&str, Definition); 16] = [
     (
         "sensor_msgs/msg/CompressedImage",
         Definition {
@@ -133,6 +133,15 @@ const MESSAGES: [(&str, Definition); 14] = [
             parts: &[&TRANSFORM_STAMPED],
         },
     ),
+    (
+        "sensor_msgs/msg/JointState",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
+            parts: &[&HEADER],
+        },
+    ),
+    ("std_msgs/msg/String", Definition { name: "", fields: "string data\n", parts: &[] }),
     ("std_msgs/msg/Bool", Definition { name: "", fields: "bool data\n", parts: &[] }),
     (
         "std_msgs/msg/Float64MultiArray",
@@ -235,6 +244,6 @@ mod tests {
                 assert_eq!(text.matches(&format!("MSG: {part}\n")).count(), 1, "{type_name}: {part}");
             }
         }
-        assert!(definition("std_msgs/msg/String").is_none());
+        assert!(definition("std_msgs/msg/Char").is_none());
     }
 }

@@ -1,6 +1,6 @@
 //! Joins the messages of several topics to frames, by their stamps.
 
-use std::collections::VecDeque;
+use std::{collections::VecDeque, sync::Arc};
 
 use nalgebra::Rotation3;
 use visloc_core::{
@@ -8,11 +8,15 @@ use visloc_core::{
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle},
 };
 
-use crate::bag::{
-    BagTopics, EncodedImage, GivenInputs, SensorMessage, StampedTransform, TopicRole,
-    decode::frame_name,
-    history::{History, Lookup, Pushed},
-    tf_tree::TfTree,
+use crate::{
+    bag::{
+        BagTopics, EncodedImage, GivenInputs, SensorMessage, StampedTransform, TopicRole,
+        decode::frame_name,
+        history::{History, Lookup, Pushed},
+        joints::JointPoses,
+        tf_tree::{Teller, TfTree},
+    },
+    urdf::RobotDescription,
 };
 
 /// How long a picture waits for the other topics, seconds of the recording.
@@ -77,6 +81,7 @@ pub struct Synchronizer {
     cameras: History<Camera>,
     odometry: History<PlanarPose>,
     tree: TfTree,
+    joints: JointPoses,
     foot_contact: History<bool>,
     foot_pressure: History<[f64; 8]>,
     truth: History<Truth>,
@@ -103,6 +108,7 @@ impl Synchronizer {
             cameras: History::default(),
             odometry: History::default(),
             tree: TfTree::default(),
+            joints: JointPoses::default(),
             foot_contact: History::default(),
             foot_pressure: History::default(),
             truth: History::default(),
@@ -119,13 +125,22 @@ impl Synchronizer {
     /// The same synchronizer with inputs that win over messages and are not waited for.
     #[must_use]
     pub fn with_given(mut self, given: GivenInputs) -> Self {
-        self.given = given;
+        self.give(given);
         self
     }
 
     /// Sets the inputs that win over messages, as soon as they are known.
     pub fn give(&mut self, given: GivenInputs) {
+        if let Some(robot) = &given.robot {
+            self.describe(robot.clone());
+        }
         self.given = given;
+    }
+
+    fn describe(&mut self, robot: Arc<RobotDescription>) {
+        for reason in self.joints.describe(robot, &mut self.tree) {
+            self.skip(None, TopicRole::RobotDescription, reason);
+        }
     }
 
     /// Changes which topics a picture waits for, as those of a live source come and go.
@@ -135,8 +150,9 @@ impl Synchronizer {
 
     /// Begins again after the sender's clock was set back: what moves is forgotten, what never moves and the calibration stay.
     pub fn restart(&mut self) {
-        let mut anew = Self::new(&self.topics, self.expected).with_given(self.given);
+        let mut anew = Self::new(&self.topics, self.expected).with_given(self.given.clone());
         anew.tree = self.tree.fixed();
+        anew.joints = self.joints.clone();
         if let Some((_, camera)) = self.cameras.newest() {
             anew.cameras.push(Timestamp::from_nanos(i64::MIN / 4), camera);
         }
@@ -168,12 +184,25 @@ impl Synchronizer {
             }
             SensorMessage::Transforms(transforms) => {
                 for transform in transforms {
-                    let pushed = self.tree.add_moving(&transform);
+                    let pushed = self.tree.add_moving(&transform, Teller::Transforms);
                     self.note(TopicRole::Tf, transform.at, pushed);
                 }
             }
             SensorMessage::StaticTransforms(transforms) => {
-                transforms.iter().for_each(|transform: &StampedTransform| self.tree.add_fixed(transform));
+                let add = |transform: &StampedTransform| self.tree.add_fixed(transform, Teller::Transforms);
+                transforms.iter().for_each(add);
+            }
+            SensorMessage::JointStates(at, positions) => {
+                let moved = self.joints.push(at, &positions, &self.base_frame, &mut self.tree);
+                if let Some(reason) = moved.unusable {
+                    self.skip(Some(at), TopicRole::JointStates, reason);
+                }
+                self.note(TopicRole::JointStates, at, moved.pushed);
+            }
+            SensorMessage::RobotDescription(robot) => {
+                if self.given.robot.is_none() {
+                    self.describe(robot);
+                }
             }
             SensorMessage::FootContact(sent_at, has_contact) => {
                 let pushed = self.foot_contact.push(self.stamp_for(sent_at), has_contact);
@@ -240,7 +269,12 @@ impl Synchronizer {
     /// Records a message of a topic that cannot be used.
     pub fn skip(&mut self, at: Option<Timestamp>, role: TopicRole, reason: String) {
         if self.skipped.len() < MAX_SKIPPED {
-            self.skipped.push(SkippedInput { at, origin: self.topics.name(role).to_string(), reason });
+            let name = match self.topics.name(role) {
+                // What is given comes on no topic.
+                "" => role.meaning(),
+                name => name,
+            };
+            self.skipped.push(SkippedInput { at, origin: name.to_string(), reason });
         }
     }
 
@@ -353,7 +387,13 @@ impl Synchronizer {
         if let Some(robot_from_camera) = self.given.robot_from_camera {
             return Ok((robot_from_camera, false));
         }
-        let pose = self.tree.lookup(&self.base_frame, self.camera_frame_of(image), image.at)?;
+        let (base_frame, camera_frame) = (&self.base_frame, self.camera_frame_of(image));
+        let pose = self.tree.lookup(base_frame, camera_frame, image.at).map_err(|reason| {
+            match self.joints.explain(base_frame, camera_frame, &self.tree) {
+                Some(more) => format!("{reason}; {more}"),
+                None => reason,
+            }
+        })?;
         let rotation: Rotation3<f64> = pose.dst_from_src.rotation.to_rotation_matrix();
         Ok((Rigid3::new(rotation, pose.dst_from_src.translation.vector), pose.is_held))
     }

@@ -13,11 +13,24 @@ use crate::bag::{
 /// Longest chain of frames that is followed; longer ones are circles.
 const MAX_DEPTH: usize = 64;
 
+/// Most frames and most transforms that an error lists.
+const MAX_LISTED: usize = 20;
+
 /// Pose of a frame in its parent.
 #[derive(Debug, Clone)]
 struct Edge {
     parent: String,
     motion: Motion,
+    teller: Teller,
+}
+
+/// Who says where a frame is. The greater one is believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Teller {
+    /// The description of the robot, with positions of its joints.
+    Joints,
+    /// Messages with transforms.
+    Transforms,
 }
 
 #[derive(Debug, Clone)]
@@ -41,22 +54,60 @@ pub(super) struct TfTree {
 }
 
 impl TfTree {
-    /// Adds the pose of a frame that moves. A frame that gets another parent starts anew.
-    pub(super) fn add_moving(&mut self, transform: &StampedTransform) -> Pushed {
+    /// Adds the pose of a frame that moves. A frame that gets another parent, or is told by somebody greater, starts anew; what somebody
+    /// less says of it is passed over.
+    pub(super) fn add_moving(&mut self, transform: &StampedTransform, teller: Teller) -> Pushed {
+        if !self.believes(teller, &transform.child) {
+            return Pushed::Accepted;
+        }
         let mut history = match self.edges.remove(&transform.child) {
-            Some(Edge { parent, motion: Motion::Moving(history) }) if parent == transform.parent => history,
+            Some(Edge { parent, motion: Motion::Moving(history), teller: before })
+                if parent == transform.parent && before == teller =>
+            {
+                history
+            }
             _ => History::default(),
         };
         let pushed = history.push(transform.at, transform.parent_from_child);
-        let edge = Edge { parent: transform.parent.clone(), motion: Motion::Moving(history) };
+        let edge = Edge { parent: transform.parent.clone(), motion: Motion::Moving(history), teller };
         self.edges.insert(transform.child.clone(), edge);
         pushed
     }
 
-    /// Adds the pose of a frame that does not move.
-    pub(super) fn add_fixed(&mut self, transform: &StampedTransform) {
-        let motion = Motion::Fixed(transform.parent_from_child);
-        self.edges.insert(transform.child.clone(), Edge { parent: transform.parent.clone(), motion });
+    /// Adds the pose of a frame that does not move, unless somebody greater tells it.
+    pub(super) fn add_fixed(&mut self, transform: &StampedTransform, teller: Teller) {
+        if self.believes(teller, &transform.child) {
+            let motion = Motion::Fixed(transform.parent_from_child);
+            self.edges
+                .insert(transform.child.clone(), Edge { parent: transform.parent.clone(), motion, teller });
+        }
+    }
+
+    /// Whether nobody greater says where a frame is.
+    pub(super) fn believes(&self, teller: Teller, child: &str) -> bool {
+        self.edges.get(child).is_none_or(|edge| edge.teller <= teller)
+    }
+
+    /// Whether it is known where a frame is in another one.
+    pub(super) fn has_parent(&self, frame: &str) -> bool {
+        self.edges.contains_key(frame)
+    }
+
+    /// Whether any frame is told in this one.
+    pub(super) fn has_children(&self, frame: &str) -> bool {
+        self.edges.values().any(|edge| edge.parent == frame)
+    }
+
+    /// Forgets where a frame is, if that is from joints.
+    pub(super) fn forget_joint(&mut self, child: &str) {
+        if self.edges.get(child).is_some_and(|edge| edge.teller == Teller::Joints) {
+            self.edges.remove(child);
+        }
+    }
+
+    /// Forgets everything that is from joints.
+    pub(super) fn forget_joints(&mut self) {
+        self.edges.retain(|_, edge| edge.teller != Teller::Joints);
     }
 
     /// The same tree without the parts that move.
@@ -100,13 +151,12 @@ impl TfTree {
         if frames.is_empty() {
             return format!("no transforms yet, expected some from '{dst}' to '{src}'");
         }
-        let edges = self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent));
-        let edges = edges.collect::<Vec<_>>().join(", ");
+        let edges = listed(self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent)));
         for (frame, key, what) in
             [(dst, "base_frame", "the robot on the ground"), (src, "camera_frame", "the camera")]
         {
             if !frames.contains(&frame) {
-                let known = frames.join(", ");
+                let known = listed(frames.iter().map(|frame| (*frame).to_owned()));
                 return format!(
                     "there is no frame '{frame}' for {what}: set {key} to one of: {known} (transforms: {edges})"
                 );
@@ -177,6 +227,16 @@ impl TfTree {
     }
 }
 
+/// The first of them, and how many more there are.
+fn listed(names: impl ExactSizeIterator<Item = String>) -> String {
+    let num_more = names.len().saturating_sub(MAX_LISTED);
+    let mut list = names.take(MAX_LISTED).collect::<Vec<_>>().join(", ");
+    if num_more > 0 {
+        list.push_str(&format!(" and {num_more} more"));
+    }
+    list
+}
+
 /// Straight line for the position, shortest turn for the rotation.
 fn interpolate(a: &Isometry3<f64>, b: &Isometry3<f64>, fraction: f64) -> Isometry3<f64> {
     let translation = a.translation.vector.lerp(&b.translation.vector, fraction);
@@ -206,10 +266,10 @@ mod tests {
     fn static_and_moving_frames_chain_through_the_common_ancestor() {
         let mut tree = TfTree::default();
         // base <- torso -> head -> camera
-        tree.add_fixed(&transform(0.0, "torso", "base", 0.0, FRAC_PI_2));
-        tree.add_fixed(&transform(0.0, "head", "camera", 0.1, 0.0));
-        tree.add_moving(&transform(1.0, "torso", "head", 1.0, 0.0));
-        tree.add_moving(&transform(1.2, "torso", "head", 2.0, FRAC_PI_2));
+        tree.add_fixed(&transform(0.0, "torso", "base", 0.0, FRAC_PI_2), Teller::Transforms);
+        tree.add_fixed(&transform(0.0, "head", "camera", 0.1, 0.0), Teller::Transforms);
+        tree.add_moving(&transform(1.0, "torso", "head", 1.0, 0.0), Teller::Transforms);
+        tree.add_moving(&transform(1.2, "torso", "head", 2.0, FRAC_PI_2), Teller::Transforms);
         let at = Timestamp::from_secs(1.1);
         assert!(
             tree.covers("base", "camera", at) && !tree.covers("base", "camera", Timestamp::from_secs(1.3))
@@ -227,7 +287,7 @@ mod tests {
     #[test]
     fn missing_chains_old_values_and_circles_are_reported() {
         let mut tree = TfTree::default();
-        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0));
+        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0), Teller::Transforms);
         let lookup = |tree: &TfTree, src, secs| tree.lookup("base", src, Timestamp::from_secs(secs));
         assert!(lookup(&tree, "head", 1.4).unwrap().is_held);
         assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
@@ -235,19 +295,45 @@ mod tests {
             lookup(&tree, "camera", 1.0).unwrap_err(),
             "there is no frame 'camera' for the camera: set camera_frame to one of: base, head (transforms: base -> head)"
         );
-        tree.add_fixed(&transform(0.0, "tripod", "camera", 0.0, 0.0));
+        tree.add_fixed(&transform(0.0, "tripod", "camera", 0.0, 0.0), Teller::Transforms);
         let apart = lookup(&tree, "camera", 1.0).unwrap_err();
         assert!(apart.contains("base -> head") && apart.contains("tripod -> camera"), "{apart}");
-        tree.add_fixed(&transform(0.0, "head", "base", 0.0, 0.0));
+        tree.add_fixed(&transform(0.0, "head", "base", 0.0, 0.0), Teller::Transforms);
         assert!(lookup(&tree, "camera", 1.0).is_err());
     }
 
     #[test]
     fn another_parent_starts_anew() {
         let mut tree = TfTree::default();
-        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0));
-        tree.add_moving(&transform(1.1, "torso", "head", 5.0, 0.0));
+        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0), Teller::Transforms);
+        tree.add_moving(&transform(1.1, "torso", "head", 5.0, 0.0), Teller::Transforms);
         assert!(tree.lookup("base", "head", Timestamp::from_secs(1.0)).is_err());
         assert!(tree.lookup("torso", "head", Timestamp::from_secs(1.1)).is_ok());
+    }
+
+    #[test]
+    fn transforms_win_over_joints() {
+        let at = Timestamp::from_secs(1.0);
+        let x = |tree: &TfTree| tree.lookup("base", "head", at).unwrap().dst_from_src.translation.x;
+        let mut tree = TfTree::default();
+        tree.add_moving(&transform(1.0, "base", "head", 1.0, 0.0), Teller::Joints);
+        assert_eq!(x(&tree), 1.0);
+        tree.add_moving(&transform(1.0, "base", "head", 2.0, 0.0), Teller::Transforms);
+        tree.add_moving(&transform(1.0, "base", "head", 3.0, 0.0), Teller::Joints);
+        tree.add_fixed(&transform(0.0, "base", "head", 4.0, 0.0), Teller::Joints);
+        assert_eq!(x(&tree), 2.0);
+        tree.add_fixed(&transform(0.0, "base", "hand", 1.0, 0.0), Teller::Joints);
+        tree.forget_joints();
+        assert!(tree.has_parent("head") && !tree.has_parent("hand"));
+    }
+
+    #[test]
+    fn long_lists_are_cut() {
+        let mut tree = TfTree::default();
+        for i in 0..500 {
+            tree.add_fixed(&transform(0.0, "base", &format!("link {i}"), 0.0, 0.0), Teller::Joints);
+        }
+        let error = tree.lookup("base", "camera", Timestamp::default()).unwrap_err();
+        assert!(error.len() < 800 && error.contains("and 481 more"), "{error}");
     }
 }

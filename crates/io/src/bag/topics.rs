@@ -16,6 +16,10 @@ pub enum TopicRole {
     Tf,
     /// Poses between frames that do not move.
     TfStatic,
+    /// Positions of the robot's joints.
+    JointStates,
+    /// Which joints are where on the robot.
+    RobotDescription,
     /// Whether the feet touch the ground.
     FootContact,
     /// Forces under the feet.
@@ -26,12 +30,14 @@ pub enum TopicRole {
 
 impl TopicRole {
     /// Every role.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Image,
         Self::CameraInfo,
         Self::Odometry,
         Self::Tf,
         Self::TfStatic,
+        Self::JointStates,
+        Self::RobotDescription,
         Self::FootContact,
         Self::FootPressure,
         Self::GroundTruth,
@@ -46,6 +52,8 @@ impl TopicRole {
             Self::Odometry => "the odometry",
             Self::Tf => "the kinematics (tf)",
             Self::TfStatic => "the fixed transforms (tf_static)",
+            Self::JointStates => "the positions of joints",
+            Self::RobotDescription => "the robot's description",
             Self::FootContact => "the contact of the feet",
             Self::FootPressure => "the forces under the feet",
             Self::GroundTruth => "the truth",
@@ -61,6 +69,8 @@ impl TopicRole {
             Self::Odometry => &["nav_msgs/msg/Odometry"],
             // The second is that of ROS 1 before tf2.
             Self::Tf | Self::TfStatic => &["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"],
+            Self::JointStates => &["sensor_msgs/msg/JointState"],
+            Self::RobotDescription => &["std_msgs/msg/String"],
             Self::FootContact => &["std_msgs/msg/Bool"],
             Self::FootPressure => &["std_msgs/msg/Float64MultiArray"],
             Self::GroundTruth => &["geometry_msgs/msg/PoseStamped"],
@@ -69,8 +79,8 @@ impl TopicRole {
 }
 
 /// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
-/// must have the image topic, the calibration topic (or the camera is given), one of the two `tf` topics (or the camera's
-/// place is given), and every topic whose name is not the default.
+/// must have the image topic, the calibration topic (or the camera is given), one of the two `tf` topics or the robot's description
+/// (or that or the camera's place is given), and every topic whose name is not the default.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BagTopics {
@@ -88,6 +98,11 @@ pub struct BagTopics {
     pub tf: String,
     /// Poses that do not change, `tf2_msgs/msg/TFMessage`.
     pub tf_static: String,
+    /// Positions of the robot's joints, `sensor_msgs/msg/JointState`. With the description they say where frames are of which `tf` and
+    /// `tf_static` say nothing.
+    pub joint_states: String,
+    /// Description of the robot (URDF), `std_msgs/msg/String`.
+    pub robot_description: String,
     /// Whether the feet touch the ground, `std_msgs/msg/Bool`.
     pub foot_contact: String,
     /// Eight forces in newtons, left foot first, `std_msgs/msg/Float64MultiArray`. Wins over `foot_contact`.
@@ -109,6 +124,8 @@ impl Default for BagTopics {
             odometry: "/odom".into(),
             tf: "/tf".into(),
             tf_static: "/tf_static".into(),
+            joint_states: "/joint_states".into(),
+            robot_description: "/robot_description".into(),
             foot_contact: "/foot_contact".into(),
             foot_pressure: "/foot_pressure".into(),
             ground_truth: "/ground_truth/pose".into(),
@@ -119,6 +136,23 @@ impl Default for BagTopics {
 }
 
 impl BagTopics {
+    /// No topic at all, the usual frames.
+    pub(super) fn none() -> Self {
+        Self {
+            image: String::new(),
+            camera_info: String::new(),
+            odometry: String::new(),
+            tf: String::new(),
+            tf_static: String::new(),
+            joint_states: String::new(),
+            robot_description: String::new(),
+            foot_contact: String::new(),
+            foot_pressure: String::new(),
+            ground_truth: String::new(),
+            ..Self::default()
+        }
+    }
+
     /// Name of the topic with a role; empty if it is not to be read.
     #[must_use]
     pub fn name(&self, role: TopicRole) -> &str {
@@ -128,6 +162,8 @@ impl BagTopics {
             TopicRole::Odometry => &self.odometry,
             TopicRole::Tf => &self.tf,
             TopicRole::TfStatic => &self.tf_static,
+            TopicRole::JointStates => &self.joint_states,
+            TopicRole::RobotDescription => &self.robot_description,
             TopicRole::FootContact => &self.foot_contact,
             TopicRole::FootPressure => &self.foot_pressure,
             TopicRole::GroundTruth => &self.ground_truth,

@@ -63,7 +63,11 @@ impl LiveFrames {
     /// # Errors
     /// If there is no network, or a name is wrong.
     pub fn open(settings: &LiveSettings, host: &Host) -> Result<Self, Ros2Error> {
-        let given = GivenInputs { camera: None, robot_from_camera: settings.robot_from_camera };
+        let given = GivenInputs {
+            camera: None,
+            robot_from_camera: settings.robot_from_camera,
+            robot: settings.robot.clone(),
+        };
         let mut topics = given.topics_to_read(&settings.topics);
         if settings.calibration.is_some() {
             topics.camera_info.clear();
@@ -71,7 +75,7 @@ impl LiveFrames {
         let settings = LiveSettings { topics: topics.clone(), ..settings.clone() };
         let receiver = Receiver::start(&settings, &TopicRole::ALL, host)?;
         Ok(Self {
-            synchronizer: Synchronizer::new(&topics, ExpectedInputs::default()).with_given(given),
+            synchronizer: Synchronizer::new(&topics, ExpectedInputs::default()).with_given(given.clone()),
             calibration: settings.calibration,
             given,
             vigil: Vigil::new(&topics.image, receiver.image_type, settings.patience_secs, host.now()),
@@ -143,7 +147,7 @@ impl LiveFrames {
             )?;
         warnings.iter().for_each(|warning| self.host.notice(warning));
         self.given.camera = Some(camera);
-        self.synchronizer.give(self.given);
+        self.synchronizer.give(self.given.clone());
         self.calibration = None;
         Ok(())
     }
@@ -156,7 +160,8 @@ impl LiveFrames {
         }
         self.waiting_since = None;
         let skipped = self.synchronizer.skipped().iter().rfind(|skipped| skipped.origin == self.topics.image);
-        let reason = skipped.map_or("expected a calibration and tf", |skipped| &skipped.reason);
+        let reason = skipped
+            .map_or("expected a calibration, and tf or positions of joints", |skipped| &skipped.reason);
         let notice = format!("{}: images come, but none can be used: {reason}", self.topics.image);
         self.host.notice(&notice);
     }
@@ -237,7 +242,9 @@ impl LiveFrames {
         let first = self.synchronizer.skipped().iter().find(|skipped| skipped.origin == origin);
         let reason = match first {
             Some(first) => format!("no image could be used; the first: {}", first.reason),
-            None if self.vigil.has_images() => "images came, but never with calibration and tf".into(),
+            None if self.vigil.has_images() => {
+                "images came, but never with calibration and tf (or joints)".into()
+            }
             None => self.vigil.why_silent(self.vigil.patience_secs(), &self.receiver.node.topics()),
         };
         Some(Err(SourceError::Broken { origin, reason }))
@@ -301,6 +308,8 @@ fn role_of(message: &RosMessage) -> TopicRole {
         RosMessage::Odometry(_) => TopicRole::Odometry,
         RosMessage::Tf(_) => TopicRole::Tf,
         RosMessage::TfStatic(_) => TopicRole::TfStatic,
+        RosMessage::JointStates(_) => TopicRole::JointStates,
+        RosMessage::RobotDescription(_) => TopicRole::RobotDescription,
         RosMessage::FootContact(_) => TopicRole::FootContact,
         RosMessage::FootPressure(_) => TopicRole::FootPressure,
         RosMessage::GroundTruth(_) => TopicRole::GroundTruth,

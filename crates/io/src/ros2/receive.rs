@@ -30,6 +30,7 @@ use crate::{
         node::Delivery,
     },
     sequence::Calibration,
+    urdf::RobotDescription,
 };
 
 /// How long it is looked for who publishes the images, to learn their type.
@@ -53,6 +54,8 @@ pub struct LiveSettings {
     pub calibration: Option<(Calibration, PathBuf)>,
     /// The camera's pose on the robot, over what tf says.
     pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
+    /// Which joints the robot has, over what is published.
+    pub robot: Option<Arc<RobotDescription>>,
 }
 
 impl LiveSettings {
@@ -67,6 +70,7 @@ impl LiveSettings {
             backlog_secs: 0.0,
             calibration: None,
             robot_from_camera: None,
+            robot: None,
         }
     }
 }
@@ -144,6 +148,8 @@ enum Feed {
     Odometry(Subscription<crate::bag::messages::Odometry>),
     Tf(Subscription<crate::bag::messages::TfMessage>),
     TfStatic(Subscription<crate::bag::messages::TfMessage>),
+    JointStates(Subscription<crate::bag::messages::JointState>),
+    RobotDescription(Subscription<crate::bag::messages::StringMessage>),
     FootContact(Subscription<crate::bag::messages::Bool>),
     FootPressure(Subscription<crate::bag::messages::Float64MultiArray>),
     GroundTruth(Subscription<crate::bag::messages::PoseStamped>),
@@ -173,6 +179,10 @@ impl Feed {
             // `rustdds` keeps thousands of messages for it.
             TopicRole::Tf => Self::Tf(node.subscribe(topic, name, Delivery::Reliable)?),
             TopicRole::TfStatic => Self::TfStatic(node.subscribe(topic, name, Delivery::Latched)?),
+            TopicRole::JointStates => Self::JointStates(node.subscribe(topic, name, newest)?),
+            TopicRole::RobotDescription => {
+                Self::RobotDescription(node.subscribe(topic, name, Delivery::Kept)?)
+            }
             TopicRole::FootContact => Self::FootContact(node.subscribe(topic, name, newest)?),
             TopicRole::FootPressure => Self::FootPressure(node.subscribe(topic, name, newest)?),
             TopicRole::GroundTruth => Self::GroundTruth(node.subscribe(topic, name, newest)?),
@@ -187,6 +197,8 @@ impl Feed {
             Self::Odometry(feed) => messages(feed, RosMessage::Odometry, host),
             Self::Tf(feed) => messages(feed, RosMessage::Tf, host),
             Self::TfStatic(feed) => messages(feed, RosMessage::TfStatic, host),
+            Self::JointStates(feed) => messages(feed, RosMessage::JointStates, host),
+            Self::RobotDescription(feed) => messages(feed, RosMessage::RobotDescription, host),
             Self::FootContact(feed) => messages(feed, RosMessage::FootContact, host),
             Self::FootPressure(feed) => messages(feed, RosMessage::FootPressure, host),
             Self::GroundTruth(feed) => messages(feed, RosMessage::GroundTruth, host),

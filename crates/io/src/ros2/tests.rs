@@ -15,7 +15,8 @@ use crate::{
     bag::{
         BagTopics, camera_info_message,
         messages::{
-            Empty, Header, Image, JointTrajectory, Odometry, Pose, TfMessage, TransformStamped, Twist,
+            Empty, Header, Image, JointState, JointTrajectory, Odometry, Pose, StringMessage, TfMessage,
+            TransformStamped, Twist,
         },
     },
     ros2::{
@@ -47,8 +48,22 @@ fn join(settings: &NodeSettings) -> Option<Node> {
     Node::join(settings).map_err(|error| println!("skipped: {error}")).ok()
 }
 
+/// How a robot says where its camera is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kinematics {
+    Transforms,
+    Joints,
+}
+
+/// A camera that a joint lifts, in as many bytes as a description with all its meshes has.
+fn description() -> StringMessage {
+    let padding = "<!-- mesh -->".repeat(20_000);
+    let joint = "<joint name=\"lift\" type=\"prismatic\"><parent link=\"base_footprint\"/><child link=\"eye\"/><axis xyz=\"0 0 1\"/></joint>";
+    StringMessage { data: format!("<robot name=\"r\">{padding}{joint}</robot>") }
+}
+
 /// Publishes one moment of a robot after the other until somebody has seen enough.
-fn robot(node: &mut Node, mut until: impl FnMut() -> bool) {
+fn robot(node: &mut Node, kinematics: Kinematics, mut until: impl FnMut() -> bool) {
     let topics = BagTopics::default();
     let sensors = Delivery::Reliable;
     let images = node.advertise("/eye", "sensor_msgs/msg/Image", sensors).unwrap();
@@ -62,10 +77,20 @@ fn robot(node: &mut Node, mut until: impl FnMut() -> bool) {
         transform: Pose::planar(&PlanarPose::new(0.1, 0.0, 0.0), 0.5),
     };
     transform.transform.orientation.w = 1.0;
-    tf.publish(TfMessage { transforms: vec![transform] }).unwrap();
+    let (described, states) = ("std_msgs/msg/String", "sensor_msgs/msg/JointState");
+    let described = node.advertise(&topics.robot_description, described, Delivery::Kept).unwrap();
+    let states = node.advertise(&topics.joint_states, states, sensors).unwrap();
+    match kinematics {
+        Kinematics::Transforms => tf.publish(TfMessage { transforms: vec![transform] }).unwrap(),
+        Kinematics::Joints => described.publish(description()).unwrap(),
+    }
     for i in 0..NUM_TRIES {
         let at = Timestamp::from_nanos(1_700_000_000_000_000_000 + i * 50_000_000);
         infos.publish(camera_info_message(at, &camera, "eye")).unwrap();
+        if kinematics == Kinematics::Joints {
+            let (header, name, position) = (Header::new(at, ""), vec!["lift".into()], vec![0.5]);
+            states.publish(JointState { header, name, position, ..JointState::default() }).unwrap();
+        }
         let x_m = 0.01 * i as f64;
         let mut moved = Odometry { header: Header::new(at, "odom"), ..Odometry::default() };
         moved.pose.pose = Pose::planar(&PlanarPose::new(x_m, 0.0, 0.0), 0.0);
@@ -89,6 +114,15 @@ fn live(node: &NodeSettings) -> LiveSettings {
 
 #[test]
 fn frames_are_joined_from_live_topics() {
+    frames_are_joined(Kinematics::Transforms);
+}
+
+#[test]
+fn frames_are_joined_from_live_joints() {
+    frames_are_joined(Kinematics::Joints);
+}
+
+fn frames_are_joined(kinematics: Kinematics) {
     let settings = settings("robot");
     let Some(mut node) = join(&settings) else { return };
     let host = Host::new(now, |_| {});
@@ -110,7 +144,7 @@ fn frames_are_joined_from_live_topics() {
         host.stop();
         assert!(frames.next_frame().is_none());
     });
-    robot(&mut node, || listener.is_finished());
+    robot(&mut node, kinematics, || listener.is_finished());
     listener.join().unwrap();
 }
 
@@ -127,7 +161,7 @@ fn pictures_need_no_robot_and_bring_their_calibration() {
             (pictures.next_picture().unwrap().unwrap(), pictures.next_picture().unwrap().unwrap());
         assert!(first.at < second.at && first.image.width() == 4);
     });
-    robot(&mut node, || listener.is_finished());
+    robot(&mut node, Kinematics::Transforms, || listener.is_finished());
     listener.join().unwrap();
 }
 

@@ -20,6 +20,8 @@ pub struct SourceOptions {
     pub camera: Option<PathBuf>,
     /// Where the camera is on the robot, over what the source itself says.
     pub mount: Option<Mount>,
+    /// Description of the robot (URDF), over what the source itself says.
+    pub urdf: Option<PathBuf>,
     /// Which images are used.
     pub range: SequenceRange,
     /// Size of gray images as a factor; the camera is adapted.
@@ -145,6 +147,8 @@ pub enum SourceOption {
     Camera,
     /// The camera's place on the robot.
     Mount,
+    /// Description of the robot.
+    Urdf,
     /// File with names of topics.
     Topics,
     /// Topic of the images.
@@ -185,9 +189,10 @@ pub enum SourceOption {
 
 impl SourceOption {
     /// Every option.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Camera,
         Self::Mount,
+        Self::Urdf,
         Self::Topics,
         Self::ImageTopic,
         Self::CameraInfoTopic,
@@ -225,6 +230,7 @@ impl SourceOption {
         match self {
             Self::Camera => "--camera",
             Self::Mount => "--camera-height",
+            Self::Urdf => "--urdf",
             Self::Topics => "--topics",
             Self::ImageTopic => "--image-topic",
             Self::CameraInfoTopic => "--camera-info-topic",
@@ -253,7 +259,8 @@ impl SourceOption {
             Self::Mount if purpose == Purpose::Frames => {
                 "where its camera is on the robot is known; leave it out"
             }
-            Self::Mount => "only images are taken, and they do not depend on it; leave it out",
+            Self::Urdf if purpose == Purpose::Frames => "no positions of joints come from it; leave it out",
+            Self::Mount | Self::Urdf => "only images are taken, and they do not depend on it; leave it out",
             Self::Topics
             | Self::ImageTopic
             | Self::CameraInfoTopic
@@ -292,6 +299,7 @@ impl SourceOptions {
                 },
             camera,
             mount,
+            urdf,
             range: SequenceRange { start, end, stride },
             scale,
             rate_hz,
@@ -308,6 +316,7 @@ impl SourceOptions {
         let is_given = [
             (SourceOption::Camera, camera.is_some()),
             (SourceOption::Mount, mount.is_some()),
+            (SourceOption::Urdf, urdf.is_some()),
             (SourceOption::Topics, all.is_some()),
             (SourceOption::ImageTopic, image.is_some()),
             (SourceOption::CameraInfoTopic, camera_info.is_some()),
@@ -397,7 +406,9 @@ impl SourceOptions {
             SourceOption::CameraInfoTopic if names_calibration && self.camera.is_some() => {
                 Some(SourceOption::Camera.flag())
             }
-            SourceOption::BaseFrame | SourceOption::CameraFrame if self.mount.is_some() => {
+            SourceOption::BaseFrame | SourceOption::CameraFrame | SourceOption::Urdf
+                if self.mount.is_some() =>
+            {
                 Some(SourceOption::Mount.flag())
             }
             _ => None,

@@ -5,6 +5,8 @@
 mod containers;
 mod damage;
 mod excerpts;
+mod joints;
 mod round_trip;
+mod six_joints;
 mod support;
 mod synchronization;

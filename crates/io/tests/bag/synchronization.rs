@@ -198,7 +198,7 @@ fn one_stamp_far_ahead_does_not_end_the_odometry() {
 fn what_is_given_wins_over_messages_and_is_not_waited_for() {
     let place = frame(3).frame.robot_from_camera;
     let other = Camera::pinhole((64, 48), (90.0, 90.0), (31.5, 23.5)).unwrap();
-    let given = GivenInputs { camera: Some(other), robot_from_camera: Some(place) };
+    let given = GivenInputs { camera: Some(other), robot_from_camera: Some(place), ..GivenInputs::default() };
     let mut synchronizer =
         Synchronizer::new(&BagTopics::default(), ExpectedInputs::default()).with_given(given);
     synchronizer.push(image(0.1));

@@ -156,6 +156,7 @@ fn nested(kind: Kind) -> String {
                 "<svg xmlns=\"http://www.w3.org/2000/svg\">{open}<path d=\"M0 0h1\" stroke=\"black\"/>{close}</svg>"
             )
         }
+        Kind::Urdf => format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(DEPTH), "</a>".repeat(DEPTH)),
         Kind::Experiment => format!("{{\"experiment\": {}", "[".repeat(DEPTH)),
         kind if kind.good().main().0.ends_with("toml") => format!("name = {}", "[".repeat(DEPTH)),
         _ => format!("cam0: {}", "[".repeat(DEPTH)),

@@ -56,6 +56,7 @@ pub enum Kind {
     Topics,
     RosParameters,
     Robot,
+    Urdf,
     Recording,
     Experiment,
     VisualMap,
@@ -193,6 +194,7 @@ impl Kind {
                 "input.toml",
                 "[camera]\npitch_down_deg = 0.5\n[odometry]\nscale = [1.01, 1.0, 1.0]\n",
             ),
+            Self::Urdf => Input::one("input.urdf", seed("robot_description", 0)),
             Self::Recording => Input::one("input.mcap", recording()),
             Self::VisualMap => Input::one("input.vmap", seed("map_of_slam", 0)),
             Self::Experiment => Input {

@@ -120,6 +120,12 @@ pub const SLOTS: &[Slot] = &[
         &[CameraToml, CameraRos],
     ),
     slot(
+        "localize",
+        "--urdf",
+        "@bag.mcap --map robocup-spl-2010 --frames 1 --urdf {} --json out/r.json",
+        &[Urdf],
+    ),
+    slot(
         "slam",
         "SOURCE",
         "{} --camera @camera.toml --ffmpeg @ffmpeg --json out/r.json --trajectory out/t.tum",
@@ -137,14 +143,18 @@ pub const SLOTS: &[Slot] = &[
     slot("slam", "--load", "@tum --load {} --save out/later.vmap --json out/r.json", &[VisualMap]),
     small("slam", "--poses", "@tum --poses {} --save out/given.vmap", &[PosesTum, PosesEuroc]),
     slot("slam", "--params-file", "@tum --params-file {} --json out/r.json", &[RosParameters]),
+    slot("slam", "--urdf", "@bag.mcap --urdf {} --end 1", &[Urdf]),
     slot("slam", "--topics", "@bag.mcap --topics {} --end 1", &[Topics]),
     slot("extract", "SOURCE", "{} --ffmpeg @ffmpeg --out out/images", &[Video]),
     without_camera("extract", "SOURCE", "{} --out out/images", CAMERA_SOURCES),
     slot("extract", "--camera", "@tum --camera {} --out out/images", &[CameraToml, CameraKalibr]),
+    // Images alone do not depend on it, so it is refused before it is read.
+    slot("extract", "--urdf", "@bag.mcap --urdf {} --out out/images", &[]),
     slot("extract", "--topics", "@bag.mcap --topics {} --frames 1 --out out/images", &[Topics]),
     slot("record", "SOURCE", "{} --ffmpeg @ffmpeg --out out/copy.mcap", &[Video]),
     without_camera("record", "SOURCE", "{} --out out/copy.mcap", CAMERA_SOURCES),
     slot("record", "--camera", "@tum --camera {} --out out/copy.mcap", &[CameraToml, CameraKalibr]),
+    slot("record", "--urdf", "@bag.mcap --urdf {} --frames 1 --out out/copy.mcap", &[Urdf]),
     slot("record", "--topics", "@bag.mcap --topics {} --frames 1 --out out/copy.mcap", &[Topics]),
     beginning(
         "likelihood",
@@ -164,6 +174,12 @@ pub const SLOTS: &[Slot] = &[
         "--camera",
         "@bag.mcap --at 0.1 --map robocup-spl-2010 --step 0.5 --out out --camera {}",
         &[CameraToml],
+    ),
+    slot(
+        "likelihood",
+        "--urdf",
+        "@bag.mcap --at 0.1 --map robocup-spl-2010 --step 0.5 --out out --urdf {}",
+        &[Urdf],
     ),
     slot(
         "likelihood",
@@ -236,6 +252,12 @@ pub const SLOTS: &[Slot] = &[
     ),
     small(
         "calibrate-robot",
+        "--urdf",
+        "@bag.mcap --map robocup-spl-2010 --urdf {} --out out/robot.toml",
+        &[Urdf],
+    ),
+    small(
+        "calibrate-robot",
         "--topics",
         "@bag.mcap --map robocup-spl-2010 --topics {} --out out/robot.toml",
         &[Topics],
@@ -247,6 +269,7 @@ pub const SLOTS: &[Slot] = &[
     endless("studio", "--map", "@bag.mcap --port 0 --no-open --map {}", &[MapField]),
     endless("studio", "--sequence", "--sequence {} --port 0 --no-open", &[Tum]),
     endless("studio", "--camera", "@tum --camera {} --port 0 --no-open", &[CameraToml]),
+    endless("studio", "--urdf", "@bag.mcap --map robocup-spl-2010 --urdf {} --port 0 --no-open", &[Urdf]),
     endless(
         "studio",
         "--topics",

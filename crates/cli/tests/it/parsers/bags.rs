@@ -11,12 +11,12 @@ use visloc_io::{
     bag::{
         BagMessages, BagPictures, BagReader, BagTopics, BagWriter, BagWriterOptions, ChunkCompression,
         ExpectedInputs, ImageEncoding, RosMessage, SensorMessage, SyncOutcome, Synchronizer, Transcoder,
-        messages::{self, from_cdr},
+        messages::{self, from_cdr, to_cdr},
     },
     image_codec::encode_png,
 };
 
-use super::{as_file, in_folder};
+use super::{as_file, in_folder, robots::ROBOT};
 
 /// A small picture of a robot and what else it senses, ten a second.
 pub fn frame(index: usize) -> SourceFrame {
@@ -265,7 +265,7 @@ pub fn metadata(bytes: &[u8]) {
 type Decode = fn(&[u8]) -> Result<RosMessage, String>;
 
 /// What topics carry, in bags and live.
-const DECODERS: [(&str, Decode); 9] = [
+const DECODERS: [(&str, Decode); 11] = [
     ("/camera/image/compressed", |data| from_cdr(data).map(RosMessage::CompressedImage)),
     ("/camera/image", |data| from_cdr(data).map(RosMessage::Image)),
     ("/camera/camera_info", |data| from_cdr(data).map(RosMessage::CameraInfo)),
@@ -274,6 +274,8 @@ const DECODERS: [(&str, Decode); 9] = [
     ("/tf_static", |data| from_cdr(data).map(RosMessage::TfStatic)),
     ("/foot_contact", |data| from_cdr(data).map(RosMessage::FootContact)),
     ("/foot_pressure", |data| from_cdr(data).map(RosMessage::FootPressure)),
+    ("/joint_states", |data| from_cdr(data).map(RosMessage::JointStates)),
+    ("/robot_description", |data| from_cdr(data).map(RosMessage::RobotDescription)),
     ("/ground_truth", |data| from_cdr(data).map(RosMessage::GroundTruth)),
 ];
 
@@ -301,13 +303,29 @@ fn seed_of(folder: &Path, image_encoding: ImageEncoding) -> Vec<u8> {
             ("tf2_msgs/msg/TFMessage", _) => 5,
             ("std_msgs/msg/Bool", _) => 6,
             ("std_msgs/msg/Float64MultiArray", _) => 7,
-            _ => 8,
+            ("sensor_msgs/msg/JointState", _) => 8,
+            ("std_msgs/msg/String", _) => 9,
+            _ => 10,
         };
-        seed.push(number);
-        seed.extend(u16::try_from(message.data.len()).unwrap().to_le_bytes());
-        seed.extend_from_slice(&message.data);
+        append(&mut seed, number, &message.data);
     }
+    let header = messages::Header::new(frame(1).frame.at, "");
+    let states = messages::JointState {
+        header,
+        name: vec!["neck".into(), "left".into()],
+        position: vec![0.1, 0.02],
+        ..messages::JointState::default()
+    };
+    append(&mut seed, 8, &to_cdr(&states).unwrap());
+    append(&mut seed, 9, &to_cdr(&messages::StringMessage { data: ROBOT.into() }).unwrap());
+    append(&mut seed, 8, &to_cdr(&states).unwrap());
     seed
+}
+
+fn append(seed: &mut Vec<u8>, number: u8, data: &[u8]) {
+    seed.push(number);
+    seed.extend(u16::try_from(data.len()).unwrap().to_le_bytes());
+    seed.extend_from_slice(data);
 }
 
 /// As live topics do it: decodes, joins by time, and decodes the images of the frames.

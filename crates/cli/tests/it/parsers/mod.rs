@@ -7,6 +7,7 @@ mod bags;
 mod calibrations;
 mod maps;
 mod pictures;
+mod robots;
 mod settings;
 mod studio;
 mod tables;
@@ -73,6 +74,7 @@ pub const PARSERS: &[Parser] = &[
         read: tables::trajectory,
     },
     Parser { name: "dataset_lists", max_bytes: TEXT, seeds: tables::dataset_seeds, read: tables::dataset },
+    Parser { name: "robot_description", max_bytes: TEXT, seeds: robots::seeds, read: robots::read },
     Parser { name: "map_toml", max_bytes: TEXT, seeds: maps::toml_seeds, read: maps::toml },
     Parser { name: "map_svg", max_bytes: TEXT, seeds: maps::svg_seeds, read: maps::svg },
     Parser { name: "map_dxf", max_bytes: TEXT, seeds: maps::dxf_seeds, read: maps::dxf },

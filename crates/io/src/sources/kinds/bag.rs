@@ -1,6 +1,6 @@
 //! Recordings of ROS 2 and ROS 1.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use visloc_core::{FrameSource, PictureSource, files, geom::Camera as CameraModel};
 
@@ -9,15 +9,16 @@ use crate::{
     bag::{BagPictures, BagReader, BagTopics, GivenInputs, TopicRole},
     sequence::{Calibration, fit_calibration, read_calibration},
     sources::{
-        OpenFrames, OpenImages, OpenPictures,
+        OpenFrames, OpenImages, OpenPictures, SourceOption,
         SourceOption::{
             BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale,
-            Start, Stride, Topics, TruthTopic,
+            Start, Stride, Topics, TruthTopic, Urdf,
         },
         SourcesError,
         adapt::{FramePictures, ManyCameras, images_of_gray, images_of_pictures},
         open::Request,
     },
+    urdf::{RobotDescription, read_robot_description},
 };
 
 pub(super) const KIND: SourceKind = SourceKind {
@@ -35,6 +36,7 @@ pub(super) const KIND: SourceKind = SourceKind {
             &[
                 Camera,
                 Mount,
+                Urdf,
                 Topics,
                 ImageTopic,
                 CameraInfoTopic,
@@ -51,6 +53,7 @@ pub(super) const KIND: SourceKind = SourceKind {
             &[
                 Camera,
                 Mount,
+                Urdf,
                 Topics,
                 ImageTopic,
                 CameraInfoTopic,
@@ -86,11 +89,13 @@ fn is_rosbag_metadata(folder: &Path) -> bool {
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
     let topics = request.topics();
     if !topics.more_images.is_empty() {
-        let readers = BagReader::open_cameras(request.address.rest(), &topics)?;
+        let given = GivenInputs { robot: given_robot(request)?, ..GivenInputs::default() };
+        let readers = BagReader::open_cameras(request.address.rest(), &topics, &given)?;
         let warnings = chosen(request, readers[0].topics());
         let of_camera = [TopicRole::Image, TopicRole::CameraInfo];
         let in_common = TopicRole::ALL.into_iter().filter(|role| !of_camera.contains(role));
-        let in_common = in_common.map(|role| topics.name(role).to_owned()).collect();
+        let mut in_common: Vec<_> = in_common.map(|role| topics.name(role).to_owned()).collect();
+        in_common.push(TopicRole::RobotDescription.meaning().to_owned());
         let sources = readers.into_iter().map(|reader| Box::new(reader) as Box<dyn FrameSource>).collect();
         return Ok(OpenFrames {
             frames: Box::new(ManyCameras::new(sources, in_common)),
@@ -107,10 +112,16 @@ fn reader(request: &Request<'_>, warnings: &mut Vec<String>) -> Result<BagReader
     let given = GivenInputs {
         camera: given_camera(request, warnings)?,
         robot_from_camera: request.options.mount.map(|mount| mount.robot_from_camera()),
+        robot: given_robot(request)?,
     };
     let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
     warnings.extend(chosen(request, bag.topics()));
     Ok(bag)
+}
+
+/// The user's description of the robot.
+fn given_robot(request: &Request<'_>) -> Result<Option<Arc<RobotDescription>>, SourcesError> {
+    Ok(request.options.urdf.as_deref().map(read_robot_description).transpose()?.map(Arc::new))
 }
 
 /// The user's calibration for the size of the first image.
@@ -128,15 +139,20 @@ fn given_camera(
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    given_robot(request)?;
     if let Some((frames, warnings)) = robot(request) {
         let calibration = (Calibration::of(frames.camera()), request.address.rest().into());
         return images_of_gray(request, Box::new(frames), Some(calibration), warnings);
     }
-    if request.options.mount.is_some() {
-        return request.cannot(
-            "--camera-height and the like: expected odometry and a camera whose place on the robot matters, \
-             found no odometry",
-        );
+    let of_robot = [
+        (SourceOption::Mount, request.options.mount.is_some()),
+        (SourceOption::Urdf, request.options.urdf.is_some()),
+    ];
+    if let Some((option, _)) = of_robot.into_iter().find(|(_, is_given)| *is_given) {
+        return request.cannot(format!(
+            "{} and the like: expected odometry and a camera whose place on the robot matters, found no odometry",
+            option.flag()
+        ));
     }
     images_of_pictures(request, pictures(request)?)
 }
@@ -166,6 +182,8 @@ fn chosen(request: &Request<'_>, found: &BagTopics) -> Vec<String> {
         ("images", &asked.image, &found.image),
         ("calibration", &asked.camera_info, &found.camera_info),
         ("odometry", &asked.odometry, &found.odometry),
+        ("positions of joints", &asked.joint_states, &found.joint_states),
+        ("the robot's description", &asked.robot_description, &found.robot_description),
     ];
     let changed = roles.into_iter().filter(|(_, asked, found)| asked != found && !found.is_empty());
     changed

@@ -5,7 +5,7 @@ use crate::sources::{
     OpenFrames, OpenImages, OpenPictures,
     SourceOption::{
         BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, OdometryTopic,
-        Patience, RosDomain, Scale, Start, Stride, Topics, TruthTopic,
+        Patience, RosDomain, Scale, Start, Stride, Topics, TruthTopic, Urdf,
     },
     SourceOptions, SourcesError,
     open::Request,
@@ -26,6 +26,7 @@ pub(super) const KIND: SourceKind = SourceKind {
             &[
                 Camera,
                 Mount,
+                Urdf,
                 Topics,
                 ImageTopic,
                 CameraInfoTopic,
@@ -96,7 +97,9 @@ mod live {
         ros2::{LiveFrames, LivePictures, LiveSettings, NodeSettings},
         sequence::{Calibration, read_calibration},
         sources::adapt::images_of_pictures,
+        urdf::read_robot_description,
     };
+    use std::sync::Arc;
 
     pub(super) fn problem(_: &SourceOptions) -> Option<String> {
         None
@@ -104,7 +107,8 @@ mod live {
 
     /// The topic behind the colon wins over the one in the settings.
     fn settings(request: &Request<'_>) -> Result<LiveSettings, SourcesError> {
-        let SourceOptions { topics, camera, mount, patience_secs, image_qos, usual, .. } = request.options;
+        let SourceOptions { topics, camera, mount, urdf, patience_secs, image_qos, usual, .. } =
+            request.options;
         let is_named_twice = topics.image.is_some();
         let mut topics = request.topics();
         if !topics.more_images.is_empty() {
@@ -140,16 +144,19 @@ mod live {
                 .map(|path| Ok::<_, SourcesError>((read_calibration(path)?, path.clone())))
                 .transpose()?,
             robot_from_camera: mount.map(|mount| mount.robot_from_camera()),
+            robot: urdf.as_deref().map(read_robot_description).transpose()?.map(Arc::new),
             ..LiveSettings::new(node)
         })
     }
 
     pub(super) fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
-        let (topics, SourceOptions { camera, mount, .. }) = (request.topics(), request.options);
+        let (topics, SourceOptions { camera, mount, urdf, .. }) = (request.topics(), request.options);
         if topics.camera_info.is_empty() && camera.is_none() {
             return Err(SourcesError::NoCamera { argument: request.argument() });
         }
-        if topics.tf.is_empty() && topics.tf_static.is_empty() && mount.is_none() {
+        let has_poses =
+            [&topics.tf, &topics.tf_static, &topics.robot_description].iter().any(|name| !name.is_empty());
+        if !has_poses && mount.is_none() && urdf.is_none() {
             return Err(SourcesError::NoMount { argument: request.argument() });
         }
         let frames = LiveFrames::open(&settings(request)?, request.host)?;
