@@ -61,13 +61,8 @@ pub fn one_line(error: &anyhow::Error) -> String {
     short(&with_short_numbers(&line)).into_owned()
 }
 
-/// A message in the words of [`one_line`].
-pub fn plain(text: &str) -> Cow<'_, str> {
-    Cow::Owned(without_numbers_of_errors(text))
-}
-
 /// The text without ` (os error 13)` behind what the system says in words.
-fn without_numbers_of_errors(text: &str) -> String {
+pub fn without_numbers_of_errors(text: &str) -> String {
     let mut parts = text.split(" (os error ");
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |out, part| out + part.split_once(')').map_or("", |(_, behind)| behind))

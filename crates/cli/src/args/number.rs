@@ -43,8 +43,7 @@ where
 {
     let least = match range.start_bound() {
         Bound::Included(least) => *least,
-        Bound::Excluded(below) => below + 1,
-        Bound::Unbounded => 0,
+        _ => 0,
     };
     let most = match range.end_bound() {
         Bound::Included(most) => Some(*most),

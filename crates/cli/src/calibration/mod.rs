@@ -7,7 +7,7 @@ mod report;
 mod source;
 mod words;
 
-pub use by_hand::{Start, by_hand_page, map_lines};
+pub use by_hand::{Start, by_hand_page};
 pub use detections::{Detected, find_boards};
 pub use pictures::draw;
 pub use report::{CalibrationReport, camera_toml, markdown};

@@ -92,7 +92,6 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     saving.end()
 }
 
-/// Live topics, if they are asked for or the source is one itself.
 /// Points have another form than maps: who names a map means something else.
 fn refuse_name_of_map(points: &Path) -> Result<()> {
     let is_built_in = BUILT_IN_MAPS.iter().any(|(name, _)| points.as_os_str() == *name);
@@ -107,6 +106,7 @@ fn refuse_name_of_map(points: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Live topics, if they are asked for or the source is one itself.
 fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<SlamLive>> {
     let is_live = args.source.starts_with("ros2:");
     if !(args.publish_ros || (is_live && !args.no_publish_ros)) {

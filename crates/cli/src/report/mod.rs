@@ -4,6 +4,7 @@ mod analysis_picture;
 mod camera_errors;
 mod diagnosis;
 mod json;
+mod map_lines;
 mod overlay;
 mod pictures;
 mod skipped;
@@ -15,6 +16,7 @@ pub use diagnosis::{FindingReport, diagnosis_lines, explain_localization, explai
 pub use json::{
     AlgorithmReport, CameraOfRobot, DemoReport, EvaluationReport, LocalizeReport, SimulateReport, save_json,
 };
+pub use map_lines::map_lines;
 pub use overlay::draw_overlay;
 pub use pictures::{Curve, RunPictures, ground};
 pub use skipped::SkippedReport;

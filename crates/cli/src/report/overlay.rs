@@ -6,7 +6,7 @@ use visloc_locate::{Photo, PhotoPose};
 use visloc_plot::{Color, ImageLine, ImagePicture, Picture, image_picture};
 use visloc_world::Map;
 
-use crate::calibration::map_lines;
+use super::map_lines;
 
 /// Lines are drawn in pieces of this length, since lenses bend them, meters.
 const PIECE_M: f64 = 0.05;

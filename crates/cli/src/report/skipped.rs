@@ -50,7 +50,7 @@ impl SkippedReport {
     pub fn lines(&self) -> Vec<String> {
         let line = |group: &SkippedGroup| {
             let at = group.first_at_s.map(|secs| format!(" at {secs:.3} s")).unwrap_or_default();
-            let (origin, reason) = (&group.origin, say::plain(&group.first_reason));
+            let (origin, reason) = (&group.origin, say::without_numbers_of_errors(&group.first_reason));
             // A reason that names the place itself does not name it twice.
             let reason = reason.strip_prefix(&format!("{origin}: ")).unwrap_or(&reason);
             say::short(&format!("left out {} of {origin}; the first{at}: {reason}", group.count)).into_owned()

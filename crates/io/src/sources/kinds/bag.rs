@@ -139,6 +139,7 @@ fn given_camera(
 }
 
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
+    // A file that cannot be read is told here: below, whatever stands in the way of a robot only means that there is none.
     given_robot(request)?;
     if let Some((frames, warnings)) = robot(request) {
         let calibration = (Calibration::of(frames.camera()), request.address.rest().into());
