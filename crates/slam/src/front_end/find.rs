@@ -1,0 +1,145 @@
+//! The camera is lost, or may be at another place: it is looked for in all maps.
+
+use visloc_core::{Clock, Timestamp};
+
+use super::{FrontEnd, Keeping, PROBATION_FRAMES, Phase};
+use crate::{
+    map::{KeyframeId, Map},
+    outcome::{FrameOutcome, TrackingState},
+    recognize::{Located, Refusal, are_apart},
+    schedule::Job,
+    timing::StageTimer,
+    track::{FrameWork, Incoming, TrackReport},
+};
+
+/// Landmarks from which on a place is sure enough to go on mapping there, in units of the fewest that it is recognized by.
+const SURE: usize = 2;
+/// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.
+const LOOK_EVERY: usize = 5;
+
+impl FrontEnd {
+    pub(super) fn relocalize(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        match self.recognize(incoming, timer) {
+            Ok(located) => Some(self.go_on_at(located, outcome, timer)),
+            Err(refused) => {
+                // While the mapper is at work, the numbers of new keyframes are not known yet.
+                let is_time = incoming.at.secs_since(self.lost_at) >= self.config.relocation.new_map_secs;
+                let job = if is_time && !self.awaits_keyframe && self.keeping == Keeping::Growing {
+                    self.start(incoming, outcome, timer)
+                } else {
+                    None
+                };
+                if job.is_none() {
+                    outcome.state = TrackingState::Lost;
+                    outcome.refusal = refused.map(|(_, reason)| reason);
+                }
+                job
+            }
+        }
+    }
+
+    /// Looks for the camera in the whole map; only what is found changes anything.
+    pub(super) fn found_elsewhere(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let located = self.recognize(incoming, timer).ok()?;
+        Some(self.go_on_at(located, outcome, timer))
+    }
+
+    /// Looks for the camera in the fixed map while its place is in doubt; where more of that map is seen than here, it goes on.
+    pub(super) fn look_elsewhere(
+        &mut self,
+        incoming: &Incoming<'_>,
+        here: &TrackReport,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        if !self.is_in_doubt || !self.number().is_multiple_of(LOOK_EVERY) {
+            return None;
+        }
+        let mut aside = StageTimer::start(Clock::still());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let is_candidate = |id| self.map.is_fixed(id);
+        let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
+        timer.end("relocalize");
+        let located = found.ok()?;
+        let num_fixed = |report: &TrackReport| {
+            report.frame.features.iter().filter(|f| self.map.is_fixed_landmark(f.landmark)).count()
+        };
+        let is_better =
+            num_fixed(&located.report) > num_fixed(here) && are_apart(&self.map, &located.report, here);
+        is_better.then(|| self.go_on_at(located, outcome, timer))
+    }
+
+    /// Looks for the keyframe of any map that shows the place.
+    fn recognize(
+        &mut self,
+        incoming: &Incoming<'_>,
+        timer: &mut StageTimer,
+    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
+        let mut aside = StageTimer::start(Clock::still());
+        let mut work = FrameWork { rng: &mut self.rng, timer: &mut aside };
+        let found = self.relocator.attempt(&self.map, incoming, &mut work);
+        timer.end("relocalize");
+        match found {
+            Ok(located) if self.keeping == Keeping::Growing && !self.is_sure(&located) => {
+                let (num, of) = (located.report.num_matched, located.report.num_searched);
+                Err(Some((located.keyframe, Refusal::FewFound { num, of })))
+            }
+            found => found,
+        }
+    }
+
+    /// Whether more is seen of a place than of a thing that may be there twice, such as a door: what goes on at a wrong place bends the map.
+    fn is_sure(&self, located: &Located) -> bool {
+        let num = located.report.num_matched;
+        num >= SURE * self.config.relocation.min_matches && num > located.num_elsewhere
+    }
+
+    /// Goes on where the camera was found.
+    fn go_on_at(&mut self, located: Located, outcome: &mut FrameOutcome, timer: &mut StageTimer) -> Job {
+        self.phase = Phase::Tracking;
+        self.num_bad = 0;
+        outcome.is_relocalized = true;
+        outcome.num_elsewhere = located.num_elsewhere;
+        self.tracker.forget();
+        self.initializer.reset();
+        self.anchor = located.keyframe;
+        self.activate_anchor();
+        self.rule.keyframe_made();
+        self.accept(located.report, outcome, timer)
+    }
+
+    /// Gives up the pose. A map that has only just been started is given up with it.
+    pub(super) fn lose(&mut self, at: Timestamp) -> Option<Job> {
+        self.num_bad = 0;
+        self.lost_at = at;
+        self.initializer.reset();
+        let was_active = self.map.active();
+        let is_young =
+            self.started_map == Some(was_active) && self.number() < self.started_at + PROBATION_FRAMES;
+        self.phase = Phase::Lost;
+        if !is_young {
+            return None;
+        }
+        self.tracker.forget();
+        if self.map.maps() != [was_active] {
+            self.map.give_up(was_active);
+            self.awaits_keyframe = true;
+            return Some(Job::GiveUp(was_active));
+        }
+        self.phase = Phase::Starting;
+        self.map = Map::new();
+        self.epoch += 1;
+        self.frames.iter_mut().for_each(|frame| frame.place = None);
+        None
+    }
+}

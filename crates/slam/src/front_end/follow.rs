@@ -1,0 +1,137 @@
+//! The camera is followed in the map.
+
+use super::{FrontEnd, Keeping};
+use crate::{
+    config::TrackingConfig,
+    map::LandmarkId,
+    mapping::KeyframeDecision,
+    odometry::CameraMotion,
+    outcome::{FrameOutcome, TrackingState},
+    schedule::{FrameJob, Job},
+    timing::StageTimer,
+    track::{FrameWork, Incoming, Quality, TrackReport, focal_px},
+};
+
+/// Landmarks of a fixed map that show its place well, in units of the fewest from which a pose counts: as long as an image has as many,
+/// nothing is added around it.
+const ENOUGH_FIXED: usize = 5;
+
+impl FrontEnd {
+    pub(super) fn track(
+        &mut self,
+        incoming: &Incoming<'_>,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Option<Job> {
+        let report = self.tracker.track(&self.map, incoming, &mut FrameWork { rng: &mut self.rng, timer });
+        match report {
+            Some(report) if report.quality != Quality::Bad => {
+                self.num_bad = 0;
+                if let Some(job) = self.look_elsewhere(incoming, &report, outcome, timer) {
+                    return Some(job);
+                }
+                Some(self.accept(report, outcome, timer))
+            }
+            Some(report) if let Some(moved) = self.tracker.moved(incoming) => {
+                self.num_bad = if self.contradicts(&report) { self.num_bad + 1 } else { 0 };
+                if self.num_bad >= self.config.tracking.max_bad_frames
+                    && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
+                {
+                    return Some(job);
+                }
+                Some(self.carry(report, &moved, outcome, timer))
+            }
+            report => {
+                outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
+                outcome.state = TrackingState::Tracking(Quality::Bad);
+                self.num_bad += 1;
+                // The camera may have been carried away: in a fixed map there is nothing that could be lost by looking elsewhere.
+                if self.keeping != Keeping::Growing
+                    && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
+                {
+                    return Some(job);
+                }
+                if self.num_bad < self.config.tracking.max_bad_frames {
+                    return None;
+                }
+                outcome.state = TrackingState::Lost;
+                self.lose(incoming.at)
+            }
+        }
+    }
+
+    /// Whether a frame does not show what should be in view, enough of it for a good frame: somebody may have carried the camera away.
+    /// An image that shows too little says nothing.
+    fn contradicts(&self, report: &TrackReport) -> bool {
+        let TrackingConfig { min_match_ratio, min_matches, .. } = self.config.tracking;
+        report.num_searched as f64 * min_match_ratio >= min_matches as f64 && report.num_matched < min_matches
+    }
+
+    /// Lets odometry carry the pose of the last frame on, where the image tells too little. Mapping goes on: what comes into view is
+    /// known soon.
+    fn carry(
+        &mut self,
+        mut report: TrackReport,
+        moved: &CameraMotion,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Job {
+        let number = report.frame.number;
+        if let Some(last) = self.tracker.last() {
+            report.frame.camera_from_world = *moved * last.camera_from_world;
+        }
+        report.frame.features.clear();
+        (report.num_matched, report.num_converged) = (0, 0);
+        let job = self.accept(report, outcome, timer);
+        outcome.state = TrackingState::Carried;
+        if let Some(frame) = self.frames.get_mut(number) {
+            frame.is_carried = true;
+        }
+        job
+    }
+
+    /// Takes over a tracked frame and decides whether it should become a keyframe.
+    pub(super) fn accept(
+        &mut self,
+        report: TrackReport,
+        outcome: &mut FrameOutcome,
+        timer: &mut StageTimer,
+    ) -> Job {
+        outcome.state = TrackingState::Tracking(report.quality);
+        outcome.camera_from_world = Some(report.frame.camera_from_world);
+        outcome.covariance = report.covariance;
+        outcome.map = Some(self.map.active());
+        outcome.matches = (report.num_searched, report.num_matched);
+        let is_converged = |id| self.map.landmark(id).is_converged();
+        outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
+        let is_fixed = |id: &LandmarkId| self.map.is_fixed_landmark(*id);
+        outcome.fixed = report.frame.features.iter().map(|f| f.landmark).filter(is_fixed).collect();
+        let shows_enough = self.keeping == Keeping::Extending
+            && outcome.fixed.len() >= ENOUGH_FIXED * self.config.tracking.min_matches;
+        let decision = if self.keeping == Keeping::Fixed || shows_enough {
+            report
+                .local_map
+                .keyframes
+                .first()
+                .map_or(KeyframeDecision::Stay, |id| KeyframeDecision::GoBackTo(*id))
+        } else if self.awaits_keyframe {
+            KeyframeDecision::Stay
+        } else {
+            self.rule.decide(&self.map, self.anchor, &report, focal_px(&self.camera))
+        };
+        if let KeyframeDecision::GoBackTo(earlier) = decision {
+            self.anchor = earlier;
+        }
+        let makes_keyframe = decision == KeyframeDecision::Make;
+        self.anchor_scale = self.map.scale_of(self.anchor);
+        let anchor_from_world = self.map.pose_of(self.anchor);
+        let from_anchor = report.frame.camera_from_world * anchor_from_world.inverse();
+        self.place(report.frame.number, (self.anchor, from_anchor));
+        self.tracker.accept(report.frame.clone());
+        self.awaits_keyframe |= makes_keyframe;
+        self.fill_back();
+        timer.end("keyframe decision");
+        let (anchor, anchor_scale) = (self.anchor, self.anchor_scale);
+        Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale }))
+    }
+}

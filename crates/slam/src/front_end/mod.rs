@@ -1,0 +1,261 @@
+//! The tracking side: start, tracking, relocalization, and the trajectory. It reads the map and sends orders to change it.
+
+mod begin;
+mod find;
+mod follow;
+mod update;
+
+use std::sync::Arc;
+
+use visloc_core::{Clock, GrayImage, Rng, RngTree, Timestamp, geom::Camera};
+
+use crate::{
+    backfill::Backfill,
+    config::SlamConfig,
+    frame_log::FrameLog,
+    image::Pyramid,
+    lie::CameraFromWorld,
+    map::{KeyframeId, Map, MapId, SessionCamera},
+    mapping::KeyframeRule,
+    odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
+    outcome::{FrameError, FrameOutcome, FramePose, TrajectoryPose},
+    recognize::Relocator,
+    schedule::Order,
+    start::Initializer,
+    timing::StageTimer,
+    track::{Incoming, Tracker},
+};
+
+/// What tracking is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// There is no map.
+    Starting,
+    /// The camera is followed.
+    Tracking,
+    /// The camera is lost: it is looked for in all maps and, after a while, a new map is started.
+    Lost,
+}
+
+/// What becomes of the maps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// They grow and are corrected, and a lost camera starts new ones.
+    Growing,
+    /// Views are added around those of an earlier session, which stay as they are.
+    Extending,
+    /// They stay as they are.
+    Fixed,
+}
+
+/// The tracking side of the system.
+#[derive(Debug)]
+pub(crate) struct FrontEnd {
+    camera: Camera,
+    /// The camera as it was at first.
+    calibrated: Camera,
+    config: SlamConfig,
+    rng: Rng,
+    clock: Clock,
+    /// The map as tracking sees it.
+    map: Map,
+    /// Grows with every map that is started and when all are given up.
+    epoch: usize,
+    initializer: Initializer,
+    tracker: Tracker,
+    relocator: Relocator,
+    backfill: Backfill,
+    rule: KeyframeRule,
+    frames: FrameLog,
+    phase: Phase,
+    num_bad: usize,
+    started_at: usize,
+    /// The map that was started then.
+    started_map: Option<MapId>,
+    keeping: Keeping,
+    /// Whether the place where the camera is followed may be the wrong one.
+    is_in_doubt: bool,
+    /// The keyframe that new frames hang on: the newest one, or an earlier one that covers the view.
+    anchor: KeyframeId,
+    /// Scale of that keyframe in the map as tracking sees it.
+    anchor_scale: f64,
+    /// Whether the mapper still works on a start or a keyframe, or gives a map up.
+    awaits_keyframe: bool,
+    /// When the camera was lost.
+    lost_at: Timestamp,
+    /// When there was odometry last.
+    odometry_at: Option<Timestamp>,
+    /// Number of the stretch of odometry.
+    stretch: usize,
+}
+
+/// Frames within which a loss means that the start was wrong.
+const PROBATION_FRAMES: usize = 30;
+
+impl FrontEnd {
+    /// For one camera. The parameters have been checked.
+    pub fn new(camera: &Camera, config: &SlamConfig, seed: u64) -> Self {
+        Self {
+            camera: *camera,
+            calibrated: *camera,
+            config: config.clone(),
+            rng: RngTree::new(seed).stream("slam", 0),
+            clock: Clock::still(),
+            map: Map::new(),
+            epoch: 0,
+            initializer: Initializer::new(camera, config),
+            tracker: Tracker::new(camera, &config.tracking, &config.features),
+            relocator: Relocator::new(camera, config),
+            backfill: Backfill::new(camera, config),
+            rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
+            frames: FrameLog::default(),
+            phase: Phase::Starting,
+            num_bad: 0,
+            started_at: 0,
+            started_map: None,
+            keeping: Keeping::Growing,
+            is_in_doubt: false,
+            anchor: KeyframeId::default(),
+            anchor_scale: 1.0,
+            awaits_keyframe: false,
+            lost_at: Timestamp::default(),
+            odometry_at: None,
+            stretch: 0,
+        }
+    }
+
+    /// With maps of an earlier session, in which the camera is to be found, and what they know of it.
+    pub fn resume(
+        map: &Map,
+        known: &SessionCamera,
+        config: &SlamConfig,
+        seed: u64,
+        keeping: Keeping,
+    ) -> Self {
+        let calibrated = known.calibrated;
+        let phase = Phase::Lost;
+        let mut front_end =
+            Self { calibrated, map: map.clone(), phase, keeping, ..Self::new(&known.camera, config, seed) };
+        if keeping == Keeping::Extending {
+            front_end.relocator.doubt();
+        }
+        front_end
+    }
+
+    pub fn set_clock(&mut self, clock: Clock) {
+        self.clock = clock;
+    }
+
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    pub fn calibrated(&self) -> &Camera {
+        &self.calibrated
+    }
+
+    pub fn remember_frames(&mut self, least: usize) {
+        self.frames.remember(least);
+    }
+
+    pub fn map(&self) -> &Map {
+        &self.map
+    }
+
+    pub fn frames(&self) -> &FrameLog {
+        &self.frames
+    }
+
+    /// Poses of all frames that have one, with all corrections of the map so far.
+    pub fn trajectory(&self) -> Vec<TrajectoryPose> {
+        let pose = |frame: &FramePose| {
+            let world_from_camera = self.camera_from_world(frame)?.inverse();
+            let map = self.map.map_of(frame.place?.0)?;
+            let FramePose { at, is_filled_in, is_carried, .. } = *frame;
+            Some(TrajectoryPose { at, world_from_camera, map, is_filled_in, is_carried })
+        };
+        self.frames.poses().iter().filter_map(pose).collect()
+    }
+
+    fn camera_from_world(&self, frame: &FramePose) -> Option<CameraFromWorld> {
+        let (keyframe, camera_from_keyframe) = frame.place?;
+        self.map.map_of(keyframe)?;
+        Some(self.map.pose_on(keyframe, &camera_from_keyframe, frame.scale))
+    }
+
+    /// Takes the next frame; says what became of it and what the mapper should do.
+    pub fn add_frame(
+        &mut self,
+        at: Timestamp,
+        image: GrayImage,
+        odom_from_camera: Option<OdomFromCamera>,
+    ) -> Result<(FrameOutcome, Option<Order>), FrameError> {
+        self.check_frame(at, &image)?;
+        let mut timer = StageTimer::start(self.clock.clone());
+        let pyramid = Arc::new(Pyramid::new(image, self.config.features.pyramid_levels));
+        timer.end("pyramid");
+        if self.frames.poses().is_empty() {
+            self.lost_at = at;
+        }
+        self.stretch += usize::from(odom_from_camera.is_none());
+        self.odometry_at = odom_from_camera.map(|_| at).or(self.odometry_at);
+        let stretch = self.stretch;
+        let odometry = odom_from_camera
+            .filter(|_| self.is_in_meters())
+            .map(|odom_from_camera| OdomPose { odom_from_camera, stretch });
+        self.frames.push(FramePose { odometry, ..FramePose::unknown(at) });
+        let incoming = Incoming { number: self.number(), at, pyramid: &pyramid, odometry };
+        let mut outcome = FrameOutcome::new();
+        let job = match self.phase {
+            Phase::Starting => self.start(&incoming, &mut outcome, &mut timer),
+            Phase::Tracking => self.track(&incoming, &mut outcome, &mut timer),
+            Phase::Lost => self.relocalize(&incoming, &mut outcome, &mut timer),
+        };
+        outcome.tracking = timer.finish();
+        Ok((outcome, job.map(|job| Order { epoch: self.epoch, clock: self.clock.clone(), job })))
+    }
+
+    fn check_frame(&self, at: Timestamp, image: &GrayImage) -> Result<(), FrameError> {
+        let (width, height) = self.camera.size_px();
+        let (expected, found) = ((width as usize, height as usize), (image.width(), image.height()));
+        if expected != found {
+            return Err(FrameError::Size { expected, found });
+        }
+        match self.frames.poses().last() {
+            Some(last) if last.at >= at => Err(FrameError::Time { last: last.at, found: at }),
+            _ => Ok(()),
+        }
+    }
+
+    fn number(&self) -> usize {
+        self.frames.len() - 1
+    }
+
+    /// Whether odometry is of use: the unit of length of a map that was made without is not known.
+    fn is_in_meters(&self) -> bool {
+        self.phase != Phase::Tracking || self.map.is_in_meters(self.map.active())
+    }
+
+    /// Motion of the camera from one frame to another by odometry, meters.
+    fn odometry(&self, first: usize, second: usize) -> Option<CameraMotion> {
+        let pose = |number| self.frames.get(number)?.odometry;
+        pose(first)?.motion_to(&pose(second)?)
+    }
+
+    /// Whether the place is in doubt from now on: the camera is looked for in the whole of a fixed map then, though it is followed.
+    pub fn set_doubt(&mut self, is_in_doubt: bool) {
+        self.is_in_doubt = is_in_doubt && self.keeping != Keeping::Growing;
+    }
+
+    /// Brings all maps that were made with odometry to meters by the whole of it. Those that are fixed have their unit.
+    pub fn make_metric(&mut self) {
+        if self.map.has_fixed() {
+            return;
+        }
+        for map in self.map.maps() {
+            if let Some(scale) = MetricScale::of_map(&self.map, map) {
+                self.map.enlarge(map, 1.0 / scale.units_per_meter);
+            }
+        }
+    }
+}
