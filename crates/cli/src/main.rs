@@ -28,7 +28,7 @@ use std::{
 
 use anyhow::Result;
 use clap::{
-    CommandFactory, FromArgMatches,
+    Command, CommandFactory, FromArgMatches,
     error::{ContextKind, ErrorKind},
 };
 
@@ -79,8 +79,18 @@ fn end(mut error: clap::Error) -> ! {
     error.exit()
 }
 
+/// The command whose options take `-3` for a number rather than for an option, so that they can say what they expect.
+fn taking_negative_numbers(command: Command) -> Command {
+    let names: Vec<String> = command.get_subcommands().map(|below| below.get_name().to_owned()).collect();
+    let command = command.mut_args(|arg| match arg.get_action().takes_values() && !arg.is_positional() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    });
+    names.into_iter().fold(command, |command, name| command.mut_subcommand(name, taking_negative_numbers))
+}
+
 fn run() -> Result<()> {
-    let mut command = args::Cli::command();
+    let mut command = taking_negative_numbers(args::Cli::command());
     command.build();
     let typed: Vec<_> = std::env::args_os().collect();
     let (words, params_file) = params_file::with_params_file(&command, typed.clone())?;
@@ -97,6 +107,9 @@ fn run() -> Result<()> {
         .unwrap_or_else(|error| error.exit());
     let claims = claims::Claims::of(&command, &matches);
     claims.check()?;
+    if claims.takes_standard_output() {
+        say::aside();
+    }
     let result = commands::execute(cli);
     claims.say_kept();
     result

@@ -1,17 +1,32 @@
-//! Standard output. If nobody reads it any more (`visloc ... | head`) or its disk is full, the run goes on to write its files.
+//! What people read, on standard output. If nobody reads it any more (`visloc ... | head`) or its disk is full, the run goes on to write its files.
 
 use std::{
     borrow::Cow,
     fmt::Arguments,
     io::{self, ErrorKind, Write},
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 /// The first text that could not be printed.
 static FAULT: OnceLock<io::Error> = OnceLock::new();
 
+/// Whether standard output belongs to a result.
+static IS_ASIDE: AtomicBool = AtomicBool::new(false);
+
+/// Says everything on standard error from now on: what a program reads from standard output is a result then, and nothing else.
+pub fn aside() {
+    IS_ASIDE.store(true, Ordering::Relaxed);
+}
+
 /// Prints text without an end of line.
 pub fn text(text: Arguments<'_>) {
+    if IS_ASIDE.load(Ordering::Relaxed) {
+        let _ = io::stderr().write_fmt(text);
+        return;
+    }
     let mut output = io::stdout().lock();
     if let Err(error) = output.write_fmt(text).and_then(|()| output.flush())
         && error.kind() != ErrorKind::BrokenPipe
@@ -44,6 +59,11 @@ pub fn one_line(error: &anyhow::Error) -> String {
     }
     let line = visloc_core::settings::plain_words(&without_numbers_of_errors(&line.replace('\n', " ")));
     short(&with_short_numbers(&line)).into_owned()
+}
+
+/// A message in the words of [`one_line`].
+pub fn plain(text: &str) -> Cow<'_, str> {
+    Cow::Owned(without_numbers_of_errors(text))
 }
 
 /// The text without ` (os error 13)` behind what the system says in words.

@@ -8,7 +8,7 @@ use visloc_core::{
     settings::{Overrides, Settings, SettingsError, overlay},
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
-use visloc_locate::{Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
+use visloc_locate::{FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
 use visloc_slam::SlamConfig;
 use visloc_world::Map;
 
@@ -40,6 +40,30 @@ pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineCo
             .with_context(|| format!("--set {OF_PIPELINE}{option}"))?;
     }
     Ok(config)
+}
+
+/// Refuses options of the pipeline that change nothing in this map and with these features.
+///
+/// # Errors
+/// The first of them, and why.
+pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice) -> Result<()> {
+    for option in set {
+        let Some(key) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
+        let is_of = |part: &str| key.starts_with(&format!("{part}."));
+        let is_of_field = ["analysis", "observation", "refinement"].into_iter().any(is_of);
+        let reason = match map {
+            Map::Field(_) if is_of("office") => "it is for buildings, and the map is a field",
+            Map::Office(_) if is_of_field => {
+                "it is for fields, and the map is a building; its keys begin with office"
+            }
+            _ if features == FeatureChoice::Pixels && (is_of("refinement") || is_of("office.refinement")) => {
+                "nothing is refined with --features pixels"
+            }
+            _ => continue,
+        };
+        bail!("--set {option}: it would change nothing: {reason}");
+    }
+    Ok(())
 }
 
 /// Names of topics that were asked for.
@@ -111,6 +135,8 @@ fn setting(option: &str) -> Result<(String, toml::Value)> {
     let value = value.trim();
     let table = toml::from_str::<toml::Table>(&format!("value = {value}"));
     let typed = table.ok().and_then(|mut table| table.remove("value"));
+    // A whole number that TOML has no room for is a number all the same.
+    let typed = typed.or_else(|| value.parse::<f64>().ok().map(toml::Value::Float));
     // A word that is no value of TOML is meant as a text.
     Ok((key.trim().to_owned(), typed.unwrap_or_else(|| value.into())))
 }

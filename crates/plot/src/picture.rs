@@ -1,10 +1,15 @@
 //! A finished picture.
 
-use std::path::Path;
+use std::{io::Read, path::Path};
 
 use visloc_core::files;
 
 use crate::PlotError;
+
+/// Stands in every picture, near its beginning, so that those of an earlier run are known from somebody else's.
+pub(crate) const MARK: &str = "<!-- visloc -->";
+/// It stands before this byte.
+const MARK_BEFORE: u64 = 1024;
 
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,14 +60,18 @@ impl Picture {
         pixels.encode_png().map_err(|error| PlotError::Png(error.to_string()))
     }
 
-    /// Writes `name.svg` into `dir`, which is made if missing, and with the feature `png` also `name.png`.
+    /// Writes `name.svg` into `dir`, which is made if missing, and with the feature `png` also `name.png`. They replace those of an
+    /// earlier run; somebody else's files of these names are kept as `name.svg~` and `name.png~`.
     ///
     /// # Errors
     /// If a file cannot be written or the PNG would be too large.
     pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
+        let path = |extension: &str| dir.join(format!("{name}.{extension}"));
+        let is_own = is_own(&path("svg"));
         let write = |extension: &str, bytes: &[u8]| {
-            let path = dir.join(format!("{name}.{extension}"));
-            files::replace(&path, bytes).map_err(|source| PlotError::Write { path, source })
+            let path = path(extension);
+            let written = if is_own { files::replace(&path, bytes) } else { files::write(&path, bytes) };
+            written.map_err(|source| PlotError::Write { path, source })
         };
         #[cfg(feature = "png")]
         let png = self.png(Self::SAVED_PNG_SCALE)?;
@@ -73,13 +82,20 @@ impl Picture {
     }
 }
 
+/// Whether a picture was drawn here. A PNG is judged by the SVG of its name.
+fn is_own(svg: &Path) -> bool {
+    let mut start = Vec::new();
+    let read = files::open(svg).and_then(|file| file.take(MARK_BEFORE).read_to_end(&mut start));
+    read.is_ok() && start.windows(MARK.len()).any(|bytes| bytes == MARK.as_bytes())
+}
+
 /// Removes pictures of an earlier run from a folder, so that they are not taken for those of this one: those whose names, without the ending,
 /// are to go. A PNG without an SVG of its name is somebody else's. What cannot be removed stays.
 pub fn remove_earlier(dir: &Path, is_to_go: impl Fn(&str) -> bool) {
     let Ok(entries) = std::fs::read_dir(dir) else { return };
     for svg in entries.flatten().map(|entry| entry.path()) {
         let is_svg = svg.extension().is_some_and(|ending| ending == "svg");
-        if is_svg && svg.file_stem().and_then(|stem| stem.to_str()).is_some_and(&is_to_go) {
+        if is_svg && is_own(&svg) && svg.file_stem().and_then(|stem| stem.to_str()).is_some_and(&is_to_go) {
             let _ = std::fs::remove_file(svg.with_extension("png"));
             let _ = std::fs::remove_file(svg);
         }
@@ -109,10 +125,30 @@ mod tests {
     fn only_pictures_of_an_earlier_run_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let names = ["frame-07.svg", "frame-07.png", "frame-08.png", "frame-x.svg", "map.svg"];
-        names.iter().for_each(|name| std::fs::write(folder.path().join(name), "").unwrap());
+        names.iter().for_each(|name| std::fs::write(folder.path().join(name), MARK).unwrap());
+        std::fs::write(folder.path().join("frame-09.svg"), "<svg/>").unwrap();
         remove_earlier(folder.path(), |name| is_of_series(name, "frame-"));
         let is_left = |name: &&&str| folder.path().join(name).exists();
         assert_eq!(names.iter().filter(is_left).count(), 3);
         assert!(!folder.path().join("frame-07.png").exists() && folder.path().join("frame-08.png").exists());
+        assert!(folder.path().join("frame-09.svg").exists(), "somebody else's");
+    }
+
+    #[test]
+    fn only_pictures_of_somebody_else_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        ["map.svg", "map.png"].iter().for_each(|name| std::fs::write(path(name), "precious").unwrap());
+        let picture = Picture::new(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{MARK}</svg>"
+        ));
+        for run in 0..2 {
+            picture.save(folder.path(), "map").unwrap();
+            let kept = std::fs::read_to_string(path("map.svg~")).unwrap();
+            assert_eq!((kept.as_str(), path("map.svg~~").exists()), ("precious", false), "run {run}");
+        }
+        assert_eq!(std::fs::read_to_string(path("map.svg")).unwrap(), picture.svg());
+        #[cfg(feature = "png")]
+        assert_eq!(std::fs::read_to_string(path("map.png~")).unwrap(), "precious");
     }
 }

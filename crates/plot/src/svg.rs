@@ -5,6 +5,7 @@ use std::fmt::Write;
 use crate::{
     Color, Picture,
     font::{self, Weight},
+    picture::MARK,
 };
 
 /// A point of the picture, pixels.
@@ -199,7 +200,7 @@ impl Canvas {
         let body = self.body;
         Picture::new(format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\" font-family=\"{}\">\n{body}</svg>\n",
+             viewBox=\"0 0 {width} {height}\" font-family=\"{}\">{MARK}\n{body}</svg>\n",
             font::FAMILIES
         ))
     }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::{InputPath, OutputFolder};
+use super::{InputPath, OutputFolder, number::whole};
 
 /// Arguments of `visloc benchmark`.
 #[derive(Debug, Args)]
@@ -42,12 +42,12 @@ pub struct BenchmarkArgs {
     #[arg(long, value_name = "NAME")]
     pub only: Vec<String>,
     /// Runs of each recording and setting, with seeds from 101 on [default: 1 to 5; 1 with --quick]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1000))]
     pub seeds: Option<u64>,
     /// Images of each recording at most [default: all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     /// Runs that are done at the same time; changes the speed, never the accuracy [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }

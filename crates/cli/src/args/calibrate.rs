@@ -3,7 +3,10 @@
 use clap::{Args, ValueEnum};
 use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
-use super::{InputName, JsonArg, OutputFile, OutputFolder, number::board_side};
+use super::{
+    InputName, JsonArg, OutputFile, OutputFolder,
+    number::{board_side, number, whole},
+};
 
 /// Kinds of boards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -53,13 +56,13 @@ pub struct PatternArgs {
     #[arg(long, value_name = "METERS", value_parser = board_side, required_if_eq("pattern", "aprilgrid"))]
     pub tag: Option<f64>,
     /// Gap between tags as a share of a tag [default: 0.3]
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "SHARE", value_parser = number)]
     pub spacing: Option<f64>,
     /// Number of the first tag [default: 0]
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", value_parser = whole::<usize>(0..))]
     pub first_tag: Option<usize>,
     /// Width of a tag's black border, cells: 2 on boards of Kalibr, 1 on plain tags [default: 2]
-    #[arg(long, value_name = "CELLS")]
+    #[arg(long, value_name = "CELLS", value_parser = whole::<usize>(0..))]
     pub border: Option<usize>,
 }
 

@@ -2,7 +2,9 @@
 
 use clap::Args;
 
-use super::{InputName, InputPath, JsonArg, OutputFile, SeedArg, SourceArgs, ThreadsArg, TopicArgs};
+use super::{
+    InputName, InputPath, JsonArg, OutputFile, SeedArg, SourceArgs, ThreadsArg, TopicArgs, number::whole,
+};
 
 /// Corrections of what a recording says.
 #[derive(Debug, Clone, Default, Args)]
@@ -35,10 +37,10 @@ pub struct CalibrateRobotArgs {
     #[arg(long, value_name = "FILE")]
     pub out: Option<OutputFile>,
     /// Most passes over the recording
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(1..=10))]
     pub passes: u32,
     /// Use only so many frames
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub corrections: CorrectionArgs,

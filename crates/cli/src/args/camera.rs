@@ -4,7 +4,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use visloc_io::camera_file::CameraFormat;
 
 use super::{
-    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg, number::number_in,
+    InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg,
+    number::{number_in, whole},
 };
 
 /// Arguments of `visloc check-camera`.
@@ -91,7 +92,7 @@ pub enum CameraCommand {
         #[command(flatten)]
         pattern: PatternArgs,
         /// How many pictures
-        #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+        #[arg(long, value_name = "N", default_value_t = 20, value_parser = whole::<u32>(1..=1000))]
         count: u32,
         /// Folder for the pictures
         #[arg(long, value_name = "DIR")]

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::{InputName, JsonArg, OutputFolder, OutputRecording, OverwriteArg, SeedArg, ThreadsArg};
+use super::{
+    InputName, JsonArg, OutputFolder, OutputRecording, OverwriteArg, SeedArg, ThreadsArg, number::whole,
+};
 
 /// Arguments of `visloc demo`.
 #[derive(Debug, Args)]
@@ -34,7 +36,7 @@ pub struct DemoArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub scenario: Option<InputName>,
     /// Stop after this many frames
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub json: JsonArg,
@@ -103,7 +105,7 @@ pub struct SimulateArgs {
     #[arg(long, exclusive = true)]
     pub list: bool,
     /// End after this many frames
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub seed: SeedArg,

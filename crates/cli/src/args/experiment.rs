@@ -3,7 +3,10 @@
 use clap::{Args, Subcommand, ValueEnum};
 use visloc_experiments::{Shard, robocup::RobocupSet};
 
-use super::{InputName, InputPath, JsonArg, OutputFolder, SeedArg, number::number_in};
+use super::{
+    InputName, InputPath, JsonArg, OutputFolder, SeedArg,
+    number::{number_in, whole},
+};
 
 /// Arguments of `visloc experiment`.
 #[derive(Debug, Args)]
@@ -60,7 +63,7 @@ pub struct RunsArgs {
     #[command(flatten)]
     pub json: JsonArg,
     /// Runs that are done at the same time; changes the speed, never the result [default: all cores]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -68,7 +71,7 @@ pub struct RunsArgs {
 #[derive(Debug, Args)]
 pub struct SymmetryArgs {
     /// Runs of each cell of the tables [default: 100; 1000 with --long]
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: Option<u64>,
     /// Instead of the published tables: 3,000 iterations, up to 8 positions, at most 120 individuals
     #[arg(long)]
@@ -81,7 +84,7 @@ pub struct SymmetryArgs {
 #[derive(Debug, Args)]
 pub struct CellArgs {
     /// Runs of each cell of the tables
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 100, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
@@ -123,7 +126,7 @@ pub struct RobocupArgs {
     #[arg(long, value_enum, default_value_t = Features::Rich)]
     pub features: Features,
     /// Runs of each kind, each with another walk, light and sensor errors [default: 20; 2 with --quick]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=100_000))]
     pub seeds: Option<u64>,
     /// Short runs, and few of them
     #[arg(long)]
@@ -142,7 +145,7 @@ pub struct OfficeArgs {
     #[arg(long = "algorithm", value_name = "NAME")]
     pub algorithms: Vec<String>,
     /// Runs of each cell of the table; each takes a quarter of a minute
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 5, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
@@ -152,7 +155,7 @@ pub struct OfficeArgs {
 #[derive(Debug, Args)]
 pub struct TeamArgs {
     /// Games for each number of robots; each takes half a minute or more
-    #[arg(long, default_value_t = 25, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 25, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     /// Length of a game, seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = game_length)]
@@ -173,10 +176,10 @@ pub struct SlamStudyArgs {
     #[arg(value_name = "SEQUENCE")]
     pub sequences: Vec<InputName>,
     /// Runs of each sequence and configuration
-    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 3, value_parser = whole::<u64>(1..=100_000))]
     pub runs: u64,
     /// Use this many images of each sequence at most
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub common: RunsArgs,
@@ -200,7 +203,7 @@ pub struct MergeArgs {
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<InputPath>,
     /// Runs of each cell [default: as many as the experiment does]
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: Option<u64>,
     /// Write tables and pictures into this folder
     #[arg(long, value_name = "DIR")]

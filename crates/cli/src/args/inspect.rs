@@ -2,7 +2,10 @@
 
 use clap::{Args, Subcommand};
 
-use super::{InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap, SeedArg};
+use super::{
+    InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap, SeedArg,
+    number::{number, whole},
+};
 
 /// Arguments of `visloc config`.
 #[derive(Debug, Args)]
@@ -61,13 +64,13 @@ pub struct MapAlignArgs {
     #[arg(long, value_name = "FILE")]
     pub to: Option<InputPath>,
     /// Distance between the places of the camera at the two times of --between, meters
-    #[arg(long, value_name = "METERS", requires = "between")]
+    #[arg(long, value_name = "METERS", value_parser = number, requires = "between")]
     pub distance: Option<f64>,
     /// Height of the camera above the ground that it saw while the map was made, meters
-    #[arg(long, value_name = "METERS")]
+    #[arg(long, value_name = "METERS", value_parser = number)]
     pub camera_height: Option<f64>,
     /// Two times of the images that the map was made of, seconds
-    #[arg(long, value_name = "SECONDS", num_args = 2, requires = "distance")]
+    #[arg(long, value_name = "SECONDS", value_parser = number, num_args = 2, requires = "distance")]
     pub between: Option<Vec<f64>>,
     /// Where the aligned map goes; it may be the same file, which is kept as FILE~ then
     #[arg(long, value_name = "FILE")]
@@ -138,7 +141,7 @@ pub enum MapCommand {
         #[arg(value_name = "FILE")]
         map: InputMap,
         /// Keyframes to keep of the largest map in it
-        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+        #[arg(long, value_name = "N", value_parser = whole::<u32>(2..))]
         keyframes: u32,
         /// Where the smaller map goes; it may be the same file, which is kept as FILE~ then
         #[arg(long, value_name = "FILE")]

@@ -5,7 +5,8 @@ use visloc_locate::FeatureChoice;
 
 use super::{
     BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
-    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg, number::seconds,
+    OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
+    number::{seconds, whole},
 };
 
 /// Arguments of `visloc localize`.
@@ -85,7 +86,7 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "NAME", requires = "number", conflicts_with = "no_publish_ros")]
     pub team: Option<String>,
     /// The robot's number, which no other one of its team has
-    #[arg(long, value_name = "N", requires = "team")]
+    #[arg(long, value_name = "N", requires = "team", value_parser = whole::<u8>(0..))]
     pub number: Option<u8>,
     /// Write the frames with pose, path, tf and reliability beside them as a ROS 2 bag
     #[arg(long, value_name = "BAG")]
@@ -103,7 +104,7 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "plots")]
     pub picture_at: Option<f64>,
     /// Stop after this many frames
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub broadcast: BroadcastArgs,

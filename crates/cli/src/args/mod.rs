@@ -44,6 +44,7 @@ pub use localize::{LocalizeArgs, TopicArgs};
 pub use locate::LocateArgs;
 pub use paths::{
     InputMap, InputName, InputPath, OutputFile, OutputFolder, OutputMap, OutputRecording, OverwriteArg,
+    STANDARD_OUTPUT,
 };
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
 pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};

@@ -11,9 +11,10 @@ use std::{
 
 use clap::builder::{PathBufValueParser, TryMapValueParser, TypedValueParser, ValueParserFactory};
 
-/// A path that does one of these things.
+/// A path that does one of these things, and what the typed one is made to.
 macro_rules! path_type {
-    ($(#[$doc:meta])* $name:ident) => {
+    ($(#[$doc:meta])* $name:ident) => { path_type! { $(#[$doc])* $name, std::convert::identity } };
+    ($(#[$doc:meta])* $name:ident, $made:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, Eq)]
         pub struct $name(PathBuf);
@@ -42,7 +43,7 @@ macro_rules! path_type {
             type Parser = clap::builder::MapValueParser<PathBufValueParser, fn(PathBuf) -> Self>;
 
             fn value_parser() -> Self::Parser {
-                PathBufValueParser::new().map(Self)
+                PathBufValueParser::new().map(|typed| Self($made(typed)))
             }
         }
     };
@@ -53,8 +54,8 @@ path_type! {
     InputPath
 }
 path_type! {
-    /// A file that is written.
-    OutputFile
+    /// A file that is written; `-` is standard output.
+    OutputFile, stream_or
 }
 path_type! {
     /// A map of SLAM that is read, and may become another one in the course of it: [`OutputMap`] may have the same name.
@@ -71,6 +72,13 @@ path_type! {
 path_type! {
     /// A recording that grows during a run: one that is there is replaced with `--overwrite` only.
     OutputRecording
+}
+
+/// Standard output where the system has a path for it.
+pub const STANDARD_OUTPUT: &str = "/dev/stdout";
+
+fn stream_or(typed: PathBuf) -> PathBuf {
+    if cfg!(unix) && typed.as_os_str() == "-" { STANDARD_OUTPUT.into() } else { typed }
 }
 
 /// Something that is read, by its name or by its path: a source, a map, a scenario.

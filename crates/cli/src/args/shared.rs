@@ -4,13 +4,13 @@ use std::{net::SocketAddr, thread};
 
 use clap::Args;
 
-use super::{DriveArgs, OutputFile, OutputRecording};
+use super::{DriveArgs, OutputFile, OutputRecording, number::whole};
 
 /// The seed of everything random.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct SeedArg {
     /// Seed of everything random; the same seed gives the same result, bit by bit [default: 1]
-    #[arg(long = "seed", value_name = "SEED")]
+    #[arg(long = "seed", value_name = "SEED", value_parser = whole::<u64>(0..))]
     pub given: Option<u64>,
 }
 
@@ -51,7 +51,7 @@ pub struct BroadcastArgs {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadsArg {
     /// Threads that draw simulated images; changes the speed, never the result [default: all cores]
-    #[arg(long = "threads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    #[arg(long = "threads", value_name = "N", value_parser = whole::<u16>(1..=256))]
     threads: Option<u16>,
 }
 

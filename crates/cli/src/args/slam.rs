@@ -6,6 +6,7 @@ use visloc_io::sequence::Bound;
 use super::{
     BroadcastArgs, InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap,
     OverwriteArg, SeedArg, SourceArgs, TopicArgs,
+    number::{number, whole},
 };
 
 /// Parameters of SLAM.
@@ -72,10 +73,10 @@ pub struct SlamArgs {
     #[arg(long, value_name = "N|SECS")]
     pub end: Option<Bound>,
     /// Use every how manyeth image
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub stride: u32,
     /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1]
-    #[arg(long, value_name = "FACTOR")]
+    #[arg(long, value_name = "FACTOR", value_parser = number)]
     pub scale: Option<f64>,
     #[command(flatten)]
     pub options: SourceArgs,

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg,
-    number::{degrees, number_in},
+    number::{degrees, number_in, whole},
 };
 
 /// How a source is opened.
@@ -49,7 +49,7 @@ pub struct SourceArgs {
     #[arg(long, value_enum, value_name = "QOS")]
     pub image_qos: Option<ImageQosArg>,
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
-    #[arg(long, value_name = "ID", value_parser = clap::value_parser!(u16).range(0..=232))]
+    #[arg(long, value_name = "ID", value_parser = whole::<u16>(0..=232))]
     pub ros_domain: Option<u16>,
 }
 
@@ -109,7 +109,7 @@ pub struct RecordArgs {
     #[arg(long)]
     pub images_only: bool,
     /// Stop after this many images
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub options: SourceArgs,
@@ -143,10 +143,10 @@ pub struct ExtractArgs {
     #[arg(long, value_enum, default_value_t = ExtractFormat::Original)]
     pub format: ExtractFormat,
     /// Take one image of so many
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub every: u32,
     /// Stop after this many images
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub options: SourceArgs,

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg, SeedArg, SourceArgs, TopicArgs,
+    number::whole,
 };
 
 /// Arguments of `visloc studio`.
@@ -60,7 +61,7 @@ pub struct StudioArgs {
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<OutputFolder>,
     /// Port of the page; 0 for any free one
-    #[arg(long, default_value_t = 7878)]
+    #[arg(long, default_value_t = 7878, value_parser = whole::<u16>(0..))]
     pub port: u16,
     /// Address to listen at instead of this computer's own; then a token is needed
     #[arg(long, value_name = "ADDRESS", value_parser = address)]

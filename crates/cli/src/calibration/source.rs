@@ -12,6 +12,7 @@ use visloc_io::{
 
 use crate::{
     host::host,
+    report::SkippedReport,
     run::{Progress, prepare},
     say,
 };
@@ -134,5 +135,6 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
         images.push(NamedImage { name, pixels: Pixels::Kept(GrayImage::from_rgb(&picture.image)) });
     }
     progress.clear();
+    SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::note!("{line}"));
     Ok(images)
 }

@@ -14,7 +14,7 @@ use super::{
     collect::{Input, Output, UseAs},
     identity::{Identity, Kind},
 };
-use crate::say;
+use crate::{args::STANDARD_OUTPUT, say};
 
 /// Endings of recordings, and how they begin.
 const RECORDING_ENDINGS: [&str; 4] = ["mcap", "db3", "bag", "rrd"];
@@ -39,6 +39,12 @@ impl Claims {
             check_ending(output)?;
         }
         self.outputs.iter().try_for_each(check_writable)
+    }
+
+    /// Whether a result goes to standard output.
+    pub fn takes_standard_output(&self) -> bool {
+        let names = [STANDARD_OUTPUT, "/dev/fd/1", "/proc/self/fd/1"];
+        self.outputs.iter().any(|output| names.iter().any(|name| output.path == Path::new(name)))
     }
 
     /// Says which files were there already, and where they are now.

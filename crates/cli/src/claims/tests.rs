@@ -235,3 +235,32 @@ fn a_map_may_become_another_one_but_what_is_kept_of_it_may_not_be_lost() {
     let error = check(&line("a.vmap~", "a.vmap")).unwrap_err().to_string();
     assert!(error.contains("a.vmap~, which is read"), "{error}");
 }
+
+#[test]
+fn numbers_are_asked_for_in_words() {
+    let mut num_checked = 0;
+    for (words, mut command) in all_leaves() {
+        command.build();
+        for arg in command.get_arguments().filter(|arg| !arg.is_positional()) {
+            let is_number = is::<f64>(arg)
+                || is::<u64>(arg)
+                || is::<u32>(arg)
+                || is::<u16>(arg)
+                || is::<u8>(arg)
+                || is::<usize>(arg);
+            let Some(long) = arg.get_long().filter(|_| is_number) else { continue };
+            for typed in ["many", "1e400", "nan", "99999999999999999999999x"] {
+                let num_values = arg.get_num_args().map_or(1, |range| range.min_values());
+                let option = std::iter::once(format!("--{long}")).chain(vec![typed.to_owned(); num_values]);
+                let line: Vec<String> = words.iter().cloned().chain(option).collect();
+                let error = Cli::command().try_get_matches_from(&line).unwrap_err();
+                let message = error.to_string();
+                let is_worded =
+                    message.contains(": expected a number") || message.contains(": expected a whole number");
+                assert!(is_worded, "{line:?}: {message}");
+                num_checked += 1;
+            }
+        }
+    }
+    assert!(num_checked > 200, "{num_checked}");
+}

@@ -1,6 +1,6 @@
 //! `visloc check-camera`.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use serde::Serialize;
 use visloc_calib::{CameraCheck, Severity, check_camera};
 use visloc_io::camera_file::read_camera;
@@ -14,6 +14,8 @@ const MAX_IMAGES: usize = 40;
 struct CheckReport {
     verdict: String,
     findings: Vec<FindingReport>,
+    /// Pictures that cannot be read, and why.
+    left_out: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -30,11 +32,19 @@ struct FindingReport {
 pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let camera = read_camera(&args.camera)?;
     let mut images = Vec::new();
+    let mut left_out = Vec::new();
     if let Some(source) = &args.source {
         let all = open_images(source)?;
         let step = all.len().div_ceil(MAX_IMAGES);
         for image in all.iter().step_by(step) {
-            images.push(image.read().with_context(|| image.origin())?);
+            match image.read() {
+                Ok(pixels) => images.push(pixels),
+                Err(error) => left_out.push(say::one_line(&error.context(image.origin()))),
+            }
+        }
+        left_out.iter().for_each(|reason| say::line!("left out: {reason}"));
+        if images.is_empty() {
+            bail!("{source}: expected pictures, none can be read");
         }
     }
     let check = check_camera(&camera, &images);
@@ -42,7 +52,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
         say::line!("{:<8} {:<16} {}", finding.severity.to_string(), finding.subject, finding.message);
     }
     if let Some(path) = &args.json.json {
-        save_json(path, &report(&check))?;
+        save_json(path, &report(&check, left_out))?;
     }
     if check.severity() == Severity::Wrong {
         bail!("{}: the calibration cannot be right for these images", args.camera.display());
@@ -50,7 +60,7 @@ pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     Ok(())
 }
 
-fn report(check: &CameraCheck) -> CheckReport {
+fn report(check: &CameraCheck, left_out: Vec<String>) -> CheckReport {
     let finding = |f: &visloc_calib::Finding| FindingReport {
         subject: f.subject.to_owned(),
         severity: f.severity.to_string(),
@@ -59,5 +69,6 @@ fn report(check: &CameraCheck) -> CheckReport {
     CheckReport {
         verdict: check.severity().to_string(),
         findings: check.findings.iter().map(finding).collect(),
+        left_out,
     }
 }

@@ -21,7 +21,7 @@ use crate::{
         prepare, read_correction, source_options, write_correction,
     },
     say,
-    settings::{algorithm_toml, pipeline_config, start_prior, topic_options},
+    settings::{algorithm_toml, pipeline_config, refuse_without_effect, start_prior, topic_options},
     stopwatch::{peak_memory_mb, process_cpu_secs},
     studio::{Show, Steering},
 };
@@ -52,6 +52,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let steering = Steering::of(&args.broadcast.drive, &args.source, &options)?;
     let source = open(args, steering.as_ref(), &options)?;
     source.warnings.iter().for_each(|warning| say::note!("{warning}"));
+    refuse_without_effect(&args.set, &source.map, pipeline.features)?;
     let settings = RunnerSettings {
         algorithm: &args.algorithm,
         algorithm_toml: algorithm_toml.as_deref(),

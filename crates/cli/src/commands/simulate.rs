@@ -59,7 +59,9 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     if has_truth {
         say::line!("{}: the truth", report.truth);
     }
-    say::line!("next: visloc localize {} --map {map}", report.bag);
+    if saving.is_complete() {
+        say::line!("next: visloc localize {} --map {map}", report.bag);
+    }
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.end()
 }

@@ -1,5 +1,7 @@
 //! `visloc slam`: follow a camera without a map.
 
+use std::path::Path;
+
 use anyhow::{Result, anyhow, bail};
 use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
 use visloc_io::{
@@ -8,6 +10,7 @@ use visloc_io::{
 };
 use visloc_slam::{Schedule, SlamConfig};
 use visloc_vmap::VisualMap;
+use visloc_world::BUILT_IN_MAPS;
 
 use crate::{
     args::{ScheduleArg, SlamArgs},
@@ -30,6 +33,9 @@ const PICTURE_EVERY: usize = 50;
 /// # Errors
 /// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
+    if let Some(points) = &args.points {
+        refuse_name_of_map(points)?;
+    }
     let config = slam_config(&args.parameters)?;
     let loaded = args.load.as_deref().map(load_map).transpose()?;
     let mut steering = None;
@@ -87,6 +93,20 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
 }
 
 /// Live topics, if they are asked for or the source is one itself.
+/// Points have another form than maps: who names a map means something else.
+fn refuse_name_of_map(points: &Path) -> Result<()> {
+    let is_built_in = BUILT_IN_MAPS.iter().any(|(name, _)| points.as_os_str() == *name);
+    let ending = points.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if is_built_in || ["vmap", "toml", "yaml", "svg", "dxf"].contains(&ending) {
+        bail!(
+            "--points {0}: expected a name such as FILE.ply, for that is what is written; slam begins without a map: one of slam is kept \
+             with --save and gone on in with --load, and in a known map the camera is found by visloc localize --map {0}",
+            points.display()
+        );
+    }
+    Ok(())
+}
+
 fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<SlamLive>> {
     let is_live = args.source.starts_with("ros2:");
     if !(args.publish_ros || (is_live && !args.no_publish_ros)) {

@@ -50,11 +50,10 @@ impl SkippedReport {
     pub fn lines(&self) -> Vec<String> {
         let line = |group: &SkippedGroup| {
             let at = group.first_at_s.map(|secs| format!(" at {secs:.3} s")).unwrap_or_default();
-            let line = format!(
-                "left out {} of {}; the first{at}: {}",
-                group.count, group.origin, group.first_reason
-            );
-            say::short(&line).into_owned()
+            let (origin, reason) = (&group.origin, say::plain(&group.first_reason));
+            // A reason that names the place itself does not name it twice.
+            let reason = reason.strip_prefix(&format!("{origin}: ")).unwrap_or(&reason);
+            say::short(&format!("left out {} of {origin}; the first{at}: {reason}", group.count)).into_owned()
         };
         self.groups.iter().map(line).collect()
     }
@@ -71,8 +70,11 @@ mod tests {
             origin: origin.to_owned(),
             reason: reason.to_owned(),
         };
-        let report =
-            SkippedReport::new(&[input("/odom", "NaN"), input("/image", "cut"), input("/odom", "old")]);
+        let report = SkippedReport::new(&[
+            input("/odom", "NaN"),
+            input("/image", "/image: cut (os error 5)"),
+            input("/odom", "old"),
+        ]);
         assert_eq!(report.count, 3);
         assert_eq!(
             report.lines(),

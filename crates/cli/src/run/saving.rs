@@ -23,6 +23,11 @@ impl Saving {
         }
     }
 
+    /// Whether all that came until now could be saved.
+    pub fn is_complete(&self) -> bool {
+        self.failures.is_empty()
+    }
+
     /// Whether all could be saved.
     ///
     /// # Errors

@@ -63,15 +63,20 @@ fn a_stream_that_leads_to_a_file_is_written_to_and_not_replaced() {
     let workspace = Workspace::new();
     workspace.write("t.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
     workspace.write("e.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n");
-    for stream in ["/dev/stdout", "/proc/self/fd/1"] {
-        let file = fs::File::create(workspace.path("both.txt")).unwrap();
+    for stream in ["/dev/stdout", "/proc/self/fd/1", "-"] {
+        workspace.write("both.txt", "the shell's\n");
+        let file = fs::File::options().append(true).open(workspace.path("both.txt")).unwrap();
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_visloc"));
         let command = command.args(["evaluate", "t.csv", "e.csv", "--as", "robot", "--json", stream]);
-        let status = command.current_dir(workspace.path("")).stdout(file).status().unwrap();
+        let output = command.current_dir(workspace.path("")).stdout(file).output().unwrap();
         let text = workspace.read("both.txt");
-        assert!(status.success() && text.starts_with("2 frames in common"), "{text}");
+        // What programs read is the result alone; what people read is said on standard error.
+        assert!(output.status.success() && text.starts_with("the shell's\n{\n"), "{text}");
         assert!(text.contains("\"frames\": 2") && text.ends_with("}\n"), "{text}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.starts_with("2 frames in common"), "{said}");
     }
+    assert!(!workspace.path("-").exists());
 }
 
 #[test]
@@ -122,8 +127,10 @@ fn one_output_that_fails_does_not_take_the_others_along() {
     assert_eq!(error.matches("No space left on device").count(), 3, "each is told: {error}");
     assert!(workspace.json("s.json")["frames"].is_u64() && !workspace.read("s.tum").is_empty());
     let simulate = ["simulate", "still", "--frames", "30", "--out", "full.mcap", "--json", "m.json"];
-    let error = workspace.refused(&simulate);
-    assert!(error.contains("full.mcap") && error.contains("No space left on device"), "{error}");
+    let outcome = workspace.visloc(&simulate);
+    let error = &outcome.stderr;
+    assert!(error.contains("full.mcap") && error.matches("cannot write").count() == 1, "{error}");
+    assert!(error.contains("No space left on device") && !outcome.stdout.contains("next:"), "{error}");
     assert!(workspace.json("m.json")["frames"].is_u64(), "the numbers of what was written");
 }
 
@@ -295,4 +302,27 @@ fn a_pipe_that_nobody_reads_is_refused() {
     }
     let error = workspace.refused(&["localize", "pipe", "--map", MAP]);
     assert!(error.contains("found a device, pipe or socket"), "{error}");
+}
+
+#[test]
+fn a_recording_that_another_program_writes_is_refused_before_the_run() {
+    let workspace = Workspace::new();
+    workspace.write("busy.mcap", "in the making");
+    let held = fs::File::options().append(true).open(workspace.path("busy.mcap")).unwrap();
+    held.lock().unwrap();
+    // Without the check these would run for minutes.
+    for output in ["--bag-out", "--record", "--json"] {
+        let error = workspace.refused(&["localize", "sim:tour", output, "busy.mcap", "--overwrite"]);
+        assert!(error.contains("busy.mcap") && error.contains("another program is writing it"), "{error}");
+    }
+    assert_eq!(workspace.read("busy.mcap"), "in the making");
+}
+
+#[test]
+fn points_are_no_map() {
+    let workspace = Workspace::new();
+    for name in ["office", "room.vmap", "field.toml"] {
+        let error = workspace.refused(&["slam", "sim:room", "--map", name]);
+        assert!(error.contains("FILE.ply") && error.contains("visloc localize --map"), "{error}");
+    }
 }

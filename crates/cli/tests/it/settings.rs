@@ -177,3 +177,50 @@ fn parameters_of_ros_2_are_options_and_parameters() {
     let said = refused("config.tracking.max_matchs: 5", &["slam", "sim:room", "--end", "2"]);
     assert!(said.contains("did you mean `max_matches`?"), "{said}");
 }
+
+#[test]
+fn options_of_the_pipeline_that_change_nothing_are_refused() {
+    let workspace = Workspace::new();
+    for (source, features, option) in [
+        ("sim:still", "rich", "office.refinement.max_tracks=3"),
+        ("sim:office", "rich", "analysis.max_line_pixels=3"),
+        ("sim:still", "pixels", "refinement.max_tracks=3"),
+        ("sim:office", "pixels", "office.refinement.max_tracks=3"),
+    ] {
+        let option = format!("pipeline.{option}");
+        let base = ["localize", source, "--frames", "2", "--features", features, "--set", &option];
+        let error = workspace.refused(&base);
+        assert!(error.contains(&option) && error.contains("it would change nothing"), "{error}");
+    }
+    workspace.must(&[
+        "localize",
+        "sim:office",
+        "--frames",
+        "2",
+        "--set",
+        "pipeline.office.refinement.max_tracks=3",
+    ]);
+}
+
+#[test]
+fn numbers_that_no_key_can_have_are_told_as_they_were_typed() {
+    let workspace = Workspace::new();
+    for (value, found) in [
+        ("nan", "found nan or inf"),
+        ("-inf", "found nan or inf"),
+        ("1e99", "found 1e99"),
+        ("99999999999999999999", "found 1"),
+    ] {
+        let option = format!("num_exploiters={value}");
+        let error = workspace.refused(&["localize", "sim:still", "--frames", "2", "--set", &option]);
+        assert!(
+            error.contains("num_exploiters") && error.contains(found) && !error.contains("null"),
+            "{error}"
+        );
+    }
+    let error = workspace.visloc(&["localize", "sim:still", "--seed", "-3"]).stderr;
+    assert!(
+        error.contains("invalid value '-3' for '--seed <SEED>': expected a whole number from 0 on"),
+        "{error}"
+    );
+}

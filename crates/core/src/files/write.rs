@@ -45,7 +45,7 @@ impl NewFile {
         Self::create_with(path, |path| {
             let mut builder = tempfile::Builder::new();
             let builder = with_usual_rights(builder.prefix(".visloc-").suffix(".part"));
-            let beside = builder.tempfile_in(folder_of(path))?;
+            let beside = builder.tempfile_in(folder_of(path)).map_err(plain)?;
             keep_rights(path, beside.as_file());
             Ok(Sink::Beside(BufWriter::new(beside)))
         })
@@ -104,7 +104,7 @@ impl NewFile {
         match self.sink {
             Sink::Direct(mut writer) => writer.flush(),
             Sink::Beside(writer) => {
-                let beside = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+                let beside = writer.into_inner().map_err(|error| plain(error.into_error()))?;
                 beside.as_file().sync_data()?;
                 before(&self.path, beside.path())?;
                 beside.persist(&self.path).map(drop).map_err(|error| error.error)
@@ -232,6 +232,12 @@ pub fn part_path(path: &Path) -> PathBuf {
     name.into()
 }
 
+/// What the system says, without the name of a temporary file that nobody knows.
+fn plain(error: io::Error) -> io::Error {
+    let cause = error.get_ref().and_then(|with_path| with_path.source()?.downcast_ref::<io::Error>());
+    cause.and_then(io::Error::raw_os_error).map_or(error, io::Error::from_raw_os_error)
+}
+
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -251,14 +257,14 @@ fn keep_rights(old: &Path, new: &File) {
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match &mut self.sink {
-            Sink::Beside(writer) => writer.write(bytes),
+            Sink::Beside(writer) => writer.write(bytes).map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.write(bytes),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.sink {
-            Sink::Beside(writer) => writer.flush(),
+            Sink::Beside(writer) => writer.flush().map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.flush(),
         }
     }
@@ -271,7 +277,7 @@ impl Write for NewFile {
 pub fn try_file(path: &Path) -> io::Result<()> {
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {
-            File::options().append(true).open(path)?;
+            claim(&File::options().append(true).open(path)?)?;
             let kept = kept_path(path);
             if fs::symlink_metadata(&kept).is_ok_and(|found| found.is_dir()) {
                 let message = format!("it would be kept as {}, found a folder of that name", kept.display());
@@ -297,7 +303,7 @@ pub fn try_folder(path: &Path) -> io::Result<()> {
             let message = format!("expected a folder, found that {} is none", path.display());
             Err(io::Error::new(io::ErrorKind::NotADirectory, message))
         }
-        Ok(_) => tempfile::tempfile_in(path).map(drop),
+        Ok(_) => tempfile::tempfile_in(path).map(drop).map_err(plain),
         Err(error) if error.kind() == io::ErrorKind::NotFound && path != Path::new(".") => {
             try_folder(folder_of(path))
         }

@@ -58,7 +58,9 @@ impl Overrides {
         let mut root = toml::Table::new();
         for (path, value) in &self.values {
             let value = toml::Value::try_from(value).map_err(|_| {
-                SettingsError::of(path, format!("expected a number, a word or a list, found {value}"))
+                // JSON has neither of these numbers.
+                let found = if value.is_null() { "nan or inf".to_owned() } else { value.to_string() };
+                SettingsError::of(path, format!("expected a number, a word or a list, found {found}"))
             })?;
             insert(&mut root, path, value)?;
         }

@@ -44,6 +44,9 @@ pub fn plain_words(message: &str) -> String {
             text = replaced;
         }
     }
+    while let Some(replaced) = of_choice(&text) {
+        text = replaced;
+    }
     // What the parser of YAML says, without a word of what it found.
     for (name, meaning) in TYPES {
         if let Some((before, after)) = text.split_once(&format!("invalid {name}"))
@@ -53,6 +56,15 @@ pub fn plain_words(message: &str) -> String {
         }
     }
     text
+}
+
+/// "unknown variant `red`, expected `a` or `b`" as "expected a or b, found red".
+fn of_choice(text: &str) -> Option<String> {
+    let (before, rest) = text.split_once("unknown variant `")?;
+    let (found, rest) = rest.split_once("`, expected ")?;
+    let end = rest.find([';', '\n']).unwrap_or(rest.len());
+    let choices = rest[..end].trim_end().replace('`', "");
+    Some(format!("{before}expected {choices}, found {found}{}", &rest[end..]))
 }
 
 fn replaced(text: &str, start: &str) -> Option<String> {
@@ -116,7 +128,11 @@ mod tests {
                 "expected an array of length 3, found true",
             ),
             ("expected a lens, found a cat", "expected a lens, found a cat"),
-            ("unknown variant `red`, expected `a` or `b`", "unknown variant `red`, expected `a` or `b`"),
+            ("unknown variant `red`, expected `a` or `b`", "expected a or b, found red"),
+            (
+                "kind: unknown variant `red`, expected one of `a`, `b`, `c`; d",
+                "kind: expected one of a, b, c, found red; d",
+            ),
         ] {
             assert_eq!(plain_words(message), plain);
             assert_eq!(plain_words(plain), plain, "said once more");

@@ -206,7 +206,12 @@ impl ChannelWriter {
     /// Completes the file. Whether there is one.
     pub(super) fn finish(&mut self) -> Result<bool, BagError> {
         let Some(writer) = &mut self.writer else { return Ok(false) };
-        writer.finish().map(|_| true).map_err(|error| write_error(&self.path, &error))
+        match writer.finish() {
+            Ok(_) => Ok(true),
+            // Why an earlier write failed has been said by that one.
+            Err(mcap::McapError::AttemptedWriteAfterFailure) => Ok(false),
+            Err(error) => Err(write_error(&self.path, &error)),
+        }
     }
 
     pub(super) fn path(&self) -> &PathBuf {

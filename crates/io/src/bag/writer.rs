@@ -1,6 +1,9 @@
 //! Writes frames as a recording.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 #[cfg(feature = "compression")]
 use mcap::Compression;
@@ -102,6 +105,13 @@ impl BagWriter {
         let path = path.as_ref();
         if path.extension().is_some_and(|extension| extension == "mcap") {
             return Self::create_file(path, topics, options);
+        }
+        if path.exists() && !path.is_dir() {
+            let source = io::Error::new(
+                io::ErrorKind::NotADirectory,
+                "expected a name that ends in .mcap for a file, or a folder; found neither",
+            );
+            return Err(BagError::Io { path: path.to_path_buf(), action: "write a recording there", source });
         }
         let name = path.file_name().map_or_else(|| "bag".into(), |name| name.to_string_lossy());
         let writer = Self::create_file(&path.join(format!("{name}_0.mcap")), topics, options)?;

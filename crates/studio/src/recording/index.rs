@@ -5,7 +5,7 @@
 
 use std::{
     fs::File,
-    io::{BufReader, Read, Seek, SeekFrom},
+    io::{self, BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
 };
 
@@ -60,7 +60,15 @@ pub enum RecordingError {
         /// What is wrong.
         reason: String,
     },
-    /// It cannot be read.
+    /// The file cannot be read.
+    #[error("{}: cannot read it: {source}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// It is no recording.
     #[error("{}: expected a recording of visloc (--record), {reason}", path.display())]
     Read {
         /// The file.
@@ -112,8 +120,9 @@ impl RecordingIndex {
     /// If it cannot be read, is no recording of visloc, or has no frame.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let read = |reason: String| RecordingError::Read { path: path.to_path_buf(), reason };
-        let file = files::open(path).map_err(|error| read(error.to_string()))?;
-        let num_bytes = file.metadata().map_err(|error| read(error.to_string()))?.len();
+        let unread = |source| RecordingError::Open { path: path.to_path_buf(), source };
+        let file = files::open(path).map_err(unread)?;
+        let num_bytes = file.metadata().map_err(unread)?.len();
         let mut walk = Walk::new(BufReader::new(file), num_bytes);
         if !walk.has_magic() {
             return Err(read("found another kind of file".to_owned()));

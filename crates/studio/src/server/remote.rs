@@ -96,6 +96,10 @@ fn reason(error: &tungstenite::Error) -> String {
         tungstenite::Error::Http(answer) if answer.status() == 403 => {
             "the token is missing or wrong (--token)".to_owned()
         }
+        tungstenite::Error::Io(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
+            "no program publishes there now; trying again".to_owned()
+        }
+        tungstenite::Error::Io(error) => format!("{}; trying again", error.kind()),
         error => format!("{error}; trying again"),
     }
 }

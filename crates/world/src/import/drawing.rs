@@ -69,6 +69,8 @@ pub(super) fn role_by_name<'a>(names: impl IntoIterator<Item = &'a str>) -> Opti
 pub(super) const GAP_M: f64 = 0.05;
 /// Shorter pieces of walls are left out: rests of rounding, meters.
 pub(super) const MIN_WALL_M: f64 = 0.05;
+/// No building is smaller, meters: a drawing that is has another unit than it says.
+pub(super) const MIN_BUILDING_M: f64 = 1.0;
 /// How far a curve is off the straight lines that stand for it, meters.
 pub(super) const FLAT_M: f64 = 0.005;
 /// More points are no plan.
@@ -78,6 +80,9 @@ pub(super) const MAX_POINTS: usize = 200_000;
 /// too much of.
 pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
     let Drawing { strokes, solids, mut notes } = drawing;
+    refuse_tiny(
+        strokes.iter().flat_map(|s| &s.points).chain(solids.iter().flat_map(|s| s.contours.iter().flatten())),
+    )?;
     let mut plan = OfficePlan::named(title);
     let (mut lines, mut doors) = (Vec::new(), Vec::new());
     for stroke in &strokes {
@@ -123,6 +128,24 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
         plan.doors.push(DoorPlan { from, to, height_m: 2.05, color, is_open: door.is_open });
     }
     Ok(Import { plan, notes: notes.into_vec() })
+}
+
+/// Refuses what is drawn in a wrong unit, before all of it is taken for rests of rounding.
+fn refuse_tiny<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> Result<(), String> {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let [x, y] = points.fold([none; 2], |range, point| {
+        [0, 1].map(|axis: usize| [range[axis][0].min(point[axis]), range[axis][1].max(point[axis])])
+    });
+    let (width_m, height_m) = (x[1] - x[0], y[1] - y[0]);
+    // Where nothing is drawn, both are below zero.
+    if width_m.max(height_m) >= MIN_BUILDING_M || width_m < 0.0 {
+        return Ok(());
+    }
+    Err(format!(
+        "expected a building of at least {MIN_BUILDING_M} m, found a drawing of {:.1} x {:.1} mm; is its unit right?",
+        1e3 * width_m,
+        1e3 * height_m
+    ))
 }
 
 /// Adds the points of a curve after its first one, which is there already.

@@ -11,6 +11,7 @@ use visloc_core::files;
 
 use super::{
     Import,
+    drawing::MIN_BUILDING_M,
     notes::{Notes, Part},
     outline::{Cell, Cells, outlines},
     yaml_error,
@@ -109,6 +110,11 @@ pub fn read_grid(
     let not_read = |found: String| refused("image", "a PGM, PNG or BMP picture", found);
     let bytes = picture(&grid.image).map_err(not_read)?;
     let picture = decoded(&bytes).map_err(|reason| not_read(format!("{}: {reason}", grid.image)))?;
+    let (width, height) = picture.dimensions();
+    if f64::from(width.max(height)) * grid.resolution < MIN_BUILDING_M {
+        let found = format!("{}, with {width} x {height} cells", grid.resolution);
+        return Err(refused("resolution", "meters a cell, of a building of at least 1 m", found));
+    }
     let mut notes = Notes::default();
     let cells = grid.cells(&picture, &mut notes);
     let mut plan = OfficePlan::named(title);

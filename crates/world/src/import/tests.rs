@@ -37,6 +37,13 @@ fn an_svg_names_walls_and_doors_by_group_class_or_color() {
 }
 
 #[test]
+fn a_drawing_smaller_than_a_room_has_a_wrong_unit() {
+    let small = SVG.replace("per-unit=\"0.01\"", "per-unit=\"0.0001\"");
+    let error = read_svg("plan.svg", "plan", &small).unwrap_err().to_string();
+    assert!(error.contains("at least 1 m, found a drawing of 60.0 x 20.0 mm; is its unit right?"), "{error}");
+}
+
+#[test]
 fn filled_walls_may_share_a_side() {
     let wall = |x: f64, y: f64, width: f64, height: f64| {
         format!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"black\"/>")
@@ -205,7 +212,11 @@ fn errors_of_a_grid_name_key_and_picture() {
     fs::write(folder.0.join("grid.pgm"), &l_shaped()[..500]).unwrap();
     assert!(error(GRID).contains("130 x 80 cells, but"));
     fs::write(folder.0.join("grid.pgm"), b"P5\n4 4\n255\n0000000000000000").unwrap();
-    assert!(error(GRID).contains("free cells"));
+    assert!(error(&GRID.replace("0.05", "0.5")).contains("free cells"));
+    assert!(
+        error(&GRID.replace("0.05", "0.005"))
+            .contains("of a building of at least 1 m, found 0.005, with 4 x 4 cells")
+    );
     assert!(error(&GRID.replace("0.05", "-1")).contains("resolution: expected meters a cell"));
     assert!(error(&GRID.replace("[-1.0", "[x")).contains("grid.yaml, line 3"));
     assert!(error(&GRID.replace("[-1.0", "[.nan")).contains("origin: expected x and y in meters"));

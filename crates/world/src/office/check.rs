@@ -118,7 +118,7 @@ impl Check<'_> {
         if xy.iter().all(|value| value.abs() <= MAX_COORDINATE_M) {
             return Ok(());
         }
-        self.fail(key, "coordinates in meters, at most 10000 m", format!("[{:e}, {:e}]", xy[0], xy[1]))
+        self.fail(key, "coordinates in meters, at most 10000 m", format!("[{}, {}]", xy[0], xy[1]))
     }
 
     fn walls(&self, walls: &[Wall]) -> Result<(), MapError> {

@@ -150,7 +150,7 @@ impl Lines {
             if !(point.x.abs() <= MAX_COORDINATE_M && point.y.abs() <= MAX_COORDINATE_M) {
                 let [x, y] = [point.x, point.y];
                 return Err(format!(
-                    "expected places at most 10000 m from the origin, found ({x:e}, {y:e}); is the unit right?"
+                    "expected places at most 10000 m from the origin, found ({x}, {y}); is the unit right?"
                 ));
             }
             self.points.push([point.x, point.y]);

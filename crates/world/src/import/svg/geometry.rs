@@ -162,7 +162,7 @@ pub(super) fn drawn(path: &BezPath, to_map: Affine) -> Result<Vec<Drawn>, String
         };
         if let Some(far) = ends.iter().find(|point| is_far(point)) {
             return Err(format!(
-                "expected places at most 10000 m from the origin, found ({:e}, {:e})",
+                "expected places at most 10000 m from the origin, found ({}, {})",
                 far.x, far.y
             ));
         }
