@@ -7,8 +7,11 @@
 use std::path::Path;
 
 use visloc_core::Clock;
-use visloc_experiments::team::{Conditions, Game, GameSetup, Liar, Played, play};
-use visloc_locate::{LOCALIZED_RELIABILITY, team::TeamConfig};
+use visloc_experiments::team::{Conditions, Game, GameSetup, Played, play};
+use visloc_locate::{
+    LOCALIZED_RELIABILITY,
+    team::{Liar, TeamConfig},
+};
 use visloc_plot::{
     Color, FieldPath, FieldPicture, Panel, PathPoint, ReferenceLine, Series, TimeSeriesPicture,
     field_picture, time_series,

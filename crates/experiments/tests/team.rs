@@ -5,9 +5,9 @@
 use visloc_core::{Clock, RngTree};
 use visloc_experiments::{
     Experiment,
-    team::{Conditions, Game, GameSetup, Liar, Restart, Score, TeamExperiment, TeamSettings, play, score},
+    team::{Conditions, Game, GameSetup, Restart, Score, TeamExperiment, TeamSettings, play, score},
 };
-use visloc_locate::team::TeamConfig;
+use visloc_locate::team::{Liar, TeamConfig};
 
 const SETUP: GameSetup =
     GameSetup { num_robots: 3, secs: 20.0, images_per_sec: 5.0, one_knows: true, kidnap: None, seed: 71 };

@@ -8,7 +8,7 @@ use visloc_core::{
     Rng, gaussian,
     geom::{PlanarPose, angle},
 };
-use visloc_world::field::Field;
+use visloc_world::{Map, field::Field};
 
 use crate::Region;
 
@@ -126,6 +126,16 @@ impl PosePrior {
 }
 
 impl StartPrior {
+    /// The half of a field in which a pose lies, with any heading; anywhere on other maps.
+    #[must_use]
+    pub fn half_of(map: &Map, world_from_robot: &PlanarPose) -> Self {
+        let Map::Field(field) = map else { return Self::Uniform };
+        let (half_x, half_y) = field.half_carpet_m();
+        let (min_x_m, max_x_m) = if world_from_robot.x_m > 0.0 { (0.0, half_x) } else { (-half_x, 0.0) };
+        let region = Region { min_x_m, max_x_m, min_y_m: -half_y, max_y_m: half_y };
+        Self::Region { region, heading: None }
+    }
+
     /// Whether nothing is known.
     #[must_use]
     pub fn is_uniform(&self) -> bool {

@@ -34,7 +34,7 @@ pub use scene::{
     Paint, Pattern, Room, Scene, Shape, Surface, Texture, TextureId, Wrap,
 };
 pub use simulation::{
-    Detection, DetectorSetup, DrivenSimulation, LiveControls, LiveMotion, LiveSimulation, Simulation,
+    Detection, DetectorSetup, DrivenSimulation, LiveControls, LiveMotion, LiveSimulation, Simulation, TEAM,
     TeamFrame, TeamSimulation,
 };
 pub use tour::{CameraTour, TOURS, TourError, TourKind};

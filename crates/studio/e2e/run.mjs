@@ -17,7 +17,8 @@ import { drops } from "./drops.mjs";
 import { slow, wrongToken } from "./far.mjs";
 import { keys, touches } from "./hands.mjs";
 import { measure } from "./measure.mjs";
-import { look, scenesOf } from "./screens.mjs";
+import { SCREENS, look, scenesOf } from "./screens.mjs";
+import { team } from "./team.mjs";
 import { draws as drawsBuildings, firstMap, firstVisit } from "./visit.mjs";
 import { BROWSER, Programs, open as openPage, send, state, until } from "./visloc.mjs";
 
@@ -368,6 +369,7 @@ async function main() {
     await byHand((options) => open(browser, other, options), check, pictures);
     await renderers(browser, url);
     await maps(browser, url);
+    await team((options) => open(browser, url, options), SCREENS["390x844"], check, pictures);
     await stale(browser);
     await wrongToken(browser, programs, check);
     const recording = await replays(browser);

@@ -60,6 +60,11 @@ export function scenesOf(programs, visloc) {
     });
     await page.waitForTimeout(800);
   };
+  const troubled = async (page) => {
+    await send(page, "link", { robot: 3, is_on: false });
+    await send(page, "lie", { robot: 4, how: "inventing" });
+    await until(page, () => window.studio.store.state.team?.robots[1].knows === "half" && window.studio.store.state.team.robots[2].mates.length === 0);
+  };
   const recordOne = async (page) => {
     await send(page, "record", { is_on: true });
     await until(page, () => window.studio.store.state.recorder?.num_frames > 3);
@@ -70,6 +75,7 @@ export function scenesOf(programs, visloc) {
     playground: { open: () => programs.studio() },
     four: { open: () => programs.studio("--scene", "robocup-2010"), prepare: four },
     office: { open: () => programs.studio("--scene", "office"), prepare: recordOne },
+    team: { open: () => programs.studio("sim:team"), prepare: troubled },
     slam: { open: () => programs.studio("--scene", "sim:room"), prepare: (page) => until(page, () => window.studio.store.arrays.landmarks?.length > 900) },
     replay: { open: () => programs.studio("--replay", recording()) },
     source: { open: () => programs.studio(recording(), "--map", "robocup-spl-2010") },

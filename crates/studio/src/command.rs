@@ -1,6 +1,7 @@
 //! What pages ask for.
 
 use serde::{Deserialize, Serialize};
+use visloc_locate::team::Liar;
 
 /// A command from a page, as JSON: `{"type": "kidnap", "x_m": 1.0, "y_m": 0.5, "yaw_rad": 0.0}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,6 +79,9 @@ pub enum Command {
     PutDown {},
     /// Carries the robot to another place, to a random one without coordinates.
     Kidnap {
+        /// Number of the robot in its team, from 1.
+        #[serde(default)]
+        robot: Option<u8>,
         /// Meters.
         #[serde(default)]
         x_m: Option<f64>,
@@ -110,7 +114,27 @@ pub enum Command {
         /// The factor.
         factor: f64,
     },
-    /// How many other robots walk around.
+    /// Whether the others hear a robot of a team, and it them.
+    Link {
+        /// Its number, from 1.
+        robot: u8,
+        /// Whether.
+        is_on: bool,
+    },
+    /// Makes a robot of a team a liar, or an honest one again.
+    Lie {
+        /// Its number, from 1.
+        robot: u8,
+        /// How it lies; nothing if it is honest.
+        #[serde(default)]
+        how: Option<Liar>,
+    },
+    /// Shows the image of another robot of a team.
+    Look {
+        /// Its number, from 1.
+        robot: u8,
+    },
+    /// How many other robots walk around; of a team, how many there are in all.
     Robots {
         /// How many.
         count: u32,
@@ -199,6 +223,8 @@ mod tests {
             r#"{"type":"play","now":true}"#,
             r#"{"type":"walk_to","x_m":"here","y_m":0}"#,
             r#"{"type":"seek","frame":-1}"#,
+            r#"{"type":"lie","robot":1,"how":"always"}"#,
+            r#"{"type":"link","robot":300,"is_on":true}"#,
             r#"{"type":"open_file","path":"/etc/passwd"}"#,
         ] {
             assert!(read(wrong).is_err(), "{wrong}");

@@ -1,7 +1,7 @@
 //! The studio: a page in the browser to watch a robot, drive it, kidnap it, change every parameter and replay what was
 //! recorded.
 //!
-//! Data flow: a [`Session`] (`playground`, `replay`, `slam`, ...) takes in a [`Command`] or a tick and answers with an
+//! Data flow: a [`Session`] (`playground`, `team`, `replay`, `slam`, ...) takes in a [`Command`] or a tick and answers with an
 //! [`Update`], which is bytes already (`message`). The `engine` runs one session on a thread of its own and hands updates to
 //! the [`Hub`]; `server` gives each page the latest one when that page is ready for it. Sessions know nothing of the web, and
 //! the server nothing of robots.
@@ -22,6 +22,7 @@ pub mod server;
 mod session;
 pub mod slam;
 pub mod source;
+pub mod team;
 pub mod tuning;
 mod update;
 pub mod view;

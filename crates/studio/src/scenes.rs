@@ -7,7 +7,7 @@ use std::{
 
 use serde_json::{Value, json};
 use visloc_core::Clock;
-use visloc_sim::TOURS;
+use visloc_sim::{TEAM, TOURS};
 use visloc_vmap::VisualMap;
 use visloc_world::Map;
 
@@ -18,11 +18,12 @@ use crate::{
     server::{Remote, RemoteSession},
     slam::{ImagesOpener, SequenceSource, SlamSession},
     source::{FramesOpener, SourceSession},
+    team::TeamSession,
 };
 
 /// Before the number of a recording.
 const RECORDING: &str = "recording-";
-/// Before the name of a simulated tour.
+/// Before the name of a simulated tour, and of the simulated team.
 const TOUR: &str = "sim:";
 /// Before the number of a map to play on.
 const MAP: &str = "map-";
@@ -66,7 +67,7 @@ pub enum GivenFile {
 /// Says what a file is; what only tells how others are to be opened is kept, and refused with a sentence that says what is missing.
 pub type FileOpener = Arc<dyn Fn(&Path) -> Result<GivenFile, StudioError> + Send + Sync>;
 
-/// Opens playgrounds, cameras without a map, sources, recordings, and a robot elsewhere.
+/// Opens playgrounds, the team, cameras without a map, sources, recordings, and a robot elsewhere.
 #[derive(Clone)]
 pub struct Scenes {
     clock: Clock,
@@ -151,12 +152,13 @@ impl Scenes {
         let map = |(i, path): (usize, &PathBuf)| scene(&format!("{MAP}{i}"), "Playground", short(path));
         let maps = self.maps.iter().enumerate().map(map);
         let places = PLACES.iter().map(|place| scene(place.id, "Playground", place.label));
+        let team = std::iter::once(scene(&format!("{TOUR}{TEAM}"), "Playground", "Team of robots"));
         let tours =
             TOURS.iter().map(|(name, ..)| scene(&format!("{TOUR}{name}"), "SLAM", &format!("SLAM: {name}")));
         let recording =
             |(i, path): (usize, &PathBuf)| scene(&format!("{RECORDING}{i}"), "Recordings", short(path));
         let recordings = self.recordings.iter().enumerate().map(recording);
-        robot.chain(sources).chain(recordings).chain(places).chain(maps).chain(tours).collect()
+        robot.chain(sources).chain(recordings).chain(places).chain(team).chain(maps).chain(tours).collect()
     }
 
     fn slam(
@@ -224,10 +226,18 @@ impl Engine for Scenes {
             let playground = Playground::on_map(&path, scene, self.seed, self.clock.clone(), self.list())?;
             return Ok(Box::new(playground));
         }
+        if scene.strip_prefix(TOUR) == Some(TEAM) {
+            return Ok(Box::new(TeamSession::new(self.seed, self.clock.clone(), self.list())?));
+        }
         if let Some(name) = scene.strip_prefix(TOUR) {
             return self.slam(scene, SequenceSource::Tour(name.to_owned()), None);
         }
-        Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), self.list())?))
+        let list = self.list();
+        if !PLACES.iter().any(|place| place.id == scene) {
+            let ids = list.as_array().into_iter().flatten().filter_map(|entry| entry["id"].as_str());
+            return Err(StudioError::command("scene", ids.collect::<Vec<_>>().join(", "), scene));
+        }
+        Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), list)?))
     }
 
     fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {

@@ -19,6 +19,7 @@ use super::{
     after_long_help = "Examples:\n  \
                        visloc studio\n  \
                        visloc studio --scene office --seed 7\n  \
+                       visloc studio sim:team\n  \
                        visloc localize sim:kidnaps --record out/kidnaps.mcap\n  \
                        visloc studio --replay out/kidnaps.mcap\n  \
                        visloc studio --scene sim:room\n  \
@@ -30,13 +31,13 @@ use super::{
 )]
 pub struct StudioArgs {
     /// Follow a robot or a camera through any source (see: visloc sources): with --map, or with sim:SCENARIO, on a known map, else
-    /// without one
+    /// without one; sim:team is a team of robots
     #[arg(value_name = "SOURCE")]
     pub source: Option<InputName>,
     /// The map that SOURCE moves on: a name (visloc maps) or a file, also one of visloc slam (.vmap)
     #[arg(long, value_name = "NAME|FILE", requires = "source")]
     pub map: Option<InputName>,
-    /// What to show first: robocup-2010, robocup-2024, office, office-large, or
+    /// What to show first: robocup-2010, robocup-2024, office, office-large, sim:team for a team of robots, or
     /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
     #[arg(long, value_name = "NAME")]
     pub scene: Option<String>,

@@ -10,12 +10,13 @@ use std::{
     time::Duration,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use visloc_core::Clock;
 use visloc_io::sources::{
     Host, Purpose, SourceAddress, SourceOption, SourceOptions, open_frames, open_images,
 };
+use visloc_sim::TEAM;
 use visloc_studio::{
     Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
     recording::{RecordingIndex, Tape},
@@ -106,7 +107,8 @@ fn start_engine(
         hub.take_files(args.recordings());
     }
     let tape = Tape::new(args.recordings());
-    let first = args.scene.clone().unwrap_or_else(|| scenes.first());
+    let team = args.source.as_deref().filter(|source| is_team(source));
+    let first = args.scene.as_deref().or(team).map_or_else(|| scenes.first(), str::to_owned);
     let session = scenes.open(&first)?;
     thread::Builder::new()
         .name("studio-engine".to_owned())
@@ -140,6 +142,11 @@ fn export(source: &Path, target: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Whether it is the simulated team: a scene, and no source of one robot's frames.
+fn is_team(source: &str) -> bool {
+    source.strip_prefix("sim:") == Some(TEAM)
+}
+
 /// The sources that the user names.
 fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     let options = SourceOptions {
@@ -148,11 +155,16 @@ fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
         honored_elsewhere: vec![SourceOption::Seed],
         ..source_options(&args.options, topic_options(&args.topics)?)?
     };
-    if args.source.is_none() && args.sequence.is_empty() {
+    let team = args.source.as_deref().filter(|source| is_team(source));
+    if let Some(team) = team {
+        ensure!(args.map.is_none(), "--map: {team} has a field of its own; leave it out");
+    }
+    let source = args.source.as_ref().filter(|_| team.is_none());
+    if source.is_none() && args.sequence.is_empty() {
         refuse_source_options(&options, "expected a SOURCE or --sequence that it belongs to")?;
     }
     let mut sources = Vec::new();
-    if let Some(name) = &args.source {
+    if let Some(name) = source {
         let address = SourceAddress::parse(name)?;
         let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
         let map = args.map.as_deref().filter(|map| is_map_of_slam(map));

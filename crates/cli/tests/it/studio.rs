@@ -161,6 +161,15 @@ fn what_cannot_be_shown_is_refused_at_once() {
     assert!(studio(&["--replay", "missing.mcap"]).contains("missing.mcap"));
     workspace.write("notes.txt", "no recording");
     assert!(studio(&["--replay", "notes.txt"]).contains("expected a recording"));
+    assert!(
+        studio(&["sim:team", "--map", "robocup-spl-2010"]).contains("--map: sim:team has a field of its own")
+    );
+    assert!(studio(&["sim:team", "--fps", "3"]).contains("--fps"));
+    assert!(studio(&["--scene", "moon"]).contains("sim:team"));
+    for command in ["localize", "slam", "record"] {
+        let error = workspace.refused(&[command, "sim:team"]);
+        assert!(error.contains("a team of robots") && error.contains("visloc studio sim:team"), "{error}");
+    }
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
     let error = workspace.refused(&["studio", "--no-open", "--port", &port]);

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use visloc_core::{Clock, RngTree};
 use visloc_io::bag::messages::to_cdr;
-use visloc_locate::team::{TeamConfig, TeamMessage, WireTeamMessage};
+use visloc_locate::team::{Liar, TeamConfig, TeamMessage, WireTeamMessage};
 
-use super::{Conditions, Game, GameSetup, Liar, Restart, Score, play, score};
+use super::{Conditions, Game, GameSetup, Restart, Score, play, score};
 use crate::{Cell, Experiment, ExperimentError};
 
 /// What decides the records.

@@ -2,8 +2,7 @@
 
 use visloc_core::{Timestamp, geom::PlanarPose};
 use visloc_locate::{
-    Estimate, Pipeline, PipelineConfig, Region, StartPrior, team::Sighting,
-    vision::field::FieldAnalysisConfig,
+    Estimate, Pipeline, PipelineConfig, StartPrior, team::Sighting, vision::field::FieldAnalysisConfig,
 };
 use visloc_sim::{Detection, DetectorSetup, Scenario, TeamSimulation};
 use visloc_world::Map;
@@ -79,8 +78,11 @@ impl Game {
         let truths = team.truths();
         let mut pipelines = Vec::new();
         for (i, truth) in truths.iter().enumerate() {
-            let start =
-                if setup.one_knows && i == WHO_KNOWS { half_of(&map, truth) } else { StartPrior::Uniform };
+            let start = if setup.one_knows && i == WHO_KNOWS {
+                StartPrior::half_of(&map, truth)
+            } else {
+                StartPrior::Uniform
+            };
             let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
             let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
             let config = PipelineConfig { analysis, ..PipelineConfig::default() };
@@ -122,13 +124,4 @@ impl Game {
 
 fn setup_error(error: impl std::fmt::Display) -> ExperimentError {
     ExperimentError::Setup { reason: error.to_string() }
-}
-
-/// The half in which a robot stands.
-fn half_of(map: &Map, truth: &PlanarPose) -> StartPrior {
-    let Map::Field(field) = map else { return StartPrior::Uniform };
-    let (half_x, half_y) = field.half_carpet_m();
-    let (min_x_m, max_x_m) = if truth.x_m > 0.0 { (0.0, half_x) } else { (-half_x, 0.0) };
-    let region = Region { min_x_m, max_x_m, min_y_m: -half_y, max_y_m: half_y };
-    StartPrior::Region { region, heading: None }
 }

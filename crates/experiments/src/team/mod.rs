@@ -13,5 +13,5 @@ mod score;
 
 pub use experiment::{ConditionRecord, TeamExperiment, TeamRecord, TeamSettings};
 pub use game::{Game, GameSetup, Moment};
-pub use play::{Conditions, Liar, Played, Restart, play};
+pub use play::{Conditions, Played, Restart, play};
 pub use score::{Score, score};

@@ -1,25 +1,13 @@
 //! A recorded game with messages between the robots.
 
-use rand::RngExt as _;
-use visloc_core::{Clock, Rng, RngTree, Timestamp, geom::PlanarPose};
+use visloc_core::{Clock, RngTree, Timestamp};
 use visloc_locate::{
     ConfigError, Estimate,
-    team::{Member, Sighting, SightingKind, TeamConfig, TeamFilter, TeamMessage, ToldHypothesis},
+    team::{Liar, Member, Sighting, SightingKind, TeamConfig, TeamFilter, TeamMessage},
 };
 use visloc_sim::{Detection, DetectorSetup};
 
-use super::{Game, Moment, network::Network};
-
-/// How a robot lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Liar {
-    /// It is sure of the wrong half, and tells truly what it sees.
-    WrongHalf,
-    /// It is sure of a place some meters from where it is.
-    Elsewhere,
-    /// It is sure of the wrong half, and sees robots and balls everywhere.
-    Inventing,
-}
+use super::{Game, network::Network};
 
 /// When a robot begins anew, having forgotten everything.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,7 +107,7 @@ pub fn play(
             answers.push(filters[robot].step(now, &estimate, moment.odometry, &seen).estimate.clone());
             let Some(mut message) = filters[robot].message() else { continue };
             if let Some(liar) = conditions.liar.filter(|_| robot + 1 == num_robots) {
-                lie(&mut message, liar, moment, &mut liar_rng);
+                liar.lie(&mut message, &moment.truth, &mut liar_rng);
             }
             for to in (0..num_robots).filter(|to| *to != robot && conditions.has_network) {
                 network.send(moment.at, to, &message);
@@ -176,28 +164,4 @@ pub fn sighting(detection: &Detection, at: Timestamp, detector: &DetectorSetup) 
     let kind = if detection.is_ball { SightingKind::Ball } else { SightingKind::Teammate };
     let bearing = (detection.bearing_rad, detector.bearing_sigma_rad);
     Sighting::polar(at, kind, bearing, (detection.range_m, detector.range_sigma * detection.range_m))
-}
-
-fn lie(message: &mut TeamMessage, liar: Liar, moment: &Moment, rng: &mut Rng) {
-    let truth = moment.truth;
-    let world_from_robot = match liar {
-        Liar::WrongHalf | Liar::Inventing => {
-            PlanarPose::new(-truth.x_m, -truth.y_m, truth.yaw_rad + std::f64::consts::PI)
-        }
-        Liar::Elsewhere => {
-            PlanarPose::new(truth.x_m - 2.0 * truth.x_m.signum(), truth.y_m + 1.0, truth.yaw_rad + 1.5)
-        }
-    };
-    let covariance = nalgebra::Matrix3::identity() * 1e-4;
-    message.hypotheses = vec![ToldHypothesis { id: 0, world_from_robot, covariance, probability: 1.0 }];
-    message.reliability = 1.0;
-    message.half = None;
-    if liar == Liar::Inventing {
-        message.sightings.clear();
-        for i in 0..4 {
-            let kind = if i == 0 { SightingKind::Ball } else { SightingKind::Teammate };
-            let (bearing, range) = (rng.random_range(-1.0..1.0), rng.random_range(0.5..4.0));
-            message.sightings.push(Sighting::polar(message.at, kind, (bearing, 0.02), (range, 0.05 * range)));
-        }
-    }
 }

@@ -30,6 +30,7 @@ mod evidence;
 mod filter;
 mod fusion;
 mod joint;
+mod liar;
 mod mate;
 mod message;
 mod names;
@@ -44,6 +45,7 @@ pub use answer::{Help, TeamEstimate};
 pub use config::TeamConfig;
 pub use filter::{Ignored, MateView, TeamFilter};
 pub use fusion::covariance_intersection;
+pub use liar::Liar;
 pub use message::{
     MAX_HYPOTHESES, MAX_SIGHTINGS, Member, Root, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage,
     ToldHalf, ToldHypothesis,

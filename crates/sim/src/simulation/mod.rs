@@ -14,4 +14,4 @@ pub use detector::{Detection, DetectorSetup};
 pub use driven::DrivenSimulation;
 pub use live::{LiveControls, LiveMotion, LiveSimulation};
 pub use source::Simulation;
-pub use team::{TeamFrame, TeamSimulation};
+pub use team::{TEAM, TeamFrame, TeamSimulation};

@@ -19,6 +19,9 @@ use crate::{
     scene::Color,
 };
 
+/// Name of the team's game as a simulation, `sim:team`.
+pub const TEAM: &str = "team";
+
 /// Jersey of the team.
 const JERSEY: u32 = 0x28_50c0;
 /// Robots keep this far apart, and begin at least so far apart, meters.
@@ -133,6 +136,28 @@ impl TeamSimulation {
         self.walks[robot].target = to.position();
     }
 
+    /// Carries a robot to a free place apart from all robots for so many frames, the same place for the same `choice`; whether there is one.
+    pub fn kidnap(&mut self, robot: usize, choice: u64, num_frames: usize) -> bool {
+        const TRIES: u64 = 100;
+        let truths = self.truths();
+        let is_apart = |to: &PlanarPose| truths.iter().all(|other| other.distance_m(to) > CLEARANCE_M);
+        let mut places = (0..TRIES).filter_map(|i| self.robots[robot].random_pose(choice * TRIES + i));
+        let place = places.find(is_apart);
+        if let Some(to) = place {
+            self.carry(robot, to, num_frames);
+        }
+        place.is_some()
+    }
+
+    /// Time between two frames.
+    ///
+    /// # Panics
+    /// Without robots.
+    #[must_use]
+    pub fn step_secs(&self) -> f64 {
+        self.robots[0].step_secs()
+    }
+
     /// Moves everything by one frame, and takes a picture with every camera.
     pub fn step(&mut self) -> Vec<TeamFrame> {
         let poses = self.truths();
@@ -210,6 +235,20 @@ mod tests {
             frames.into_iter().map(|frame| (frame.source.frame.image, frame.detections)).collect::<Vec<_>>()
         };
         assert!(run(3) == run(3) && run(3) != run(4));
+    }
+
+    #[test]
+    fn a_kidnapped_robot_stands_elsewhere_apart_from_the_others() {
+        let mut team = team(5, 2);
+        let before = team.truths();
+        assert!(team.kidnap(1, 7, 3));
+        let frames: Vec<TeamFrame> = (0..3).map(|_| team.step().swap_remove(1)).collect();
+        assert!(frames.iter().all(|frame| frame.source.truth.unwrap().height_m > 0.0));
+        assert_eq!(team.step()[1].source.truth.unwrap().height_m, 0.0);
+        let now = team.truths();
+        assert!(now[1].distance_m(&before[1]) > CLEARANCE_M);
+        let is_apart = |(i, other): (usize, &PlanarPose)| i == 1 || other.distance_m(&now[1]) > 0.3;
+        assert!(now.iter().enumerate().all(is_apart), "{now:?}");
     }
 
     /// Half a minute of five robots: they walk, keep apart, and see each other where they are.

@@ -8,10 +8,11 @@ import { isLight, rgba } from "./theme.js";
 export const ARROW_M = 0.42;
 const BODY_M = 0.13;
 const TRAIL_FRAMES = 450;
+const TRAIL_SECS = 15;
 /** Frames of a piece of a trail. */
 const PIECE_FRAMES = 4;
 /** Which pieces of a trail are drawn, for each lane over and over: its dash. */
-const TRAIL_DASHES = [[1], [1, 1, 0], [1, 0], [1, 1, 1, 0, 1, 0]];
+const TRAIL_DASHES = [[1], [1, 1, 0], [1, 0], [1, 1, 1, 0, 1, 0], [1, 1, 1, 1, 0]];
 const TRUTH_DASH = [1, 1, 0, 0];
 
 export class Actors {
@@ -59,7 +60,7 @@ export class Actors {
   }
 
   trails(past) {
-    const recent = past.slice(-TRAIL_FRAMES);
+    const recent = past.slice(-TRAIL_FRAMES).filter(({ secs }) => secs > past[past.length - 1].secs - TRAIL_SECS);
     // Pieces begin at the same frames as the time goes on, so that dashes stay where they are.
     const first = recent.length ? (PIECE_FRAMES - recent[0].number % PIECE_FRAMES) % PIECE_FRAMES : 0;
     const pieces = [];
@@ -75,8 +76,8 @@ export class Actors {
     // The truth lies dashed above the estimates, which hide it otherwise.
     const truth = rgba("truth", isLight() ? 0.8 : 0.65);
     for (const [a, b] of pieces) {
-      const isCut = a.isCarried || b.isCarried;
-      if (a.truth && b.truth && !isCut && isDrawn(TRUTH_DASH, b)) this.piece(a.truth, b.truth, 0.014, 0.005, truth);
+      if (a.isCarried || b.isCarried || !isDrawn(TRUTH_DASH, b)) continue;
+      a.truths.forEach((pose, k) => pose && b.truths[k] && this.piece(pose, b.truths[k], 0.014, 0.005, truth));
     }
   }
 
@@ -104,17 +105,24 @@ export class Actors {
   /** The winning pose as a ring that shrinks as the reliability grows, and faint ones for the others. */
   estimate(contender, color, lane) {
     const z = 0.008 + 0.001 * lane;
+    this.hypotheses(contender, color, z);
+    // Each a little larger than the one before, so that none hides another.
+    this.ring(contender, color, z, 0.17 + 0.05 * lane + 0.6 * (1 - contender.reliability));
+  }
+
+  /** All hypotheses but the first one, faint. */
+  hypotheses(contender, color, z) {
     for (const [x, y, yaw, probability] of contender.hypotheses.slice(1)) {
       const faint = [...color.slice(0, 3), 0.15 + 0.6 * probability];
       this.flat.ring(x, y, z, 0.14, 0.165, faint, 0, 2 * Math.PI, 24);
       this.flat.strip(x, y, x + 0.22 * Math.cos(yaw), y + 0.22 * Math.sin(yaw), 0.02, z, faint);
     }
+  }
+
+  /** A ring with an arrow at the believed pose, dashed if it is not to be relied on. */
+  ring(contender, color, z, radius) {
     const [x, y, yaw] = contender.pose;
-    const trust = contender.reliability;
-    // Each a little larger than the one before, so that none hides another.
-    const radius = 0.17 + 0.05 * lane + 0.6 * (1 - trust);
-    const alpha = contender.is_localized ? 1 : 0.65;
-    const solid = [...color.slice(0, 3), alpha];
+    const solid = [...color.slice(0, 3), contender.is_localized ? 1 : 0.65];
     this.flat.ring(x, y, z, 0, radius, [...color.slice(0, 3), 0.12]);
     if (contender.is_localized) {
       this.flat.ring(x, y, z, radius, radius + 0.035, solid, 0, 2 * Math.PI, 48);
@@ -146,10 +154,9 @@ export class Actors {
   }
 
   /** The robot with the wedge of what its camera sees, and the arrow by which it can be turned. */
-  robot(truth, camera) {
+  robot(truth, camera, color = rgba("truth")) {
     const [x, y, yaw] = truth.pose;
     const z = truth.height_m;
-    const color = rgba("truth");
     if (camera) {
       const [heading, width] = [yaw + camera[0], camera[1]];
       this.flat.ring(x, y, 0.003, 0, 1.6, rgba("truth", isLight() ? 0.1 : 0.07), heading - width / 2, heading + width / 2);

@@ -7,6 +7,10 @@ import { toggleTheme } from "./theme.js";
 /** The hint stays so long, milliseconds. */
 const HINT_MS = 25000;
 
+/** What is drawn of a team. */
+const TEAM_KEY = [["--c0", "figure: where a robot is; ring: where it believes to be"], ["--c1", "thin line: what it sees"],
+  ["--soft", "dots: who hears whom"]];
+
 export class Bar {
   constructor(store, socket, view, drive, aim, time) {
     Object.assign(this, { store, socket, view, drive, aim, time });
@@ -71,7 +75,7 @@ export class Bar {
     document.body.dataset.mode = scene.mode;
     document.body.dataset.world = scene.world?.kind ?? "";
     document.body.toggleAttribute("data-hands", this.hasHands());
-    this.mapKey(scene.world?.kind === "space");
+    this.mapKey(scene.team ? TEAM_KEY : scene.world?.kind === "space" ? this.spaceKey() : null);
     const key = JSON.stringify(scene.scenes);
     const select = byId("scene");
     if (key !== this.listed) {
@@ -93,16 +97,19 @@ export class Bar {
     return scene?.mode === "playground" || Boolean(scene?.has_hands);
   }
 
-  /** What the colors of a map of landmarks mean. */
-  mapKey(isSpace) {
+  /** What colors mean in the world, as pairs of color and words. */
+  mapKey(entries) {
     const key = byId("map-key");
-    key.hidden = !isSpace;
-    if (!isSpace) return;
-    const recorded = this.store.scene.recording?.is_recomputed ? [["--c3", "its way as it was recorded"]] : [];
-    const entries = [["--c1", "camera and its way"], ...recorded, ["--accent", "its way in truth"], ["--text", "landmarks"],
-      ["--c0", "candidates: depth still uncertain"], ["--c2", "keyframes and links"]];
-    key.replaceChildren(...entries.map(([color, label]) => (
+    key.hidden = !entries;
+    key.replaceChildren(...(entries ?? []).map(([color, label]) => (
       make("li", {}, make("i", { vars: { "--mark": `var(${color})` } }), label))));
+  }
+
+  /** Those of a map of landmarks. */
+  spaceKey() {
+    const recorded = this.store.scene.recording?.is_recomputed ? [["--c3", "its way as it was recorded"]] : [];
+    return [["--c1", "camera and its way"], ...recorded, ["--accent", "its way in truth"], ["--text", "landmarks"],
+      ["--c0", "candidates: depth still uncertain"], ["--c2", "keyframes and links"]];
   }
 
   follow() {

@@ -10,7 +10,9 @@ export class Cards {
   }
 
   draw() {
-    const contenders = this.store.state?.contenders ?? [];
+    const { state } = this.store;
+    // Robots of a team have rows of their own, with what can be done to them.
+    const contenders = state?.team ? [] : state?.contenders ?? [];
     const key = contenders.map((contender) => contender.name).join();
     if (key !== this.key) this.rebuild(contenders, key);
     contenders.forEach((contender, i) => this.update(this.cards[i], contender));
@@ -82,7 +84,7 @@ export class Facts {
 
   ofContenders(state) {
     const contenders = state.contenders;
-    const rows = [["Algorithm", ...contenders.map((contender) => contender.name)]];
+    const rows = [[state.team ? "Robot" : "Algorithm", ...contenders.map((contender) => contender.name)]];
     for (const [label, read] of ROWS) rows.push([label, ...contenders.map(read)]);
     rows.push(["Frame", String(state.number), ...contenders.slice(1).map(() => "")]);
     if (state.render_ms != null) {

@@ -70,9 +70,9 @@ export function pictureOf(view, image, { charts }, title) {
 }
 
 function cards(context, x, y, text) {
-  document.querySelectorAll(".card").forEach((card, i) => {
+  document.querySelectorAll(".card, .team-row").forEach((card, i) => {
     context.fillStyle = getComputedStyle(card).getPropertyValue("--card");
-    const words = [...card.querySelectorAll("h2 b, h2 span, p span")].map((part) => part.textContent);
+    const words = [...card.querySelectorAll("h2 b, h2 span, p span, .look b, .told *")].map((part) => part.textContent);
     context.fillText(words.join("  "), x, y + 1.6 * text * i);
   });
 }

@@ -143,9 +143,11 @@ export class ImageView {
       }
       context.stroke();
     };
-    LANES.forEach((lane, i) => {
+    // Of a team the image is that of one robot, in its lane.
+    const first = this.store.state?.team?.look ?? 0;
+    LANES.slice(first).forEach((lane, i) => {
       if (!arrays[`theory${i}`]) return;
-      setDash(context, i, 1.5);
+      setDash(context, first + i, 1.5);
       draw(arrays[`theory${i}`], css(lane), 1.5);
     });
     context.setLineDash([]);

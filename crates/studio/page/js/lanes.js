@@ -1,16 +1,18 @@
 // How what runs side by side is told apart: by color, by dash and by mark, so that no color is needed.
 
-export const LANES = ["c0", "c1", "c2", "c3"];
+export const LANES = ["c0", "c1", "c2", "c3", "c4"];
 /** Lengths of lines and gaps, in widths of the line. */
-export const DASHES = [[], [6, 3], [2, 2.5], [8, 2.5, 2, 2.5]];
+export const DASHES = [[], [6, 3], [2, 2.5], [8, 2.5, 2, 2.5], [12, 4]];
 /** Outlines of the marks around the origin, with corners at a distance of 1; the first is a circle. */
 const CORNERS = [
   Array.from({ length: 16 }, (_, i) => [Math.cos(Math.PI * i / 8), Math.sin(Math.PI * i / 8)]),
   [[-0.85, -0.85], [0.85, -0.85], [0.85, 0.85], [-0.85, 0.85]],
   [[0, -1.1], [1, 0.75], [-1, 0.75]],
   [[0, -1.2], [1.05, 0], [0, 1.2], [-1.05, 0]],
+  [[0, 1.1], [-1, -0.75], [1, -0.75]],
 ];
-const NAMES = ["circle, solid line", "square, dashed line", "triangle, dotted line", "diamond, dashes and dots"];
+const NAMES = ["circle, solid line", "square, dashed line", "triangle, dotted line", "diamond, dashes and dots",
+  "triangle upside down, long dashes"];
 
 export const markOf = (lane) => CORNERS[lane % CORNERS.length];
 

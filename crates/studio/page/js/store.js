@@ -124,6 +124,8 @@ function rowOf(state) {
     number: state.number,
     secs: state.secs,
     truth: state.truth?.pose ?? null,
+    /** Of all robots, where several are. */
+    truths: state.team?.robots.map(({ truth }) => truth) ?? [state.truth?.pose],
     isCarried: (state.truth?.height_m ?? 0) > 0,
     isLost: Boolean(state.is_lost),
     lanes: (state.contenders ?? []).map((contender) => ({

@@ -3,7 +3,7 @@
 import { byId, make, setText } from "./dom.js";
 
 /** Id, label, and whether the tab has anything to say about a scene, of which a robot elsewhere may be driven. */
-const TABS = [["drive", "Drive", (scene, canDrive) => scene.mode === "playground" || canDrive],
+const TABS = [["team", "Team", (scene) => Boolean(scene.team)], ["drive", "Drive", (scene, canDrive) => scene.mode === "playground" || canDrive],
   ["world", "World", (scene) => scene.mode === "playground"],
   ["algorithms", "Algorithms", (scene) => Boolean(scene.pipeline)], ["facts", "Numbers", () => true]];
 
@@ -37,10 +37,14 @@ export class Tabs {
     // What the tabs are about comes with the rest of the scene.
     if (scene.is_brief) return;
     this.canDrive = canDrive;
+    const isOther = scene.scene !== this.scene;
+    this.scene = scene.scene;
     for (const { button, isFor } of this.buttons) button.hidden = !isFor(scene, canDrive);
     setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
-    if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
+    if (scene.team && isOther) this.show("team");
+    else if (shown?.button.hidden && scene.mode === "playground") this.show("drive");
+    else if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }
 
   show(id) {

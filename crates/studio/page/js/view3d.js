@@ -5,6 +5,7 @@ import { OrbitCamera } from "./camera3d.js";
 import { CanvasRenderer } from "./renderer_canvas.js";
 import { WebGlRenderer } from "./renderer_webgl.js";
 import { SpaceActors } from "./space_actors.js";
+import { TeamActors } from "./team_actors.js";
 import { onTheme, rgba } from "./theme.js";
 import { worldMeshes } from "./world_mesh.js";
 
@@ -27,6 +28,8 @@ function pixelRatio({ clientWidth, clientHeight, dataset }) {
   return Math.min(devicePixelRatio, 2, most);
 }
 
+const distance = (place, to) => (place ? Math.hypot(place[0] - to[0], place[1] - to[1]) : Infinity);
+
 export class View3d {
   /** `requestDraw` has this view drawn in the next frame. */
   constructor(canvas, store, socket, requestDraw) {
@@ -39,6 +42,7 @@ export class View3d {
     this.camera = new OrbitCamera();
     this.robotActors = new Actors();
     this.spaceActors = new SpaceActors();
+    this.teamActors = new TeamActors();
     this.view = "slant";
     this.pointers = new Map();
     this.grab = null;
@@ -98,8 +102,9 @@ export class View3d {
     this.isDirty = false;
     const { state, scene } = this.store;
     const isSpace = scene?.world?.kind === "space";
-    const actors = isSpace ? this.spaceActors : this.robotActors;
-    actors.build(this.store, this.grab?.pose);
+    const actors = isSpace ? this.spaceActors : state?.team ? this.teamActors : this.robotActors;
+    const metersPerPixel = this.camera.metersPerPixel(this.canvas.clientHeight);
+    actors.build(this.store, this.grab?.pose, { azimuth: this.camera.azimuth, metersPerPixel });
     const pose = state?.truth?.pose ?? state?.contenders?.[0]?.pose;
     if (this.view === "follow" && pose) {
       this.camera.target = [pose[0], pose[1], 0.2];
@@ -157,12 +162,24 @@ export class View3d {
     const pose = this.store.latest?.truth?.pose;
     if (!pose || this.store.isBack || this.store.scene.mode !== "playground") return null;
     const tip = [pose[0] + ARROW_M * Math.cos(pose[2]), pose[1] + ARROW_M * Math.sin(pose[2])];
-    const distance = (place, to) => (place ? Math.hypot(place[0] - to[0], place[1] - to[1]) : Infinity);
     const onFloor = this.ground(event);
     const body = Math.min(distance(onFloor, pose), distance(this.ground(event, 0.3), pose));
-    const fingerM = event.pointerType === "touch" ? FINGER_PX * this.camera.metersPerPixel(this.canvas.clientHeight) : 0;
+    const fingerM = this.fingerM(event);
     if (distance(onFloor, tip) < Math.min(Math.max(0.14, 0.7 * fingerM), body)) return "arrow";
     return body < Math.max(GRAB_M, fingerM) ? "body" : null;
+  }
+
+  /** So far a finger may miss, meters. */
+  fingerM({ pointerType }) {
+    return pointerType === "touch" ? FINGER_PX * this.camera.metersPerPixel(this.canvas.clientHeight) : 0;
+  }
+
+  /** The robot of a team that is under a pointer. */
+  teammate(event) {
+    const places = [this.ground(event), this.ground(event, 0.3)];
+    const off = ({ truth }) => (truth ? Math.min(...places.map((place) => distance(place, truth))) : Infinity);
+    const nearest = this.store.latest.team.robots.reduce((a, b) => (off(b) < off(a) ? b : a));
+    return off(nearest) < Math.max(GRAB_M, this.fingerM(event)) ? nearest : null;
   }
 
   down(event) {
@@ -229,6 +246,9 @@ export class View3d {
       const place = this.ground(event);
       if (place && this.store.scene?.mode === "playground") {
         this.socket.send("walk_to", { x_m: place[0], y_m: place[1] });
+      } else if (place && this.store.scene?.mode === "team") {
+        const robot = this.teammate(event);
+        if (robot) this.socket.send("look", { robot: robot.number });
       }
     }
   }

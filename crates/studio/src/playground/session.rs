@@ -215,7 +215,7 @@ impl Playground {
             Command::Carry { x_m, y_m, yaw_rad } => self.driver.hold(pose(x_m, y_m, yaw_rad)?),
             Command::Lift {} => self.driver.hold(self.simulation.truth().world_from_robot),
             Command::PutDown {} => self.driver.release(),
-            Command::Kidnap { x_m, y_m, yaw_rad } => {
+            Command::Kidnap { robot: None, x_m, y_m, yaw_rad } => {
                 let here = self.simulation.truth().world_from_robot;
                 let place = match (x_m, y_m) {
                     (Some(x_m), Some(y_m)) => Some(pose(x_m, y_m, yaw_rad.unwrap_or(here.yaw_rad))?),

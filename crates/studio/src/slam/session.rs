@@ -141,7 +141,7 @@ impl Session for SlamSession {
                 self.step()?;
             }
             Command::Reset { seed } => self.restart(*seed, self.settings.clone())?,
-            Command::Kidnap { .. } if self.running.images.kidnap() => {}
+            Command::Kidnap { robot: None, .. } if self.running.images.kidnap() => {}
             Command::Cover { is_on } if self.running.images.cover(*is_on) => {}
             command if self.playback.handle(command)? => {}
             command => {

@@ -67,6 +67,33 @@ impl ContenderView {
             localizer_ms,
         }
     }
+
+    /// What a state says of it.
+    pub(crate) fn fields(&self, truth: Option<Truth>) -> Value {
+        let Self { estimate, percept, .. } = self;
+        let error = truth.filter(|truth| truth.height_m <= 0.0).map(|truth| {
+            let pose = &estimate.world_from_robot;
+            let turn = pose.heading_difference_rad(&truth.world_from_robot).abs();
+            [pose.distance_m(&truth.world_from_robot), turn.to_degrees()]
+        });
+        let sigma = [0, 1, 2].map(|i| estimate.covariance[(i, i)].max(0.0).sqrt());
+        json!({
+            "name": self.name,
+            "pose": triple(&estimate.world_from_robot),
+            "sigma": sigma,
+            "reliability": estimate.reliability,
+            "reliability_up_to_symmetry": estimate.reliability_up_to_symmetry,
+            "is_localized": estimate.reliability > LOCALIZED_RELIABILITY,
+            "likelihood": estimate.likelihood,
+            "hypotheses": hypotheses(estimate),
+            "error": error,
+            "quality": percept.quality,
+            "num_kept": percept.pixels.len(),
+            "num_dropped": percept.dropped.len(),
+            "num_individuals": self.num_individuals,
+            "ms": { "image": self.analysis_ms, "pose": self.localizer_ms },
+        })
+    }
 }
 
 /// Everything about one frame.
@@ -101,7 +128,7 @@ impl LocalizationView<'_> {
                 "pose": triple(&truth.world_from_robot),
                 "height_m": truth.height_m,
             })),
-            "contenders": self.contenders.iter().map(|it| self.contender(it)).collect::<Vec<_>>(),
+            "contenders": self.contenders.iter().map(|it| it.fields(self.truth)).collect::<Vec<_>>(),
         });
         if let (Some(header), Value::Object(more)) = (header.as_object_mut(), more) {
             header.extend(more);
@@ -114,32 +141,6 @@ impl LocalizationView<'_> {
             message.floats("likelihood", values);
         }
         Ok(message.finish())
-    }
-
-    fn contender(&self, contender: &ContenderView) -> Value {
-        let ContenderView { estimate, percept, .. } = contender;
-        let error = self.truth.filter(|truth| truth.height_m <= 0.0).map(|truth| {
-            let pose = &estimate.world_from_robot;
-            let turn = pose.heading_difference_rad(&truth.world_from_robot).abs();
-            [pose.distance_m(&truth.world_from_robot), turn.to_degrees()]
-        });
-        let sigma = [0, 1, 2].map(|i| estimate.covariance[(i, i)].max(0.0).sqrt());
-        json!({
-            "name": contender.name,
-            "pose": triple(&estimate.world_from_robot),
-            "sigma": sigma,
-            "reliability": estimate.reliability,
-            "reliability_up_to_symmetry": estimate.reliability_up_to_symmetry,
-            "is_localized": estimate.reliability > LOCALIZED_RELIABILITY,
-            "likelihood": estimate.likelihood,
-            "hypotheses": hypotheses(estimate),
-            "error": error,
-            "quality": percept.quality,
-            "num_kept": percept.pixels.len(),
-            "num_dropped": percept.dropped.len(),
-            "num_individuals": contender.num_individuals,
-            "ms": { "image": contender.analysis_ms, "pose": contender.localizer_ms },
-        })
     }
 
     /// The image message, with what belongs on the image: pixels of the first algorithm's analysis, and the map as each
@@ -211,7 +212,7 @@ impl LocalizationView<'_> {
     }
 }
 
-fn triple(pose: &PlanarPose) -> [f64; 3] {
+pub(crate) fn triple(pose: &PlanarPose) -> [f64; 3] {
     [pose.x_m, pose.y_m, pose.yaw_rad]
 }
 

@@ -6,6 +6,7 @@ mod run;
 mod theory;
 mod world;
 
+pub(crate) use localization::triple;
 pub use localization::{ContenderView, LocalizationView, views};
 pub use run::{RunMoment, RunViewer};
 pub use theory::theoretical_image;

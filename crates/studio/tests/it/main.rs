@@ -11,3 +11,4 @@ mod server;
 mod slam;
 mod source;
 mod support;
+mod team;

@@ -9,6 +9,7 @@ use std::{
     time::Duration,
 };
 
+use serde_json::{Map, Value};
 use tokio_tungstenite::tungstenite::{
     self, Message as Frame, WebSocket, client::IntoClientRequest as _, http::HeaderValue,
 };
@@ -352,6 +353,50 @@ fn pages_drive_the_engine_and_it_rests_without_them() {
         }
     }
     assert!(office, "the office was opened");
+    drop(socket);
+    wait_for("the page has left", || hub.num_viewers() == 0);
+    hub.close();
+    engine.join().unwrap();
+}
+
+#[test]
+fn pages_cut_links_of_a_team_and_make_liars_and_read_what_is_refused() {
+    let (hub, commands) = hub();
+    let server = serve(&hub, "127.0.0.1:0", None);
+    let engine_hub = Arc::clone(&hub);
+    let engine = thread::spawn(move || {
+        let mut scenes = Scenes::new(Clock::still(), Clock::still(), 1);
+        let session = scenes.open("sim:team").unwrap();
+        let tape = Tape::new(&std::env::temp_dir());
+        run_engine(Box::new(scenes), session, tape, &engine_hub, &commands, &Clock::still());
+    });
+    let mut socket = open(&server, None, "").unwrap();
+    socket.send(Frame::text("{\"type\":\"pause\"}")).unwrap();
+    let mut shown_after = |command: &str, is_so: &dyn Fn(&Map<String, Value>) -> bool| {
+        socket.send(Frame::text(command.to_owned())).unwrap();
+        let mut is_shown = false;
+        for _ in 0..PATIENCE {
+            let data = socket.read().unwrap().into_data();
+            if data.first() != Some(&2) {
+                continue;
+            }
+            socket.send(Frame::text("drawn")).unwrap();
+            is_shown = is_so(&Message::read(&data).unwrap().header);
+            if is_shown {
+                break;
+            }
+        }
+        assert!(is_shown, "{command}");
+    };
+    shown_after("{\"type\":\"link\",\"robot\":2,\"is_on\":false}", &|state| {
+        state["team"]["robots"][1]["is_linked"] == false
+    });
+    shown_after("{\"type\":\"lie\",\"robot\":3,\"how\":\"wrong_half\"}", &|state| {
+        state["team"]["robots"][2]["lie"] == "wrong_half"
+    });
+    shown_after("{\"type\":\"link\",\"robot\":7,\"is_on\":false}", &|state| {
+        state["notice"] == "robot: expected 1 to 4, found 7"
+    });
     drop(socket);
     wait_for("the page has left", || hub.num_viewers() == 0);
     hub.close();

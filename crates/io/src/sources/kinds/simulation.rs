@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use visloc_core::{ImageSource, PictureSource};
-use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TOURS};
+use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TEAM, TOURS};
 
 use super::{SourceKind, Way, always_usable, claims_nothing};
 use crate::{
@@ -56,6 +56,12 @@ fn check_name(request: &Request<'_>) -> Result<(), SourcesError> {
     let exists = |name: &str| known.iter().any(|known| known == name) || std::path::Path::new(name).is_file();
     if exists(rest) || exists(name) {
         return Ok(());
+    }
+    if name == TEAM {
+        return request.cannot(
+            "this is a team of robots, each with a camera of its own; expected one robot, such as sim:tour-2024 on the same field \
+             (for the team: visloc studio sim:team, or visloc experiment team)",
+        );
     }
     let nearest = nearest(name, known.iter().map(String::as_str));
     let hint = nearest.map(|nearest| format!("; did you mean '{nearest}'?")).unwrap_or_default();
