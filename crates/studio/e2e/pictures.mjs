@@ -126,13 +126,25 @@ async function slam(open) {
   await picture(page, "studio-slam.jpg", { type: "jpeg", quality: 85 });
 }
 
+/** A team of which one says that it is elsewhere. */
+async function team(open) {
+  const page = await open(await programs.studio("sim:team"));
+  await until(page, () => window.studio.store.state.team?.robots.every(({ knows }) => knows === "half"));
+  await send(page, "lie", { robot: 4, how: "elsewhere" });
+  await until(page, () => window.studio.store.state.team.robots[0].mates.some(({ number, trust }) => number === 4 && trust < 0.1));
+  await page.waitForTimeout(4000);
+  await send(page, "pause");
+  await page.waitForTimeout(1500);
+  await picture(page, "studio-team.jpg", { type: "jpeg", quality: 80 });
+}
+
 const browser = await chromium.launch(BROWSER);
 try {
   const open = (url, options) => openPage(browser, url, errors, options);
   const told = (isTrue, text) => { if (!isTrue) throw new Error(text); };
   const firstMinute = () => firstVisit(browser, programs, errors, told, folder);
   const building = () => firstMap(browser, programs, errors, told, folder);
-  const tasks = { firstMinute, building, phone, field, office, recording, connected, slam };
+  const tasks = { firstMinute, building, phone, field, office, recording, connected, slam, team };
   for (const [name, task] of Object.entries(tasks)) if (!only || name === only) await task(open);
   if (errors.length > 0) throw new Error(errors.join("; "));
 } finally {

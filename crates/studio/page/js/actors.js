@@ -15,6 +15,11 @@ const PIECE_FRAMES = 4;
 const TRAIL_DASHES = [[1], [1, 1, 0], [1, 0], [1, 1, 1, 0, 1, 0], [1, 1, 1, 1, 0]];
 const TRUTH_DASH = [1, 1, 0, 0];
 
+/** Hypotheses of another place than the believed one. */
+export function beside({ pose, hypotheses }, least) {
+  return hypotheses.filter(([x, y, , probability]) => probability >= least && Math.hypot(x - pose[0], y - pose[1]) > BODY_M);
+}
+
 export class Actors {
   constructor() {
     this.flat = new Mesh();
@@ -110,9 +115,9 @@ export class Actors {
     this.ring(contender, color, z, 0.17 + 0.05 * lane + 0.6 * (1 - contender.reliability));
   }
 
-  /** All hypotheses but the first one, faint. */
-  hypotheses(contender, color, z) {
-    for (const [x, y, yaw, probability] of contender.hypotheses.slice(1)) {
+  /** Hypotheses beside the believed pose that are at least so probable, faint. */
+  hypotheses(contender, color, z, least = 0) {
+    for (const [x, y, yaw, probability] of beside(contender, least)) {
       const faint = [...color.slice(0, 3), 0.15 + 0.6 * probability];
       this.flat.ring(x, y, z, 0.14, 0.165, faint, 0, 2 * Math.PI, 24);
       this.flat.strip(x, y, x + 0.22 * Math.cos(yaw), y + 0.22 * Math.sin(yaw), 0.02, z, faint);

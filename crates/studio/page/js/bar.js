@@ -8,8 +8,8 @@ import { toggleTheme } from "./theme.js";
 const HINT_MS = 25000;
 
 /** What is drawn of a team. */
-const TEAM_KEY = [["--c0", "figure: where a robot is; ring: where it believes to be"], ["--c1", "thin line: what it sees"],
-  ["--soft", "dots: who hears whom"]];
+const TEAM_KEY = [["--text", "where a robot is", "figure"], ["--text", "where it believes to be", "ring"], ["--text", "what it sees", "line"],
+  ["--text", "who hears whom", "dots"]];
 
 export class Bar {
   constructor(store, socket, view, drive, aim, time) {
@@ -97,12 +97,12 @@ export class Bar {
     return scene?.mode === "playground" || Boolean(scene?.has_hands);
   }
 
-  /** What colors mean in the world, as pairs of color and words. */
+  /** What is drawn in the world: its color, words, and its shape if the color does not tell. */
   mapKey(entries) {
     const key = byId("map-key");
     key.hidden = !entries;
-    key.replaceChildren(...(entries ?? []).map(([color, label]) => (
-      make("li", {}, make("i", { vars: { "--mark": `var(${color})` } }), label))));
+    key.replaceChildren(...(entries ?? []).map(([color, label, shape = ""]) => (
+      make("li", {}, make("i", { vars: { "--mark": `var(${color})` }, data: { shape } }), label))));
   }
 
   /** Those of a map of landmarks. */

@@ -83,12 +83,13 @@ export class Facts {
   }
 
   ofContenders(state) {
-    const contenders = state.contenders;
+    // Of a team those of the robot that is looked at.
+    const contenders = state.team ? [state.contenders[state.team.look]] : state.contenders;
     const rows = [[state.team ? "Robot" : "Algorithm", ...contenders.map((contender) => contender.name)]];
     for (const [label, read] of ROWS) rows.push([label, ...contenders.map(read)]);
     rows.push(["Frame", String(state.number), ...contenders.slice(1).map(() => "")]);
     if (state.render_ms != null) {
-      rows.push(["Time to draw the image", `${state.render_ms.toFixed(2)} ms`, ...contenders.slice(1).map(() => "")]);
+      rows.push([state.team ? "Time to draw all images" : "Time to draw the image", `${state.render_ms.toFixed(2)} ms`, ...contenders.slice(1).map(() => "")]);
     }
     return rows;
   }

@@ -1,11 +1,15 @@
 // A team on its field: where each robot is and believes to be, whom it sees, and who hears whom.
 
-import { Actors } from "./actors.js";
+import { Actors, beside } from "./actors.js";
 import { LANES } from "./lanes.js";
 import { isLight, rgba } from "./theme.js";
 
 /** The ellipse of a belief shows so many standard deviations. */
 const NUM_SIGMAS = 3;
+/** A robot that may be anywhere has none. */
+const MAX_ELLIPSE_M = 2;
+/** Hypotheses that are less probable are left out. */
+const LEAST_PROBABILITY = 0.05;
 /** A belief is tied to a robot that is farther off than this, meters. */
 const APART_M = 0.4;
 /** Whom a robot has heard of late, seconds. */
@@ -72,7 +76,9 @@ export class TeamActors extends Actors {
     const color = rgba(LANES[lane], knows === "lost" ? 0.5 : 1);
     const [x, y] = contender.pose;
     if (truth && Math.hypot(x - truth[0], y - truth[1]) > APART_M) this.dashed(truth, contender.pose, 0.02, 0.15, 0.1, 0.004, [...color.slice(0, 3), 0.45]);
-    this.hypotheses(contender, color, 0.008);
+    this.hypotheses(contender, color, 0.008, LEAST_PROBABILITY);
+    const faint = [...color.slice(0, 3), 0.6];
+    for (const [hx, hy] of beside(contender, LEAST_PROBABILITY)) this.mark(lane, hx, hy, 0.008, faint);
     this.ellipse(x, y, covariance, [...color.slice(0, 3), 0.35]);
     this.ring(contender, color, 0.009, RING_M);
     const back = contender.pose[2] + Math.PI;
@@ -83,18 +89,20 @@ export class TeamActors extends Actors {
     const [middle, half] = [(xx + yy) / 2, Math.hypot((xx - yy) / 2, xy)];
     const angle = Math.atan2(2 * xy, xx - yy) / 2;
     const [a, b] = [middle + half, middle - half].map((variance) => NUM_SIGMAS * Math.sqrt(Math.max(variance, 0)));
+    if (a > MAX_ELLIPSE_M) return;
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
     const corners = Array.from({ length: 28 }, (_, i) => [a * Math.cos(Math.PI * i / 14), b * Math.sin(Math.PI * i / 14)]);
     this.flat.fan(corners.map(([u, v]) => [x + u * c - v * s, y + u * s + v * c]), 0.01, color);
   }
 
-  /** Where the robot that is looked at believes its mates to be: their marks in a ring of its color. */
+  /** Where the robot that is looked at believes its mates to be: their marks in a ring of its color, the fainter the less it trusts them. */
   mates({ mates }, robots, look) {
-    for (const { number, pose } of mates) {
+    for (const { number, pose, trust } of mates) {
       const lane = robots.findIndex((robot) => robot.number === number);
       if (!pose || lane < 0) continue;
-      this.flat.ring(pose[0], pose[1], 0.011, 0.1, 0.12, rgba(LANES[look]), 0, 2 * Math.PI, 24);
-      this.mark(lane, pose[0], pose[1], 0.012, rgba(LANES[lane]));
+      const alpha = 0.35 + 0.65 * trust;
+      this.flat.ring(pose[0], pose[1], 0.011, 0.1, 0.12, rgba(LANES[look], alpha), 0, 2 * Math.PI, 24);
+      this.mark(lane, pose[0], pose[1], 0.012, rgba(LANES[lane], alpha));
     }
   }
 

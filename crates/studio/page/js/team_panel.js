@@ -3,8 +3,8 @@
 import { byId, make, setPressed, setText } from "./dom.js";
 import { LANES, laneIcon } from "./lanes.js";
 
-const LIES = [["wrong_half", "are sure of the wrong half"], ["elsewhere", "say that they are elsewhere"], ["inventing", "invent sightings as well"]];
-const LIE_WORDS = { wrong_half: "lies: the wrong half", elsewhere: "lies: elsewhere", inventing: "lies: wrong half, invents" };
+const LIES = [["wrong_half", "wrong half"], ["elsewhere", "elsewhere"], ["inventing", "invented sightings"]];
+const LIE_WORDS = { wrong_half: "lies: wrong half", elsewhere: "lies: elsewhere", inventing: "lies: invented sightings" };
 const NUMBERS = [2, 3, 4, 5];
 
 const percent = (share) => `${Math.round(100 * share)} %`;
@@ -62,23 +62,24 @@ export class TeamPanel {
     const cut = button("Cut link", `Cut link of robot ${number}`, "Nobody hears it, and it hears nobody", () => this.socket.send("link", { robot: number, is_on: !of().is_linked }));
     const liar = button("Liar", `Liar: robot ${number}`, "What it tells the others is a lie", () => this.socket.send("lie", { robot: number, how: of().lie ? null : this.lie.value }));
     const kidnap = button("Kidnap", `Kidnap robot ${number}`, "Carry it to another place", () => this.socket.send("kidnap", { robot: number }));
-    const [knows, numbers, trust] = [make("b"), make("span", { className: "number" }), make("span", { className: "number" })];
+    const [knows, trouble, numbers, trust] = [make("b"), make("em"), make("span", { className: "number" }), make("span", { className: "number" })];
     const box = make("li", { className: "team-row", vars: { "--card": `var(--${LANES[lane]})` } }, look,
-      make("div", { className: "told" }, knows, numbers, trust), make("div", { className: "does" }, cut, liar, kidnap));
-    return { box, look, cut, liar, knows, numbers, trust };
+      make("div", { className: "told" }, knows, trouble, numbers, trust), make("div", { className: "does" }, cut, liar, kidnap));
+    return { box, look, cut, liar, knows, trouble, numbers, trust };
   }
 
   update(row, robot, contender) {
     const words = {
-      half: robot.by ? `knows its half by robot ${robot.by}` : "knows its half",
-      mirror: "knows its place up to the mirror",
+      half: robot.by ? `knows its half from robot ${robot.by}` : "knows its half",
+      mirror: "knows its place up to mirror",
       placed: `lost; robot ${robot.by} sees it`,
       lost: "lost",
     };
     const held = robot.height_m > 0 ? "carried" : words[robot.knows];
-    setText(row.knows, [held, robot.is_linked ? null : "link cut", LIE_WORDS[robot.lie]].filter(Boolean).join("; "));
-    setText(row.numbers, `${errorOf(robot, contender)}, ${(robot.bytes_per_sec / 1000).toFixed(2)} kB/s`);
-    const trust = robot.mates.map((mate) => `${mate.number} ${percent(mate.trust)}`);
+    setText(row.knows, held);
+    setText(row.trouble, [robot.is_linked ? null : "link cut", LIE_WORDS[robot.lie]].filter(Boolean).join("; "));
+    setText(row.numbers, [errorOf(robot, contender), `${(robot.bytes_per_sec / 1000).toFixed(2)} kB/s`].filter(Boolean).join(", "));
+    const trust = robot.mates.map((mate) => `${mate.number}: ${percent(mate.trust)}`);
     setText(row.trust, trust.length ? `trusts ${trust.join(", ")}` : "hears nobody");
     row.box.dataset.knows = robot.knows;
     setPressed(row.cut, !robot.is_linked);
@@ -86,9 +87,9 @@ export class TeamPanel {
   }
 }
 
-/** How far off it is: up to the mirror, if that is what it knows. */
+/** How far off it is: up to the mirror, if that is what it knows; nothing while it is carried or lost. */
 function errorOf({ truth, knows }, { error, hypotheses }) {
-  if (!error || !truth) return "–";
+  if (!error || !truth || knows === "lost") return null;
   if (knows !== "mirror") return `${error[0].toFixed(2)} m off`;
   const nearest = Math.min(error[0], ...hypotheses.map(([x, y]) => Math.hypot(x - truth[0], y - truth[1])));
   return `${nearest.toFixed(2)} m off`;
