@@ -25,6 +25,7 @@ const WHO_KNOWS: usize = 0;
 /// A game.
 pub(super) struct Game {
     simulation: TeamSimulation,
+    detector: DetectorSetup,
     map: Arc<Map>,
     robots: Vec<Robot>,
     num_kidnaps: u64,
@@ -40,7 +41,8 @@ impl Game {
     /// If there is no place for so many.
     pub fn new(num_robots: usize, seed: u64, clock: &Clock) -> Result<Self, StudioError> {
         let scenario = Scenario { frames_per_sec: IMAGES_PER_SEC, ..Scenario::load(SCENARIO)? };
-        let mut simulation = TeamSimulation::new(&scenario, num_robots, DetectorSetup::default(), seed)?;
+        let detector = DetectorSetup::default();
+        let mut simulation = TeamSimulation::new(&scenario, num_robots, detector, seed)?;
         let map = Arc::new(simulation.map().clone());
         let random = RngTree::new(seed).subtree("studio-team", 0);
         let starts: Vec<StartPrior> = simulation
@@ -57,7 +59,7 @@ impl Game {
             .zip(starts.into_iter().zip(frames))
             .map(|(number, (start, frame))| Robot::new(number, (&map, start), frame.source, &random, clock));
         let robots = robots.collect::<Result<_, _>>()?;
-        Ok(Self { simulation, map, robots, num_kidnaps: 0, render_ms, clock: clock.clone() })
+        Ok(Self { simulation, detector, map, robots, num_kidnaps: 0, render_ms, clock: clock.clone() })
     }
 
     /// Everybody walks on, looks, and tells the others.
@@ -69,7 +71,7 @@ impl Game {
         self.render_ms = render_ms;
         let mut messages = Vec::new();
         for (robot, frame) in self.robots.iter_mut().zip(frames) {
-            messages.extend(robot.take(frame.source)?);
+            messages.extend(robot.take(frame, &self.detector)?);
         }
         for message in &messages {
             for robot in self.robots.iter_mut().filter(|robot| robot.number() != message.number) {

@@ -3,11 +3,14 @@
 use visloc_core::{Clock, Rng, RngTree, SourceFrame, Timestamp, Truth};
 use visloc_io::bag::messages::to_cdr;
 use visloc_locate::{
-    Pipeline, PipelineConfig, StartPrior,
+    Pipeline, StartPrior,
     lineup::LineupError,
-    team::{Liar, Member, Sighting, TeamConfig, TeamEstimate, TeamFilter, TeamMessage, WireTeamMessage},
-    vision::field::FieldAnalysisConfig,
+    team::{
+        Liar, Member, Sighting, SightingKind, TeamConfig, TeamEstimate, TeamFilter, TeamMessage,
+        WireTeamMessage,
+    },
 };
+use visloc_sim::{Detection, DetectorSetup, TeamFrame};
 use visloc_world::Map;
 
 use crate::StudioError;
@@ -44,9 +47,7 @@ impl Robot {
         clock: &Clock,
     ) -> Result<Self, StudioError> {
         let random = random.subtree("robot", u64::from(number));
-        let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
-        let config = PipelineConfig { analysis, ..PipelineConfig::default() };
-        let builder = Pipeline::builder(map).config(config).rng(random).start(start).clock(clock.clone());
+        let builder = Pipeline::builder(map).rng(random).start(start).clock(clock.clone());
         let member = Member { team: "studio".into(), number, session: 1 };
         Ok(Self {
             number,
@@ -65,15 +66,19 @@ impl Robot {
     ///
     /// # Errors
     /// If the image does not belong to its camera.
-    pub fn take(&mut self, frame: SourceFrame) -> Result<Option<TeamMessage>, StudioError> {
-        self.frame = frame;
+    pub fn take(
+        &mut self,
+        frame: TeamFrame,
+        detector: &DetectorSetup,
+    ) -> Result<Option<TeamMessage>, StudioError> {
+        self.frame = frame.source;
+        let at = self.frame.frame.at;
+        self.sightings = frame.detections.iter().map(|seen| sighting(seen, at, detector)).collect();
         let frame = &self.frame.frame;
         if let Some(prior) = self.filter.advice() {
             self.pipeline.reset_to(&prior);
         }
         self.pipeline.step(frame)?;
-        let objects = &self.pipeline.percept().objects;
-        self.sightings = objects.iter().map(|object| Sighting::of_object(frame.at, object)).collect();
         self.filter.step(frame.at, self.pipeline.estimate(), frame.odometry, &self.sightings);
         self.sent.retain(|(at, _)| frame.at.secs_since(*at) < METER_SECS);
         let Some(mut message) = self.filter.message().filter(|_| self.is_linked) else { return Ok(None) };
@@ -118,7 +123,7 @@ impl Robot {
         self.filter.answer()
     }
 
-    /// What it has found in the last image.
+    /// What a detector sees in its last image.
     pub fn sightings(&self) -> &[Sighting] {
         &self.sightings
     }
@@ -128,4 +133,11 @@ impl Robot {
     pub fn bytes_per_sec(&self) -> f64 {
         self.sent.iter().map(|(_, num_bytes)| num_bytes).sum::<usize>() as f64 / METER_SECS
     }
+}
+
+/// What a detector makes of an image, with the errors that it has.
+fn sighting(seen: &Detection, at: Timestamp, detector: &DetectorSetup) -> Sighting {
+    let kind = if seen.is_ball { SightingKind::Ball } else { SightingKind::Teammate };
+    let range_sigma_m = detector.range_sigma * seen.range_m;
+    Sighting::polar(at, kind, (seen.bearing_rad, detector.bearing_sigma_rad), (seen.range_m, range_sigma_m))
 }

@@ -113,14 +113,18 @@ fn a_liar_drags_nobody_and_one_that_is_seen_elsewhere_loses_trust() {
         let before = trust(&state(&mut *session), 1, 4).unwrap();
         assert!(before > 0.8, "{before}");
         tell(&mut *session, json!({ "type": "lie", "robot": 4, "how": how }));
-        let (mut num_wrong, mut least) = (0, before);
+        let (mut num_wrong, mut num_knowing, mut least) = (0, 0, before);
         for _ in 0..30 * PER_SEC {
             session.step().unwrap();
             let now = state(&mut *session);
             num_wrong += wrong(&now).into_iter().filter(|number| *number != 4).count();
+            num_knowing += robots(&now)[1..3].iter().filter(|robot| knows_half(robot)).count();
             least = trust(&now, 1, 4).map_or(least, |trust| trust.min(least));
         }
         assert!(num_wrong <= PER_SEC, "{how}: {num_wrong}");
+        // One word against another: nobody else is helped. Whom sightings contradict has no say.
+        let share = num_knowing as f64 / (2 * 30 * PER_SEC) as f64;
+        assert!(if how == "wrong_half" { share < 0.4 } else { share > 0.6 }, "{how}: {share}");
         if how == "elsewhere" {
             assert!(least < 0.3, "{least}");
             tell(&mut *session, json!({ "type": "lie", "robot": 4 }));
