@@ -128,11 +128,12 @@ async function slam(open) {
 
 /** A team of which one says that it is elsewhere. */
 async function team(open) {
-  const page = await open(await programs.studio("sim:team"));
+  const page = await open(await programs.studio("sim:team"), { viewport: { width: 1280, height: 870 } });
   await until(page, () => window.studio.store.state.team?.robots.every(({ knows }) => knows === "half"));
-  await send(page, "lie", { robot: 4, how: "elsewhere" });
+  await page.selectOption(".team-head select >> nth=1", "elsewhere");
+  await page.getByRole("button", { name: "Liar: robot 4", exact: true }).click();
   await until(page, () => window.studio.store.state.team.robots[0].mates.some(({ number, trust }) => number === 4 && trust < 0.1));
-  await page.waitForTimeout(4000);
+  await until(page, () => window.studio.store.state.team.robots.every(({ knows }) => knows === "half"));
   await send(page, "pause");
   await page.waitForTimeout(1500);
   await picture(page, "studio-team.jpg", { type: "jpeg", quality: 80 });

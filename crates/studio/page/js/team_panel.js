@@ -7,7 +7,7 @@ const LIES = [["wrong_half", "wrong half"], ["elsewhere", "elsewhere"], ["invent
 const LIE_WORDS = { wrong_half: "lies: wrong half", elsewhere: "lies: elsewhere", inventing: "lies: invented sightings" };
 const NUMBERS = [2, 3, 4, 5];
 
-const percent = (share) => `${Math.round(100 * share)} %`;
+const percent = (share) => `${Math.round(100 * share)}\u00a0%`;
 
 export class TeamPanel {
   constructor(store, socket) {
@@ -79,7 +79,7 @@ export class TeamPanel {
     setText(row.knows, held);
     setText(row.trouble, [robot.is_linked ? null : "link cut", LIE_WORDS[robot.lie]].filter(Boolean).join("; "));
     setText(row.numbers, [errorOf(robot, contender), `${(robot.bytes_per_sec / 1000).toFixed(2)} kB/s`].filter(Boolean).join(", "));
-    const trust = robot.mates.map((mate) => `${mate.number}: ${percent(mate.trust)}`);
+    const trust = robot.mates.map((mate) => `${mate.number}:\u00a0${percent(mate.trust)}`);
     setText(row.trust, trust.length ? `trusts ${trust.join(", ")}` : "hears nobody");
     row.box.dataset.knows = robot.knows;
     setPressed(row.cut, !robot.is_linked);
