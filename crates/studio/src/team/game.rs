@@ -35,7 +35,7 @@ pub(super) struct Game {
 }
 
 impl Game {
-    /// Robots at random places, of which the first one is told its half; each has taken one image.
+    /// Robots at random places, of which the first one is told its half. Each has an image to show, and has not looked for anything yet.
     ///
     /// # Errors
     /// If there is no place for so many.

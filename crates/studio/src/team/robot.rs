@@ -35,7 +35,7 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// A robot that has taken its first image and knows nothing but `start`.
+    /// A robot that knows nothing but `start`; `frame` is what it shows until it takes in another one.
     ///
     /// # Errors
     /// If its localizer cannot be built.

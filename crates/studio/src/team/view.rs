@@ -31,7 +31,7 @@ fn fields(robot: &Robot) -> Value {
     let (knows, by) = knowledge(answer);
     let truth = robot.truth();
     let at = robot.frame().frame.at;
-    let seen = robot.sightings().iter().zip(std::iter::repeat(truth)).filter_map(|(sighting, truth)| {
+    let seen = robot.sightings().iter().filter_map(|sighting| {
         let place = truth?.world_from_robot.transform(&sighting.in_robot);
         Some(json!([place.x, place.y, u8::from(sighting.kind == SightingKind::Ball)]))
     });
