@@ -166,8 +166,8 @@ fn what_cannot_be_shown_is_refused_at_once() {
     );
     assert!(studio(&["sim:team", "--fps", "3"]).contains("--fps"));
     assert!(studio(&["--scene", "moon"]).contains("sim:team"));
-    for command in ["localize", "slam", "record"] {
-        let error = workspace.refused(&[command, "sim:team"]);
+    for command in [&["localize"][..], &["slam"], &["record", "--out", "team.mcap"]] {
+        let error = workspace.refused(&[command, &["sim:team"]].concat());
         assert!(error.contains("a team of robots") && error.contains("visloc studio sim:team"), "{error}");
     }
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
