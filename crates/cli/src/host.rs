@@ -59,6 +59,7 @@ pub fn stop_at_signals() {
 }
 
 /// From now on the command computes something of which there is no half, so that the first signal ends it.
+#[cfg(feature = "experiments")]
 pub fn end_at_signals() {
     LOOKS.store(false, Ordering::Relaxed);
 }
