@@ -3,7 +3,10 @@
 use std::{
     io::{self, Write},
     process,
-    sync::{Once, OnceLock},
+    sync::{
+        OnceLock,
+        atomic::{AtomicBool, Ordering},
+    },
     thread,
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
@@ -20,8 +23,10 @@ const GLANCE: Duration = Duration::from_millis(50);
 /// How long a command may take to end by itself while there is nothing yet.
 const GRACE: Duration = Duration::from_millis(400);
 
+/// Whether the command looks at the stop sign.
+static LOOKS: AtomicBool = AtomicBool::new(false);
 /// Whether the command works through a source.
-static SOURCE: Once = Once::new();
+static HAS_SOURCE: AtomicBool = AtomicBool::new(false);
 
 /// The program's host. There is one.
 pub fn host() -> &'static Host {
@@ -36,42 +41,58 @@ pub fn another() -> Host {
     })
 }
 
-/// From now on the first Ctrl-C, SIGTERM or hang-up sets the stop sign, so that results are written; the second ends the
-/// program at once. Only for commands that look at the sign: without this, a signal ends the program as ever.
+/// From the program's start on, Ctrl-C, SIGTERM and hang-up set the stop sign, and a second one ends the program at once. A command that
+/// does not look at the sign ends by the first one, with a word.
+pub fn watch_signals() {
+    for signal in signals() {
+        let sign = || host().stop_sign();
+        // In this order the first signal finds the sign not set yet. Without a handler the signal ends the program.
+        let _ = flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), sign());
+        let _ = flag::register(signal, sign());
+    }
+    let _ = thread::Builder::new().spawn(end_unseen);
+}
+
+/// From now on the command looks at the stop sign, so that results are written.
 pub fn stop_at_signals() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        for signal in signals() {
-            let sign = || host().stop_sign();
-            // In this order the first signal finds the sign not set yet. Without a handler the signal ends the program.
-            let _ = flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), sign());
-            let _ = flag::register(signal, sign());
-        }
-    });
+    LOOKS.store(true, Ordering::Relaxed);
+}
+
+/// From now on the command computes something of which there is no half, so that the first signal ends it.
+pub fn end_at_signals() {
+    LOOKS.store(false, Ordering::Relaxed);
 }
 
 /// As [`stop_at_signals`], for commands that work through a source. Until that delivers something there are no results, and whatever
 /// takes long then (a large map, a map of SLAM, the first image of a source that stalls) is ended by the first signal, too.
 pub fn stop_source_at_signals() {
+    HAS_SOURCE.store(true, Ordering::Relaxed);
     stop_at_signals();
-    SOURCE.call_once(|| drop(thread::spawn(end_before_begin)));
 }
 
 /// Whether a source was asked to end before it has delivered anything.
 pub fn is_stopped_before_begin() -> bool {
-    SOURCE.is_completed() && host().is_stopped() && !host().has_begun()
+    HAS_SOURCE.load(Ordering::Relaxed) && host().is_stopped() && !host().has_begun()
 }
 
-/// Ends the program at the stop sign, unless a source has delivered something before.
-fn end_before_begin() {
-    while !host().has_begun() {
+/// Ends the program at the stop sign where nobody looks at it, or before there is anything.
+fn end_unseen() {
+    let looks = || LOOKS.load(Ordering::Relaxed);
+    let end = |said: &str| {
+        let _ = writeln!(io::stderr(), "{said}");
+        process::exit(i32::from(INTERRUPTED));
+    };
+    loop {
         thread::sleep(GLANCE);
         if host().is_stopped() {
+            if !looks() {
+                end("interrupted before the end");
+            }
             thread::sleep(GRACE);
             if is_stopped_before_begin() {
-                let _ = writeln!(io::stderr(), "{NOTHING_YET}");
-                process::exit(i32::from(INTERRUPTED));
+                end(NOTHING_YET);
             }
+            return;
         }
     }
 }

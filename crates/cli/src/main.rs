@@ -33,6 +33,7 @@ use clap::{
 };
 
 fn main() -> ExitCode {
+    host::watch_signals();
     let result = run();
     let (said, code) = match &result {
         Err(_) if host::is_stopped_before_begin() => {

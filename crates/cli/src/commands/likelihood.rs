@@ -13,6 +13,7 @@ use visloc_world::Map;
 
 use crate::{
     args::{HeadingText, LikelihoodArgs},
+    host::end_at_signals,
     report::save_json,
     run::{Saving, open_source, refuse_source_options, source_options, write_text},
     say,
@@ -67,6 +68,7 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
             (eye, frame)
         }
     };
+    end_at_signals();
     if args.view.is_some() {
         eye.look(&frame.frame)?;
     }

@@ -206,6 +206,35 @@ fn every_long_command_ends_with_all_results_so_far() {
     }
 }
 
+/// By the system's account of the process; where there is none, after a while.
+fn are_signals_caught(child: &Child) -> bool {
+    let Ok(status) = fs::read_to_string(format!("/proc/{}/status", child.id())) else {
+        std::thread::sleep(Duration::from_millis(300));
+        return true;
+    };
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or_default();
+    // SIGINT is 2, SIGTERM 15.
+    u64::from_str_radix(caught.trim(), 16).is_ok_and(|caught| caught >> 1 & caught >> 14 & 1 == 1)
+}
+
+/// Commands that compute something of which there is no half, or have not begun.
+#[test]
+fn what_has_no_half_ends_at_once_and_says_so() {
+    let commands: [&[&str]; 2] =
+        [&["likelihood", "--view", "1,0.5,30", "--step", "0.004"], &["benchmark", "--out", "b"]];
+    for (args, signal) in commands.iter().zip(["-TERM", "-INT"]) {
+        let workspace = Workspace::new();
+        let stderr = fs::File::create(workspace.path("stderr")).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+        let mut child = command.args(*args).current_dir(workspace.path(".")).stderr(stderr).spawn().unwrap();
+        wait_until("signals are caught", || are_signals_caught(&child));
+        send(signal, &child);
+        assert_eq!(end_of(&mut child, args[0]).code(), Some(130), "{args:?}");
+        let said = workspace.read("stderr");
+        assert!(said.contains("interrupted"), "{args:?}: {said}");
+    }
+}
+
 #[test]
 fn a_second_signal_ends_at_once() {
     let workspace = Workspace::new();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use visloc_core::{
     RgbImage, Timestamp, Truth,
     geom::{Camera, PlanarPose, Rigid3, Robot, World},
@@ -82,6 +82,8 @@ pub enum SensorMessage {
     JointStates(Timestamp, Vec<(String, f64)>),
     /// Which joints the robot has. The message has no stamp: it holds from then on.
     RobotDescription(Arc<RobotDescription>),
+    /// Orientation of an IMU, whose frame has this name, in a frame whose z points up.
+    Imu(Timestamp, String, UnitQuaternion<f64>),
     /// Whether the feet touch the ground. The message has no stamp of its own; this is when it was sent.
     FootContact(Timestamp, bool),
     /// Forces under the feet, newtons. The message has no stamp of its own; this is when it was sent.
@@ -128,6 +130,8 @@ pub enum RosMessage {
     JointStates(messages::JointState),
     /// Which joints the robot has.
     RobotDescription(messages::StringMessage),
+    /// How the robot is tilted.
+    Imu(messages::Imu),
     /// Whether the feet touch the ground.
     FootContact(messages::Bool),
     /// Forces under the feet.
@@ -156,6 +160,7 @@ impl RosMessage {
             Self::TfStatic(message) => Ok(SensorMessage::StaticTransforms(transforms(message, rejects))),
             Self::JointStates(message) => joint_states(message),
             Self::RobotDescription(message) => robot_description(sent_at, &message),
+            Self::Imu(message) => imu(message),
             Self::FootContact(message) => Ok(SensorMessage::FootContact(sent_at, message.data)),
             Self::FootPressure(message) => pressure(sent_at, &message),
             Self::GroundTruth(message) => truth(&message),
@@ -185,6 +190,7 @@ pub(super) fn decode(raw: &RawMessage, rejects: &mut Vec<Reject>) -> Option<Sens
         TopicRole::TfStatic => from_cdr(&raw.data).map(RosMessage::TfStatic),
         TopicRole::JointStates => from_cdr(&raw.data).map(RosMessage::JointStates),
         TopicRole::RobotDescription => from_cdr(&raw.data).map(RosMessage::RobotDescription),
+        TopicRole::Imu => from_cdr(&raw.data).map(RosMessage::Imu),
         TopicRole::FootContact => from_cdr(&raw.data).map(RosMessage::FootContact),
         TopicRole::FootPressure => from_cdr(&raw.data).map(RosMessage::FootPressure),
         TopicRole::GroundTruth => from_cdr(&raw.data).map(RosMessage::GroundTruth),
@@ -248,6 +254,22 @@ fn joint_states(message: messages::JointState) -> Result<SensorMessage, Reject> 
         return Err(Reject::new(Some(at), reason));
     }
     Ok(SensorMessage::JointStates(at, names.into_iter().zip(positions).collect()))
+}
+
+fn imu(message: messages::Imu) -> Result<SensorMessage, Reject> {
+    let at = message.header.at();
+    let messages::Quaternion { x, y, z, w } = message.orientation;
+    let quaternion = Quaternion::new(w, x, y, z);
+    let is_one = (quaternion.norm() - 1.0).abs() < 0.1;
+    if message.orientation_covariance[0] < 0.0 || !is_one {
+        let reason = format!(
+            "expected an IMU with an orientation, found ({x}, {y}, {z}, {w}) with covariance {}: a filter as imu_filter_madgwick makes one",
+            message.orientation_covariance[0]
+        );
+        return Err(Reject { at: Some(at), reason, is_fatal: true });
+    }
+    let imu_frame = frame_name(&message.header.frame_id).to_owned();
+    Ok(SensorMessage::Imu(at, imu_frame, UnitQuaternion::new_normalize(quaternion)))
 }
 
 fn robot_description(sent_at: Timestamp, message: &messages::StringMessage) -> Result<SensorMessage, Reject> {

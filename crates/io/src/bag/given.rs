@@ -29,6 +29,7 @@ impl GivenInputs {
             topics.tf.clear();
             topics.tf_static.clear();
             topics.joint_states.clear();
+            topics.imu.clear();
         }
         if self.robot_from_camera.is_some() || self.robot.is_some() {
             topics.robot_description.clear();

@@ -157,6 +157,21 @@ pub struct JointState {
     pub effort: Vec<f64>,
 }
 
+/// `sensor_msgs/Imu`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Imu {
+    pub header: Header,
+    pub orientation: Quaternion,
+    /// The first number is -1 if there is no orientation.
+    pub orientation_covariance: [f64; 9],
+    /// Radians per second.
+    pub angular_velocity: Vector3,
+    pub angular_velocity_covariance: [f64; 9],
+    /// Meters per second squared.
+    pub linear_acceleration: Vector3,
+    pub linear_acceleration_covariance: [f64; 9],
+}
+
 /// `std_msgs/String`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StringMessage {

@@ -16,6 +16,7 @@ mod given;
 mod history;
 mod index;
 mod joints;
+mod level;
 pub mod messages;
 mod metadata;
 mod pictures;

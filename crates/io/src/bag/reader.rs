@@ -246,6 +246,7 @@ fn expected_inputs(available: &[TopicInfo], topics: &BagTopics) -> ExpectedInput
         |role| available.iter().any(|info| topics.role(&info.topic) == Some(role) && info.num_messages > 0);
     ExpectedInputs {
         has_odometry: has(TopicRole::Odometry),
+        has_imu: has(TopicRole::Imu),
         has_foot_contact: has(TopicRole::FootContact),
         has_foot_pressure: has(TopicRole::FootPressure),
         has_truth: has(TopicRole::GroundTruth),

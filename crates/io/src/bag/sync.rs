@@ -14,6 +14,7 @@ use crate::{
         decode::frame_name,
         history::{History, Lookup, Pushed},
         joints::JointPoses,
+        level::Level,
         tf_tree::{Teller, TfTree},
     },
     urdf::RobotDescription,
@@ -37,6 +38,8 @@ const MAX_SKIPPED: usize = 10_000;
 pub struct ExpectedInputs {
     /// Odometry.
     pub has_odometry: bool,
+    /// Tilt by an IMU.
+    pub has_imu: bool,
     /// Contact of the feet, yes or no.
     pub has_foot_contact: bool,
     /// Forces under the feet.
@@ -82,6 +85,7 @@ pub struct Synchronizer {
     odometry: History<PlanarPose>,
     tree: TfTree,
     joints: JointPoses,
+    level: Level,
     foot_contact: History<bool>,
     foot_pressure: History<[f64; 8]>,
     truth: History<Truth>,
@@ -109,6 +113,7 @@ impl Synchronizer {
             odometry: History::default(),
             tree: TfTree::default(),
             joints: JointPoses::default(),
+            level: Level::default(),
             foot_contact: History::default(),
             foot_pressure: History::default(),
             truth: History::default(),
@@ -203,6 +208,10 @@ impl Synchronizer {
                 if self.given.robot.is_none() {
                     self.describe(robot);
                 }
+            }
+            SensorMessage::Imu(at, imu_frame, world_from_imu) => {
+                let pushed = self.level.push(at, &imu_frame, &world_from_imu);
+                self.note(TopicRole::Imu, at, pushed);
             }
             SensorMessage::FootContact(sent_at, has_contact) => {
                 let pushed = self.foot_contact.push(self.stamp_for(sent_at), has_contact);
@@ -334,6 +343,7 @@ impl Synchronizer {
             && (self.given.robot_from_camera.is_some()
                 || self.tree.covers(&self.base_frame, self.camera_frame_of(image), at))
             && (!self.expected.has_odometry || reaches(self.odometry.newest_at()))
+            && (!self.expected.has_imu || reaches(self.level.newest_at()))
             && (!self.expected.has_foot_contact || reaches(self.foot_contact.newest_at()))
             && (!self.expected.has_foot_pressure || reaches(self.foot_pressure.newest_at()))
             && (!self.expected.has_truth || reaches(self.truth.newest_at()))
@@ -394,8 +404,13 @@ impl Synchronizer {
                 None => reason,
             }
         })?;
-        let rotation: Rotation3<f64> = pose.dst_from_src.rotation.to_rotation_matrix();
-        Ok((Rigid3::new(rotation, pose.dst_from_src.translation.vector), pose.is_held))
+        let (level, is_level_held) = match self.topics.imu.is_empty() {
+            true => (Rotation3::identity(), false),
+            false => self.level.level_from_base(base_frame, &self.tree, image.at)?,
+        };
+        let rotation: Rotation3<f64> = level * pose.dst_from_src.rotation.to_rotation_matrix();
+        let translation = level * pose.dst_from_src.translation.vector;
+        Ok((Rigid3::new(rotation, translation), pose.is_held || is_level_held))
     }
 
     fn camera_at(&self, at: Timestamp) -> Option<Camera> {
@@ -435,6 +450,7 @@ impl Synchronizer {
         self.cameras.forget_before(at);
         self.odometry.forget_before(at);
         self.tree.forget_before(at);
+        self.level.forget_before(at);
         self.foot_contact.forget_before(at);
         self.foot_pressure.forget_before(at);
         self.truth.forget_before(at);

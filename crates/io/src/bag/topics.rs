@@ -20,6 +20,8 @@ pub enum TopicRole {
     JointStates,
     /// Which joints are where on the robot.
     RobotDescription,
+    /// How the robot is tilted.
+    Imu,
     /// Whether the feet touch the ground.
     FootContact,
     /// Forces under the feet.
@@ -30,7 +32,7 @@ pub enum TopicRole {
 
 impl TopicRole {
     /// Every role.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Image,
         Self::CameraInfo,
         Self::Odometry,
@@ -38,6 +40,7 @@ impl TopicRole {
         Self::TfStatic,
         Self::JointStates,
         Self::RobotDescription,
+        Self::Imu,
         Self::FootContact,
         Self::FootPressure,
         Self::GroundTruth,
@@ -54,6 +57,7 @@ impl TopicRole {
             Self::TfStatic => "the fixed transforms (tf_static)",
             Self::JointStates => "the positions of joints",
             Self::RobotDescription => "the robot's description",
+            Self::Imu => "the tilt (IMU)",
             Self::FootContact => "the contact of the feet",
             Self::FootPressure => "the forces under the feet",
             Self::GroundTruth => "the truth",
@@ -71,6 +75,7 @@ impl TopicRole {
             Self::Tf | Self::TfStatic => &["tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"],
             Self::JointStates => &["sensor_msgs/msg/JointState"],
             Self::RobotDescription => &["std_msgs/msg/String"],
+            Self::Imu => &["sensor_msgs/msg/Imu"],
             Self::FootContact => &["std_msgs/msg/Bool"],
             Self::FootPressure => &["std_msgs/msg/Float64MultiArray"],
             Self::GroundTruth => &["geometry_msgs/msg/PoseStamped"],
@@ -103,6 +108,9 @@ pub struct BagTopics {
     pub joint_states: String,
     /// Description of the robot (URDF), `std_msgs/msg/String`.
     pub robot_description: String,
+    /// How the robot is tilted, `sensor_msgs/msg/Imu` with an orientation. By default none is read: transforms that begin on the ground say it
+    /// as well. Where they take a trunk for level that is not, name the topic.
+    pub imu: String,
     /// Whether the feet touch the ground, `std_msgs/msg/Bool`.
     pub foot_contact: String,
     /// Eight forces in newtons, left foot first, `std_msgs/msg/Float64MultiArray`. Wins over `foot_contact`.
@@ -126,6 +134,7 @@ impl Default for BagTopics {
             tf_static: "/tf_static".into(),
             joint_states: "/joint_states".into(),
             robot_description: "/robot_description".into(),
+            imu: String::new(),
             foot_contact: "/foot_contact".into(),
             foot_pressure: "/foot_pressure".into(),
             ground_truth: "/ground_truth/pose".into(),
@@ -146,6 +155,7 @@ impl BagTopics {
             tf_static: String::new(),
             joint_states: String::new(),
             robot_description: String::new(),
+            imu: String::new(),
             foot_contact: String::new(),
             foot_pressure: String::new(),
             ground_truth: String::new(),
@@ -164,6 +174,7 @@ impl BagTopics {
             TopicRole::TfStatic => &self.tf_static,
             TopicRole::JointStates => &self.joint_states,
             TopicRole::RobotDescription => &self.robot_description,
+            TopicRole::Imu => &self.imu,
             TopicRole::FootContact => &self.foot_contact,
             TopicRole::FootPressure => &self.foot_pressure,
             TopicRole::GroundTruth => &self.ground_truth,

@@ -52,6 +52,7 @@ pub struct LiveFrames {
 #[derive(Debug, Default)]
 struct Heard {
     odometry: Option<Timestamp>,
+    imu: Option<Timestamp>,
     foot_contact: Option<Timestamp>,
     foot_pressure: Option<Timestamp>,
     truth: Option<Timestamp>,
@@ -282,6 +283,7 @@ impl Heard {
     fn note(&mut self, message: &RosMessage, at: Timestamp) {
         match message {
             RosMessage::Odometry(_) => self.odometry = Some(at),
+            RosMessage::Imu(_) => self.imu = Some(at),
             RosMessage::FootContact(_) => self.foot_contact = Some(at),
             RosMessage::FootPressure(_) => self.foot_pressure = Some(at),
             RosMessage::GroundTruth(_) => self.truth = Some(at),
@@ -294,6 +296,7 @@ impl Heard {
         let is_heard = |at: Option<Timestamp>| at.is_some_and(|at| now.secs_since(at) < SILENT_SECS);
         ExpectedInputs {
             has_odometry: is_heard(self.odometry),
+            has_imu: is_heard(self.imu),
             has_foot_contact: is_heard(self.foot_contact),
             has_foot_pressure: is_heard(self.foot_pressure),
             has_truth: is_heard(self.truth),
@@ -310,6 +313,7 @@ fn role_of(message: &RosMessage) -> TopicRole {
         RosMessage::TfStatic(_) => TopicRole::TfStatic,
         RosMessage::JointStates(_) => TopicRole::JointStates,
         RosMessage::RobotDescription(_) => TopicRole::RobotDescription,
+        RosMessage::Imu(_) => TopicRole::Imu,
         RosMessage::FootContact(_) => TopicRole::FootContact,
         RosMessage::FootPressure(_) => TopicRole::FootPressure,
         RosMessage::GroundTruth(_) => TopicRole::GroundTruth,

@@ -150,6 +150,7 @@ enum Feed {
     TfStatic(Subscription<crate::bag::messages::TfMessage>),
     JointStates(Subscription<crate::bag::messages::JointState>),
     RobotDescription(Subscription<crate::bag::messages::StringMessage>),
+    Imu(Subscription<crate::bag::messages::Imu>),
     FootContact(Subscription<crate::bag::messages::Bool>),
     FootPressure(Subscription<crate::bag::messages::Float64MultiArray>),
     GroundTruth(Subscription<crate::bag::messages::PoseStamped>),
@@ -183,6 +184,7 @@ impl Feed {
             TopicRole::RobotDescription => {
                 Self::RobotDescription(node.subscribe(topic, name, Delivery::Kept)?)
             }
+            TopicRole::Imu => Self::Imu(node.subscribe(topic, name, newest)?),
             TopicRole::FootContact => Self::FootContact(node.subscribe(topic, name, newest)?),
             TopicRole::FootPressure => Self::FootPressure(node.subscribe(topic, name, newest)?),
             TopicRole::GroundTruth => Self::GroundTruth(node.subscribe(topic, name, newest)?),
@@ -199,6 +201,7 @@ impl Feed {
             Self::TfStatic(feed) => messages(feed, RosMessage::TfStatic, host),
             Self::JointStates(feed) => messages(feed, RosMessage::JointStates, host),
             Self::RobotDescription(feed) => messages(feed, RosMessage::RobotDescription, host),
+            Self::Imu(feed) => messages(feed, RosMessage::Imu, host),
             Self::FootContact(feed) => messages(feed, RosMessage::FootContact, host),
             Self::FootPressure(feed) => messages(feed, RosMessage::FootPressure, host),
             Self::GroundTruth(feed) => messages(feed, RosMessage::GroundTruth, host),

@@ -5,6 +5,7 @@
 mod containers;
 mod damage;
 mod excerpts;
+mod imu;
 mod joints;
 mod round_trip;
 mod six_joints;

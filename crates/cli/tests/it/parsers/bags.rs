@@ -265,7 +265,7 @@ pub fn metadata(bytes: &[u8]) {
 type Decode = fn(&[u8]) -> Result<RosMessage, String>;
 
 /// What topics carry, in bags and live.
-const DECODERS: [(&str, Decode); 11] = [
+const DECODERS: [(&str, Decode); 12] = [
     ("/camera/image/compressed", |data| from_cdr(data).map(RosMessage::CompressedImage)),
     ("/camera/image", |data| from_cdr(data).map(RosMessage::Image)),
     ("/camera/camera_info", |data| from_cdr(data).map(RosMessage::CameraInfo)),
@@ -277,6 +277,7 @@ const DECODERS: [(&str, Decode); 11] = [
     ("/joint_states", |data| from_cdr(data).map(RosMessage::JointStates)),
     ("/robot_description", |data| from_cdr(data).map(RosMessage::RobotDescription)),
     ("/ground_truth", |data| from_cdr(data).map(RosMessage::GroundTruth)),
+    ("/imu/data", |data| from_cdr(data).map(RosMessage::Imu)),
 ];
 
 /// Messages one after the other: number of the type, length as 16 bits, and the bytes of the message.
@@ -317,6 +318,11 @@ fn seed_of(folder: &Path, image_encoding: ImageEncoding) -> Vec<u8> {
         ..messages::JointState::default()
     };
     append(&mut seed, 8, &to_cdr(&states).unwrap());
+    append(
+        &mut seed,
+        11,
+        &to_cdr(&messages::Imu { header: states.header.clone(), ..messages::Imu::default() }).unwrap(),
+    );
     append(&mut seed, 9, &to_cdr(&messages::StringMessage { data: ROBOT.into() }).unwrap());
     append(&mut seed, 8, &to_cdr(&states).unwrap());
     seed
@@ -332,6 +338,7 @@ fn append(seed: &mut Vec<u8>, number: u8, data: &[u8]) {
 pub fn messages(mut bytes: &[u8]) {
     let all = ExpectedInputs {
         has_odometry: true,
+        has_imu: false,
         has_foot_contact: false,
         has_foot_pressure: true,
         has_truth: true,

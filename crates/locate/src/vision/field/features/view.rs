@@ -88,6 +88,11 @@ impl<'a> GroundView<'a> {
         per_px / (1.0 - ahead * ahead + (ahead * self.eye.z / slant).powi(2)).sqrt().max(1e-3)
     }
 
+    /// Width of the image, pixels.
+    pub fn width(&self) -> u32 {
+        self.image.width()
+    }
+
     /// Focal length across, pixels.
     pub fn focal_px(&self) -> f64 {
         self.focal_px.x

@@ -16,8 +16,11 @@ const HEIGHTS: usize = 24;
 const BOTH_BELOW_M: f64 = 0.3;
 /// Up to this height one of them has to be there, where a wall as white as the post may hide the other: legs of robots are lower.
 const ONE_BELOW_M: f64 = 0.45;
-/// In so many of these heights, as a share.
-const MIN_SHARE: f64 = 0.7;
+/// Of both borders up to there this share is seen, of each at least half: the bar at the foot of a net hides a part of one of them.
+const MIN_SHARE_OF_BOTH: f64 = 0.75;
+const MIN_SHARE_OF_EACH: f64 = 0.5;
+/// Of the better one up to the greater height this share.
+const MIN_SHARE_ABOVE: f64 = 0.7;
 /// Fewer heights than this tell nothing.
 const MIN_SEEN: usize = 5;
 /// A border changes the brightness by this share of the post's own.
@@ -232,6 +235,10 @@ impl WhiteRun {
             #[allow(clippy::cast_possible_truncation)]
             let inside = profile.mean((center - 0.2 * width).round() as i64, (0.4 * width).ceil() as i64);
             if luma.is_some_and(|before: f64| (inside - before).abs() > MAX_STEP * before) {
+                // The thing ends, and is lower than any post.
+                if z_m <= ONE_BELOW_M {
+                    return None;
+                }
                 break;
             }
             luma = Some(inside);
@@ -300,16 +307,15 @@ impl Bar {
             let is_there = |i: &usize| self.is_on(side, *i, line, most);
             *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
         }
-        let share = |count: usize, of: usize| {
-            #[allow(clippy::cast_precision_loss)]
-            let (count, of) = (count as f64, of as f64);
-            count >= MIN_SHARE * of
-        };
+        #[allow(clippy::cast_precision_loss)]
+        let share = |count: usize, of: usize| count as f64 / of as f64;
         let width_at = |row: f64| self.column_of(1, row) - self.column_of(0, row);
         let (low, high) = (width_at(foot_row), width_at(self.rows[self.num_both - 1]));
         self.width_px = f64::midpoint(low, high);
-        counts.iter().all(|count| share(count[0], self.num_both))
-            && share(counts[0][1].max(counts[1][1]), self.num_one)
+        let [[left, left_above], [right, right_above]] = counts;
+        share(left + right, 2 * self.num_both) >= MIN_SHARE_OF_BOTH
+            && share(left.min(right), self.num_both) >= MIN_SHARE_OF_EACH
+            && share(left_above.max(right_above), self.num_one) >= MIN_SHARE_ABOVE
             && (high - low).abs() <= MAX_TAPER * self.width_px + 1.0
     }
 
@@ -381,16 +387,20 @@ struct Profile {
 }
 
 impl Profile {
-    /// Reads the columns so far to both sides of a pixel; false if they are not all in the image.
-    #[allow(clippy::cast_possible_truncation)]
+    /// Reads the columns so far to both sides of a pixel, which must be in the image. Beyond the image it goes on as at its edge.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
     fn read(&mut self, view: &GroundView, middle: &Point2<f64>, reach: f64) -> bool {
         let (from, to) = ((middle.x - reach).floor() as i64, (middle.x + reach).ceil() as i64);
         self.first = from;
         self.sums.clear();
         self.sums.push(0.0);
+        let (first, last) = (0, i64::from(view.width()) - 1);
+        if !(first as f64..=last as f64).contains(&middle.x) {
+            return false;
+        }
         let mut sum = 0.0;
         for x in from..=to {
-            let Some(luma) = view.luma_in_column(x, middle.y) else { return false };
+            let Some(luma) = view.luma_in_column(x.clamp(first, last), middle.y) else { return false };
             sum += luma;
             self.sums.push(sum);
         }
