@@ -2,12 +2,19 @@
 
 use visloc_core::Timestamp;
 
-use super::{joint::Joint, mate::Mate, message::Root, symmetry::Symmetry};
+use super::{
+    joint::Joint,
+    mate::{KNOWN, Mate},
+    message::Root,
+    symmetry::Symmetry,
+};
 
-/// Sightings tie the halves of two robots if they make one of both combinations so probable.
-const TIED: f64 = 0.9;
-/// A robot that is so probably elsewhere than it says has no say: nearly sure, since one that knows may look wrong for a moment.
-const ELSEWHERE: f64 = 0.99;
+/// Sightings tie the halves of two robots if they make one of both combinations so probable: what a robot says of its own half counts from
+/// the same probability on.
+const TIED: f64 = KNOWN;
+/// A robot that is so probably elsewhere than it says, or makes up what it sees, has no say: nearly sure, since one that knows may look wrong
+/// for a moment.
+const DISTRUSTED: f64 = 0.99;
 /// From this probability on it supports nobody, but may contradict.
 const DOUBTFUL: f64 = 0.5;
 
@@ -28,16 +35,14 @@ pub(super) struct Half {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Decision {
     half: Option<Half>,
-    /// Probabilities of every robot's options if nobody knew a half.
-    neutral: Vec<Vec<f64>>,
     /// Probabilities of every robot's options with all claims.
     claimed: Vec<Vec<f64>>,
     /// Probabilities of every robot's options by claims and sightings.
     posterior: Vec<Vec<f64>>,
     /// Of each robot: weights of the two sides of the own first track together with each of its options.
     pairs: Vec<Vec<[f64; 2]>>,
-    /// Of each robot: probability that it is not where it says, by sightings alone.
-    elsewhere: Vec<f64>,
+    /// Of each robot: probability that it is not where it says or makes up what it sees.
+    doubts: Vec<f64>,
 }
 
 /// What a robot says about the own half.
@@ -59,6 +64,8 @@ struct Vote {
 pub(super) struct Terms {
     /// From this probability on; `None` while nothing is to be decided.
     pub decided: Option<f64>,
+    /// Probability that a robot neither errs nor lies.
+    pub honesty: f64,
     /// Now.
     pub at: Timestamp,
 }
@@ -73,10 +80,7 @@ impl Poll<'_> {
 
     /// Who contradicts, and who has not been seen yet and may contradict; with those that are absent, or without.
     fn opponents(&self, side: usize, with_absent: bool) -> usize {
-        let opposes = |vote: &&Vote| match vote.side {
-            Some(other) => other != side,
-            None => vote.is_first_hand,
-        };
+        let opposes = |vote: &&Vote| vote.side != Some(side);
         self.0.iter().filter(|vote| with_absent || !vote.is_absent).filter(opposes).count()
     }
 
@@ -122,7 +126,7 @@ impl Decision {
             return;
         };
         self.half = self.half.filter(|half| half.id == track.id);
-        self.sum_pairs(joint, own);
+        self.sum_pairs(joint, robots, own, terms.honesty);
         let votes = self.votes(robots, own, terms.at);
         self.take_relays(robots, &votes);
         self.sum_posterior(joint);
@@ -148,61 +152,53 @@ impl Decision {
 
     /// The robots whose claims tell something about the own half.
     fn votes(&self, robots: &[&Mate], own: usize, at: Timestamp) -> Vec<Vote> {
-        let me = robots[own].root();
         let mut votes: Vec<Vote> = Vec::new();
         for (index, robot) in robots.iter().enumerate() {
-            let Some(claim) = robot.claim().filter(|_| index == own || !self.is_elsewhere(index, ELSEWHERE))
-            else {
+            let claim = robot.claim().filter(|_| index == own || !self.is_doubted(index, DISTRUSTED));
+            if claim.is_none() && (index == own || !robot.is_absent(at)) {
                 continue;
-            };
-            let side = if index == own { Some(claim.side) } else { self.tied_side(index, 1 + claim.side) };
+            }
+            let side = claim.and_then(|claim| match index == own {
+                true => Some(claim.side),
+                false => self.tied_side(index, 1 + claim.side),
+            });
             votes.push(Vote {
                 root: robot.root(),
                 side,
                 is_first_hand: true,
-                is_trusted: claim.is_trusted && !self.is_elsewhere(index, DOUBTFUL),
-                is_absent: false,
+                is_trusted: claim.is_some_and(|claim| claim.is_trusted) && !self.is_doubted(index, DOUBTFUL),
+                is_absent: claim.is_none(),
             });
         }
-        let absent = robots.iter().enumerate().filter(|(index, robot)| *index != own && robot.is_absent(at));
-        votes.extend(absent.map(|(_, robot)| Vote {
-            root: robot.root(),
-            side: None,
-            is_first_hand: true,
-            is_trusted: false,
-            is_absent: true,
-        }));
-        // A half that was decided by one that is no longer there; told by many it is still one vote.
+        // A half that others have decided; told by many it is still one vote, of the one that knew.
         for (index, robot) in robots.iter().enumerate().filter(|(index, _)| *index != own) {
-            let Some(told) = robot.half.filter(|_| robot.claim().is_none()) else { continue };
-            if told.root == me
-                || self.is_elsewhere(index, DOUBTFUL)
-                || votes.iter().any(|vote| vote.root == told.root && !vote.is_absent)
-            {
-                continue;
-            }
+            let is_heard = robot.claim().is_none() && !self.is_doubted(index, DOUBTFUL);
+            let Some(told) = robot.half.filter(|_| is_heard) else { continue };
             let option = robot
                 .belief
                 .tracks
                 .first()
                 .filter(|track| track.id == told.id & !1)
                 .map(|_| 1 + usize::from(told.id % 2));
-            if let Some(side) = option.and_then(|option| self.tied_side(index, option)) {
-                votes.push(Vote {
+            let Some(side) = option.and_then(|option| self.tied_side(index, option)) else { continue };
+            match votes.iter_mut().find(|vote| vote.root == told.root && !vote.is_absent) {
+                // What others have of it contradicts it, so some tie is wrong.
+                Some(vote) => vote.side = vote.side.filter(|said| *said == side),
+                None => votes.push(Vote {
                     root: told.root,
                     side: Some(side),
                     is_first_hand: false,
                     is_trusted: true,
                     is_absent: false,
-                });
+                }),
             }
         }
         votes
     }
 
-    /// Whether the sightings say with this probability or more that a robot is not where it says.
-    fn is_elsewhere(&self, index: usize, from: f64) -> bool {
-        self.elsewhere.get(index).is_some_and(|share| *share >= from)
+    /// Whether the sightings say with this probability or more that a robot is not where it says or makes up what it sees.
+    fn is_doubted(&self, index: usize, from: f64) -> bool {
+        self.doubts.get(index).is_some_and(|share| *share >= from)
     }
 
     /// The side of the own first track that goes with an option of another robot, if the sightings tell.
@@ -217,7 +213,7 @@ impl Decision {
         let mut taken: Vec<Root> = Vec::new();
         for (claimed, robot) in self.claimed.iter_mut().zip(robots) {
             let Some(told) = robot.half.filter(|_| robot.claim().is_none()) else { continue };
-            let is_vote = |vote: &Vote| vote.root == told.root && !vote.is_first_hand;
+            let is_vote = |vote: &Vote| vote.root == told.root && !vote.is_first_hand && vote.side.is_some();
             if taken.contains(&told.root) || !votes.iter().any(is_vote) || claimed.len() < 3 {
                 continue;
             }
@@ -229,23 +225,19 @@ impl Decision {
     }
 
     /// How the own sides go together with the options of all others, by sightings alone.
-    fn sum_pairs(&mut self, joint: &mut Joint, own: usize) {
-        self.neutral.resize_with(self.claimed.len(), Vec::new);
+    fn sum_pairs(&mut self, joint: &mut Joint, robots: &[&Mate], own: usize, honesty: f64) {
         self.pairs.resize_with(self.claimed.len(), Vec::new);
-        for ((neutral, pairs), claimed) in self.neutral.iter_mut().zip(&mut self.pairs).zip(&self.claimed) {
-            neutral.clone_from(claimed);
-            for sides in neutral[1..].chunks_exact_mut(2) {
-                sides.fill(0.5 * (sides[0] + sides[1]));
-            }
+        for (pairs, claimed) in self.pairs.iter_mut().zip(&self.claimed) {
             pairs.clear();
             pairs.resize(claimed.len(), [0.0; 2]);
         }
-        self.elsewhere.clear();
-        self.elsewhere.resize(self.claimed.len(), 0.0);
-        let (pairs, elsewhere, mut total) = (&mut self.pairs, &mut self.elsewhere, 0.0);
-        joint.for_each(&self.neutral, |options, weight| {
+        self.doubts.clear();
+        self.doubts.resize(self.claimed.len(), 0.0);
+        let (pairs, doubts, mut total) = (&mut self.pairs, &mut self.doubts, 0.0);
+        let neutral: Vec<&[f64]> = robots.iter().map(|robot| robot.neutral.as_slice()).collect();
+        joint.for_each(&neutral, |options, weight| {
             total += weight;
-            for (sum, _) in elsewhere.iter_mut().zip(options).filter(|(_, option)| **option == 0) {
+            for (sum, _) in doubts.iter_mut().zip(options).filter(|(_, option)| **option == 0) {
                 *sum += weight;
             }
             if let side @ (1 | 2) = options[own] {
@@ -254,8 +246,9 @@ impl Decision {
                 }
             }
         });
-        if total > 0.0 {
-            elsewhere.iter_mut().for_each(|sum| *sum /= total);
+        for (doubt, robot) in doubts.iter_mut().zip(robots) {
+            let is_here = if total > 0.0 { 1.0 - *doubt / total } else { 1.0 };
+            *doubt = 1.0 - is_here * (1.0 - robot.doubt.probability(honesty));
         }
     }
 
@@ -266,7 +259,8 @@ impl Decision {
             posterior.resize(claimed.len(), 0.0);
         }
         let (posterior, mut total) = (&mut self.posterior, 0.0);
-        joint.for_each(&self.claimed, |options, weight| {
+        let claimed: Vec<&[f64]> = self.claimed.iter().map(Vec::as_slice).collect();
+        joint.for_each(&claimed, |options, weight| {
             total += weight;
             for (sums, option) in posterior.iter_mut().zip(options) {
                 sums[*option] += weight;

@@ -9,6 +9,7 @@ use super::{
     joint::Factor,
     mate::Mate,
     message::{Sighting, SightingKind},
+    outbox,
     symmetry::Symmetry,
 };
 
@@ -25,17 +26,28 @@ pub(super) struct Scene {
     pub area_m2: f64,
     pub detection: f64,
     pub false_per_image: f64,
+    /// False sightings in all images that resemble each other: what is new counts for all of them.
+    pub num_false: f64,
+    pub honesty: f64,
+    pub correlation_secs: f64,
 }
 
 impl Scene {
     pub fn new(area_m2: f64, config: &TeamConfig) -> Self {
-        Self { area_m2, detection: config.detection, false_per_image: config.false_per_image }
+        Self {
+            area_m2,
+            detection: config.detection,
+            false_per_image: config.false_per_image,
+            num_false: config.false_per_image * config.messages_per_sec * config.correlation_secs,
+            honesty: config.honesty,
+            correlation_secs: config.correlation_secs,
+        }
     }
 
-    /// Density of sightings that fit nobody who is known, for each square meter.
-    pub fn unexplained(&self, kind: SightingKind, num_unknown: f64) -> f64 {
+    /// Density of sightings that fit nobody who is known, for each square meter: false ones, and those of unknown robots.
+    pub fn unexplained(&self, kind: SightingKind, num_false: f64, num_unknown: f64) -> f64 {
         let unknown = if kind == SightingKind::Robot { self.detection * num_unknown } else { 0.0 };
-        (self.false_per_image + unknown) / self.area_m2
+        (num_false + unknown) / self.area_m2
     }
 
     /// Density of a robot that may be anywhere.
@@ -54,12 +66,13 @@ impl Scene {
     }
 
     /// Densities of a sighting of the ball beside another one's, seen from another place: of one ball, and of two that have nothing to do
-    /// with each other. `moved_m` is how far it may have rolled between them.
+    /// with each other. `moved_m` is how far it may have rolled between them, and `doubt` the probability that the other one made it up.
     pub fn of_ball(
         &self,
         (sighting, observer): (&Sighting, &Place),
         (other, witness): (&Sighting, &Place),
         moved_m: f64,
+        doubt: f64,
     ) -> f64 {
         let there = in_world(other, witness);
         let in_robot = observer.pose.inverse().transform(&there.0);
@@ -68,7 +81,8 @@ impl Scene {
             + of_observer(observer, &in_robot)
             + turned(&(there.1 + rolled), -observer.pose.yaw_rad);
         let same = gaussian(&(sighting.in_robot - in_robot), &covariance);
-        self.detection * (SAME_BALL * same + (1.0 - SAME_BALL) / self.area_m2)
+        let is_same = SAME_BALL * (1.0 - doubt);
+        self.detection * (is_same * same + (1.0 - is_same) / self.area_m2)
     }
 }
 
@@ -99,10 +113,43 @@ impl SightingModel<'_> {
         }
     }
 
+    /// Probability that a robot makes up what it sees.
+    fn doubt(&self, robot: &Mate) -> f64 {
+        robot.doubt.probability(self.scene.honesty)
+    }
+
+    /// Of nobody who is known, or made up. What was there a moment ago, whatever it is, is still there; what was not may be anywhere.
+    fn set_base(&self, sighting: &Sighting, num_unknown: f64, factor: &mut Factor) {
+        let seer = self.robots[self.observer];
+        let (step, _) = seer.belief.motion.between(seer.weighed_from, seer.seen_from);
+        let of_same = |old: &Sighting| {
+            let moved_m = self.spare.robot_m_per_s * sighting.at.secs_since(old.at);
+            let old = outbox::turned(old, &step.inverse());
+            let covariance = sighting.covariance + old.covariance + Matrix2::identity() * moved_m * moved_m;
+            self.scene.detection * gaussian(&(sighting.in_robot - old.in_robot), &covariance)
+        };
+        let is_recent = |old: &&Sighting| {
+            let secs = sighting.at.secs_since(old.at);
+            old.kind == sighting.kind && secs > 0.0 && secs <= self.scene.correlation_secs
+        };
+        let unexplained =
+            |kind: SightingKind, unknown: f64| self.scene.unexplained(kind, self.scene.num_false, unknown);
+        let same = match sighting.kind {
+            SightingKind::Ball => 0.0,
+            _ => seer.weighed.iter().filter(is_recent).map(of_same).fold(0.0, f64::max),
+        };
+        factor.base = unexplained(sighting.kind, num_unknown) + same;
+        // There is one ball: what is seen of it is never new.
+        factor.again = if sighting.kind == SightingKind::Ball { 1.0 } else { same / factor.base };
+        // Who makes up what it sees sees as much as if there were as many robots again.
+        factor.invented = unexplained(SightingKind::Robot, self.robots.len() as f64) + same;
+        factor.doubt = self.doubt(seer);
+    }
+
     /// Of a robot, by all that it may be.
     fn of_robot(&self, sighting: &Sighting, factor: &mut Factor) {
         let seen_at = self.robots[self.observer].clock.to_own(sighting.at);
-        factor.base = self.scene.unexplained(sighting.kind, self.robots.len() as f64);
+        self.set_base(sighting, self.robots.len() as f64, factor);
         for (index, (table, robot)) in factor.tables.iter_mut().zip(self.robots).enumerate() {
             if index != self.observer {
                 let at = robot.clock.to_other(seen_at);
@@ -121,11 +168,12 @@ impl SightingModel<'_> {
             (secs <= BALL_SECS).then_some((ball, frame_at, self.ball_m_per_s * secs))
         };
         let num = (0..self.robots.len()).filter(|index| recent(*index).is_some()).count();
-        factor.base = self.scene.unexplained(SightingKind::Ball, 0.0);
+        self.set_base(sighting, 0.0, factor);
         for (index, (table, robot)) in factor.tables.iter_mut().zip(self.robots).enumerate() {
             let Some((ball, frame_at, rolled_m)) = recent(index) else { continue };
+            let doubt = self.doubt(robot);
             self.fill(robot, frame_at, table, |from, witness| {
-                self.scene.of_ball((sighting, from), (&ball, witness), rolled_m)
+                self.scene.of_ball((sighting, from), (&ball, witness), rolled_m, doubt)
             });
             table.iter_mut().for_each(|density| *density /= num as f64);
         }
@@ -193,7 +241,14 @@ mod tests {
 
     use super::*;
 
-    const SCENE: Scene = Scene { area_m2: 50.0, detection: 0.8, false_per_image: 0.05 };
+    const SCENE: Scene = Scene {
+        area_m2: 50.0,
+        detection: 0.8,
+        false_per_image: 0.05,
+        num_false: 0.25,
+        honesty: 0.9,
+        correlation_secs: 1.0,
+    };
 
     fn place(x_m: f64, y_m: f64, yaw_rad: f64) -> Place {
         Place { pose: PlanarPose::new(x_m, y_m, yaw_rad), covariance: Matrix3::identity() * 1e-4 }
@@ -223,12 +278,39 @@ mod tests {
         let (a, b) = (place(-2.0, 0.5, 0.3), place(1.5, 1.0, 3.0));
         let ball = (0.5, -0.4);
         let (of_a, of_b) = (seen(SightingKind::Ball, &a, ball), seen(SightingKind::Ball, &b, ball));
-        let same = SCENE.of_ball((&of_a, &a), (&of_b, &b), 0.05);
+        let same = SCENE.of_ball((&of_a, &a), (&of_b, &b), 0.05, 0.0);
         let mirrored =
-            SCENE.of_ball((&of_a, &a), (&of_b, &place(-1.5, -1.0, 3.0 - std::f64::consts::PI)), 0.05);
+            SCENE.of_ball((&of_a, &a), (&of_b, &place(-1.5, -1.0, 3.0 - std::f64::consts::PI)), 0.05, 0.0);
         assert!(same > 10.0 * mirrored, "{same} {mirrored}");
         assert!(mirrored > 0.0, "there may be two");
         let (at, covariance) = in_world(&of_a, &a);
         assert!((at - Point2::new(0.5, -0.4)).norm() < 1e-9 && covariance.determinant() > 0.0);
+    }
+
+    /// What is seen where something was seen a moment ago may be the same again; elsewhere it is new.
+    #[test]
+    fn what_is_seen_again_is_not_new() {
+        let at = Timestamp::from_secs;
+        let seen = |secs: f64, bearing_rad: f64| {
+            Sighting::polar(at(secs), SightingKind::Teammate, (bearing_rad, 0.05), (2.0, 0.2))
+        };
+        let mut mate = Mate::new(1, 1);
+        mate.weighed.push(seen(1.0, 0.3));
+        (mate.weighed_from, mate.seen_from) = (at(1.0), at(1.2));
+        let robots = [&mate];
+        let model = SightingModel {
+            robots: &robots,
+            observer: 0,
+            symmetry: Symmetry::Point,
+            scene: &SCENE,
+            spare: Spare { robot_m_per_s: 0.3, clock_secs: 0.1 },
+            ball_m_per_s: 0.5,
+        };
+        let mut factor = Factor::default();
+        let mut again = |secs: f64, bearing_rad: f64| {
+            assert!(model.densities(&seen(secs, bearing_rad), &mut factor));
+            factor.again
+        };
+        assert!(again(1.2, 0.32) > 0.9 && again(1.2, -0.5) < 0.01 && again(2.2, 0.32) < 0.01);
     }
 }

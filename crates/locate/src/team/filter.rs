@@ -39,7 +39,8 @@ pub struct MateView {
     pub number: u8,
     /// Its most probable pose; `None` if it knows none.
     pub world_from_robot: Option<PlanarPose>,
-    /// Probability that it is at one of the places that it tells, mirrored ones included: low for one that lies or is lost.
+    /// Probability that it is at one of the places that it tells, mirrored ones included, and makes up nothing: low for one that lies or is
+    /// lost.
     pub trust: f64,
     /// When its last message arrived.
     pub heard_at: Timestamp,
@@ -185,7 +186,10 @@ impl TeamFilter {
         }
         self.enter(None);
         let secs = at.secs_since(before).clamp(0.0, self.config.forget_secs);
-        self.joint.forget(0.5_f64.powf(secs / self.config.forget_secs));
+        let kept = 0.5_f64.powf(secs / self.config.forget_secs);
+        self.joint.forget(kept);
+        self.own.doubt.forget(kept);
+        self.mates.iter_mut().for_each(|mate| mate.doubt.forget(kept));
         self.weigh_sightings(None);
         self.decide(at);
         self.help();
@@ -249,10 +253,11 @@ impl TeamFilter {
                 shares.and_then(|shares| (1..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b])));
             let place =
                 best.and_then(|option| mate.place(option, mate.belief.at, self.symmetry, &self.spare()));
+            let honesty = 1.0 - mate.doubt.probability(self.config.honesty);
             MateView {
                 number: mate.number,
                 world_from_robot: place.map(|place| place.pose),
-                trust: shares.map_or(0.0, |shares| 1.0 - shares[0]),
+                trust: shares.map_or(0.0, |shares| honesty * (1.0 - shares[0])),
                 heard_at: mate.heard_at,
             }
         })
@@ -273,6 +278,7 @@ impl TeamFilter {
         self.outbox.collect(at, &self.seen, &step);
         self.own.sightings.clone_from(&self.seen);
         self.own.seen_from = at;
+        self.own.looked_secs = at.secs_since(before);
     }
 
     /// Forgets robots that have been silent for long.
@@ -308,8 +314,20 @@ impl TeamFilter {
         self.joint.set(&variable, &robot.priors);
         // The own knowledge is not doubted by half as much as what others say.
         let wrong = 1.0 - self.config.honesty;
-        let honesty = if index.is_none() { 1.0 - 0.5 * wrong } else { self.config.honesty };
-        robot.belief.priors(self.symmetry, honesty, &mut robot.priors);
+        let honesty = match index {
+            None => 1.0 - 0.5 * wrong,
+            // Who makes up what it sees makes up its place, too.
+            Some(_) => self.config.honesty.min(1.0 - robot.doubt.probability(self.config.honesty)),
+        };
+        robot.weigh_options(self.symmetry, honesty);
+    }
+
+    /// A teammate, or this robot.
+    fn robot_mut(&mut self, index: Option<usize>) -> &mut Mate {
+        match index {
+            Some(index) => &mut self.mates[index],
+            None => &mut self.own,
+        }
     }
 
     /// All robots in the order of the joint, and the place of this one.
@@ -321,11 +339,16 @@ impl TeamFilter {
 
     /// Counts the newest sightings of a teammate, or of this robot.
     fn weigh_sightings(&mut self, index: Option<usize>) {
+        let TeamConfig { messages_per_sec, correlation_secs, detection, .. } = self.config;
+        let robot = self.robot_mut(index);
+        // Messages that were lost may have told of more.
+        let looked = robot.looked_secs.clamp(0.0, 1.0 / messages_per_sec) / correlation_secs;
+        robot.doubt.look(detection * looked);
         let robot = index.map_or(&self.own, |index| &self.mates[index]);
         let newest = robot.sightings.iter().filter(|s| s.kind != SightingKind::Opponent).map(|s| s.at).max();
         let Some(newest) = newest.filter(|_| self.joint.variables().len() > 1) else { return };
         let since = robot.weighed_at.map_or(f64::INFINITY, |last| newest.secs_since(last));
-        let weight = (since / self.config.correlation_secs).clamp(0.0, 1.0);
+        let weight = (since / correlation_secs).clamp(0.0, 1.0);
         let mut joint = std::mem::take(&mut self.joint);
         let mut factor = std::mem::take(&mut self.factor);
         let (robots, _) = self.robots(&joint);
@@ -338,17 +361,22 @@ impl TeamFilter {
             spare: self.spare(),
             ball_m_per_s: self.config.ball_m_per_s,
         };
+        let priors: Vec<&[f64]> = robots.iter().map(|robot| robot.neutral.as_slice()).collect();
+        let mut doubt = robot.doubt;
         for sighting in &robot.sightings {
             if model.densities(sighting, &mut factor) {
-                joint.weigh(observer, &factor, weight);
+                // What is new says as much as all together that will resemble it.
+                let weight = 1.0 - factor.again * (1.0 - weight);
+                let of_anything = joint.weigh(observer, &factor, weight, &priors);
+                doubt.weigh(factor.invented, of_anything, weight.min(looked));
             }
         }
         (self.joint, self.factor) = (joint, factor);
-        let robot = match index {
-            Some(index) => &mut self.mates[index],
-            None => &mut self.own,
-        };
+        let robot = self.robot_mut(index);
         robot.weighed_at = Some(newest);
+        robot.weighed.clone_from(&robot.sightings);
+        robot.weighed_from = robot.seen_from;
+        robot.doubt = doubt;
         if let Some(ball) = robot.sightings.iter().rfind(|s| s.kind == SightingKind::Ball) {
             robot.ball = Some((*ball, robot.seen_from));
         }
@@ -360,7 +388,8 @@ impl TeamFilter {
         let mut joint = std::mem::take(&mut self.joint);
         let (robots, own) = self.robots(&joint);
         let has_listened = self.heard_since.is_some_and(|since| at.secs_since(since) >= LISTENING_SECS);
-        let terms = Terms { decided: has_listened.then_some(self.config.decided), at };
+        let decided = has_listened.then_some(self.config.decided);
+        let terms = Terms { decided, honesty: self.config.honesty, at };
         decision.update(&mut joint, &robots, own, self.symmetry, &terms);
         let is_lost = self.own.belief.tracks.is_empty() || self.own.belief.reliability < LOST_RELIABILITY;
         self.placement = is_lost

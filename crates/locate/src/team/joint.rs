@@ -2,7 +2,7 @@
 
 /// The logarithm of how much less one combination explains the sightings than another is not counted beyond this: there is always some way
 /// in which a detector may have gone wrong.
-const MAX_DIFFERENCE: f64 = 25.0;
+pub(super) const MAX_DIFFERENCE: f64 = 25.0;
 /// Most combinations; robots with many hypotheses are taken with fewer before there are more.
 pub(super) const MAX_COMBINATIONS: usize = 1024;
 
@@ -25,8 +25,23 @@ impl Variable {
 pub(super) struct Factor {
     /// Density of what fits to nobody.
     pub base: f64,
+    /// How much of that is of what was seen a moment ago, 0 to 1.
+    pub again: f64,
+    /// Density if the robot makes up what it sees, and the probability of that.
+    pub invented: f64,
+    pub doubt: f64,
     /// For each robot the density for its option and that of the observer, `[observer * options + option]`; empty for who has no part in it.
     pub tables: Vec<Vec<f64>>,
+}
+
+impl Factor {
+    /// Density for a combination of options, if the sighting is of anything.
+    fn density(&self, observer: usize, options: &[usize], variables: &[Variable]) -> f64 {
+        let with = self.tables.iter().zip(options).zip(variables).filter(|((table, _), _)| !table.is_empty());
+        with.fold(self.base, |sum, ((table, option), variable)| {
+            sum + table[options[observer] * variable.num_options() + option]
+        })
+    }
 }
 
 /// For every combination of options what the sightings of late have said.
@@ -110,37 +125,42 @@ impl Joint {
         self.log_likelihoods.iter_mut().for_each(|value| *value *= kept);
     }
 
-    /// Takes in a sighting by a robot, with a weight of 0 to 1.
-    pub fn weigh(&mut self, observer: usize, factor: &Factor, weight: f64) {
+    /// Takes in a sighting by a robot, with a weight of 0 to 1. Returns the density that it had by what was known before, given the
+    /// probabilities of all options, if it is of anything.
+    pub fn weigh(&mut self, observer: usize, factor: &Factor, weight: f64, priors: &[&[f64]]) -> f64 {
         self.options.clear();
         self.options.resize(self.variables.len(), 0);
-        let mut most = f64::NEG_INFINITY;
+        let (mut most, mut expected, mut total) = (f64::NEG_INFINITY, 0.0, 0.0);
         for value in &mut self.log_likelihoods {
-            let seen_by = self.options[observer];
-            let mut density = factor.base;
-            for ((table, option), variable) in factor.tables.iter().zip(&self.options).zip(&self.variables) {
-                if !table.is_empty() {
-                    density += table[seen_by * variable.num_options() + option];
-                }
+            let density = factor.density(observer, &self.options, &self.variables);
+            if self.options[observer] != 0 {
+                let probability = product(&self.options, priors) * value.exp();
+                expected += probability * density;
+                total += probability;
             }
-            *value += weight * density.ln();
+            *value += weight * ((1.0 - factor.doubt) * density + factor.doubt * factor.invented).ln();
             most = most.max(*value);
             advance(&mut self.options, &self.variables);
         }
         self.log_likelihoods.iter_mut().for_each(|value| *value = (*value - most).max(-MAX_DIFFERENCE));
+        if total > 0.0 { expected / total } else { factor.base }
     }
 
     /// Calls `visit` with the options of every combination and its weight, which is the product of the probabilities of all options and of
     /// what the sightings say.
-    pub fn for_each(&mut self, priors: &[Vec<f64>], mut visit: impl FnMut(&[usize], f64)) {
+    pub fn for_each(&mut self, priors: &[&[f64]], mut visit: impl FnMut(&[usize], f64)) {
         self.options.clear();
         self.options.resize(self.variables.len(), 0);
         for value in &self.log_likelihoods {
-            let prior: f64 = self.options.iter().zip(priors).map(|(option, p)| p[*option]).product();
-            visit(&self.options, prior * value.exp());
+            visit(&self.options, product(&self.options, priors) * value.exp());
             advance(&mut self.options, &self.variables);
         }
     }
+}
+
+/// Probability of a combination if the options of the robots have nothing to do with each other.
+fn product(options: &[usize], priors: &[&[f64]]) -> f64 {
+    options.iter().zip(priors).map(|(option, prior)| prior[*option]).product()
 }
 
 /// The next combination.
@@ -180,13 +200,17 @@ mod tests {
         joint.set(&variable(1, &[0, 1]), &[]);
         joint.set(&variable(2, &[6, 7]), &[]);
         let table = vec![0.1, 0.1, 0.1, 0.1, 9.0, 0.0, 0.1, 0.0, 9.0];
-        joint.weigh(0, &Factor { base: 0.1, tables: vec![Vec::new(), table] }, 1.0);
+        let factor = Factor { base: 0.1, tables: vec![Vec::new(), table], ..Factor::default() };
+        let even = [1.0 / 3.0; 3];
+        let expected = joint.weigh(0, &factor, 1.0, &[&even, &even]);
+        assert!((expected - (0.1 + (2.0 * 0.1 + 2.0 * 9.0) / 6.0)).abs() < 1e-12);
         joint
     }
 
     fn shares(joint: &mut Joint, priors: &[Vec<f64>], axis: usize) -> Vec<f64> {
         let mut sums = vec![0.0; priors[axis].len()];
-        joint.for_each(priors, |options, weight| sums[options[axis]] += weight);
+        let slices: Vec<&[f64]> = priors.iter().map(Vec::as_slice).collect();
+        joint.for_each(&slices, |options, weight| sums[options[axis]] += weight);
         let total: f64 = sums.iter().sum();
         sums.iter().map(|sum| sum / total).collect()
     }

@@ -7,6 +7,7 @@ use super::{
     TeamConfig,
     belief::{Belief, Place, Spare, Track},
     clock::ClockOffset,
+    joint::MAX_DIFFERENCE,
     message::{Root, Sighting, TeamMessage, ToldHalf, ToldHypothesis},
     names::MAX_TRACKS,
     symmetry::{Symmetry, mirrored_covariance},
@@ -19,6 +20,9 @@ const LEAST_RAD: f64 = 0.009;
 const BURST: f64 = 10.0;
 const MAX_RATE: f64 = 3.0;
 
+/// What a start or a map tells makes a side more probable than this; where the robot was last does not.
+pub(super) const KNOWN: f64 = 0.95;
+
 /// One robot: a teammate, or oneself.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Mate {
@@ -29,7 +33,7 @@ pub(super) struct Mate {
     past_sessions: Vec<u32>,
     /// When its last message arrived, by the own clock.
     pub heard_at: Timestamp,
-    /// When its first message of this session arrived, and the last one in which it knew its half.
+    /// When its first message of this session arrived, and the last one in which it knew its half and trusted its place.
     since: Option<Timestamp>,
     claimed_at: Option<Timestamp>,
     allowance: f64,
@@ -43,7 +47,16 @@ pub(super) struct Mate {
     pub ball: Option<(Sighting, Timestamp)>,
     /// Images after which its sightings counted last, by its clock.
     pub weighed_at: Option<Timestamp>,
+    /// The last sightings that counted, in its frame at that time.
+    pub weighed: Vec<Sighting>,
+    pub weighed_from: Timestamp,
+    /// Time between its last two messages, or images, seconds.
+    pub looked_secs: f64,
+    /// Whether it makes them up.
+    pub doubt: Doubt,
+    /// Probabilities of its options by what it says, and the same if nobody knew a half.
     pub priors: Vec<f64>,
+    pub neutral: Vec<f64>,
 }
 
 impl Mate {
@@ -100,12 +113,24 @@ impl Mate {
         }
         tracks_of(&message.hypotheses, symmetry, &mut self.belief.tracks);
         self.since.get_or_insert(arrived);
-        if self.claim().is_some() {
+        if self.claim().is_some_and(|claim| claim.is_trusted) {
             self.claimed_at = Some(arrived);
         }
         self.half = message.half;
         self.sightings.clone_from(&message.sightings);
+        self.looked_secs = message.at.secs_since(self.seen_from);
         self.seen_from = message.at;
+    }
+
+    /// Brings the probabilities of its options up to date. A robot that is sure may be wrong about its half or lie: that is `1 - honesty`.
+    pub fn weigh_options(&mut self, symmetry: Symmetry, honesty: f64) {
+        self.belief.priors(symmetry, honesty, &mut self.priors);
+        self.neutral.clone_from(&self.priors);
+        if symmetry != Symmetry::None {
+            for sides in self.neutral[1..].chunks_exact_mut(2) {
+                sides.fill(0.5 * (sides[0] + sides[1]));
+            }
+        }
     }
 
     /// Where it is by one of its options, at a time of its own clock.
@@ -113,26 +138,56 @@ impl Mate {
         self.belief.place(option, at, symmetry, spare)
     }
 
-    /// Whether it knew its half a moment ago, or has not found its place yet: it may soon contradict.
+    /// Whether it knew its half and its place a moment ago, or has not found its place yet: it may soon contradict.
     pub fn is_absent(&self, at: Timestamp) -> bool {
         /// Who has not found its place for so long may never find it, seconds.
         const ABSENT_SECS: f64 = 10.0;
         let is_recent =
             |moment: Option<Timestamp>| moment.is_some_and(|moment| at.secs_since(moment) < ABSENT_SECS);
-        let is_new = self.belief.tracks.is_empty() && is_recent(self.since);
-        self.claim().is_none() && (is_new || is_recent(self.claimed_at))
+        let claim = self.claim();
+        let is_trusted = claim.is_some_and(|claim| claim.is_trusted);
+        let may_know = claim.is_some() || self.belief.tracks.is_empty();
+        !is_trusted && (is_recent(self.claimed_at) || may_know && is_recent(self.since))
     }
 
     /// The side of its first track that it knows by itself, and whether it trusts the place.
     pub fn claim(&self) -> Option<Claim> {
-        /// What a start or a map tells makes a side more probable than this; where the robot was last does not.
-        const KNOWN: f64 = 0.95;
         const TRUSTED: f64 = 0.5;
         let track = self.belief.tracks.first()?;
         let share = track.shares[0] / (track.shares[0] + track.shares[1]);
         let side = usize::from(share < 0.5);
         let is_known = share.max(1.0 - share) >= KNOWN;
         is_known.then_some(Claim { side, is_trusted: self.belief.reliability > TRUSTED })
+    }
+}
+
+/// Whether a robot makes up what it sees, or its detector is at fault: then its sightings of late are explained by nobody where others are.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Doubt {
+    log_odds: f64,
+}
+
+impl Doubt {
+    /// Takes in a sighting, given its density if it is made up and if it is of anything.
+    pub fn weigh(&mut self, invented: f64, of_anything: f64, weight: f64) {
+        let change = weight * (invented / of_anything).ln();
+        self.log_odds = (self.log_odds + change).clamp(-MAX_DIFFERENCE, MAX_DIFFERENCE);
+    }
+
+    /// Takes in that it has looked: who makes nothing up sees so many fewer. Having seen nothing clears of a doubt, but earns no trust.
+    pub fn look(&mut self, num_fewer: f64) {
+        self.log_odds -= num_fewer.min(self.log_odds.max(0.0));
+    }
+
+    /// What was said longer ago counts less: `kept` is 0 to 1.
+    pub fn forget(&mut self, kept: f64) {
+        self.log_odds *= kept;
+    }
+
+    /// Probability of it, given how honest robots are.
+    pub fn probability(self, honesty: f64) -> f64 {
+        let others = honesty / (1.0 - honesty);
+        1.0 / (1.0 + others * (-self.log_odds).exp())
     }
 }
 
@@ -167,5 +222,32 @@ fn tracks_of(told: &[ToldHypothesis], symmetry: Symmetry, out: &mut Vec<Track>) 
         let mut shares = [0.0; 2];
         shares[side] = hypothesis.probability;
         out.push(Track { id, world_from_robot, covariance, shares });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_sees_what_nobody_explains_is_doubted() {
+        let (honesty, invented) = (0.9, 0.05);
+        let mut doubt = Doubt::default();
+        assert!((doubt.probability(honesty) - 0.1).abs() < 1e-9);
+        (0..20).for_each(|_| doubt.look(0.2));
+        assert!((doubt.probability(honesty) - 0.1).abs() < 1e-9, "having seen nothing earns no trust");
+        (0..20).for_each(|_| doubt.weigh(invented, 0.003, 0.2));
+        assert!(doubt.probability(honesty) > 0.99);
+        (0..40).for_each(|_| doubt.weigh(invented, 5.0, 0.2));
+        assert!(doubt.probability(honesty) < 0.01, "what is explained earns it");
+        // Some false ones among many images are no reason to doubt.
+        for image in 0..400 {
+            doubt.look(0.16);
+            if image % 20 == 0 {
+                doubt.weigh(invented, 0.003, 0.2);
+            }
+            doubt.forget(0.995);
+        }
+        assert!(doubt.probability(honesty) < 0.3);
     }
 }

@@ -130,7 +130,8 @@ impl Search<'_> {
                 Some(share * self.scene.of_robot(sighting, &from, &place))
             })
             .sum();
-        let unknown = self.scene.unexplained(sighting.kind, self.robots.len() as f64);
+        let num_false = self.scene.false_per_image;
+        let unknown = self.scene.unexplained(sighting.kind, num_false, self.robots.len() as f64);
         let probability = share * here / (here + of_others + unknown);
         // The robot has moved since.
         let moved = (self.spare.robot_m_per_s * age_secs).powi(2);

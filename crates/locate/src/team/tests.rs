@@ -1,7 +1,8 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Matrix3, Point2};
-use visloc_core::{Timestamp, geom::PlanarPose};
+use rand::RngExt as _;
+use visloc_core::{RngTree, Timestamp, geom::PlanarPose};
 use visloc_world::Map;
 
 use super::*;
@@ -86,6 +87,24 @@ fn play(players: &mut [Player], from_secs: f64, secs: f64, cut: impl Fn(usize, u
     }
 }
 
+/// Plays on with robots that stand elsewhere each second: two looks at one that stands still say no more than one.
+fn play_walking(players: &mut [Player], from_secs: f64, secs: u32) {
+    for second in 0..secs {
+        for (i, player) in players.iter_mut().enumerate() {
+            let side = if second.is_multiple_of(2) { 1.0 } else { -1.0 };
+            let step_m = 0.5 * side * (i as f64 - 1.0);
+            player.truth.y_m += step_m;
+            player.estimate.world_from_robot.y_m += step_m;
+            for hypothesis in &mut player.estimate.hypotheses {
+                let pose = &mut hypothesis.world_from_robot;
+                let is_own = (pose.yaw_rad - player.truth.yaw_rad).abs() < 1.0;
+                pose.y_m += if is_own { step_m } else { -step_m };
+            }
+        }
+        play(players, from_secs + f64::from(second), 1.0, nobody);
+    }
+}
+
 fn is_right(player: &Player) -> bool {
     let estimate = &player.filter.answer().estimate;
     estimate.is_localized() && estimate.world_from_robot.distance_m(&player.truth) < 0.3
@@ -164,15 +183,64 @@ fn one_that_lies_drags_nobody() {
     }
     // Two that know outvote it, and correct it.
     let mut players = row([0.99, 0.99, 0.01]);
-    play(&mut players, 0.0, 6.0, nobody);
+    play_walking(&mut players, 0.0, 8);
     assert!(players.iter().all(is_right));
+}
+
+/// One that knows its half has not found its place yet, and one that lies has: nobody is dragged meanwhile.
+#[test]
+fn who_still_looks_for_its_place_has_a_say() {
+    let mut players = row([0.99, 0.5, 0.01]);
+    players[0].estimate.reliability_up_to_symmetry = 0.0;
+    play(&mut players, 0.0, 6.0, nobody);
+    assert!(!players[1].filter.answer().estimate.is_localized(), "{:?}", players[1].filter.answer());
+    players[0].estimate = believes(&players[0].truth.clone(), 0.99);
+    play(&mut players, 6.0, 4.0, nobody);
+    assert!(!players[1].filter.answer().estimate.is_localized() && is_right(&players[0]));
+    // One that never finds it holds up nobody for ever.
+    let mut players = row([0.99, 0.5, 0.99]);
+    players[0].estimate.reliability_up_to_symmetry = 0.0;
+    play(&mut players, 0.0, 15.0, nobody);
+    assert!(is_right(&players[1]), "{:?}", players[1].filter.answer());
+}
+
+/// One that sees robots and balls everywhere and is sure of the wrong half: nobody believes it, and it ties nobody to anybody.
+#[test]
+fn an_inventor_ties_nobody() {
+    let mut players = row([0.99, 0.5, 0.01]);
+    players[..2].iter_mut().for_each(|player| player.sees = false);
+    let mut rng = RngTree::new(5).stream("inventor", 0);
+    for step in 0..300 {
+        let at = Timestamp::from_secs(f64::from(step) * STEP_SECS);
+        let invented: Vec<Sighting> = (0..4)
+            .map(|i| {
+                let kind = if i == 0 { SightingKind::Ball } else { SightingKind::Teammate };
+                let (bearing_rad, range_m) = (rng.random_range(-1.0..1.0), rng.random_range(0.5..4.0));
+                Sighting::polar(at, kind, (bearing_rad, 0.02), (range_m, 0.05 * range_m))
+            })
+            .collect();
+        for me in 0..3 {
+            let (seen, estimate) = (if me == 2 { &invented[..] } else { &[] }, players[me].estimate.clone());
+            players[me].filter.step(at, &estimate, Some(PlanarPose::default()), seen);
+            let Some(message) = players[me].filter.message() else { continue };
+            for to in (0..3).filter(|to| *to != me) {
+                players[to].filter.receive(&message, at + 0.02).unwrap();
+            }
+        }
+        let answer = players[1].filter.answer();
+        assert!(answer.help == Help::Alone, "{step}: {answer:?}");
+    }
+    let trust = |number: u8| players[1].filter.mates().find(|mate| mate.number == number).unwrap().trust;
+    assert!(trust(3) < 0.1 && trust(1) > 0.7, "{} {}", trust(3), trust(1));
 }
 
 #[test]
 fn one_that_stands_elsewhere_than_it_says_loses_trust() {
     let mut players = row([0.99, 0.99, 0.5]);
-    players[2].estimate = believes(&PlanarPose::new(0.5, -2.0, 0.0), 1.0);
-    play(&mut players, 0.0, 6.0, nobody);
+    // The first sees both: the second where it says that it is, the third where nobody is.
+    players[2].truth = PlanarPose::new(0.6, 1.2, 0.5);
+    players[2].estimate = believes(&PlanarPose::new(0.5, -2.0, 0.5), 1.0);
+    play_walking(&mut players, 0.0, 8);
     let trust = |number: u8| players[1].filter.mates().find(|mate| mate.number == number).unwrap().trust;
     assert!(trust(1) > 0.9 && trust(3) < 0.2, "{} {}", trust(1), trust(3));
     assert!(is_right(&players[0]) && is_right(&players[1]));
