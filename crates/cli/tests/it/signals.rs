@@ -221,7 +221,7 @@ fn are_signals_caught(child: &Child) -> bool {
 #[test]
 fn what_has_no_half_ends_at_once_and_says_so() {
     let commands: [&[&str]; 2] =
-        [&["likelihood", "--view", "1,0.5,30", "--step", "0.004"], &["benchmark", "--out", "b"]];
+        [&["likelihood", "--view", "1,0.5,30", "--step", "0.01"], &["benchmark", "--out", "b"]];
     for (args, signal) in commands.iter().zip(["-TERM", "-INT"]) {
         let workspace = Workspace::new();
         let stderr = fs::File::create(workspace.path("stderr")).unwrap();
