@@ -141,6 +141,16 @@ const MESSAGES: [(&str, Definition); 16] = [
             parts: &[&HEADER],
         },
     ),
+    (
+        "sensor_msgs/msg/Imu",
+        Definition {
+            name: "",
+            fields: "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+                     geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+                     geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
+            parts: &[&HEADER, &QUATERNION, &VECTOR3],
+        },
+    ),
     ("std_msgs/msg/String", Definition { name: "", fields: "string data\n", parts: &[] }),
     ("std_msgs/msg/Bool", Definition { name: "", fields: "bool data\n", parts: &[] }),
     (
