@@ -88,7 +88,7 @@ const POINT_FIELD: Definition = Definition {
     parts: &[],
 };
 
-const MESSAGES: [(&str, Definition); 16] = [
+const MESSAGES: [(&str, Definition); 17] = [
     (
         "sensor_msgs/msg/CompressedImage",
         Definition {
