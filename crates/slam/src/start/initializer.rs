@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2, Rotation3};
+use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
 use visloc_core::{
     Rng, Timestamp,
     geom::{Camera, CameraFrame, Rigid3},
 };
 
 use super::{
-    Follower, LostTracks, PendingStart, RayPair, SIGMA_PX, Sight, StartWait, Track, TwoView, TwoViewMotion,
-    TwoViewSettings, VerifiedStart, ViewRays, confirm, followed_covariance, is_clearly_better,
-    negative_log_likelihood, shape_deviation, solve_two_view, verify,
+    Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,
+    VerifiedStart, ViewRays, confirm, is_clearly_better, negative_log_likelihood, solve_two_view, verify,
 };
 use crate::{
     atlas::Similarity,
@@ -28,9 +27,6 @@ use crate::{
 
 /// Standard deviations beyond which a motion is not that of the odometry.
 const SURE: f64 = 4.0;
-
-/// Largest relative deviation of depths by the uncertainty of the motion: that up to which depths count as confirmed by more parallax.
-const MOST_SHAPE_DEVIATION: f64 = 0.06;
 
 /// What came of a frame.
 #[derive(Debug)]
@@ -229,15 +225,20 @@ impl Initializer {
         let focal = focal_px(&self.camera);
         let min_points = least_points(&self.config, incoming);
         let settings = TwoViewSettings {
-            inlier_sigmas: config.inlier_px / SIGMA_PX,
+            pixel: 1.0 / focal,
+            inlier_px: config.inlier_px,
             min_points,
             min_inlier_ratio: config.min_inlier_ratio,
             min_parallax_rad: config.min_parallax_deg.to_radians(),
             num_samples: config.num_samples,
         };
         let num_tracks = attempt.follower.tracks().len();
-        let pairs: Vec<RayPair> =
-            attempt.follower.tracks().iter().map(|track| self.rays_of(track, focal)).collect();
+        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = attempt
+            .follower
+            .tracks()
+            .iter()
+            .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
+            .collect();
         attempt.hints.extend(expected.and_then(direction_of));
         let mut candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
         attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
@@ -245,16 +246,6 @@ impl Initializer {
             candidates.retain(|candidate| agrees(&candidate.motion, expected));
         }
         let (start, parallax_rad) = self.choose(attempt, &candidates)?;
-        let inliers: Vec<RayPair> =
-            pairs.iter().zip(&start.points).filter_map(|(pair, point)| point.map(|_| *pair)).collect();
-        // Corners that were followed wrongly are lost as well. Few that are left agree on a motion that they did not make.
-        let num_followable = attempt.num_followable.unwrap_or(num_tracks) as f64;
-        if (inliers.len() as f64) < config.min_followed_ratio * num_followable {
-            return Err(StartWait::NoCommonMotion(inliers.len() as f64 / num_followable));
-        }
-        if shape_deviation(&direction_only(&start.last_from_first), &inliers) > MOST_SHAPE_DEVIATION {
-            return Err(StartWait::LittleParallax(parallax_rad));
-        }
         let depths = depths_of(attempt, &start);
         confirm(&mut attempt.pending, depths, parallax_rad)?;
         let (mut map, landmarks) = self.build(attempt, &start, incoming);
@@ -281,17 +272,6 @@ impl Initializer {
             odometry: incoming.odometry,
         };
         Ok(StartedMap { first, second, frame, between, map })
-    }
-
-    /// Where a corner was seen in the first and in the newest frame.
-    fn rays_of(&self, track: &Track, focal_px: f64) -> RayPair {
-        let on_plane = 1.0 / (focal_px * focal_px);
-        RayPair {
-            first: self.camera.bearing(&track.first_px),
-            second: self.camera.bearing(&track.px),
-            first_covariance: corner_covariance(track.level) * on_plane,
-            second_covariance: followed_covariance(&track.covariance_px) * on_plane,
-        }
     }
 
     /// The motion that explains the frames on the way best, if it does so clearly better than the others.
@@ -439,11 +419,6 @@ fn least_points(config: &SlamConfig, incoming: &Incoming<'_>) -> usize {
 fn direction_of(motion: &CameraMotion) -> Option<TwoViewMotion> {
     let length = motion.translation().norm();
     (length >= SURE * motion_deviations(motion).0).then(|| scaled(motion, 1.0 / length))
-}
-
-/// A motion with a translation of length 1.
-fn direction_only(motion: &TwoViewMotion) -> TwoViewMotion {
-    scaled(motion, 1.0 / motion.translation().norm().max(f64::MIN_POSITIVE))
 }
 
 /// Whether a motion between two views is the one of the odometry, as far as the odometry knows it.

@@ -15,6 +15,6 @@ pub use essential::{decompose_essential, fit_essential};
 pub use follow::{Follower, Track};
 pub use homography::{decompose_homography, fit_homography};
 pub use initializer::{Initializer, StartStep, StartedMap};
-pub use motion::{RayPair, TwoViewMotion, refine_motion, shape_deviation};
+pub use motion::{TwoViewMotion, refine_motion, sampson};
 pub use two_view::{LostTracks, StartWait, TwoView, TwoViewSettings, solve_two_view};
-pub use verify::{SIGMA_PX, Sight, VerifiedStart, ViewRays, followed_covariance, verify};
+pub use verify::{Sight, VerifiedStart, ViewRays, verify};

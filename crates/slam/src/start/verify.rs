@@ -42,19 +42,15 @@ const OUTLIER_COST: f64 = 3.0;
 /// Residuals from which on a corner is left out, in standard deviations; first with care, since outliers still bend the motion.
 const MOST_SIGMAS: [f64; 2] = [8.0, 4.0];
 /// Error of a followed corner beside what its patch tells, pixels: the patch is no plane, and its warp is estimated.
-pub const SIGMA_PX: f64 = 0.35;
-
-/// Covariance of a followed corner, from that of its patch.
-#[must_use]
-pub fn followed_covariance(covariance_px: &Matrix2<f64>) -> Matrix2<f64> {
-    covariance_px + Matrix2::identity() * (SIGMA_PX * SIGMA_PX)
-}
+const SIGMA_PX: f64 = 0.35;
 
 /// Adjusts the motion and the points of two views together with the views between them. Two views of a plane have two motions
 /// that explain them nearly as well; more views tell them apart.
 #[must_use]
 pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<VerifiedStart> {
-    let whiten = |sight: &Sight| whitening(focal_px, &followed_covariance(&sight.covariance_px));
+    let whiten = |sight: &Sight| {
+        whitening(focal_px, &(sight.covariance_px + Matrix2::identity() * (SIGMA_PX * SIGMA_PX)))
+    };
     let mut bundle = Bundle::default();
     let mut pose = CameraFromWorld::identity();
     let last = CameraFromWorld::new(
