@@ -5,25 +5,19 @@ use visloc_core::{
     Timestamp,
     geom::{Camera, CameraFrame, Rigid3, Robot},
 };
-use visloc_io::{
-    bag::{
-        BagTopics, EncodedImage, ExpectedInputs, ImagePayload, RosMessage, SensorMessage, StampedTransform,
-        SyncOutcome, Synchronizer,
-        messages::{Header, Imu, Quaternion},
-    },
-    image_codec,
+use visloc_io::bag::{
+    BagTopics, ExpectedInputs, RosMessage, SensorMessage, StampedTransform, SyncOutcome, Synchronizer,
+    messages::{Header, Imu, Quaternion},
 };
 
-use crate::support::frame;
+use crate::support::picture;
 
 fn at(secs: f64) -> Timestamp {
     Timestamp::from_secs(100.0 + secs)
 }
 
 fn image(secs: f64) -> SensorMessage {
-    let bytes = image_codec::encode_png(&frame(0).frame.image).unwrap();
-    let payload = ImagePayload::Compressed(bytes);
-    SensorMessage::Image(EncodedImage { at: at(secs), frame_id: "camera".into(), payload })
+    picture(at(secs))
 }
 
 fn turn(roll_deg: f64, pitch_deg: f64, yaw_deg: f64) -> UnitQuaternion<f64> {

@@ -13,16 +13,15 @@ use visloc_core::{
 };
 use visloc_io::{
     bag::{
-        BagReader, BagTopics, EncodedImage, ExpectedInputs, GivenInputs, ImagePayload, SensorMessage,
-        StampedTransform, SyncOutcome, Synchronizer,
+        BagReader, BagTopics, ExpectedInputs, GivenInputs, SensorMessage, StampedTransform, SyncOutcome,
+        Synchronizer,
     },
-    image_codec,
     urdf::RobotDescription,
 };
 
 use crate::{
     six_joints::{six_joints, with_joints},
-    support::{frame, read_with, testdata},
+    support::{picture, read_with, testdata},
 };
 
 const HALF_TURN: f64 = std::f64::consts::FRAC_PI_2;
@@ -77,9 +76,7 @@ fn at(secs: f64) -> Timestamp {
 }
 
 fn image(secs: f64) -> SensorMessage {
-    let bytes = image_codec::encode_png(&frame(0).frame.image).unwrap();
-    let payload = ImagePayload::Compressed(bytes);
-    SensorMessage::Image(EncodedImage { at: at(secs), frame_id: "camera".into(), payload })
+    picture(at(secs))
 }
 
 fn positions(secs: f64, positions: &[(&str, f64)]) -> SensorMessage {

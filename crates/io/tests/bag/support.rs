@@ -12,7 +12,10 @@ use visloc_core::{
     Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth,
     geom::{Camera, Distortion, PlanarPose, Rigid3},
 };
-use visloc_io::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
+use visloc_io::{
+    bag::{BagReader, BagTopics, BagWriter, BagWriterOptions, EncodedImage, ImagePayload, SensorMessage},
+    image_codec,
+};
 
 /// Path of a recording in `testdata`.
 pub fn testdata(name: &str) -> PathBuf {
@@ -44,6 +47,13 @@ pub fn frame(index: usize) -> SourceFrame {
         },
         truth: Some(Truth { world_from_robot: PlanarPose::new(1.0, phase, 0.3), height_m: 0.01 * phase }),
     }
+}
+
+/// A picture of the frame `camera`, as it comes on a topic.
+pub fn picture(at: Timestamp) -> SensorMessage {
+    let bytes = image_codec::encode_png(&frame(0).frame.image).unwrap();
+    let payload = ImagePayload::Compressed(bytes);
+    SensorMessage::Image(EncodedImage { at, frame_id: "camera".into(), payload })
 }
 
 pub fn write(path: &Path, frames: &[SourceFrame], options: BagWriterOptions) {

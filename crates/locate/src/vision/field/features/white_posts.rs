@@ -394,13 +394,13 @@ impl Profile {
         self.first = from;
         self.sums.clear();
         self.sums.push(0.0);
-        let (first, last) = (0, i64::from(view.width()) - 1);
-        if !(first as f64..=last as f64).contains(&middle.x) {
+        let last = i64::from(view.width()) - 1;
+        if !(0.0..=last as f64).contains(&middle.x) {
             return false;
         }
         let mut sum = 0.0;
         for x in from..=to {
-            let Some(luma) = view.luma_in_column(x.clamp(first, last), middle.y) else { return false };
+            let Some(luma) = view.luma_in_column(x.clamp(0, last), middle.y) else { return false };
             sum += luma;
             self.sums.push(sum);
         }
