@@ -34,6 +34,11 @@ impl Claims {
             if let Some(earlier) = earlier {
                 bail!("{}: expected another file than {}", output.text, earlier.text);
             }
+            for other in &self.outputs {
+                if Identity::of(&files::kept_path(other.identity.path())).is(&output.identity) {
+                    bail!("{}: what was there of {} is kept under that name", output.text, other.text);
+                }
+            }
             self.check_among_pictures(output)?;
             self.check_recording(output)?;
             check_ending(output)?;
@@ -50,7 +55,7 @@ impl Claims {
     /// Says which files were there already, and where they are now.
     pub fn say_kept(&self) {
         for output in &self.outputs {
-            let kept = files::kept_path(&output.path);
+            let kept = files::kept_path(output.identity.path());
             if output.identity.kind() == Kind::File && Identity::of(&kept).is_node_of(&output.identity) {
                 say::note!("{}: the file that was there is kept as {}", output.text, kept.display());
             }
@@ -97,7 +102,7 @@ fn is_same_output(a: &Output, b: &Output) -> bool {
 fn check_input(input: &Input, output: &Output) -> Result<()> {
     let (read, written) = (&input.identity, &output.identity);
     if matches!(output.use_as, UseAs::Map | UseAs::File) && written.kind() == Kind::File {
-        let kept = files::kept_path(&output.path);
+        let kept = files::kept_path(written.path());
         if Identity::of(&kept).is(read) {
             bail!("{}: what is there is kept as {}, which is read", output.text, kept.display());
         }
@@ -165,7 +170,7 @@ fn holds_recording(output: &Output) -> bool {
     match (output.use_as, output.identity.kind()) {
         (UseAs::Recording, Kind::File) => true,
         (UseAs::Recording, Kind::Folder) => output.identity.entries().next().is_some(),
-        (UseAs::File, Kind::File) => is_recording(&output.path),
+        (UseAs::File, Kind::File) => is_recording(output.identity.path()),
         _ => false,
     }
 }

@@ -13,6 +13,8 @@ use crate::args::{InputMap, InputName, InputPath, OutputFile, OutputFolder, Outp
 
 /// Most bytes of a file of settings that is searched for names of other files.
 const MAX_SETTINGS_BYTES: u64 = 1 << 16;
+/// Most bytes of a list of images, or of a bag's parts.
+const MAX_LIST_BYTES: u64 = 1 << 22;
 
 /// All that a command reads and writes.
 #[derive(Debug, Default)]
@@ -85,17 +87,17 @@ impl Claims {
         claims
     }
 
-    /// One input, one recording and a file beside it, for a command that chooses their names itself.
-    pub fn of_recording(
+    /// One input, one recording and files beside it, for a command that chooses their names itself.
+    pub fn of_recording<'a>(
         input: (&str, &str),
         output: (&str, &Path),
-        beside: (&str, &Path),
+        beside: impl IntoIterator<Item = (&'a str, &'a Path)>,
         is_overwriting: bool,
     ) -> Self {
         let mut claims = Self { is_overwriting: Some(is_overwriting), ..Self::default() };
         claims.add_input(input.0, input.1);
         claims.add_output(output.0, output.1, UseAs::Recording);
-        claims.add_output(beside.0, beside.1, UseAs::File);
+        beside.into_iter().for_each(|(name, path)| claims.add_output(name, path, UseAs::File));
         claims
     }
 
@@ -146,16 +148,34 @@ fn ending_of(arg: &Arg) -> Option<String> {
     Some(ending.to_owned())
 }
 
-/// Files that a file of settings names, relative to itself or to the working folder: the picture of a map, the map of a scenario.
+/// Files that a file of settings names, relative to itself or to the working folder: the picture of a map, the map of a scenario. Of a folder
+/// those that its lists name outside of it: images, parts of a bag.
 fn named_in(path: &Path) -> Vec<PathBuf> {
-    let is_settings = path.extension().is_some_and(|e| e == "yaml" || e == "yml" || e == "toml");
-    let Ok(text) = (if is_settings { files::read(path, MAX_SETTINGS_BYTES) } else { Ok(Vec::new()) }) else {
-        return Vec::new();
+    let has_ending = |path: &Path, endings: &[&str]| {
+        path.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known))
     };
+    if has_ending(path, &["yaml", "yml", "toml"]) {
+        let folders = [path.parent().unwrap_or(Path::new("")), Path::new("")];
+        let is_name = |word: &str| word.contains('.') && word.parse::<f64>().is_err();
+        return files_named(path, MAX_SETTINGS_BYTES, &folders, is_name);
+    }
+    let folder = Identity::of(path);
+    let lists = folder.entries().filter(|list| has_ending(list, &["yaml", "yml", "txt", "csv"]));
+    let leads_outside = |word: &str| word.starts_with('/') || word.contains("..");
+    lists.flat_map(|list| files_named(&list, MAX_LIST_BYTES, &[folder.path()], leads_outside)).collect()
+}
+
+/// The files that words of a text name, relative to some folders.
+fn files_named(
+    text: &Path,
+    max_bytes: u64,
+    folders: &[&Path],
+    is_name: impl Fn(&str) -> bool,
+) -> Vec<PathBuf> {
+    let Ok(text) = files::read(text, max_bytes) else { return Vec::new() };
     let text = String::from_utf8_lossy(&text).into_owned();
     let words = text.split(|c: char| c.is_whitespace() || "\"'=,[]{}".contains(c));
-    let names = words.filter(|word| word.contains('.') && word.parse::<f64>().is_err());
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let candidates = names.flat_map(|name| [folder.join(name), PathBuf::from(name)]);
+    let names = words.filter(|word| is_name(word));
+    let candidates = names.flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
     candidates.filter(|path| Identity::of(path).kind() == Kind::File).collect()
 }

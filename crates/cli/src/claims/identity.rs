@@ -31,14 +31,20 @@ pub enum Kind {
 impl Identity {
     /// Follows a path.
     pub fn of(path: &Path) -> Self {
-        let found = fs::metadata(path).ok();
+        let path = canonical(path);
+        let found = fs::metadata(&path).ok();
         let kind = match &found {
             None => Kind::Missing,
             Some(found) if found.is_file() => Kind::File,
             Some(found) if found.is_dir() => Kind::Folder,
             Some(_) => Kind::Device,
         };
-        Self { path: canonical(path), kind, node: found.as_ref().and_then(node) }
+        Self { path, kind, node: found.as_ref().and_then(node) }
+    }
+
+    /// The path without links, as far as it exists.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// What is there.
@@ -70,12 +76,12 @@ impl Identity {
         if folder.kind != Kind::Folder || self.is(folder) {
             return false;
         }
-        let has_other_names = self.kind == Kind::File && self.node.is_some_and(|(.., names)| names > 1);
-        self.path.starts_with(&folder.path) || (has_other_names && folder.has(self))
+        self.path.starts_with(&folder.path) || folder.has(self)
     }
 
-    /// Whether a file below a folder is another.
+    /// Whether a file below a folder is another one, or a link there leads to it.
     fn has(&self, other: &Self) -> bool {
+        let has_other_names = other.node.is_some_and(|(.., names)| names > 1);
         let mut folders = vec![self.path.clone()];
         let mut num_files = 0;
         while let Some(folder) = folders.pop() {
@@ -86,7 +92,15 @@ impl Identity {
                 }
                 match entry.file_type() {
                     Ok(kind) if kind.is_dir() => folders.push(entry.path()),
-                    Ok(_) if Self::of(&entry.path()).is(other) => return true,
+                    Ok(kind) if kind.is_symlink() => {
+                        let target = Self::of(&entry.path());
+                        if target.is(other)
+                            || (target.kind == Kind::Folder && other.path.starts_with(&target.path))
+                        {
+                            return true;
+                        }
+                    }
+                    Ok(_) if has_other_names && Self::of(&entry.path()).is(other) => return true,
                     _ => {}
                 }
             }
@@ -104,7 +118,7 @@ fn entries(folder: &Path) -> impl Iterator<Item = fs::DirEntry> {
     fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok)
 }
 
-/// Without links, as far as the path exists.
+/// Without links, as far as the path exists. Folders that are missing will be made, and are no links then: `missing/..` leads back.
 fn canonical(path: &Path) -> PathBuf {
     if let Ok(path) = fs::canonicalize(path) {
         return path;
@@ -112,7 +126,8 @@ fn canonical(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     match (absolute.parent(), absolute.file_name()) {
         (Some(folder), Some(name)) => canonical(folder).join(name),
-        _ => absolute,
+        (Some(folder), None) => canonical(folder).parent().map(Path::to_path_buf).unwrap_or(absolute),
+        (None, _) => absolute,
     }
 }
 

@@ -62,9 +62,15 @@ fn every_argument_with_a_path_says_whether_it_is_read_or_written() {
 enum Way {
     Same,
     Detour,
+    /// By a folder that is not there yet.
+    DetourByNothing,
     SymbolicLink,
     HardLink,
     InsideFolder,
+    /// A link in the folder that is read leads to it.
+    LinkInFolder,
+    /// A list in the folder that is read names it.
+    ListInFolder,
 }
 
 /// An input, and another name for it.
@@ -84,14 +90,22 @@ fn place(way: Way, is_folder_written: bool) -> Place {
     let (input, output) = match (way, is_folder_written) {
         (Way::Same, _) => (file.clone(), file.clone()),
         (Way::Detour, _) => (file.clone(), path("data/./images/../images/0001.png")),
+        (Way::DetourByNothing, _) => (file.clone(), path("nothing/below/../../data/images/0001.png")),
         (Way::SymbolicLink | Way::HardLink, _) => (file.clone(), path("link")),
         (Way::InsideFolder, false) => (path("data"), file.clone()),
         (Way::InsideFolder, true) => (path("data"), path("data/images")),
+        (Way::LinkInFolder | Way::ListInFolder, false) => (path("other"), file.clone()),
+        (Way::LinkInFolder | Way::ListInFolder, true) => (path("other"), path("data/images")),
     };
+    fs::create_dir(path("other")).unwrap();
+    if way == Way::ListInFolder {
+        fs::write(path("other/rgb.txt"), "# images\n0.0 ../data/images/0001.png\n").unwrap();
+    }
     #[cfg(unix)]
     match way {
         Way::SymbolicLink => std::os::unix::fs::symlink(&file, &output).unwrap(),
         Way::HardLink => fs::hard_link(&file, &output).unwrap(),
+        Way::LinkInFolder => std::os::unix::fs::symlink(&file, path("other/0001.png")).unwrap(),
         _ => {}
     }
     Place { _folder: folder, input, file, output }
@@ -120,7 +134,17 @@ fn check(line: &[String]) -> anyhow::Result<()> {
 
 #[test]
 fn no_output_of_any_command_may_be_one_of_its_inputs() {
-    let ways = [Way::Same, Way::Detour, Way::SymbolicLink, Way::HardLink, Way::InsideFolder];
+    let ways = [
+        Way::Same,
+        Way::Detour,
+        Way::DetourByNothing,
+        Way::SymbolicLink,
+        Way::HardLink,
+        Way::InsideFolder,
+        Way::LinkInFolder,
+        Way::ListInFolder,
+    ];
+    let of_links = [Way::SymbolicLink, Way::HardLink, Way::LinkInFolder];
     let mut num_checked = 0;
     for (words, mut command) in all_leaves() {
         command.build();
@@ -133,9 +157,10 @@ fn no_output_of_any_command_may_be_one_of_its_inputs() {
                 // A map may become another one; it is kept.
                 continue;
             }
-            for way in
-                ways.into_iter().filter(|way| cfg!(unix) || !matches!(way, Way::SymbolicLink | Way::HardLink))
-            {
+            for way in ways.into_iter().filter(|way| cfg!(unix) || !of_links.contains(way)) {
+                if way == Way::ListInFolder && is::<InputMap>(input) {
+                    continue; // a map is one file
+                }
                 let place = place(way, is::<OutputFolder>(output));
                 let line = typed(&words, &command, &[(input, &place.input), (output, &place.output)]);
                 let error = check(&line).expect_err(&format!("{way:?}: {line:?}"));
@@ -188,6 +213,9 @@ fn recordings_are_replaced_on_demand_only() {
         };
         assert_eq!(record(&[]).is_err(), is_there, "{out}");
         record(&["--overwrite"]).unwrap();
+        let by_nothing = format!("nothing/../{out}");
+        let by_nothing = ["visloc", "record", "sim:tour", "--out", &path(&by_nothing)];
+        assert_eq!(check(&line(&by_nothing)).is_err(), is_there, "{by_nothing:?}");
     }
     for name in ["old.mcap", "old.dat"] {
         let error = check(&line(&["visloc", "localize", "sim:tour", "--json", &path(name)])).unwrap_err();
@@ -204,6 +232,10 @@ fn outputs_keep_apart_and_folders_may_be_shared() {
     let localize = |more: &[&str]| check(&line(&[&["visloc", "localize", "sim:tour"], more].concat()));
     let error = localize(&["--json", &path("a"), "--trajectory", &path("./a")]).unwrap_err().to_string();
     assert!(error.contains("--json") && error.contains("--trajectory"), "{error}");
+    let by_nothing = ["--json", &path("a"), "--trajectory", &path("nothing/../a")];
+    assert!(localize(&by_nothing).is_err());
+    let error = localize(&["--trajectory", &path("a"), "--json", &path("a~")]).unwrap_err().to_string();
+    assert!(error.contains("--json") && error.contains("kept under that name"), "{error}");
     localize(&["--plots", &path("out"), "--json", &path("out/numbers.json")]).unwrap();
     localize(&["--json", "/dev/null", "--trajectory", "/dev/null"]).unwrap();
     // Truth and estimate of a run, and the pictures beside them.

@@ -26,8 +26,10 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let Some(scenario) = args.scenario() else { return list() };
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);
     let truth_path = truth_path(bag);
-    let outputs = (("--out", &**bag), ("the truth", &*truth_path));
-    let claims = Claims::of_recording(("SCENARIO", scenario), outputs.0, outputs.1, args.overwrite.overwrite);
+    let json = args.json.json.as_deref().map(|json| ("--json", json));
+    let beside = std::iter::once(("the truth", &*truth_path)).chain(json);
+    let out = ("--out", &**bag);
+    let claims = Claims::of_recording(("SCENARIO", scenario), out, beside, args.overwrite.overwrite);
     claims.check()?;
     let simulation = simulation(scenario, args.seed.value(), args.threads.count(), args.frames)?;
     let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());

@@ -123,6 +123,27 @@ fn cell(value: f64, end: usize) -> usize {
     (value.round().max(0.0) as usize).min(end)
 }
 
+/// Cells of a box that do not have the carpet's color.
+#[derive(Debug, Clone, Copy, Default)]
+struct Colors {
+    num: f64,
+    num_orange: f64,
+    /// Darker than the carpet, the orange ones left out.
+    num_dark: f64,
+}
+
+impl Colors {
+    /// Log of how much better they fit a ball with a dark pattern, or an orange one, than a line or mark, which are nowhere darker than the
+    /// carpet.
+    fn pattern_nats(&self) -> f64 {
+        log_ratio((self.num_orange + self.num_dark, self.num.max(1.0)), BALL_IS_DARK, LINE_IS_DARK)
+    }
+
+    fn is_mostly_orange(&self) -> bool {
+        self.num_orange > 0.5 * self.num
+    }
+}
+
 /// An image and what is known about it.
 #[derive(Clone, Copy)]
 pub(super) struct ObjectView<'a> {
@@ -229,26 +250,37 @@ impl ObjectDetector {
             return None;
         }
         // Its four quarters are filled: a mark on the ground does not reach up there, a line leaves one of them. The twelve tiles around
-        // are ground: a line goes on through at least one of them.
+        // are something else: a line goes on through at least one of them.
         let middle = Point2::new(x, bottom - 0.5 * size);
         let reach = 0.36 * size;
         self.fits(&(x - reach..x + reach), &(middle.y - reach..middle.y + reach))?;
         let tile = |i: f64, j: f64, size: f64| {
             let (left, top) = (middle.x + i * size, middle.y + j * size);
-            self.sums.nats(&(left..left + size), &(top..top + size)).unwrap_or(0.0)
+            (left..left + size, top..top + size)
         };
-        let inner = [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].map(|(i, j)| tile(i, j, reach));
+        let nats = |(columns, rows): (Range<f64>, Range<f64>)| self.sums.nats(&columns, &rows).unwrap_or(0.0);
+        let inner =
+            [(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)].map(|(i, j)| nats(tile(i, j, reach)));
         let evidence_nats = inner.iter().sum::<f64>();
-        let is_ground = |i: i32, j: i32| {
-            ((-1..=0).contains(&i) && (-1..=0).contains(&j))
-                || -tile(f64::from(i), f64::from(j), 0.54 * size) >= MIN_SIDE_NATS
-        };
-        let is_alone = (-2..2).all(|j| (-2..2).all(|i| is_ground(i, j)));
-        if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) || !is_alone {
+        if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) {
             return None;
         }
-        let pattern_nats = self.pattern_nats(view, &middle, reach);
-        if pattern_nats < MIN_SIDE_NATS {
+        let colors = self.colors(view, &tile(-0.5, -0.5, 2.0 * reach));
+        if colors.pattern_nats() < MIN_SIDE_NATS {
+            return None;
+        }
+        // An orange ball ends where the orange ends, so it may touch a line; another one ends where the carpet begins.
+        let is_orange = colors.is_mostly_orange();
+        let is_inside = |i: i32, j: i32| (-1..=0).contains(&i) && (-1..=0).contains(&j);
+        let is_other = |i: i32, j: i32| {
+            let tile = tile(f64::from(i), f64::from(j), 0.54 * size);
+            if is_orange {
+                !self.colors(view, &tile).is_mostly_orange()
+            } else {
+                -nats(tile) >= MIN_SIDE_NATS
+            }
+        };
+        if !(-2..2).all(|j| (-2..2).all(|i| is_inside(i, j) || is_other(i, j))) {
             return None;
         }
         let cell_px = f64::from(self.sums.cell_px);
@@ -257,22 +289,22 @@ impl ObjectDetector {
         Some(self.object(frame, ObjectKind::Ball, in_robot, bounds_px, evidence_nats))
     }
 
-    /// Log of how much better the colors of a square fit a ball with a dark pattern, or an orange one, than a line or mark, which are nowhere
-    /// darker than the carpet.
-    fn pattern_nats(&self, view: &ObjectView<'_>, middle: &Point2<f64>, half: f64) -> f64 {
-        let columns = cell(middle.x - half, self.sums.width)..cell(middle.x + half, self.sums.width);
-        let rows = cell(middle.y - half, self.sums.height)..cell(middle.y + half, self.sums.height);
-        let (mut num, mut num_pattern) = (0.0, 0.0);
+    /// Counts the colors of a box.
+    fn colors(&self, view: &ObjectView<'_>, (columns, rows): &(Range<f64>, Range<f64>)) -> Colors {
+        let cells = |range: &Range<f64>, end| cell(range.start, end)..cell(range.end, end);
+        let columns = cells(columns, self.sums.width);
+        let rows = cells(rows, self.sums.height);
+        let mut colors = Colors::default();
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
-            if self.sums.is_other(column, row) {
+            if row >= self.sums.first_row && self.sums.is_other(column, row) {
                 let [r, g, b] = self.sums.color(&view.frame.image, column, row);
-                let is_pattern =
-                    luma([r, g, b]) < view.carpet_luma || view.table.class(r, g, b) == ColorClass::Orange;
-                num += 1.0;
-                num_pattern += f64::from(u8::from(is_pattern));
+                let is_orange = view.table.class(r, g, b) == ColorClass::Orange;
+                colors.num += 1.0;
+                colors.num_orange += f64::from(u8::from(is_orange));
+                colors.num_dark += f64::from(u8::from(!is_orange && luma([r, g, b]) < view.carpet_luma));
             }
         }
-        log_ratio((num_pattern, f64::max(num, 1.0)), BALL_IS_DARK, LINE_IS_DARK)
+        colors
     }
 
     fn robot_at(&self, frame: &Frame, foot: &Foot, half_width_m: f64) -> Option<DetectedObject> {
@@ -452,6 +484,21 @@ mod tests {
             assert!((object.in_robot - truth).norm() < 0.1, "{object:?}");
             // What the camera's direction leaves open is more along the view than across.
             assert!(object.covariance[(0, 0)] > 2.0 * object.covariance[(1, 1)], "{object:?}");
+        }
+    }
+
+    #[test]
+    fn an_orange_ball_may_touch_a_line() {
+        let at = Point2::new(1.3, 0.25);
+        let orange = |u: f64, v: f64| ((u - 0.5).hypot(v - 0.5) < 0.5).then_some([225, 95, 28]);
+        for offset_m in [-0.05, 0.0, 0.05, 0.1] {
+            let mut frame = frame();
+            paint_ground(&mut frame, |p| ((p.x - at.x - offset_m).abs() < 0.025).then_some(WHITE));
+            paint_upright(&mut frame, at, (0.1, 0.1), orange);
+            let found = detect(&frame);
+            assert_eq!(found.len(), 1, "{offset_m}: {found:?}");
+            assert_eq!(found[0].kind, ObjectKind::Ball, "{offset_m}");
+            assert!((found[0].in_robot - at).norm() < 0.1, "{offset_m}: {found:?}");
         }
     }
 
