@@ -42,6 +42,19 @@ pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineCo
     Ok(config)
 }
 
+/// Parameters of the refinement that count where many places look alike.
+const OF_BUILDINGS: [&str; 7] = [
+    "evidence_per_image",
+    "evidence_deadband",
+    "max_evidence_difference",
+    "max_bend_evidence",
+    "evidence_kept",
+    "stale_evidence_kept",
+    "blurring_turn_rad_per_s",
+];
+/// Parameters of the analysis of a field that count for features.
+const OF_FEATURES: [&str; 2] = ["analysis.max_line_borders", "analysis.max_goal_borders"];
+
 /// Refuses options of the pipeline that change nothing in this map and with these features.
 ///
 /// # Errors
@@ -49,12 +62,21 @@ pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineCo
 pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice) -> Result<()> {
     for option in set {
         let Some(key) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
+        let key = key.split('=').next().unwrap_or_default().trim();
         let is_of = |part: &str| key.starts_with(&format!("{part}."));
         let is_of_field = ["analysis", "observation", "refinement"].into_iter().any(is_of);
         let reason = match map {
             Map::Field(_) if is_of("office") => "it is for buildings, and the map is a field",
             Map::Office(_) if is_of_field => {
                 "it is for fields, and the map is a building; its keys begin with office"
+            }
+            Map::Field(_)
+                if key.strip_prefix("refinement.").is_some_and(|key| OF_BUILDINGS.contains(&key)) =>
+            {
+                "it weighs places that look alike, which a field has only in pairs"
+            }
+            _ if features == FeatureChoice::Pixels && OF_FEATURES.contains(&key) => {
+                "pixels are weighed alone with --features pixels"
             }
             _ if features == FeatureChoice::Pixels && (is_of("refinement") || is_of("office.refinement")) => {
                 "nothing is refined with --features pixels"

@@ -74,6 +74,13 @@ impl PatternArgs {
     pub fn board(&self) -> Result<Board, BoardError> {
         let (columns, rows) = self.size;
         self.refuse_other_pattern()?;
+        let side = match self.pattern {
+            PatternArg::Checkerboard => ("--square, the side of a square in meters", self.square),
+            PatternArg::Aprilgrid => ("--tag, the side of a tag in meters", self.tag),
+        };
+        if let (expected, None) = side {
+            return Err(BoardError { expected: expected.into(), found: "none".into() });
+        }
         let board = match self.pattern {
             PatternArg::Checkerboard => {
                 Board::Checkerboard(Checkerboard { columns, rows, square_m: self.square.unwrap_or_default() })

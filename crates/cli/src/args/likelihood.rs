@@ -71,13 +71,14 @@ pub struct LikelihoodArgs {
 
 /// Numbers between commas.
 fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    const MOST: f64 = 1e4;
     let wrong = || format!("expected {N} numbers with commas between them, found {text:?}");
     let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     let numbers: [f64; N] = parts.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
-    if numbers.iter().all(|number| number.is_finite() && number.abs() <= 1e4) {
+    if numbers.iter().all(|number| number.abs() <= MOST) {
         Ok(numbers)
     } else {
-        Err(wrong())
+        Err(format!("expected numbers from -{MOST} to {MOST}, found {text:?}"))
     }
 }
 

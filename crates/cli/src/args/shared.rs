@@ -38,13 +38,21 @@ pub struct BroadcastArgs {
     #[arg(long, value_name = "FILE")]
     pub record: Option<OutputRecording>,
     /// Let visloc studio --connect watch from another computer; frames come at their stamps then
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = address_and_port)]
     pub publish: Option<SocketAddr>,
     /// What those who watch must know [default: a random one, printed]
     #[arg(long, value_name = "TOKEN", requires = "publish")]
     pub token: Option<String>,
     #[command(flatten)]
     pub drive: DriveArgs,
+}
+
+/// An address of this computer with a port.
+fn address_and_port(text: &str) -> Result<SocketAddr, String> {
+    let numbers = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
+    numbers.as_deref().unwrap_or(text).parse().map_err(|_| {
+        "expected an address of this computer and a port, such as 127.0.0.1:7979, or 0.0.0.0:7979 for all that reach it".to_owned()
+    })
 }
 
 /// How many threads draw.

@@ -39,7 +39,7 @@ pub struct StudioArgs {
     pub map: Option<InputName>,
     /// What to show first: robocup-2010, robocup-2024, office, office-large, sim:team for a team of robots, or
     /// sim:room, sim:hall, sim:walking, sim:kidnap for SLAM [default: robocup-2010]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["source", "replay"])]
     pub scene: Option<String>,
     /// Play a recording that was made with --record; can be given several times
     #[arg(long, value_name = "FILE")]

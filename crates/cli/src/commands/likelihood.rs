@@ -15,7 +15,7 @@ use crate::{
     args::{HeadingText, LikelihoodArgs},
     host::end_at_signals,
     report::save_json,
-    run::{Saving, open_source, refuse_source_options, source_options, write_text},
+    run::{Progress, Saving, open_source, refuse_source_options, source_options, write_text},
     say,
     settings::{pipeline_config, topic_options},
 };
@@ -64,8 +64,13 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
             let mut source = open(args)?;
             let mut eye = Eye::new(&source.1, &config, rng).with_context(place)?;
             // The analysis follows the light from frame to frame.
-            let frame = frame_at(source.0.as_mut(), args.at, |next| eye.look(&next.frame).map(|_| ()))?;
-            (eye, frame)
+            let progress = Progress::new(None);
+            let frame = frame_at(source.0.as_mut(), args.at, |next| {
+                progress.advance();
+                eye.look(&next.frame).map(|_| ())
+            });
+            progress.clear();
+            (eye, frame?)
         }
     };
     end_at_signals();

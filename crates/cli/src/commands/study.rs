@@ -3,14 +3,22 @@
 use anyhow::Result;
 use visloc_experiments::studies::Study;
 
-use crate::{args::StudyArgs, report::save_json, run::Saving, say};
+use crate::{
+    args::StudyArgs,
+    report::save_json,
+    run::{Progress, Saving},
+    say,
+};
 
 /// Runs the command.
 ///
 /// # Errors
 /// If a simulation is impossible or a file cannot be written.
 pub fn execute(args: &StudyArgs) -> Result<()> {
-    let outcome = Study::from(args.study).conduct(args.seed.value())?;
+    let progress = Progress::message("looks from many poses; some studies take a minute or two");
+    let outcome = Study::from(args.study).conduct(args.seed.value());
+    progress.clear();
+    let outcome = outcome?;
     say::text(format_args!("{}", outcome.report.text()));
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &outcome.report.json));

@@ -256,7 +256,13 @@ fn publish(address: SocketAddr, token: Option<String>, wheel: Option<Arc<Wheel>>
         None => Server::start(address, token, Arc::clone(&hub))?,
     };
     let token = server.token().map(|token| format!(" --token {token}")).unwrap_or_default();
-    say::line!("Watch it with: visloc studio --connect {}{token}", server.address());
+    let address = server.address();
+    // Nobody can connect to all addresses at once.
+    let address = match address.ip().is_unspecified() {
+        true => format!("THIS_COMPUTER:{}", address.port()),
+        false => address.to_string(),
+    };
+    say::line!("Watch it with: visloc studio --connect {address}{token}");
     let publisher = Publisher::start(Arc::clone(&hub))?;
     Ok(Watched { hub, publisher, commands, watch, notice: None, is_paused: false, wheel, _server: server })
 }

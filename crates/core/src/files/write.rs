@@ -34,6 +34,24 @@ enum Sink {
     /// Visible as [`part_path`], and left there when it is given up.
     Part(BufWriter<File>),
     Direct(BufWriter<File>),
+    Stream(BufWriter<Stream>),
+}
+
+/// A stream that the program was given. Who has stopped reading it (`| head`) does not want the rest.
+#[derive(Debug)]
+struct Stream(File);
+
+impl Write for Stream {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.0.write(bytes) {
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(bytes.len()),
+            written => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 impl NewFile {
@@ -76,7 +94,7 @@ impl NewFile {
 
     fn create_with(path: &Path, open: impl FnOnce(&Path) -> io::Result<Sink>) -> io::Result<Self> {
         if let Some(stream) = own_stream(path)? {
-            return Ok(Self { path: path.to_path_buf(), sink: Sink::Direct(BufWriter::new(stream)) });
+            return Ok(Self { path: path.to_path_buf(), sink: Sink::Stream(BufWriter::new(Stream(stream))) });
         }
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         if let Ok(found) = fs::metadata(&path) {
@@ -103,6 +121,7 @@ impl NewFile {
     fn finish_with(self, before: impl FnOnce(&Path, &Path) -> io::Result<()>) -> io::Result<()> {
         match self.sink {
             Sink::Direct(mut writer) => writer.flush(),
+            Sink::Stream(mut writer) => writer.flush(),
             Sink::Beside(writer) => {
                 let beside = writer.into_inner().map_err(|error| plain(error.into_error()))?;
                 beside.as_file().sync_data()?;
@@ -234,8 +253,11 @@ pub fn part_path(path: &Path) -> PathBuf {
 
 /// What the system says, without the name of a temporary file that nobody knows.
 fn plain(error: io::Error) -> io::Error {
-    let cause = error.get_ref().and_then(|with_path| with_path.source()?.downcast_ref::<io::Error>());
-    cause.and_then(io::Error::raw_os_error).map_or(error, io::Error::from_raw_os_error)
+    let text = error.get_ref().map(ToString::to_string);
+    match text.as_deref().and_then(|text| text.rsplit_once(" at path ")) {
+        Some((cause, _)) => io::Error::new(error.kind(), cause.to_owned()),
+        None => error,
+    }
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -259,6 +281,7 @@ impl Write for NewFile {
         match &mut self.sink {
             Sink::Beside(writer) => writer.write(bytes).map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.write(bytes),
+            Sink::Stream(writer) => writer.write(bytes),
         }
     }
 
@@ -266,6 +289,7 @@ impl Write for NewFile {
         match &mut self.sink {
             Sink::Beside(writer) => writer.flush().map_err(plain),
             Sink::Part(writer) | Sink::Direct(writer) => writer.flush(),
+            Sink::Stream(writer) => writer.flush(),
         }
     }
 }

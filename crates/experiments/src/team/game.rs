@@ -75,6 +75,8 @@ impl Game {
         let mut team =
             TeamSimulation::new(&scenario, setup.num_robots, detector, setup.seed).map_err(setup_error)?;
         let map = team.map().clone();
+        // The half is that of the first image.
+        let mut first = Some(team.step());
         let truths = team.truths();
         let mut pipelines = Vec::new();
         for (i, truth) in truths.iter().enumerate() {
@@ -100,7 +102,8 @@ impl Game {
                 team.carry(robot, to, (2.0 * setup.images_per_sec).round() as usize);
             }
             let mut all = Vec::new();
-            for (frame, pipeline) in team.step().into_iter().zip(&mut pipelines) {
+            let frames = first.take().unwrap_or_else(|| team.step());
+            for (frame, pipeline) in frames.into_iter().zip(&mut pipelines) {
                 let estimate = pipeline.step(&frame.source.frame).map_err(setup_error)?.clone();
                 let Some(truth) = frame.source.truth else { continue };
                 let at = frame.source.frame.at;

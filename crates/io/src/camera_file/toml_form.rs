@@ -52,6 +52,9 @@ const NEEDED: [(&str, &str); 4] = [
     ("center_px", "[cx, cy]"),
 ];
 
+/// The keys that a camera may have: how well it is known is written by a calibration.
+const OTHERS: [&str; 2] = ["distortion", "quality"];
+
 impl CameraToml {
     /// The table of a text.
     ///
@@ -76,6 +79,12 @@ impl CameraToml {
         check("focal_px", fault_as::<[f64; 2]>);
         check("center_px", fault_as::<[f64; 2]>);
         check("distortion", fault_as::<Vec<f64>>);
+        let is_known = |key: &str| OTHERS.contains(&key) || NEEDED.iter().any(|(known, _)| *known == key);
+        for (key, value) in table.iter().filter(|(key, _)| !is_known(key)) {
+            let known: Vec<&str> = NEEDED.iter().map(|(known, _)| *known).chain(OTHERS).collect();
+            let message = format!("{key}: expected one of {}", known.join(", "));
+            faults.push(in_line(Some(value.span()), &message));
+        }
         let missing: Vec<String> = NEEDED
             .iter()
             .filter(|(key, _)| !table.contains_key(*key))

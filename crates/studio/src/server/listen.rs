@@ -21,7 +21,7 @@ use super::{
 #[non_exhaustive]
 pub enum ServerError {
     /// The address is taken or not of this computer.
-    #[error("{address}: cannot listen there: {source}; choose another port with --port")]
+    #[error("{address}: cannot listen there: {source}; expected a free port and an address of this computer")]
     Listen {
         /// The address.
         address: SocketAddr,

@@ -45,6 +45,7 @@ impl Game {
         let mut simulation = TeamSimulation::new(&scenario, num_robots, detector, seed)?;
         let map = Arc::new(simulation.map().clone());
         let random = RngTree::new(seed).subtree("studio-team", 0);
+        let (frames, render_ms) = clock.measure(|| simulation.step());
         let starts: Vec<StartPrior> = simulation
             .truths()
             .iter()
@@ -54,7 +55,6 @@ impl Game {
                 _ => StartPrior::Uniform,
             })
             .collect();
-        let (frames, render_ms) = clock.measure(|| simulation.step());
         let robots = (1..)
             .zip(starts.into_iter().zip(frames))
             .map(|(number, (start, frame))| Robot::new(number, (&map, start), frame.source, &random, clock));

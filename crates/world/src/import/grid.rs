@@ -3,7 +3,10 @@
 //!
 //! Source: `nav2_map_server`, documentation of the map's YAML file and the modes `trinary`, `scale` and `raw`.
 
-use std::{io::Cursor, path::Path};
+use std::{
+    io::{self, Cursor},
+    path::Path,
+};
 
 use image::{DynamicImage, GenericImageView, ImageFormat, ImageReader, Limits};
 use serde::Deserialize;
@@ -245,5 +248,9 @@ fn decoded(bytes: &[u8]) -> Result<DynamicImage, String> {
     limits.max_alloc = Some(8 * MAX_CELLS + (1 << 20));
     let mut reader = reader()?;
     reader.limits(limits);
-    reader.decode().map_err(|error| format!("{width} x {height} cells, but {error}"))
+    reader.decode().map_err(|error| {
+        let is_cut = matches!(&error, image::ImageError::IoError(cause) if cause.kind() == io::ErrorKind::UnexpectedEof);
+        let reason = if is_cut { "the file ends before".to_owned() } else { error.to_string() };
+        format!("{width} x {height} cells, but {reason}")
+    })
 }

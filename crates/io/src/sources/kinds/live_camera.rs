@@ -75,6 +75,7 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let input = FfmpegInput {
         argument: request.argument(),
         args,
+        sampled_hz: None,
         folder: None,
         is_live: true,
         rate_hz,

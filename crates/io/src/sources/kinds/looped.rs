@@ -70,6 +70,7 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let input = FfmpegInput {
         argument: request.argument(),
         args,
+        sampled_hz: None,
         folder: Some(folder),
         is_live: true,
         rate_hz,
@@ -78,17 +79,14 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     Ok((input, calibration.ok()))
 }
 
-/// A video that begins again at its end. Its own rate is that of its images, and a given one plays it faster or slower.
+/// A video that begins again at its end, at its own speed; at a given rate images are left out, or come twice, as those of a camera would.
 fn looped_video(request: &Request<'_>, path: &Path) -> Result<Decoded, SourcesError> {
-    let mut args: Vec<std::ffi::OsString> = vec!["-re".into(), "-stream_loop".into(), "-1".into()];
+    let args = vec!["-re".into(), "-stream_loop".into(), "-1".into(), "-i".into(), file_of(request, path)?];
     let rate_hz = request.options.rate_hz;
-    if let Some(rate_hz) = rate_hz {
-        args.extend(["-r".into(), rate_hz.to_string().into()]);
-    }
-    args.extend(["-i".into(), file_of(request, path)?]);
     let input = FfmpegInput {
         argument: request.argument(),
         args,
+        sampled_hz: rate_hz,
         folder: None,
         is_live: true,
         rate_hz: rate_hz.unwrap_or(RATE_HZ),

@@ -61,6 +61,7 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     let input = FfmpegInput {
         argument: request.argument(),
         args: vec!["-i".into(), file_of(request, path)?],
+        sampled_hz: None,
         folder: None,
         is_live: false,
         rate_hz: request.options.rate_hz.unwrap_or(RATE_HZ),

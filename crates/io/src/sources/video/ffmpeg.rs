@@ -16,6 +16,8 @@ pub(crate) struct FfmpegInput {
     pub argument: String,
     /// Arguments before and with `-i`.
     pub args: Vec<OsString>,
+    /// Images a second that are taken of it, if not all are.
+    pub sampled_hz: Option<f64>,
     /// Where it runs, if not here.
     pub folder: Option<PathBuf>,
     /// Whether images come by themselves and do not wait.
@@ -64,7 +66,8 @@ pub(crate) fn command(program: &Path, input: &FfmpegInput, pixels: Pixels) -> io
     // The filter `showinfo` says the time of every image, at the level `info`; all other lines get their level in front.
     command.args(["-hide_banner", "-nostdin", "-nostats", "-loglevel", "level+info"]);
     command.args(&input.args);
-    command.args(["-map", "0:v:0", "-vf", "showinfo=checksum=0"]).args(mode);
+    let sampled = input.sampled_hz.map(|rate_hz| format!("fps={rate_hz},")).unwrap_or_default();
+    command.args(["-map", "0:v:0", "-vf", &format!("{sampled}showinfo=checksum=0")]).args(mode);
     command.args(["-f", "image2pipe", "-c:v", codec, "-pix_fmt", format, "pipe:1"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     if let Some(folder) = &input.folder {
