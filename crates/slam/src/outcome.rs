@@ -13,7 +13,7 @@ use crate::{
     map::{KeyframeId, LandmarkId, MapId},
     mapping::MappingReport,
     odometry::OdomPose,
-    recognize::Refusal,
+    recognize::{Refusal, Rival},
     start::StartWait,
     timing::StageTimes,
     track::Quality,
@@ -70,12 +70,14 @@ pub struct FrameOutcome {
     pub matches: (usize, usize),
     /// Landmarks found that belong to a fixed map.
     pub fixed: Vec<LandmarkId>,
+    /// Landmarks of a fixed map that were looked for, and in how many places of the image.
+    pub fixed_tried: (Vec<LandmarkId>, usize),
     /// Of a lost frame: why the keyframe that looks most like it is another place.
     pub refusal: Option<Refusal>,
     /// Whether a lost camera was found again in this frame.
     pub is_relocalized: bool,
-    /// Landmarks that were found then at the second best place; 0 if there is none.
-    pub num_elsewhere: usize,
+    /// Other places where the frame may have been taken; `None` unless they were looked for.
+    pub rivals: Option<Vec<Rival>>,
     /// Time of tracking by stage.
     pub tracking: StageTimes,
     /// Pixels of the landmarks found, and whether each has converged; for pictures.
@@ -94,9 +96,10 @@ impl FrameOutcome {
             map: None,
             matches: (0, 0),
             fixed: Vec::new(),
+            fixed_tried: (Vec::new(), 0),
             refusal: None,
             is_relocalized: false,
-            num_elsewhere: 0,
+            rivals: None,
             tracking: StageTimes::default(),
             features: Vec::new(),
             mapped: Vec::new(),

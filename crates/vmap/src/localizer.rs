@@ -12,21 +12,13 @@ use visloc_slam::{
     track::Quality,
 };
 
-use crate::{ScaleSource, VisualMap};
+use crate::{
+    ScaleSource, VisualMap,
+    evidence::{Evidence, Hypothesis, LEAST_OF_MAP},
+};
 
 /// From this reliability on a camera counts as localized, as a robot on a drawn map does.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
-/// Odds that a place that was recognized by the fewest landmarks is another one: a door, a window, a poster that is there twice has that
-/// many.
-const MISTAKEN: f64 = 1.5;
-/// The fewest landmarks that a place is recognized by.
-const FEWEST: f64 = 20.0;
-/// Landmarks more in one image for which the odds of a mistake fall to a third: things that are there twice end somewhere.
-const MORE: f64 = 15.0;
-/// Factor on the odds of a mistake with every image in which only a part of what should be seen is found.
-const DOUBTED: f64 = 1.05;
-/// Landmarks of the map from which on an image shows the place. Of fewer, the pose is that of the landmarks that were added since.
-const LEAST_OF_MAP: usize = 12;
 /// Way by visual motion after which half of the reliability is gone, in depths of the scene.
 const CARRIED_HALF_DEPTHS: f64 = 30.0;
 /// Standard deviation of a way by visual motion, share of its length.
@@ -76,6 +68,13 @@ impl CameraEstimate {
         self.reliability >= LOCALIZED_RELIABILITY
     }
 
+    /// The same after an image that shows another place, which is the right one with some probability: never both are.
+    fn disputed_by(mut self, probability: f64) -> Self {
+        let own = self.reliability;
+        self.reliability = own * (1.0 - probability) / (1.0 - own * probability);
+        self
+    }
+
     /// Whether the image shows nothing of the map.
     #[must_use]
     pub fn is_carried(&self) -> bool {
@@ -110,45 +109,15 @@ impl WaySince {
     }
 }
 
-/// What speaks for a place since it was recognized.
-#[derive(Debug, Clone, Copy)]
-struct Evidence {
-    /// Landmarks found at the second best place.
-    num_elsewhere: usize,
-    /// Most landmarks found in one image: what is there twice is there twice in each of them.
-    num: usize,
-    /// Factor on the odds of a mistake by images that showed less than they should.
-    doubt: f64,
-}
-
-impl Default for Evidence {
-    fn default() -> Self {
-        Self { num_elsewhere: 0, num: 0, doubt: 1.0 }
-    }
-}
-
-impl Evidence {
-    /// Takes note of an image that shows the map.
-    fn add(&mut self, num: usize, quality: Quality) {
-        self.doubt = if quality == Quality::Good { 1.0 } else { self.doubt * DOUBTED };
-        self.num = self.num.max(num);
-    }
-
-    /// Probability of the place.
-    fn reliability(&self) -> f64 {
-        let num = self.num as f64;
-        let odds = |start: f64, than: f64| start * self.doubt * 3.0_f64.powf((than - num) / MORE);
-        let elsewhere = if self.num_elsewhere > 0 { odds(1.0, self.num_elsewhere as f64) } else { 0.0 };
-        1.0 / (1.0 + odds(MISTAKEN, FEWEST) + elsewhere)
-    }
-}
-
 /// Finds a camera in a map and follows it there. What the map has stays as it is; where it shows too little, landmarks that are added
 /// beside it carry the pose on.
 #[derive(Debug)]
 pub struct MapLocalizer {
     slam: Slam,
+    /// What speaks for the place where the camera is followed.
     evidence: Evidence,
+    /// What the last image showed, if it showed a place.
+    followed: Option<CameraEstimate>,
     last: Option<CameraEstimate>,
     /// Way by visual motion since an image showed the map, map units.
     visual_way: f64,
@@ -173,6 +142,7 @@ impl MapLocalizer {
         Ok(Self {
             slam,
             evidence: Evidence::default(),
+            followed: None,
             last: None,
             visual_way: 0.0,
             way: None,
@@ -213,17 +183,35 @@ impl MapLocalizer {
     /// If the image cannot be used; it is left out.
     pub fn step(&mut self, frame: GrayFrame) -> Result<Option<CameraEstimate>, FrameError> {
         let GrayFrame { at, image, odom_from_camera, .. } = frame;
-        let outcome = self.slam.add_frame(at, image)?;
+        let outcome = self.slam.add_frame_of_robot(at, image, self.in_units(odom_from_camera))?;
         self.way = self.way.zip(odom_from_camera).map(|(way, now)| way.go_on(now));
         let carried = self.way.and_then(|way| self.carried(at, &way));
-        let seen = self.seen(at, &outcome, carried.or(self.last));
-        if let Some(seen) = seen {
-            self.way = odom_from_camera.map(|odom_from_camera| WaySince::new(seen, odom_from_camera));
-        }
-        self.last = seen.or(carried);
-        self.slam.set_doubt(self.last.is_some_and(|last| !last.is_localized()));
+        let seen = self.seen(at, &outcome, carried);
+        // Where an image shows another place than odometry says, a place that is in doubt does not count against one that is known better.
+        let disputing = seen.zip(carried).filter(|(seen, carried)| {
+            !seen.is_localized() && seen.reliability < carried.reliability && self.jumps(seen, carried)
+        });
+        self.followed = seen;
+        self.last = match disputing {
+            Some((seen, carried)) => Some(carried.disputed_by(seen.reliability)),
+            None => {
+                let known = seen.zip(odom_from_camera);
+                self.way = known.map(|(seen, now)| WaySince::new(seen, now)).or(self.way);
+                seen.or(carried)
+            }
+        };
+        self.slam.set_doubt(seen.is_some_and(|seen| !seen.is_localized()));
         self.outcome = Some(outcome);
         Ok(self.last)
+    }
+
+    /// The pose by odometry in the unit of the map; `None` if that is not known.
+    fn in_units(&self, odom_from_camera: Option<OdomFromCamera>) -> Option<OdomFromCamera> {
+        let units_per_meter = 1.0 / self.meters_per_unit?;
+        odom_from_camera.map(|pose| {
+            let turn = Rotation3::from_matrix_unchecked(*pose.rotation());
+            Rigid3::new(turn, pose.translation() * units_per_meter)
+        })
     }
 
     /// What the last image came to in the system below; `None` before the first one.
@@ -238,29 +226,51 @@ impl MapLocalizer {
         self.last.as_ref()
     }
 
-    /// What an image tells that was tracked. Where the camera is expected is known by odometry, or where it was before.
+    /// All places where the camera may be, the most probable first: where places look alike there are several.
+    #[must_use]
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        let place = |it: &CameraEstimate, probability| {
+            let CameraEstimate { map, world_from_camera, .. } = *it;
+            Hypothesis { map, world_from_camera, probability }
+        };
+        let mut places = Vec::new();
+        if let Some(seen) = &self.followed {
+            places.push(place(seen, self.evidence.probability()));
+            places.extend(self.evidence.elsewhere(&seen.world_from_camera));
+        }
+        if let Some(last) = &self.last
+            && self.followed.is_none_or(|seen| self.jumps(&seen, last))
+        {
+            places.push(place(last, last.reliability));
+        }
+        places.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        places
+    }
+
+    /// What an image tells that was tracked.
     fn seen(
         &mut self,
         at: Timestamp,
         outcome: &FrameOutcome,
-        expected: Option<CameraEstimate>,
+        carried: Option<CameraEstimate>,
     ) -> Option<CameraEstimate> {
         let TrackingState::Tracking(quality) = outcome.state else { return None };
         let pose = outcome.camera_from_world.filter(|_| quality != Quality::Bad)?;
-        let (mut covariance, map) = outcome.covariance.zip(outcome.map)?;
+        let (covariance, map) = outcome.covariance.zip(outcome.map)?;
         let world_from_camera = pose.inverse();
         let shows_map = outcome.is_relocalized || outcome.fixed.len() >= LEAST_OF_MAP;
-        // A few landmarks may fit at two places: whoever jumps has to be recognized anew.
-        if outcome.is_relocalized
-            || expected.is_some_and(|expected| self.jumps(&world_from_camera, &expected))
-        {
-            self.evidence = Evidence { num_elsewhere: outcome.num_elsewhere, ..Evidence::default() };
+        let support = if shows_map { Support::Map } else { Support::Motion };
+        let is_found = outcome.is_relocalized;
+        let mut seen =
+            CameraEstimate { at, map, world_from_camera, covariance, reliability: 0.0, support, is_found };
+        // A few landmarks may fit at two places: whoever jumps, or is found where odometry does not say, has to be recognized anew.
+        let expected = if is_found { carried } else { self.followed.or(carried) };
+        if expected.map_or(is_found, |expected| self.jumps(&seen, &expected)) {
+            self.evidence = Evidence::default();
         }
-        if shows_map {
-            self.evidence.add(outcome.fixed.len(), quality);
-        }
-        let mut reliability = self.evidence.reliability();
-        self.visual_way = match self.last {
+        self.evidence.add(outcome, &world_from_camera);
+        seen.reliability = self.evidence.reliability();
+        self.visual_way = match self.followed {
             Some(last) if !shows_map => {
                 self.visual_way
                     + (world_from_camera.translation() - last.world_from_camera.translation()).norm()
@@ -269,21 +279,19 @@ impl MapLocalizer {
         };
         if self.visual_way > 0.0 {
             for i in 0..3 {
-                covariance[(i, i)] += (DRIFT * self.visual_way).powi(2);
+                seen.covariance[(i, i)] += (DRIFT * self.visual_way).powi(2);
             }
-            reliability *= (-self.visual_way / (CARRIED_HALF_DEPTHS * self.depth()?)).exp2();
+            seen.reliability *= (-self.visual_way / (CARRIED_HALF_DEPTHS * self.depth()?)).exp2();
         }
-        let support = if shows_map { Support::Map } else { Support::Motion };
-        let is_found = outcome.is_relocalized;
-        Some(CameraEstimate { at, map, world_from_camera, covariance, reliability, support, is_found })
+        Some(seen)
     }
 
     /// Whether a camera cannot have come from where it is expected.
-    fn jumps(&self, now: &Rigid3<World, CameraFrame>, expected: &CameraEstimate) -> bool {
-        let apart = (now.translation() - expected.world_from_camera.translation()).norm();
+    fn jumps(&self, now: &CameraEstimate, expected: &CameraEstimate) -> bool {
+        let apart = (now.world_from_camera.translation() - expected.world_from_camera.translation()).norm();
         let sigma = expected.covariance.fixed_view::<3, 3>(0, 0).trace().max(0.0).sqrt();
         let share = if expected.support == Support::Odometry { JUMP_BY_ODOMETRY } else { JUMP };
-        self.depth().is_some_and(|depth| apart > share * depth + 3.0 * sigma)
+        now.map != expected.map || self.depth().is_some_and(|depth| apart > share * depth + 3.0 * sigma)
     }
 
     /// Depth of the scene, map units.

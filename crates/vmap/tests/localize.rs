@@ -281,3 +281,32 @@ fn a_map_of_views_with_given_poses_locates_the_views_between() {
     }
     assert!(num >= 9, "{num} of 10");
 }
+
+#[test]
+fn a_place_that_is_there_twice_is_claimed_once_the_camera_sees_what_only_one_of_them_has() {
+    let clip = clip();
+    let whole = map_of(&clip, clip.images.iter());
+    // The first part of the desk is there a second time, in a map of its own.
+    let part = map_of(&clip, clip.images[..30].iter());
+    let of_whole = whole.largest().unwrap();
+    for seed in [3, 4, 5] {
+        let mut twice = whole.map.clone();
+        twice.append_all(&part.map);
+        let mut localizer = MapLocalizer::new(&twice, None, &clip.camera, &config(), seed).unwrap();
+        let mut last = None;
+        for (number, (at, image)) in clip.images.iter().enumerate().skip(1).step_by(2) {
+            let estimate = localizer.step(GrayFrame::new(*at, image.clone())).unwrap().unwrap();
+            if number < 16 {
+                let places = localizer.hypotheses();
+                assert!(!estimate.is_localized(), "seed {seed}: {} at {number}", estimate.reliability);
+                assert!(places.len() == 2 && places[0].map != places[1].map, "{places:?}");
+                assert!(places.iter().all(|place| place.probability > 0.15), "{places:?}");
+            }
+            last = Some(estimate);
+        }
+        let last = last.unwrap();
+        assert!(last.is_localized() && last.map == of_whole, "seed {seed}: {last:?}");
+        let places = localizer.hypotheses();
+        assert!(places[0].map == of_whole && places[1..].iter().all(|place| place.probability < 0.1));
+    }
+}

@@ -10,8 +10,7 @@ use visloc_io::{
     },
     ros2::{Order, ResultPublisher, occupancy_grid},
 };
-use visloc_slam::map::Map;
-use visloc_vmap::{CameraEstimate, VisualMap};
+use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{floor::floor_of, frames::MapFrame, results::result_sample, watchers::MapWish};
 use crate::{
@@ -57,15 +56,10 @@ impl MapLive {
     }
 
     /// Publishes what is known after a frame.
-    pub fn look(
-        &mut self,
-        map: &Map,
-        frame: &MapFrame,
-        estimate: Option<&CameraEstimate>,
-        num_dropped: usize,
-    ) {
-        let at = frame.gray.at;
-        for message in self.results.step(&result_sample(frame, estimate, num_dropped)) {
+    pub fn look(&mut self, localizer: &MapLocalizer, frame: &MapFrame, num_dropped: usize) {
+        let (at, estimate) = (frame.gray.at, localizer.estimate());
+        let sample = result_sample(frame, estimate, &localizer.hypotheses(), num_dropped);
+        for message in self.results.step(&sample) {
             self.publisher.publish(message);
         }
         if let Some(estimate) = estimate.filter(|estimate| estimate.is_localized()) {
@@ -73,7 +67,7 @@ impl MapLive {
             self.publisher.publish_camera(PoseStamped { header: Header::new(at, &self.frames.map), pose });
         }
         if !std::mem::replace(&mut self.has_sent_points, true) {
-            self.publisher.publish_points(landmark_cloud(at, &self.frames.map, map, 1.0));
+            self.publisher.publish_points(landmark_cloud(at, &self.frames.map, localizer.slam().map(), 1.0));
         }
     }
 

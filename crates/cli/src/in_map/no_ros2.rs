@@ -2,8 +2,7 @@
 
 use anyhow::{Result, bail};
 use visloc_io::bag::ResultFrames;
-use visloc_slam::map::Map;
-use visloc_vmap::{CameraEstimate, VisualMap};
+use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{frames::MapFrame, watchers::MapWish};
 
@@ -20,7 +19,7 @@ impl MapLive {
     }
 
     /// Never called.
-    pub fn look(&mut self, _: &Map, _: &MapFrame, _: Option<&CameraEstimate>, _: usize) {
+    pub fn look(&mut self, _: &MapLocalizer, _: &MapFrame, _: usize) {
         match *self {}
     }
 

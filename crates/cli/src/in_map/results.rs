@@ -1,30 +1,33 @@
 //! What is known of a camera in a map, for other programs.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6};
-use visloc_core::geom::{CameraFrame, Rigid3, Robot};
+use visloc_core::geom::{CameraFrame, Rigid3, Robot, World};
 use visloc_io::bag::{ResultSample, in_space, on_ground};
-use visloc_vmap::CameraEstimate;
+use visloc_vmap::{CameraEstimate, Hypothesis};
 
 use super::frames::MapFrame;
 
-/// What is known after a frame. On a robot the pose is that of the robot, for a camera alone that of the camera.
+/// What is known after a frame. On a robot the poses are those of the robot, for a camera alone those of the camera.
 pub fn result_sample(
     frame: &MapFrame,
     estimate: Option<&CameraEstimate>,
+    hypotheses: &[Hypothesis],
     num_dropped: usize,
 ) -> ResultSample {
     let robot = frame.robot.as_ref().map(|(frame, _)| frame);
     let robot_from_camera = robot.map_or(Rigid3::identity(), |frame| frame.robot_from_camera);
-    let world_from_robot =
-        estimate.map(|estimate| in_space(&(estimate.world_from_camera * robot_from_camera.inverse())));
+    let world_from_robot = |world_from_camera: &Rigid3<World, CameraFrame>| {
+        in_space(&(*world_from_camera * robot_from_camera.inverse()))
+    };
+    let pose = estimate.map(|estimate| world_from_robot(&estimate.world_from_camera));
     ResultSample {
         at: frame.gray.at,
-        world_from_robot: world_from_robot.unwrap_or_else(Isometry3::identity),
+        world_from_robot: pose.unwrap_or_else(Isometry3::identity),
         covariance: estimate.map_or(Matrix6::identity(), |estimate| covariance(estimate, &robot_from_camera)),
         reliability: estimate.map_or(0.0, |estimate| estimate.reliability),
         is_localized: estimate.is_some_and(CameraEstimate::is_localized),
         likelihood: None,
-        hypotheses: world_from_robot.into_iter().collect(),
+        hypotheses: hypotheses.iter().map(|place| world_from_robot(&place.world_from_camera)).collect(),
         odometry: robot.and_then(|frame| frame.odometry.as_ref()).map(on_ground),
         num_dropped,
     }
@@ -75,7 +78,10 @@ mod tests {
     #[test]
     fn a_robot_stands_below_its_camera() {
         let pose = Rigid3::new(Rotation3::identity(), Vector3::new(0.5, 0.0, 1.0));
-        let sample = result_sample(&frame(Some(pose)), Some(&estimate(Matrix6::identity())), 0);
+        let estimate = estimate(Matrix6::identity());
+        let CameraEstimate { map, world_from_camera, .. } = estimate;
+        let places = [Hypothesis { map, world_from_camera, probability: 0.9 }];
+        let sample = result_sample(&frame(Some(pose)), Some(&estimate), &places, 0);
         // The camera is half a meter ahead of the robot, which is turned by a quarter to the left.
         let place = sample.world_from_robot.translation.vector;
         assert!((place - Vector3::new(1.0, 1.5, 2.0)).norm() < 1e-12, "{place}");
@@ -85,18 +91,18 @@ mod tests {
     #[test]
     fn doubts_are_along_the_axes_of_the_map_and_longer_where_the_robot_is_far_from_its_camera() {
         let along_x = Matrix6::from_diagonal(&nalgebra::Vector6::new(4.0, 1.0, 1.0, 0.0, 0.0, 0.0));
-        let alone = result_sample(&frame(None), Some(&estimate(along_x)), 0).covariance;
+        let alone = result_sample(&frame(None), Some(&estimate(along_x)), &[], 0).covariance;
         assert!((alone[(1, 1)] - 4.0).abs() < 1e-12 && (alone[(0, 0)] - 1.0).abs() < 1e-12, "{alone}");
         let turns = Matrix6::from_diagonal(&nalgebra::Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.01));
         let pose = Rigid3::new(Rotation3::identity(), Vector3::new(2.0, 0.0, 0.0));
-        let swung = result_sample(&frame(Some(pose)), Some(&estimate(turns)), 0).covariance;
+        let swung = result_sample(&frame(Some(pose)), Some(&estimate(turns)), &[], 0).covariance;
         assert!((swung[(0, 0)] - 0.04).abs() < 1e-12 && swung[(1, 1)].abs() < 1e-12, "{swung}");
         assert!((swung[(5, 5)] - 0.01).abs() < 1e-12);
     }
 
     #[test]
     fn nothing_is_localized_without_an_estimate() {
-        let sample = result_sample(&frame(None), None, 3);
+        let sample = result_sample(&frame(None), None, &[], 3);
         assert!(!sample.is_localized && sample.hypotheses.is_empty() && sample.num_dropped == 3);
     }
 }

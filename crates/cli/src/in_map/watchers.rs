@@ -87,13 +87,14 @@ impl Watchers {
         frame: &MapFrame,
         num_dropped: usize,
     ) {
-        let estimate = localizer.estimate();
         // First, so that a pose waits for nothing.
         if let Some(live) = &mut self.live {
-            live.look(localizer.slam().map(), frame, estimate, num_dropped);
+            live.look(localizer, frame, num_dropped);
         }
         if let (Some(bag_out), Some((robot, truth))) = (&mut self.bag_out, &frame.robot) {
-            bag_out.add(robot, truth.as_ref(), Some(&result_sample(frame, estimate, num_dropped)));
+            let (estimate, hypotheses) = (localizer.estimate(), localizer.hypotheses());
+            let sample = result_sample(frame, estimate, &hypotheses, num_dropped);
+            bag_out.add(robot, truth.as_ref(), Some(&sample));
         }
         if let Some(show) = &mut self.show {
             show.look((map, truth), localizer, &frame.gray, &frame.camera);

@@ -264,7 +264,7 @@ impl Recognizer {
             Some(expected) => {
                 let pose = expected.old_from_new.pose(own.camera_from_world());
                 let report = self.locator.follow(&searched, (around, &pose), &incoming, &mut work)?;
-                Located { report, keyframe: around, pairs: Vec::new(), num_elsewhere: 0 }
+                Located { report, keyframe: around, pairs: Vec::new(), rivals: Vec::new() }
             }
             None => {
                 let view = own.view.as_deref().ok_or(nothing)?;

@@ -6,7 +6,7 @@ use super::{FrontEnd, Keeping, PROBATION_FRAMES, Phase};
 use crate::{
     map::{KeyframeId, Map},
     outcome::{FrameOutcome, TrackingState},
-    recognize::{Located, Refusal, are_apart},
+    recognize::{Located, Refusal, Rival, are_apart},
     schedule::Job,
     timing::StageTimer,
     track::{FrameWork, Incoming, TrackReport},
@@ -70,12 +70,20 @@ impl FrontEnd {
         let is_candidate = |id| self.map.is_fixed(id);
         let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
+        let is_apart = |rival: &Rival| {
+            rival.map != self.map.active() || are_apart(&self.map, here, &rival.camera_from_world)
+        };
+        let elsewhere = |located: &Located| {
+            let best = std::iter::once(located.as_rival(&self.map));
+            best.chain(located.rivals.iter().copied()).filter(is_apart).collect()
+        };
+        outcome.rivals = Some(found.as_ref().map_or_else(|_| Vec::new(), elsewhere));
         let located = found.ok()?;
         let num_fixed = |report: &TrackReport| {
             report.frame.features.iter().filter(|f| self.map.is_fixed_landmark(f.landmark)).count()
         };
         let is_better =
-            num_fixed(&located.report) > num_fixed(here) && are_apart(&self.map, &located.report, here);
+            num_fixed(&located.report) > num_fixed(here) && is_apart(&located.as_rival(&self.map));
         is_better.then(|| self.go_on_at(located, outcome, timer))
     }
 
@@ -101,7 +109,7 @@ impl FrontEnd {
     /// Whether more is seen of a place than of a thing that may be there twice, such as a door: what goes on at a wrong place bends the map.
     fn is_sure(&self, located: &Located) -> bool {
         let num = located.report.num_matched;
-        num >= SURE * self.config.relocation.min_matches && num > located.num_elsewhere
+        num >= SURE * self.config.relocation.min_matches && num > located.num_elsewhere()
     }
 
     /// Goes on where the camera was found.
@@ -109,7 +117,7 @@ impl FrontEnd {
         self.phase = Phase::Tracking;
         self.num_bad = 0;
         outcome.is_relocalized = true;
-        outcome.num_elsewhere = located.num_elsewhere;
+        outcome.rivals = Some(located.rivals);
         self.tracker.forget();
         self.initializer.reset();
         self.anchor = located.keyframe;

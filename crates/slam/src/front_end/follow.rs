@@ -32,7 +32,11 @@ impl FrontEnd {
                 }
                 Some(self.accept(report, outcome, timer))
             }
-            Some(report) if let Some(moved) = self.tracker.moved(incoming) => {
+            // In a fixed map the camera is looked for instead.
+            Some(report)
+                if self.keeping == Keeping::Growing
+                    && let Some(moved) = self.tracker.moved(incoming) =>
+            {
                 self.num_bad = if self.contradicts(&report) { self.num_bad + 1 } else { 0 };
                 if self.num_bad >= self.config.tracking.max_bad_frames
                     && let Some(job) = self.found_elsewhere(incoming, outcome, timer)
@@ -106,6 +110,8 @@ impl FrontEnd {
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
         let is_fixed = |id: &LandmarkId| self.map.is_fixed_landmark(*id);
         outcome.fixed = report.frame.features.iter().map(|f| f.landmark).filter(is_fixed).collect();
+        let tried = report.tried.iter().copied().filter(|id| self.map.is_fixed_landmark(*id));
+        outcome.fixed_tried = (tried.collect(), report.num_fixed_searched);
         let shows_enough = self.keeping == Keeping::Extending
             && outcome.fixed.len() >= ENOUGH_FIXED * self.config.tracking.min_matches;
         let decision = if self.keeping == Keeping::Fixed || shows_enough {

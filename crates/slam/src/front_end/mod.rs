@@ -231,9 +231,11 @@ impl FrontEnd {
         self.frames.len() - 1
     }
 
-    /// Whether odometry is of use: the unit of length of a map that was made without is not known.
+    /// Whether odometry is of use: the unit of length of a map that was made without is not known. Beside a fixed map it has the unit of that.
     fn is_in_meters(&self) -> bool {
-        self.phase != Phase::Tracking || self.map.is_in_meters(self.map.active())
+        self.phase != Phase::Tracking
+            || self.keeping == Keeping::Extending
+            || self.map.is_in_meters(self.map.active())
     }
 
     /// Motion of the camera from one frame to another by odometry, meters.

@@ -248,6 +248,7 @@ mod tests {
             quality: Quality::Good,
             tried: Vec::new(),
             num_searched: num_converged,
+            num_fixed_searched: 0,
             num_matched: num_converged,
             num_converged,
             local_map: LocalMap::default(),

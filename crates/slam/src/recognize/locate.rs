@@ -8,7 +8,7 @@ use super::{Pair, Refusal, View, pair_views};
 use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
-    map::{KeyframeId, LandmarkId, Map},
+    map::{KeyframeId, LandmarkId, Map, MapId},
     solve::{PoseObservation, State, poses_from_three_points, refine_pose},
     track::{Feature, Frame, FrameWork, Incoming, TrackReport, Tracker, focal_px, whitening},
 };
@@ -49,8 +49,39 @@ pub struct Located {
     pub keyframe: KeyframeId,
     /// Pairs from descriptors that agree with the pose.
     pub pairs: Vec<Pair>,
-    /// Landmarks that were found at the second best place where the image may have been taken; 0 if there is none.
-    pub num_elsewhere: usize,
+    /// Other places where it may have been taken.
+    pub rivals: Vec<Rival>,
+}
+
+/// Another place where an image may have been taken: it was found there, too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rival {
+    /// The map.
+    pub map: MapId,
+    /// The pose there.
+    pub camera_from_world: CameraFromWorld,
+    /// Landmarks found.
+    pub num_matched: usize,
+    /// Places of the image that were searched.
+    pub num_searched: usize,
+}
+
+impl Located {
+    /// As a place where an image may have been taken that was taken elsewhere.
+    pub(crate) fn as_rival(&self, map: &Map) -> Rival {
+        Rival {
+            map: map.keyframe(self.keyframe).map,
+            camera_from_world: self.report.frame.camera_from_world,
+            num_matched: self.report.num_matched,
+            num_searched: self.report.num_searched,
+        }
+    }
+
+    /// Landmarks that were found at the second best place; 0 if there is none.
+    #[must_use]
+    pub fn num_elsewhere(&self) -> usize {
+        self.rivals.iter().map(|rival| rival.num_matched).max().unwrap_or(0)
+    }
 }
 
 /// Checks candidates by geometry.
@@ -58,7 +89,8 @@ pub struct Located {
 pub struct Locator {
     camera: Camera,
     min_matches: usize,
-    least_agreeing: usize,
+    /// Whether more is found: a wrong place harms nobody, since it is doubted until more is seen.
+    is_doubting: bool,
     tracker: Tracker,
 }
 
@@ -77,14 +109,14 @@ impl Locator {
         Self {
             camera: *camera,
             min_matches: config.relocation.min_matches,
-            least_agreeing: LEAST_AGREEING,
+            is_doubting: false,
             tracker: Tracker::new(camera, &config.tracking, &config.features),
         }
     }
 
     /// Finds more from now on, for those who doubt what is found until they see more of it.
     pub fn doubt(&mut self) {
-        self.least_agreeing = LEAST_AGREEING_DOUBTED;
+        self.is_doubting = true;
     }
 
     /// Looks for an image around a keyframe. The map is the one of the keyframe.
@@ -107,15 +139,17 @@ impl Locator {
         }
         let observations = self.observations(map, view, &pairs);
         let start = *map.keyframe(candidate).camera_from_world();
-        let state = agreed_pose(&start, &observations, work.rng);
+        let order = self.is_doubting.then(|| most_alike_first(&pairs));
+        let state = agreed_pose(&start, &observations, order.as_deref(), work.rng);
         let is_agreeing = |observation: &PoseObservation| observation.chi2(&state) <= AGREEING_CHI2;
         let agreeing: Vec<Pair> =
             pairs.iter().zip(&observations).filter(|(_, o)| is_agreeing(o)).map(|(pair, _)| *pair).collect();
-        if agreeing.len() < self.least_agreeing {
+        let least = if self.is_doubting { LEAST_AGREEING_DOUBTED } else { LEAST_AGREEING };
+        if agreeing.len() < least {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
         let report = self.follow(map, (candidate, &state.pose), incoming, work)?;
-        Ok(Located { report, keyframe: candidate, pairs: agreeing, num_elsewhere: 0 })
+        Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
     }
 
     /// Looks for the landmarks around a keyframe in an image of which the pose is about known.
@@ -176,16 +210,35 @@ fn part(px: f64, size: u32) -> usize {
     ((px / f64::from(size) * PARTS as f64).max(0.0) as usize).min(PARTS - 1)
 }
 
-/// The pose that most observations agree on: from samples, then from all that agree.
-fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &mut Rng) -> State {
+/// Pairs by how alike they are: the fewer bits differ, the more probably a pair is right.
+fn most_alike_first(pairs: &[Pair]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..pairs.len()).collect();
+    order.sort_by_key(|i| pairs[*i].distance);
+    order
+}
+
+/// The pose that most observations agree on: from samples, then from all that agree. With an order, samples are drawn from the first ones,
+/// then from ever more. Source: Chum and Matas, "Matching with PROSAC", 2005; here the number grows evenly.
+fn agreed_pose(
+    start: &CameraFromWorld,
+    observations: &[PoseObservation],
+    order: Option<&[usize]>,
+    rng: &mut Rng,
+) -> State {
     let start = State::new(start);
     let count = |state: &State| observations.iter().filter(|o| o.chi2(state) <= AGREEING_CHI2).count();
     let mut best = (count(&start), start);
-    let mut num_drawn = 0;
-    while num_drawn < needed(best.0 as f64 / observations.len() as f64) {
+    let (num, mut num_drawn) = (observations.len(), 0);
+    while num_drawn < needed(best.0 as f64 / num as f64) {
         num_drawn += 1;
-        let sample: [&PoseObservation; SAMPLE] =
-            std::array::from_fn(|_| &observations[rng.random_range(0..observations.len())]);
+        let drawn = match order {
+            None => num,
+            Some(_) => (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES).min(num),
+        };
+        let sample: [&PoseObservation; SAMPLE] = std::array::from_fn(|_| {
+            let i = rng.random_range(0..drawn);
+            &observations[order.map_or(i, |order| order[i])]
+        });
         let points = sample.map(|observation| observation.anchor_in_world);
         for pose in poses_from_three_points(&points, &sample.map(|observation| observation.ray)) {
             let state = State::new(&pose);

@@ -13,7 +13,7 @@ mod view;
 
 pub use index::{PlaceIndex, Ranked};
 pub(crate) use locate::frame_of;
-pub use locate::{Located, Locator};
+pub use locate::{Located, Locator, Rival};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
 pub use relocator::Relocator;

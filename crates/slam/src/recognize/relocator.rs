@@ -1,10 +1,13 @@
 //! Finding a lost camera in any of the maps.
 
+use std::cmp::Reverse;
+
 use visloc_core::geom::Camera;
 
 use super::{Located, Locator, Refusal, View};
 use crate::{
     config::SlamConfig,
+    lie::CameraFromWorld,
     map::{KeyframeId, Map},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
@@ -61,7 +64,7 @@ impl Relocator {
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let ranked = map.index().query(&view);
-        let (mut refused, mut best) = (None, None::<Located>);
+        let (mut refused, mut found) = (None, Vec::<Located>::new());
         let mut is_tried = vec![false; map.num_keyframe_ids()];
         let mut num_tried = 0;
         for candidate in &ranked {
@@ -73,7 +76,7 @@ impl Relocator {
             map.connected(id, 15).iter().for_each(|(near, _)| is_tried[near.index()] = true);
             let searched = map.with_active(map.keyframe(id).map);
             match self.locator.locate(&searched, id, (&view, incoming), work) {
-                Ok(located) => best = Some(better(map, best, located)),
+                Ok(located) => found.push(located),
                 Err(reason) => refused = refused.or(Some((id, reason))),
             }
             num_tried += 1;
@@ -81,28 +84,41 @@ impl Relocator {
                 break;
             }
         }
-        best.ok_or(refused)
+        best_of(map, found).ok_or(refused)
     }
 }
 
-/// Distance up to which two poses are the same place, share of the depth of the scene.
+/// Distance up to which two poses are the same place, share of the depth of the scene; radians for a turn.
 const SAME_PLACE: f64 = 0.2;
 
-/// Of two places where an image may have been taken, the one where more landmarks were found; it remembers the other one.
-fn better(map: &Map, first: Option<Located>, second: Located) -> Located {
-    let Some(first) = first else { return second };
-    let (mut more, less) =
-        if second.report.num_matched > first.report.num_matched { (second, first) } else { (first, second) };
-    let is_elsewhere = map.keyframe(more.keyframe).map != map.keyframe(less.keyframe).map;
-    more.num_elsewhere = more.num_elsewhere.max(less.num_elsewhere);
-    if is_elsewhere || are_apart(map, &more.report, &less.report) {
-        more.num_elsewhere = more.num_elsewhere.max(less.report.num_matched);
+/// Of the places where an image may have been taken, the one where most landmarks were found; it knows the others, each once.
+fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
+    // The first of equals.
+    found.sort_by_key(|located| Reverse(located.report.num_matched));
+    let mut places: Vec<Located> = Vec::new();
+    for located in found {
+        let is_elsewhere = |other: &Located| {
+            map.keyframe(other.keyframe).map != map.keyframe(located.keyframe).map
+                || are_apart(map, &other.report, &located.report.frame.camera_from_world)
+        };
+        if places.iter().all(is_elsewhere) {
+            places.push(located);
+        }
     }
-    more
+    let mut places = places.into_iter();
+    let mut best = places.next()?;
+    best.rivals = places.map(|place| place.as_rival(map)).collect();
+    Some(best)
 }
 
-/// Whether two poses of one image are different places.
-pub(crate) fn are_apart(map: &Map, one: &TrackReport, other: &TrackReport) -> bool {
-    let [here, there] = [one, other].map(|report| report.frame.camera_from_world.inverse());
-    (here.translation() - there.translation()).norm() > SAME_PLACE * scene_depth(map, &one.frame)
+/// Whether another pose of an image is a different place: it would shift the image by more than a fifth of its focal length.
+pub(crate) fn are_apart(map: &Map, here: &TrackReport, other: &CameraFromWorld) -> bool {
+    is_turned_or_moved(&here.frame.camera_from_world, other, scene_depth(map, &here.frame))
+}
+
+/// The same at a depth of the scene.
+pub(crate) fn is_turned_or_moved(here: &CameraFromWorld, other: &CameraFromWorld, depth: f64) -> bool {
+    let here_from_other = *here * other.inverse();
+    here_from_other.translation().norm() > SAME_PLACE * depth
+        || here_from_other.rotation_angle_rad() > SAME_PLACE
 }

@@ -27,6 +27,8 @@ pub struct Search {
     pub tried: Vec<LandmarkId>,
     /// Places of the image that were searched.
     pub num_searched: usize,
+    /// Of these, places of landmarks of a fixed map.
+    pub num_fixed_searched: usize,
     radius: usize,
 }
 
@@ -89,6 +91,8 @@ impl Search {
                 break;
             }
             self.num_searched += 1;
+            self.num_fixed_searched +=
+                usize::from(in_cell.iter().take(TRIED_IN_CELL).any(|e| map.is_fixed_landmark(e.id)));
             for expected in in_cell.iter().take(TRIED_IN_CELL) {
                 if self.try_landmark(map, matcher, expected.id) {
                     grid.take(expected.cell);

@@ -57,6 +57,8 @@ pub struct TrackReport {
     pub tried: Vec<LandmarkId>,
     /// Places of the image that were searched.
     pub num_searched: usize,
+    /// Of these, places of landmarks of a fixed map.
+    pub num_fixed_searched: usize,
     /// Landmarks that agree with the pose.
     pub num_matched: usize,
     /// Of those, converged ones.
@@ -300,6 +302,7 @@ impl Tracker {
             num_matched: features.len(),
             num_converged,
             num_searched: search.num_searched,
+            num_fixed_searched: search.num_fixed_searched,
             tried: search.tried,
             quality,
             local_map,
