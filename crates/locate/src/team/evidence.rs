@@ -16,9 +16,6 @@ use super::{
 /// A ball that was seen so long ago says nothing of where it is, seconds.
 const BALL_SECS: f64 = 1.5;
 
-/// Ground that a robot looks at while its sightings resemble each other, square meters: a view of 60 degrees to 5 m, and what a turning head adds
-/// to it. False sightings are made there; who is not known may be anywhere on the map.
-const LOOKED_AT_M2: f64 = 20.0;
 /// Probability that the ball that another robot tells of is the ball, and not something that looks like it.
 const SAME_BALL: f64 = 0.8;
 
@@ -50,7 +47,7 @@ impl Scene {
     /// Density of sightings that fit nobody who is known, for each square meter: false ones, and those of unknown robots.
     pub fn unexplained(&self, kind: SightingKind, num_false: f64, num_unknown: f64) -> f64 {
         let unknown = if kind == SightingKind::Robot { self.detection * num_unknown } else { 0.0 };
-        num_false / LOOKED_AT_M2.min(self.area_m2) + unknown / self.area_m2
+        (num_false + unknown) / self.area_m2
     }
 
     /// Density of a robot that may be anywhere.

@@ -21,7 +21,9 @@ use super::{
 #[non_exhaustive]
 pub enum ServerError {
     /// The address is taken or not of this computer.
-    #[error("{address}: cannot listen there: {source}; expected a free port and an address of this computer")]
+    #[error(
+        "{address}: cannot listen there: {source}; choose an address of this computer and a free port (--port of the studio, or behind the colon of --publish)"
+    )]
     Listen {
         /// The address.
         address: SocketAddr,
