@@ -95,6 +95,18 @@ mod tests {
     }
 
     #[test]
+    fn depths_are_alike_in_any_unit_but_not_if_bent() {
+        let depths: Vec<Option<f64>> =
+            (0..40).map(|i| (i % 9 > 0).then(|| 2.0 + 0.1 * f64::from(i))).collect();
+        let times = |factor: fn(f64) -> f64| -> Vec<Option<f64>> {
+            depths.iter().map(|depth| depth.map(|depth| depth * factor(depth))).collect()
+        };
+        assert!(are_alike(&depths, &times(|_| 3.0)));
+        assert!(!are_alike(&depths, &times(|depth| depth)));
+        assert!(!are_alike(&depths, &[None; 40]), "nothing is known");
+    }
+
+    #[test]
     fn a_corner_that_was_followed_wrongly_does_not_choose_the_motion() {
         // The true motion explains all but one corner, another one explains all of them, worse.
         let truth = start([vec![0.06; 99], vec![3.0]].concat());

@@ -114,20 +114,27 @@ pub fn essential_of(motion: &TwoViewMotion) -> Matrix3<f64> {
     skew(motion.translation()) * motion.rotation()
 }
 
-/// Gauss-Newton on the epipolar error over rotation and direction of translation, with Tukey's biweight cut off at `cutoff`
-/// (standard deviations), and on the error of what is known.
+/// Tukey's constant: a biweight that is cut off there loses 5 % of the precision if all errors are normal.
+const TUKEY: f64 = 4.685;
+/// Standard deviation of a normal distribution, in medians of the absolute value.
+const SIGMA_BY_MEDIAN: f64 = 1.4826;
+
+/// Gauss-Newton on the epipolar error over rotation and direction of translation, and on the error of what is known. Errors are weighed
+/// by Tukey's biweight in the scale that their median has by then, at least `least_sigma`: far from the solution all count.
 #[must_use]
 pub fn refine_motion(
     start: &TwoViewMotion,
     (pairs, known): (&[RayPair], Option<&KnownMotion>),
-    cutoff: f64,
+    least_sigma: f64,
     max_iterations: usize,
 ) -> TwoViewMotion {
     let mut motion = *start;
+    let mut errors = Vec::with_capacity(pairs.len());
     for _ in 0..max_iterations {
         let basis = tangent(motion.translation());
         let essential = essential_of(&motion);
         let changes = changes(&motion, &basis);
+        let cutoff = TUKEY * scale(&essential, pairs, &mut errors).max(least_sigma);
         let (mut hessian, mut gradient) = (SMatrix::<f64, 5, 5>::zeros(), SVector::<f64, 5>::zeros());
         for pair in pairs {
             let (error, jacobian) = pair.linearized(&essential, &changes);
@@ -157,6 +164,17 @@ pub fn refine_motion(
         }
     }
     motion
+}
+
+/// Robust standard deviation of the epipolar errors.
+fn scale(essential: &Matrix3<f64>, pairs: &[RayPair], errors: &mut Vec<f64>) -> f64 {
+    errors.clear();
+    errors.extend(pairs.iter().map(|pair| pair.epipolar_error(essential).abs()));
+    if errors.is_empty() {
+        return 0.0;
+    }
+    let middle = errors.len() / 2;
+    SIGMA_BY_MEDIAN * *errors.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// How far the errors of the corners may have bent what a motion makes of them: the deviation of inverse depths that is due to the motion
@@ -235,4 +253,29 @@ pub fn triangulate_pairs(motion: &TwoViewMotion, pairs: &[RayPair]) -> Vec<Optio
         crate::solve::triangulate(motion, first, second).map(|(depth, _)| Point3::from(first * depth))
     };
     pairs.iter().map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_changes_as_its_derivatives_say() {
+        let turn = Rotation3::from_scaled_axis(Vector3::new(0.02, -0.05, 0.03));
+        let motion = TwoViewMotion::new(turn, Vector3::new(0.7, -0.2, -0.7).normalize());
+        let pair = RayPair {
+            first: Vector3::new(0.3, -0.2, 1.0),
+            second: Vector3::new(0.4, 0.1, 1.0),
+            first_covariance: Matrix2::new(2e-6, 5e-7, 5e-7, 1e-6),
+            second_covariance: Matrix2::new(1e-6, -8e-7, -8e-7, 4e-6),
+        };
+        let basis = tangent(motion.translation());
+        let essential = essential_of(&motion);
+        let (error, jacobian) = pair.linearized(&essential, &changes(&motion, &basis));
+        assert!((error - pair.epipolar_error(&essential)).abs() < 1e-9);
+        for (i, neighbor) in neighbors(&motion, &basis).iter().enumerate() {
+            let slope = (pair.epipolar_error(&essential_of(neighbor)) - error) / STEP;
+            assert!((jacobian[i] - slope).abs() < 1e-3 * jacobian.norm(), "{i}: {} and {slope}", jacobian[i]);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Which motion explains two views, and whether it is sure enough to start a map on.
 
-use std::fmt;
+use std::{f64::consts::PI, fmt};
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rand::RngExt;
@@ -114,7 +114,7 @@ pub fn solve_two_view(
     let limit = settings.inlier_sigmas;
     let motions = match known {
         Some(known) => {
-            let refined = refine_motion(&known.motion, (pairs, Some(known)), 3.0 * limit, MOST_STEPS);
+            let refined = refine_motion(&known.motion, (pairs, Some(known)), limit / SURE, MOST_STEPS);
             if known.may_be(&refined, SURE) { vec![refined] } else { Vec::new() }
         }
         None => search(pairs, hints, settings, rng),
@@ -158,12 +158,13 @@ fn search(
     motions.extend(essential.iter().flat_map(decompose_essential));
     let homography = best_of_samples(pairs, 4, settings, rng, &HOMOGRAPHY);
     motions.extend(homography.iter().flat_map(decompose_homography));
-    let refined = |motion: &TwoViewMotion| {
-        refine_motion(motion, (pairs, None), 3.0 * settings.inlier_sigmas, MOST_STEPS)
-    };
+    // An error that is no inlier is beyond what is sure.
+    let least_sigma = settings.inlier_sigmas / SURE;
+    let refined = |motion: &TwoViewMotion| refine_motion(motion, (pairs, None), least_sigma, MOST_STEPS);
     let mut motions: Vec<TwoViewMotion> = motions.iter().map(refined).collect();
     // The opposite direction has the same error: only where the points lie tells them apart.
-    motions.extend(spread_motions(pairs).iter().map(refined).flat_map(|m| [m, reversed(&m)]));
+    let spread = spread_motions(pairs, settings.inlier_sigmas);
+    motions.extend(spread.iter().map(refined).flat_map(|m| [m, reversed(&m)]));
     motions
 }
 
@@ -173,27 +174,39 @@ pub const SURE: f64 = 4.0;
 /// Most steps of the refinement. From a start that is far off the last ones are short: what is left of the error is noise.
 const MOST_STEPS: usize = 10;
 
-/// Motions in directions all over one half of the sphere: ten corners of a dodecahedron, of which the other ten are the opposites. Each
-/// direction is within 38 degrees of one of them or of its opposite. Each has the turn that explains the pairs best without moving.
-fn spread_motions(pairs: &[RayPair]) -> [TwoViewMotion; 10] {
+/// Directions all over one half of the sphere, the other half being their opposites: 20 degrees from one to the next.
+const NUM_DIRECTIONS: usize = 50;
+/// Steps for the best turn with a given direction.
+const TURN_STEPS: usize = 4;
+
+/// Motions in directions all over the sphere, each with its best turn, that explain the pairs better than the directions around them.
+fn spread_motions(pairs: &[RayPair], limit: f64) -> Vec<TwoViewMotion> {
     let products = pairs.iter().map(|pair| pair.second.normalize() * pair.first.normalize().transpose());
-    let turn = Rotation3::from_matrix(&products.sum::<Matrix3<f64>>());
-    let long = f64::midpoint(1.0, 5.0_f64.sqrt());
-    let short = 1.0 / long;
-    let corners = [
-        [1.0, 1.0, 1.0],
-        [1.0, 1.0, -1.0],
-        [1.0, -1.0, 1.0],
-        [1.0, -1.0, -1.0],
-        [0.0, short, long],
-        [0.0, short, -long],
-        [short, long, 0.0],
-        [short, -long, 0.0],
-        [long, 0.0, short],
-        [long, 0.0, -short],
-    ];
-    corners.map(|corner| Rigid3::new(turn, Vector3::from(corner).normalize()))
+    let still = Rotation3::from_matrix(&products.sum::<Matrix3<f64>>());
+    let turned = |i: usize| {
+        // Points of equal area: Swinbank and Purser, "Fibonacci grids", 2006.
+        let z = (i as f64 + 0.5) / NUM_DIRECTIONS as f64;
+        let (sin, cos) = (i as f64 * (3.0 - 5.0_f64.sqrt()) * PI).sin_cos();
+        let flat = (1.0 - z * z).sqrt();
+        let motion = Rigid3::new(still, Vector3::new(flat * cos, flat * sin, z));
+        let fixed = KnownMotion { motion, deviations: (FIXED, f64::INFINITY) };
+        let motion = refine_motion(&motion, (pairs, Some(&fixed)), limit / SURE, TURN_STEPS);
+        let essential = essential_of(&motion);
+        let cost = pairs.iter().map(|pair| pair.epipolar_error(&essential).powi(2).min(limit * limit));
+        (motion, cost.sum::<f64>())
+    };
+    let all: Vec<(TwoViewMotion, f64)> = (0..NUM_DIRECTIONS).map(turned).collect();
+    let reach = 1.5 * (2.0 * PI / NUM_DIRECTIONS as f64).sqrt();
+    let is_least = |(motion, cost): &&(TwoViewMotion, f64)| {
+        let is_near =
+            |other: &TwoViewMotion| motion.translation().dot(other.translation()).abs() > reach.cos();
+        all.iter().all(|(other, other_cost)| cost <= other_cost || !is_near(other))
+    };
+    all.iter().filter(is_least).map(|(motion, _)| *motion).collect()
 }
+
+/// Deviation of a direction that is given, radians.
+const FIXED: f64 = 1e-6;
 
 /// The same turn in the opposite direction.
 fn reversed(motion: &TwoViewMotion) -> TwoViewMotion {
@@ -344,6 +357,31 @@ mod tests {
                 found.len()
             );
         }
+    }
+
+    #[test]
+    fn a_motion_that_is_known_has_no_rivals() {
+        let settings = TwoViewSettings {
+            inlier_sigmas: 3.0,
+            min_points: 20,
+            min_inlier_ratio: 0.6,
+            min_parallax_rad: 0.005,
+            num_samples: 1,
+        };
+        let truth = motion([1.0, 0.0, 0.0]);
+        let pairs = &pairs(&truth, 5.0)[..20];
+        let mut rng = RngTree::new(1).stream("samples", 0);
+        let mut solve = |motion| {
+            let known = KnownMotion { motion, deviations: (0.05, 0.01) };
+            solve_two_view(pairs, (&[], Some(&known)), &settings, &mut rng)
+        };
+        let off = Rigid3::new(Rotation3::from_scaled_axis(Vector3::new(0.02, -0.06, 0.03)), Vector3::x());
+        let found = solve(off).unwrap();
+        assert!(found.len() == 1, "{} motions", found.len());
+        let turn = (found[0].motion * truth.inverse()).rotation_angle_rad();
+        assert!(turn < 0.002 && found[0].motion.translation().dot(truth.translation()) > 0.9999, "{turn}");
+        // The views contradict what is said to be known.
+        assert!(solve(motion([0.0, 0.0, 1.0])).is_err());
     }
 
     #[test]
