@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Images that are kept while there is no map, for their poses to be found later. They take about 1.4 bytes a pixel each.
-const MOST_WAITING: usize = 45;
+pub(crate) const MOST_WAITING: usize = 45;
 
 /// Follows the camera backwards from the second keyframe, through the images that were not tracked when they came.
 #[derive(Debug)]

@@ -89,7 +89,7 @@ pub struct StartConfig {
     /// Share of the corners below which the start begins again from the newest image. By trial.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub min_followed_ratio: f64,
-    /// Largest Sampson distance of an inlier, pixels. Program: 2.
+    /// Largest epipolar error of an inlier that was followed as exactly as any, pixels; in proportion of others. Program: 2.
     #[schemars(range(min = 0.01, max = 100.0))]
     pub inlier_px: f64,
     /// Random samples for each of the two models. Program: 100.

@@ -12,8 +12,8 @@ pub struct PendingStart {
 
 /// More parallax by this factor must confirm the depths of a start.
 const CONFIRMING_PARALLAX: f64 = 1.25;
-/// Largest median deviation of depths that count as confirmed, in logarithms.
-const CONFIRMED_DEVIATION: f64 = 0.06;
+/// Largest deviation of depths, in logarithms, up to which they are taken for the same: about what a landmark of the first map is said to be exact to.
+pub const SAME_DEVIATION: f64 = 0.06;
 /// Least difference in the logarithm of the likelihood between two motions.
 const CLEAR_LOG_ODDS: f64 = 15.0;
 /// What a corner that was followed wrongly is worth: one in fifty is, and then it is anywhere among some hundred places that can be told apart.
@@ -52,17 +52,24 @@ pub fn confirm(
             *pending = Some(earlier);
             return Err(StartWait::LittleParallax(parallax_rad));
         }
-        let both = earlier.depths.iter().zip(&depths);
-        let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
-        if let Some(middle) = median(&mut ratios) {
-            let mut deviations: Vec<f64> = ratios.iter().map(|ratio| (ratio - middle).abs()).collect();
-            if median(&mut deviations).is_some_and(|deviation| deviation < CONFIRMED_DEVIATION) {
-                return Ok(());
-            }
+        if are_alike(&earlier.depths, &depths) {
+            return Ok(());
         }
     }
     *pending = Some(PendingStart { parallax_rad, depths });
     Err(StartWait::Ambiguous)
+}
+
+/// Whether depths of the same corners are the same up to a common factor, for most of them.
+#[must_use]
+pub fn are_alike(some: &[Option<f64>], others: &[Option<f64>]) -> bool {
+    let both = some.iter().zip(others);
+    let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
+    let Some(middle) = median(&mut ratios) else { return false };
+    for ratio in &mut ratios {
+        *ratio = (*ratio - middle).abs();
+    }
+    median(&mut ratios).is_some_and(|deviation| deviation < SAME_DEVIATION)
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {
@@ -85,6 +92,18 @@ mod tests {
             inlier_cost: explained.iter().sum::<f64>() / explained.len() as f64,
             corner_costs,
         }
+    }
+
+    #[test]
+    fn depths_are_alike_in_any_unit_but_not_if_bent() {
+        let depths: Vec<Option<f64>> =
+            (0..40).map(|i| (i % 9 > 0).then(|| 2.0 + 0.1 * f64::from(i))).collect();
+        let times = |factor: fn(f64) -> f64| -> Vec<Option<f64>> {
+            depths.iter().map(|depth| depth.map(|depth| depth * factor(depth))).collect()
+        };
+        assert!(are_alike(&depths, &times(|_| 3.0)));
+        assert!(!are_alike(&depths, &times(|depth| depth)));
+        assert!(!are_alike(&depths, &[None; 40]), "nothing is known");
     }
 
     #[test]

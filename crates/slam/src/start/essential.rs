@@ -3,16 +3,16 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use visloc_core::geom::Rigid3;
 
-use super::TwoViewMotion;
+use super::{RayPair, TwoViewMotion};
 
-/// Essential matrix of at least eight pairs of rays (z = 1) by least squares; `None` if they do not determine it.
+/// Essential matrix of at least eight pairs by least squares; `None` if they do not determine it.
 ///
 /// Source: Longuet-Higgins 1981; Hartley, "In defense of the eight-point algorithm", 1997. Calibrated rays have the scale of
 /// order 1 that the normalization is for.
 #[must_use]
-pub fn fit_essential(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Matrix3<f64>> {
+pub fn fit_essential(pairs: &[RayPair]) -> Option<Matrix3<f64>> {
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
-    for (a, b) in pairs {
+    for RayPair { first: a, second: b, .. } in pairs {
         let row = SMatrix::<f64, 1, 9>::from_row_slice(&[
             b.x * a.x,
             b.x * a.y,

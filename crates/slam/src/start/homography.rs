@@ -3,16 +3,16 @@
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
 use visloc_core::geom::Rigid3;
 
-use super::{TwoViewMotion, essential::least_eigenvector};
+use super::{RayPair, TwoViewMotion, essential::least_eigenvector};
 use crate::lie::skew;
 
 /// Homography that takes rays (z = 1) of the first view to the second, of at least four pairs, by least squares.
 ///
 /// Source: Hartley and Zisserman, "Multiple view geometry", 2nd edition, algorithm 4.1.
 #[must_use]
-pub fn fit_homography(pairs: &[(Vector3<f64>, Vector3<f64>)]) -> Option<Matrix3<f64>> {
+pub fn fit_homography(pairs: &[RayPair]) -> Option<Matrix3<f64>> {
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
-    for (a, b) in pairs {
+    for RayPair { first: a, second: b, .. } in pairs {
         let rows = SMatrix::<f64, 2, 9>::from_row_slice(&[
             a.x,
             a.y,

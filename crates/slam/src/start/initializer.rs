@@ -2,18 +2,20 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Point2, Rotation3, Vector3};
+use nalgebra::{Matrix2, Point2, Rotation3};
 use visloc_core::{
     Rng, Timestamp,
     geom::{Camera, CameraFrame, Rigid3},
 };
 
 use super::{
-    Follower, LostTracks, PendingStart, Sight, StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings,
-    VerifiedStart, ViewRays, confirm, is_clearly_better, negative_log_likelihood, solve_two_view, verify,
+    Follower, KnownMotion, LostTracks, PendingStart, RayPair, SAME_DEVIATION, SIGMA_PX, SURE, Sight,
+    StartWait, Track, TwoView, TwoViewMotion, TwoViewSettings, VerifiedStart, ViewRays, are_alike, confirm,
+    followed_covariance, is_clearly_better, negative_log_likelihood, shape_deviation, solve_two_view, verify,
 };
 use crate::{
     atlas::Similarity,
+    backfill::MOST_WAITING,
     config::SlamConfig,
     feature::CornerGrid,
     image::Pyramid,
@@ -21,12 +23,9 @@ use crate::{
     map::{Correction, KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, scaled},
     mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
     odometry::{CameraMotion, OdomPose, motion_deviations},
-    solve::{PoseObservation, RansacSettings, robust_pose},
+    solve::{BundleMotion, PoseObservation, RansacSettings, robust_pose},
     track::{Feature, Frame, Incoming, RotationAligner, focal_px, whitening},
 };
-
-/// Standard deviations beyond which a motion is not that of the odometry.
-const SURE: f64 = 4.0;
 
 /// What came of a frame.
 #[derive(Debug)]
@@ -105,6 +104,16 @@ struct Attempt {
     hints: Vec<TwoViewMotion>,
     /// An earlier start that waits for more parallax to prove it.
     pending: Option<PendingStart>,
+    /// Number of the first frame, of this attempt or one before it, that had one motion which explains it.
+    explained_since: Option<usize>,
+}
+
+impl Attempt {
+    /// Whether waiting for a motion that is known better begins to cost something, in a frame that one motion explains: frames that wait
+    /// get their poses afterwards, as many as are kept. What is wrong after that tracking will tell.
+    fn has_waited_enough(&mut self, number: usize) -> bool {
+        number - *self.explained_since.get_or_insert(number) >= MOST_WAITING
+    }
 }
 
 impl Initializer {
@@ -159,11 +168,12 @@ impl Initializer {
             return StartStep::Waiting(StartWait::LittleMotion(shift));
         }
         let odometry = attempt.odometry.zip(incoming.odometry);
-        let expected = odometry.and_then(|(first, last)| first.motion_to(&last));
-        if expected.is_some_and(|expected| direction_of(&expected).is_none()) {
+        let motion = odometry.and_then(|(first, last)| first.motion_to(&last));
+        let known = motion.and_then(|motion| known_by_odometry(&motion));
+        if motion.is_some() && known.is_none() {
             return StartStep::Waiting(StartWait::LittleMotion(shift));
         }
-        match self.try_start(incoming, expected.as_ref(), rng) {
+        match self.try_start(incoming, known.as_ref(), rng) {
             Ok(started) => {
                 self.attempt = None;
                 StartStep::Started(Box::new(started))
@@ -186,6 +196,7 @@ impl Initializer {
             return StartWait::FewCorners(corners.len());
         }
         let follower = Follower::new(Arc::clone(pyramid), &corners);
+        let explained_since = self.attempt.as_ref().and_then(|earlier| earlier.explained_since);
         self.attempt = Some(Attempt {
             follower,
             number,
@@ -197,6 +208,7 @@ impl Initializer {
             history: Vec::new(),
             hints: Vec::new(),
             pending: None,
+            explained_since,
         });
         StartWait::LittleMotion(0.0)
     }
@@ -204,11 +216,11 @@ impl Initializer {
     fn try_start(
         &mut self,
         incoming: &Incoming<'_>,
-        expected: Option<&CameraMotion>,
+        known: Option<&KnownMotion>,
         rng: &mut Rng,
     ) -> Result<StartedMap, StartWait> {
         let Some(mut attempt) = self.attempt.take() else { return Err(StartWait::FewCorners(0)) };
-        let started = self.try_attempt(&mut attempt, incoming, expected, rng);
+        let started = self.try_attempt(&mut attempt, incoming, known, rng);
         self.attempt = Some(attempt);
         started
     }
@@ -217,7 +229,7 @@ impl Initializer {
         &self,
         attempt: &mut Attempt,
         incoming: &Incoming<'_>,
-        expected: Option<&CameraMotion>,
+        known: Option<&KnownMotion>,
         rng: &mut Rng,
     ) -> Result<StartedMap, StartWait> {
         let Incoming { number, at, pyramid, .. } = *incoming;
@@ -225,29 +237,35 @@ impl Initializer {
         let focal = focal_px(&self.camera);
         let min_points = least_points(&self.config, incoming);
         let settings = TwoViewSettings {
-            pixel: 1.0 / focal,
-            inlier_px: config.inlier_px,
+            inlier_sigmas: config.inlier_px / SIGMA_PX,
             min_points,
             min_inlier_ratio: config.min_inlier_ratio,
             min_parallax_rad: config.min_parallax_deg.to_radians(),
             num_samples: config.num_samples,
         };
         let num_tracks = attempt.follower.tracks().len();
-        let pairs: Vec<(Vector3<f64>, Vector3<f64>)> = attempt
-            .follower
-            .tracks()
-            .iter()
-            .map(|track| (self.camera.bearing(&track.first_px), self.camera.bearing(&track.px)))
-            .collect();
-        attempt.hints.extend(expected.and_then(direction_of));
-        let mut candidates = solve_two_view(&pairs, &attempt.hints, &settings, rng)?;
+        let pairs: Vec<RayPair> =
+            attempt.follower.tracks().iter().map(|track| self.rays_of(track, focal)).collect();
+        let candidates = solve_two_view(&pairs, (&attempt.hints, known), &settings, rng)?;
         attempt.hints = candidates.iter().map(|candidate| candidate.motion).collect();
-        if let Some(expected) = expected {
-            candidates.retain(|candidate| agrees(&candidate.motion, expected));
+        let (start, parallax_rad) = self.choose(attempt, &candidates, known)?;
+        // A motion that is known need not be waited for.
+        if known.is_none() {
+            let inliers: Vec<RayPair> =
+                pairs.iter().zip(&start.points).filter_map(|(pair, point)| point.map(|_| *pair)).collect();
+            // Corners that were followed wrongly are lost as well. Few that are left agree on a motion that they did not make.
+            let share = inliers.len() as f64 / attempt.num_followable.unwrap_or(num_tracks) as f64;
+            if share < config.min_followed_ratio {
+                return Err(StartWait::NoCommonMotion(share));
+            }
+            if !attempt.has_waited_enough(number)
+                && shape_deviation(&direction_only(&start.last_from_first), &inliers) > SAME_DEVIATION
+            {
+                return Err(StartWait::LittleParallax(parallax_rad));
+            }
+            let depths = depths_of(attempt, &start);
+            confirm(&mut attempt.pending, depths, parallax_rad)?;
         }
-        let (start, parallax_rad) = self.choose(attempt, &candidates)?;
-        let depths = depths_of(attempt, &start);
-        confirm(&mut attempt.pending, depths, parallax_rad)?;
         let (mut map, landmarks) = self.build(attempt, &start, incoming);
         adjust_all(&mut map, &self.config.mapping, focal);
         let num_left = landmarks.iter().filter(|(id, _)| map.landmark(*id).is_alive()).count();
@@ -274,26 +292,55 @@ impl Initializer {
         Ok(StartedMap { first, second, frame, between, map })
     }
 
+    /// Where a corner was seen in the first and in the newest frame.
+    fn rays_of(&self, track: &Track, focal_px: f64) -> RayPair {
+        let on_plane = 1.0 / (focal_px * focal_px);
+        RayPair {
+            first: self.camera.bearing(&track.first_px),
+            second: self.camera.bearing(&track.px),
+            first_covariance: corner_covariance(track.level) * on_plane,
+            second_covariance: followed_covariance(&track.covariance_px) * on_plane,
+        }
+    }
+
     /// The motion that explains the frames on the way best, if it does so clearly better than the others.
-    fn choose(&self, attempt: &Attempt, candidates: &[TwoView]) -> Result<(VerifiedStart, f64), StartWait> {
+    fn choose(
+        &self,
+        attempt: &Attempt,
+        candidates: &[TwoView],
+        known: Option<&KnownMotion>,
+    ) -> Result<(VerifiedStart, f64), StartWait> {
         let views = self.views(attempt);
+        let known = known.map(|known| BundleMotion {
+            cameras: (0, views.len() - 1),
+            second_from_first: known.motion,
+            deviations: known.deviations,
+        });
         let focal = focal_px(&self.camera);
-        let verified = candidates.iter().filter_map(|c| Some((verify(c, &views, focal)?, c.parallax_rad)));
+        let verified =
+            candidates.iter().filter_map(|c| Some((verify(c, &views, known, focal)?, c.parallax_rad)));
         let mut verified: Vec<(VerifiedStart, f64)> = verified.collect();
         let inlier_cost = verified.iter().map(|(start, _)| start.inlier_cost).fold(f64::INFINITY, f64::min);
         verified.sort_by(|a, b| {
             negative_log_likelihood(&a.0, inlier_cost).total_cmp(&negative_log_likelihood(&b.0, inlier_cost))
         });
         let least_parallax_rad = self.config.start.min_parallax_deg.to_radians();
-        match verified.as_slice() {
-            [best, second, ..] if !is_clearly_better(&best.0, &second.0) => Err(StartWait::Ambiguous),
-            [best, ..] if best.0.cost > 1.0 => Err(StartWait::NoCommonMotion(0.0)),
-            [(_, parallax_rad), ..] if *parallax_rad < least_parallax_rad => {
-                Err(StartWait::LittleParallax(*parallax_rad))
-            }
-            [best, ..] => Ok(best.clone()),
-            [] => Err(StartWait::NoCommonMotion(0.0)),
+        let Some(((best, parallax_rad), others)) = verified.split_first() else {
+            return Err(StartWait::NoCommonMotion(0.0));
+        };
+        // Motions that make the same of the corners are one.
+        let depths = depths_of(attempt, best);
+        let rival = others.iter().find(|(other, _)| !are_alike(&depths, &depths_of(attempt, other)));
+        if rival.is_some_and(|(rival, _)| !is_clearly_better(best, rival)) {
+            return Err(StartWait::Ambiguous);
         }
+        if best.cost > 1.0 {
+            return Err(StartWait::NoCommonMotion(0.0));
+        }
+        if *parallax_rad < least_parallax_rad {
+            return Err(StartWait::LittleParallax(*parallax_rad));
+        }
+        Ok((best.clone(), *parallax_rad))
     }
 
     /// Rays of the corners that are still followed: in the first frame, in some on the way, and in the last.
@@ -415,21 +462,18 @@ fn least_points(config: &SlamConfig, incoming: &Incoming<'_>) -> usize {
     if incoming.odometry.is_some() { least.min(config.relocation.min_matches) } else { least }
 }
 
-/// A motion with a translation of length 1; `None` if its direction is lost in the noise of odometry.
-fn direction_of(motion: &CameraMotion) -> Option<TwoViewMotion> {
+/// What odometry knows of a motion; `None` if its direction is lost in the noise.
+fn known_by_odometry(motion: &CameraMotion) -> Option<KnownMotion> {
     let length = motion.translation().norm();
-    (length >= SURE * motion_deviations(motion).0).then(|| scaled(motion, 1.0 / length))
+    let (length_deviation, turn) = motion_deviations(motion);
+    let deviations = (length_deviation / length, turn);
+    (length >= SURE * length_deviation)
+        .then(|| KnownMotion { motion: scaled(motion, 1.0 / length), deviations })
 }
 
-/// Whether a motion between two views is the one of the odometry, as far as the odometry knows it.
-fn agrees(motion: &TwoViewMotion, expected: &CameraMotion) -> bool {
-    let (length, angle_rad) = motion_deviations(expected);
-    let is_same_turn = (*motion * expected.inverse()).rotation_angle_rad() < SURE * angle_rad;
-    let is_same_direction = direction_of(expected).is_none_or(|direction| {
-        let sine = (SURE * length / expected.translation().norm()).min(1.0);
-        motion.translation().dot(direction.translation()) > (1.0 - sine * sine).sqrt()
-    });
-    is_same_turn && is_same_direction
+/// A motion with a translation of length 1.
+fn direction_only(motion: &TwoViewMotion) -> TwoViewMotion {
+    scaled(motion, 1.0 / motion.translation().norm().max(f64::MIN_POSITIVE))
 }
 
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.

@@ -10,11 +10,13 @@ mod motion;
 mod two_view;
 mod verify;
 
-pub use confirm::{PendingStart, confirm, is_clearly_better, negative_log_likelihood};
+pub use confirm::{
+    PendingStart, SAME_DEVIATION, are_alike, confirm, is_clearly_better, negative_log_likelihood,
+};
 pub use essential::{decompose_essential, fit_essential};
 pub use follow::{Follower, Track};
 pub use homography::{decompose_homography, fit_homography};
 pub use initializer::{Initializer, StartStep, StartedMap};
-pub use motion::{TwoViewMotion, refine_motion, sampson};
-pub use two_view::{LostTracks, StartWait, TwoView, TwoViewSettings, solve_two_view};
-pub use verify::{Sight, VerifiedStart, ViewRays, verify};
+pub use motion::{KnownMotion, RayPair, TwoViewMotion, refine_motion, shape_deviation};
+pub use two_view::{LostTracks, SURE, StartWait, TwoView, TwoViewSettings, solve_two_view};
+pub use verify::{SIGMA_PX, Sight, VerifiedStart, ViewRays, followed_covariance, verify};

@@ -6,7 +6,7 @@ use visloc_core::geom::{CameraFrame, Rigid3};
 use super::TwoView;
 use crate::{
     lie::CameraFromWorld,
-    solve::{Bundle, BundleObservation, BundleSettings, PoseObservation, State, refine_pose},
+    solve::{Bundle, BundleMotion, BundleObservation, BundleSettings, PoseObservation, State, refine_pose},
     track::whitening,
 };
 
@@ -42,16 +42,25 @@ const OUTLIER_COST: f64 = 3.0;
 /// Residuals from which on a corner is left out, in standard deviations; first with care, since outliers still bend the motion.
 const MOST_SIGMAS: [f64; 2] = [8.0, 4.0];
 /// Error of a followed corner beside what its patch tells, pixels: the patch is no plane, and its warp is estimated.
-const SIGMA_PX: f64 = 0.35;
+pub const SIGMA_PX: f64 = 0.35;
+
+/// Covariance of a followed corner, from that of its patch.
+#[must_use]
+pub fn followed_covariance(covariance_px: &Matrix2<f64>) -> Matrix2<f64> {
+    covariance_px + Matrix2::identity() * (SIGMA_PX * SIGMA_PX)
+}
 
 /// Adjusts the motion and the points of two views together with the views between them. Two views of a plane have two motions
-/// that explain them nearly as well; more views tell them apart.
+/// that explain them nearly as well; more views tell them apart. What is known of the motion between two views counts as it is exact.
 #[must_use]
-pub fn verify(candidate: &TwoView, views: &[ViewRays], focal_px: f64) -> Option<VerifiedStart> {
-    let whiten = |sight: &Sight| {
-        whitening(focal_px, &(sight.covariance_px + Matrix2::identity() * (SIGMA_PX * SIGMA_PX)))
-    };
-    let mut bundle = Bundle::default();
+pub fn verify(
+    candidate: &TwoView,
+    views: &[ViewRays],
+    known: Option<BundleMotion>,
+    focal_px: f64,
+) -> Option<VerifiedStart> {
+    let whiten = |sight: &Sight| whitening(focal_px, &followed_covariance(&sight.covariance_px));
+    let mut bundle = Bundle { motions: known.into_iter().collect(), ..Bundle::default() };
     let mut pose = CameraFromWorld::identity();
     let last = CameraFromWorld::new(
         nalgebra::Rotation3::from_matrix_unchecked(*candidate.motion.rotation()),
