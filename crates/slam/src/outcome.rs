@@ -70,8 +70,10 @@ pub struct FrameOutcome {
     pub matches: (usize, usize),
     /// Landmarks found that belong to a fixed map.
     pub fixed: Vec<LandmarkId>,
-    /// Landmarks of a fixed map that were looked for, and in how many places of the image.
-    pub fixed_tried: (Vec<LandmarkId>, usize),
+    /// Landmarks of a fixed map that were looked for.
+    pub fixed_tried: Vec<LandmarkId>,
+    /// Places of the image where they were.
+    pub num_fixed_searched: usize,
     /// Of a lost frame: why the keyframe that looks most like it is another place.
     pub refusal: Option<Refusal>,
     /// Whether a lost camera was found again in this frame.
@@ -96,7 +98,8 @@ impl FrameOutcome {
             map: None,
             matches: (0, 0),
             fixed: Vec::new(),
-            fixed_tried: (Vec::new(), 0),
+            fixed_tried: Vec::new(),
+            num_fixed_searched: 0,
             refusal: None,
             is_relocalized: false,
             rivals: None,

@@ -67,14 +67,14 @@ pub struct Evidence {
 impl Evidence {
     /// Takes note of an image, taken here if it is the place.
     pub fn add(&mut self, outcome: &FrameOutcome, world_from_camera: &Rigid3<World, CameraFrame>) {
-        let (expected, num_searched) = &outcome.fixed_tried;
+        let (expected, num_searched) = (&outcome.fixed_tried, outcome.num_fixed_searched);
         let num_found = outcome.fixed.len();
         if num_found >= LEAST_OF_MAP {
             self.most_found = self.most_found.max(num_found);
         }
         if num_found >= FEWEST {
             self.num_unseen = 0;
-        } else if num_found < LEAST_OF_MAP && *num_searched >= SHOULD_SHOW && self.is_new_view(expected) {
+        } else if num_found < LEAST_OF_MAP && num_searched >= SHOULD_SHOW && self.is_new_view(expected) {
             self.num_unseen += 1;
             self.unseen.clone_from(expected);
             self.unseen.sort_unstable();
@@ -83,7 +83,7 @@ impl Evidence {
             let elsewhere = |rival: &Rival| Elsewhere {
                 map: rival.map,
                 there_from_here: rival.camera_from_world.inverse() * world_from_camera.inverse(),
-                odds: odds((rival.num_matched, rival.num_searched), (num_found, *num_searched)),
+                odds: odds((rival.num_matched, rival.num_searched), (num_found, num_searched)),
             };
             self.elsewhere = rivals.iter().map(elsewhere).collect();
         }

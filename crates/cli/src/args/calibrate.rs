@@ -74,21 +74,19 @@ impl PatternArgs {
     pub fn board(&self) -> Result<Board, BoardError> {
         let (columns, rows) = self.size;
         self.refuse_other_pattern()?;
-        let side = match self.pattern {
-            PatternArg::Checkerboard => ("--square, the side of a square in meters", self.square),
-            PatternArg::Aprilgrid => ("--tag, the side of a tag in meters", self.tag),
+        let needed = |option: Option<f64>, expected: &str| {
+            option.ok_or_else(|| BoardError { expected: expected.into(), found: "none".into() })
         };
-        if let (expected, None) = side {
-            return Err(BoardError { expected: expected.into(), found: "none".into() });
-        }
         let board = match self.pattern {
-            PatternArg::Checkerboard => {
-                Board::Checkerboard(Checkerboard { columns, rows, square_m: self.square.unwrap_or_default() })
-            }
+            PatternArg::Checkerboard => Board::Checkerboard(Checkerboard {
+                columns,
+                rows,
+                square_m: needed(self.square, "--square, the side of a square in meters")?,
+            }),
             PatternArg::Aprilgrid => Board::AprilGrid(AprilGrid {
                 columns,
                 rows,
-                tag_m: self.tag.unwrap_or_default(),
+                tag_m: needed(self.tag, "--tag, the side of a tag in meters")?,
                 spacing: self.spacing.unwrap_or(0.3),
                 first_id: self.first_tag.unwrap_or(0),
                 border_cells: self.border.unwrap_or(2),

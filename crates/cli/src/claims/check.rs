@@ -55,9 +55,8 @@ impl Claims {
     /// Says which files were there already, and where they are now.
     pub fn say_kept(&self) {
         for output in &self.outputs {
-            let is_linked = output.identity.path().file_name() != output.path.file_name();
             // A link stays one: what it leads to is replaced.
-            let written = if is_linked { output.identity.path() } else { &output.path };
+            let written = if output.path.is_symlink() { output.identity.path() } else { &output.path };
             let kept = files::kept_path(written);
             if output.identity.kind() == Kind::File && Identity::of(&kept).is_node_of(&output.identity) {
                 say::note!("{}: the file that was there is kept as {}", output.text, kept.display());

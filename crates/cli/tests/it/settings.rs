@@ -186,6 +186,15 @@ fn options_of_the_pipeline_that_change_nothing_are_refused() {
         ("sim:office", "rich", "analysis.max_line_pixels=3"),
         ("sim:still", "pixels", "refinement.max_tracks=3"),
         ("sim:office", "pixels", "office.refinement.max_tracks=3"),
+        ("sim:still", "rich", "refinement.evidence_per_image=3"),
+        ("sim:still", "rich", "refinement.evidence_deadband=0.1"),
+        ("sim:still", "rich", "refinement.max_evidence_difference=3"),
+        ("sim:still", "rich", "refinement.max_bend_evidence=3"),
+        ("sim:still", "rich", "refinement.evidence_kept=0.5"),
+        ("sim:still", "rich", "refinement.stale_evidence_kept=0.5"),
+        ("sim:still", "rich", "refinement.blurring_turn_rad_per_s=0.5"),
+        ("sim:still", "pixels", "analysis.max_line_borders=3"),
+        ("sim:still", "pixels", "analysis.max_goal_borders=3"),
     ] {
         let option = format!("pipeline.{option}");
         let base = ["localize", source, "--frames", "2", "--features", features, "--set", &option];

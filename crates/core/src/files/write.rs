@@ -402,3 +402,18 @@ fn with_usual_rights<'b, 'p, 's>(
 ) -> &'b mut tempfile::Builder<'p, 's> {
     builder
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_system_is_quoted_without_a_temporary_file() {
+        let folder = Path::new("/dev/null/nothing");
+        let error = tempfile::NamedTempFile::new_in(folder).unwrap_err();
+        assert!(error.to_string().contains(" at path "), "as `plain` expects: {error}");
+        let told = plain(error);
+        assert_eq!(told.kind(), io::ErrorKind::NotADirectory);
+        assert!(!told.to_string().contains("/dev/null"), "{told}");
+    }
+}

@@ -70,9 +70,7 @@ impl FrontEnd {
         let is_candidate = |id| self.map.is_fixed(id);
         let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
-        let is_apart = |rival: &Rival| {
-            rival.map != self.map.active() || are_apart(&self.map, here, &rival.camera_from_world)
-        };
+        let is_apart = |rival: &Rival| are_apart(&self.map, (self.map.active(), here), rival);
         let elsewhere = |located: &Located| {
             let best = std::iter::once(located.as_rival(&self.map));
             best.chain(located.rivals.iter().copied()).filter(is_apart).collect()

@@ -111,7 +111,8 @@ impl FrontEnd {
         let is_fixed = |id: &LandmarkId| self.map.is_fixed_landmark(*id);
         outcome.fixed = report.frame.features.iter().map(|f| f.landmark).filter(is_fixed).collect();
         let tried = report.tried.iter().copied().filter(|id| self.map.is_fixed_landmark(*id));
-        outcome.fixed_tried = (tried.collect(), report.num_fixed_searched);
+        outcome.fixed_tried = tried.collect();
+        outcome.num_fixed_searched = report.num_fixed_searched;
         let shows_enough = self.keeping == Keeping::Extending
             && outcome.fixed.len() >= ENOUGH_FIXED * self.config.tracking.min_matches;
         let decision = if self.keeping == Keeping::Fixed || shows_enough {

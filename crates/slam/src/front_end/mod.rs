@@ -201,7 +201,7 @@ impl FrontEnd {
         self.odometry_at = odom_from_camera.map(|_| at).or(self.odometry_at);
         let stretch = self.stretch;
         let odometry = odom_from_camera
-            .filter(|_| self.is_in_meters())
+            .filter(|_| self.uses_odometry())
             .map(|odom_from_camera| OdomPose { odom_from_camera, stretch });
         self.frames.push(FramePose { odometry, ..FramePose::unknown(at) });
         let incoming = Incoming { number: self.number(), at, pyramid: &pyramid, odometry };
@@ -232,7 +232,7 @@ impl FrontEnd {
     }
 
     /// Whether odometry is of use: the unit of length of a map that was made without is not known. Beside a fixed map it has the unit of that.
-    fn is_in_meters(&self) -> bool {
+    fn uses_odometry(&self) -> bool {
         self.phase != Phase::Tracking
             || self.keeping == Keeping::Extending
             || self.map.is_in_meters(self.map.active())

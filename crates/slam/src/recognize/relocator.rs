@@ -4,11 +4,10 @@ use std::cmp::Reverse;
 
 use visloc_core::geom::Camera;
 
-use super::{Located, Locator, Refusal, View};
+use super::{Located, Locator, Refusal, Rival, View};
 use crate::{
     config::SlamConfig,
-    lie::CameraFromWorld,
-    map::{KeyframeId, Map},
+    map::{KeyframeId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
 
@@ -97,10 +96,9 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
     found.sort_by_key(|located| Reverse(located.report.num_matched));
     let mut places: Vec<Located> = Vec::new();
     for located in found {
-        let is_elsewhere = |other: &Located| {
-            map.keyframe(other.keyframe).map != map.keyframe(located.keyframe).map
-                || are_apart(map, &other.report, &located.report.frame.camera_from_world)
-        };
+        let place = located.as_rival(map);
+        let is_elsewhere =
+            |other: &Located| are_apart(map, (map.keyframe(other.keyframe).map, &other.report), &place);
         if places.iter().all(is_elsewhere) {
             places.push(located);
         }
@@ -111,14 +109,10 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
     Some(best)
 }
 
-/// Whether another pose of an image is a different place: it would shift the image by more than a fifth of its focal length.
-pub(crate) fn are_apart(map: &Map, here: &TrackReport, other: &CameraFromWorld) -> bool {
-    is_turned_or_moved(&here.frame.camera_from_world, other, scene_depth(map, &here.frame))
-}
-
-/// The same at a depth of the scene.
-pub(crate) fn is_turned_or_moved(here: &CameraFromWorld, other: &CameraFromWorld, depth: f64) -> bool {
-    let here_from_other = *here * other.inverse();
-    here_from_other.translation().norm() > SAME_PLACE * depth
+/// Whether an image was taken at another place than here, in a map: it would be shifted by more than a fifth of its focal length.
+pub(crate) fn are_apart(map: &Map, (of, here): (MapId, &TrackReport), other: &Rival) -> bool {
+    let here_from_other = here.frame.camera_from_world * other.camera_from_world.inverse();
+    other.map != of
+        || here_from_other.translation().norm() > SAME_PLACE * scene_depth(map, &here.frame)
         || here_from_other.rotation_angle_rad() > SAME_PLACE
 }

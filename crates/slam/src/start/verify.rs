@@ -51,7 +51,7 @@ pub fn followed_covariance(covariance_px: &Matrix2<f64>) -> Matrix2<f64> {
 }
 
 /// Adjusts the motion and the points of two views together with the views between them. Two views of a plane have two motions
-/// that explain them nearly as well; more views tell them apart. What is known of the motion between two views counts as it is exact.
+/// that explain them nearly as well; more views tell them apart. What is known of the motion from elsewhere counts by its deviations.
 #[must_use]
 pub fn verify(
     candidate: &TwoView,
