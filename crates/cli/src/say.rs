@@ -46,6 +46,15 @@ pub fn count(num: usize, what: &str) -> String {
     format!("{num} {what}{plural}")
 }
 
+/// Behind an error: what was done before it; nothing if nothing was.
+pub fn what_is_done(num_frames: usize) -> String {
+    match num_frames {
+        0 => String::new(),
+        1 => " (the frame before is done)".to_owned(),
+        _ => format!(" (the {num_frames} frames before are done)"),
+    }
+}
+
 /// The message with its causes. A cause that the message before already quotes is not said twice, nor is a place that the cause names too.
 pub fn one_line(error: &anyhow::Error) -> String {
     let mut line = String::new();

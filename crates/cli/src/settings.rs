@@ -9,7 +9,7 @@ use visloc_core::{
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
 use visloc_locate::{FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
-use visloc_slam::SlamConfig;
+use visloc_slam::{Descriptor, SlamConfig};
 use visloc_world::Map;
 
 use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
@@ -127,8 +127,42 @@ pub fn with_set(mut config: SlamConfig, set: &[String]) -> Result<SlamConfig> {
         let (key, value) = setting(option)?;
         config = config.with_toml(&format!("{key} = {value}")).with_context(|| format!("--set {option}"))?;
     }
+    for option in set {
+        let key = option.split('=').next().unwrap_or_default().trim();
+        let idle = OF_SLAM_PARTS.iter().find(|(is_off, keys, _)| is_off(&config) && keys.contains(&key));
+        if let Some((_, _, reason)) = idle {
+            bail!("--set {option}: it would change nothing: {reason}");
+        }
+    }
     Ok(config)
 }
+
+/// Whether a part of SLAM is off.
+type IsOff = fn(&SlamConfig) -> bool;
+
+/// Parts of SLAM that can be off, the parameters that count for them alone, and what is off then.
+const OF_SLAM_PARTS: [(IsOff, &[&str], &str); 3] = [
+    (
+        |config| config.features.descriptor == Descriptor::Patches,
+        &["features.max_orb_distance", "features.orb_margin_px"],
+        "landmarks are recognized by patches; add --set features.descriptor=orb, or --preset orb-sdvl",
+    ),
+    (
+        |config| !config.tracking.reject_outliers,
+        &["tracking.max_hypotheses"],
+        "outliers are not rejected with tracking.reject_outliers = false",
+    ),
+    (
+        |config| !config.mapping.adjust_bundles,
+        &[
+            "mapping.adjust_lens",
+            "mapping.bundle_keyframes",
+            "mapping.bundle_first_iterations",
+            "mapping.bundle_last_iterations",
+        ],
+        "bundles are not adjusted with mapping.adjust_bundles = false",
+    ),
+];
 
 /// Parameters of an algorithm as TOML: those of a file, and single options over them; nothing if there are none.
 ///

@@ -30,7 +30,7 @@ mod system;
 mod timing;
 pub mod track;
 
-pub use config::{ConfigError, PRESETS, SlamConfig, SlamPreset};
+pub use config::{ConfigError, Descriptor, PRESETS, SlamConfig, SlamPreset};
 pub use outcome::{FrameError, FrameOutcome, FramePose, Mapped, SlamFrame, TrackingState, TrajectoryPose};
 pub use schedule::Schedule;
 pub use system::Slam;

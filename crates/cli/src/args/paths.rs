@@ -11,9 +11,9 @@ use std::{
 
 use clap::builder::{PathBufValueParser, TryMapValueParser, TypedValueParser, ValueParserFactory};
 
-/// A path that does one of these things, and what the typed one is made to.
+/// A path that does one of these things, and what the typed one is made to, or why it cannot be one.
 macro_rules! path_type {
-    ($(#[$doc:meta])* $name:ident) => { path_type! { $(#[$doc])* $name, std::convert::identity } };
+    ($(#[$doc:meta])* $name:ident) => { path_type! { $(#[$doc])* $name, Ok } };
     ($(#[$doc:meta])* $name:ident, $made:expr) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,10 +40,10 @@ macro_rules! path_type {
         }
 
         impl ValueParserFactory for $name {
-            type Parser = clap::builder::MapValueParser<PathBufValueParser, fn(PathBuf) -> Self>;
+            type Parser = TryMapValueParser<PathBufValueParser, fn(PathBuf) -> Result<Self, String>>;
 
             fn value_parser() -> Self::Parser {
-                PathBufValueParser::new().map(|typed| Self($made(typed)))
+                PathBufValueParser::new().try_map(|typed| $made(typed).map(Self))
             }
         }
     };
@@ -63,22 +63,36 @@ path_type! {
 }
 path_type! {
     /// A map of SLAM that is written. One that was there is kept beside it.
-    OutputMap
+    OutputMap, named
 }
 path_type! {
     /// A folder that files are written into.
-    OutputFolder
+    OutputFolder, named
 }
 path_type! {
     /// A recording that grows during a run: one that is there is replaced with `--overwrite` only.
-    OutputRecording
+    OutputRecording, named
 }
 
 /// Standard output where the system has a path for it.
 pub const STANDARD_OUTPUT: &str = "/dev/stdout";
 
-fn stream_or(typed: PathBuf) -> PathBuf {
-    if cfg!(unix) && typed.as_os_str() == "-" { STANDARD_OUTPUT.into() } else { typed }
+// What a parser of clap makes of a typed path is a `Result`, so this one is one as well.
+#[allow(clippy::unnecessary_wraps)]
+fn stream_or(typed: PathBuf) -> Result<PathBuf, String> {
+    Ok(if cfg!(unix) && is_stream(&typed) { STANDARD_OUTPUT.into() } else { typed })
+}
+
+/// A path that cannot be standard output.
+fn named(typed: PathBuf) -> Result<PathBuf, String> {
+    if is_stream(&typed) {
+        return Err("- is standard output, which is for single files that are written at once; give a name (./- for that one)".to_owned());
+    }
+    Ok(typed)
+}
+
+fn is_stream(typed: &Path) -> bool {
+    typed.as_os_str() == "-"
 }
 
 /// Something that is read, by its name or by its path: a source, a map, a scenario.

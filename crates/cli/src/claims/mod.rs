@@ -9,3 +9,4 @@ mod identity;
 mod tests;
 
 pub use collect::Claims;
+pub use identity::Identity;

@@ -7,7 +7,7 @@ use visloc_slam::SlamConfig;
 use visloc_vmap::{VisualMap, save};
 
 use super::visual_map::{largest, nobody};
-use crate::{say, slam::load_map};
+use crate::{claims::Identity, say, slam::load_map};
 
 /// Makes one map of two.
 ///
@@ -15,6 +15,9 @@ use crate::{say, slam::load_map};
 /// If one cannot be read, they show no common place, or the map cannot be written.
 pub fn merge(path: &Path, other_path: &Path, out: &Path, seed: u64) -> Result<()> {
     let (map, other) = (load_map(path)?, load_map(other_path)?);
+    if Identity::of(path).is(&Identity::of(other_path)) {
+        bail!("{}: expected two maps, found the same file twice", other_path.display());
+    }
     largest(&map, path)?;
     largest(&other, other_path)?;
     let merged = map.merged_with(other, &SlamConfig::default(), seed);

@@ -138,7 +138,7 @@ fn save_robot(path: &Path, mut robot: RobotCorrection, error: Option<&CameraErro
 /// Whether the source was read to its end.
 fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
     match &outcome.error {
-        Some(error) => Err(anyhow!("{error} (the {} frames before are done)", outcome.num_frames)),
+        Some(error) => Err(anyhow!("{error}{}", say::what_is_done(outcome.num_frames))),
         None if outcome.num_frames == 0 && !host().is_stopped() => {
             Err(anyhow!("{}: no frame that can be used", args.source))
         }
@@ -219,6 +219,17 @@ fn print(report: &LocalizeReport, runner: &Runner) {
         report.duration_s,
         report.frames_per_s
     );
+    if report.algorithm.evaluation.frames > 0 {
+        print_algorithm(report, runner);
+    }
+    print_cameras(&report.cameras);
+    print_live(report);
+    for line in report.skipped.lines() {
+        say::line!("{line}");
+    }
+}
+
+fn print_algorithm(report: &LocalizeReport, runner: &Runner) {
     say::line!();
     let column = Column { title: &report.algorithm.algorithm, report: &report.algorithm.evaluation };
     say::text(format_args!("{}", comparison_table(&[column])));
@@ -227,11 +238,6 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     }
     say::line!();
     for line in diagnosis_lines("localized", &report.algorithm.diagnosis) {
-        say::line!("{line}");
-    }
-    print_cameras(&report.cameras);
-    print_live(report);
-    for line in report.skipped.lines() {
         say::line!("{line}");
     }
 }

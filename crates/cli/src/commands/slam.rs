@@ -83,9 +83,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     });
     saving.save_if(pictures, FramePictures::finish);
     let is_empty = run.num_images == 0 && run.error.is_none();
-    saving.save_if(run.error, |error| {
-        bail!("{error} (the {} frames before are done)", run.history.records.num_seen())
-    });
+    saving.save_if(run.error, |error| bail!("{error}{}", say::what_is_done(run.history.records.num_seen())));
     if is_empty {
         saving.save(Err(anyhow!("{}: no image came", args.source)));
     }

@@ -168,9 +168,7 @@ fn finish(
         say::line!("pictures: {}", folder.display());
         Ok(())
     });
-    saving.save_if(run.broken.as_ref(), |broken| {
-        bail!("{broken} (the {} frames before are done)", run.records.len())
-    });
+    saving.save_if(run.broken.as_ref(), |broken| bail!("{broken}{}", say::what_is_done(run.records.len())));
     if run.records.is_empty() && run.broken.is_none() && !host().is_stopped() {
         saving.save(Err(anyhow!("{}: no frame that can be used", args.source)));
     }

@@ -106,8 +106,9 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
             "compare these with the real camera: --camera FILE, --camera-height, --camera-tilt; and the map's sizes and goal colors",
         ),
         Cause::Unconfirmed => (
-            format!("a place fits, but was not confirmed: {}", best_words(facts)),
-            "more different views help: let the robot move and look around; --plots DIR draws the reliability (errors.png)",
+            format!("a place fits, but was not confirmed: {}; {}", best_words(facts), camera_words(facts)),
+            "more different views help: let the robot move and look around; a wrong --camera, --camera-height or --camera-tilt fits \
+             nowhere for long; --plots DIR draws the reliability (errors.png)",
         ),
         Cause::ShortRun => (
             format!("the run is short ({:.1} s): {}", facts.duration_secs, best_words(facts)),

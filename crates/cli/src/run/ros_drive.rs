@@ -41,12 +41,13 @@ impl RosDriver {
     ) -> Result<Self> {
         let mut node = node_settings(domain_id);
         node.name.push_str("_drive");
-        let publisher = DrivePublisher::open(&node, topics)?;
+        let mut publisher = DrivePublisher::open(&node, topics)?;
         let is_over = Arc::new(AtomicBool::new(false));
         let over = Arc::clone(&is_over);
         let work = move || {
             let mut course = Course::default();
             while !over.load(Ordering::Relaxed) {
+                publisher.keep_joined();
                 course.tell(&publisher, wanted());
                 thread::sleep(EVERY);
             }

@@ -212,6 +212,26 @@ fn options_of_the_pipeline_that_change_nothing_are_refused() {
 }
 
 #[test]
+fn options_for_parts_of_slam_that_are_off_are_refused() {
+    let workspace = Workspace::new();
+    let base = ["slam", "sim:room", "--end", "2"];
+    for (off, option) in [
+        ("features.descriptor=patches", "features.max_orb_distance=50"),
+        ("features.descriptor=patches", "features.orb_margin_px=4"),
+        ("tracking.reject_outliers=false", "tracking.max_hypotheses=50"),
+        ("mapping.adjust_bundles=false", "mapping.adjust_lens=false"),
+        ("mapping.adjust_bundles=false", "mapping.bundle_keyframes=5"),
+        ("mapping.adjust_bundles=false", "mapping.bundle_first_iterations=5"),
+        ("mapping.adjust_bundles=false", "mapping.bundle_last_iterations=5"),
+    ] {
+        let error = workspace.refused(&[&base[..], &["--set", off, "--set", option]].concat());
+        assert!(error.contains(option) && error.contains("it would change nothing"), "{error}");
+    }
+    let orb = ["--set", "features.descriptor=orb", "--set", "features.max_orb_distance=50"];
+    workspace.must(&[&base[..], &orb].concat());
+}
+
+#[test]
 fn numbers_that_no_key_can_have_are_told_as_they_were_typed() {
     let workspace = Workspace::new();
     for (value, found) in [

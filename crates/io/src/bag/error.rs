@@ -79,6 +79,19 @@ pub enum BagError {
         /// What the topic is for.
         role: TopicRole,
     },
+    /// A topic that is needed is announced in the recording and has no messages.
+    #[error("{}: topic '{topic}' for {} has no messages in this recording; name another one (on the command line --topics){}{}",
+             path.display(), role.meaning(), instead_of(*role), list_others(others))]
+    NoMessages {
+        /// The recording.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// What the topic is for.
+        role: TopicRole,
+        /// Topics of a fitting type that have messages.
+        others: Vec<TopicInfo>,
+    },
     /// A topic of ROS 1 whose definition of messages is damaged.
     #[error(
         "{}: topic '{topic}': expected the definition of its messages ({type_name}) among the connections at the end of the bag, found \
@@ -129,6 +142,15 @@ fn list_of_type(expected_type: &str, topics: &[TopicInfo]) -> String {
         topics.iter().cloned().partition(|topic| expected_type.contains(&topic.type_name));
     let none = if fitting.is_empty() && !topics.is_empty() { ", none of them of that type" } else { "" };
     format!("Topics there{none}: {}", list_topics(&[fitting, others].concat()))
+}
+
+/// What could be named instead, as the end of a sentence.
+fn list_others(topics: &[TopicInfo]) -> String {
+    if topics.is_empty() {
+        String::new()
+    } else {
+        format!("; of the same type and with messages: {}", list_topics(topics))
+    }
 }
 
 fn list_topics(topics: &[TopicInfo]) -> String {

@@ -65,7 +65,37 @@ pub(super) fn check_topics(
             }
         }
     }
+    let has_messages = |role| find(role).is_some_and(|info| info.num_messages > 0);
+    let has_place = given.robot_from_camera.is_some()
+        || given.robot.is_some()
+        || [TopicRole::Tf, TopicRole::TfStatic, TopicRole::RobotDescription].into_iter().any(has_messages);
+    for (role, is_given) in [
+        (TopicRole::Image, false),
+        (TopicRole::CameraInfo, given.camera.is_some()),
+        (TopicRole::Tf, has_place),
+    ] {
+        if let Some(info) = find(role).filter(|_| !is_given && !has_messages(role)) {
+            return Err(no_messages(path, available, info, role));
+        }
+    }
     Ok(())
+}
+
+/// That a topic which is needed has nothing to say.
+pub(super) fn no_messages(
+    path: &Path,
+    available: &[TopicInfo],
+    found: &TopicInfo,
+    role: TopicRole,
+) -> BagError {
+    let is_other =
+        |info: &&TopicInfo| info.num_messages > 0 && role.type_names().contains(&info.type_name.as_str());
+    BagError::NoMessages {
+        path: path.to_path_buf(),
+        topic: found.topic.clone(),
+        role,
+        others: available.iter().filter(is_other).cloned().collect(),
+    }
 }
 
 /// Checks that the topic of a role is there, with a type that can be read.

@@ -9,7 +9,7 @@ use crate::bag::{
     choose::choose_topics,
     decode::decode,
     files::{BagFiles, bag_files},
-    index::{check_topic, topics_of_files},
+    index::{check_topic, no_messages, topics_of_files},
     stream::MessageStream,
 };
 
@@ -42,6 +42,9 @@ impl BagPictures {
         let available = topics_of_files(&files)?;
         let topics = &choose_topics(&available, topics);
         let images = check_topic(path, &available, topics, TopicRole::Image)?;
+        if images.num_messages == 0 {
+            return Err(no_messages(path, &available, images, TopicRole::Image));
+        }
         let num_pictures = usize::try_from(images.num_messages).ok();
         let camera = first_camera(files.clone(), &available, topics);
         let camera_info = camera.map(|_| topics.camera_info.clone()).unwrap_or_default();

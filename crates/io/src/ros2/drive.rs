@@ -5,7 +5,10 @@ use visloc_core::geom::nao::HeadAngles;
 
 use crate::{
     bag::messages::{Header, JointTrajectory, JointTrajectoryPoint, Time, Twist, Vector3},
-    ros2::{Node, NodeSettings, Ros2Error, node::Delivery},
+    ros2::{
+        Node, NodeSettings, Ros2Error,
+        node::{Delivery, Watch},
+    },
 };
 
 /// Time for the head to get to where it is to look, nanoseconds.
@@ -38,8 +41,10 @@ pub struct DrivePublisher {
     velocity: Publisher<Twist>,
     head: Publisher<JointTrajectory>,
     joints: [String; 2],
+    settings: (NodeSettings, DriveTopics),
+    watch: Watch,
     /// Leaves the network last.
-    _node: Node,
+    node: Node,
 }
 
 impl DrivePublisher {
@@ -53,8 +58,19 @@ impl DrivePublisher {
             velocity: node.advertise(&topics.velocity, "geometry_msgs/msg/Twist", Delivery::Last)?,
             head: node.advertise(&topics.head, "trajectory_msgs/msg/JointTrajectory", Delivery::Last)?,
             joints: topics.joints.clone(),
-            _node: node,
+            settings: (settings.clone(), topics.clone()),
+            watch: Watch::default(),
+            node,
         })
+    }
+
+    /// Advertises the topics anew if the network was left. To be called again and again.
+    pub fn keep_joined(&mut self) {
+        if self.watch.sees_that_left(&self.node)
+            && let Ok(anew) = Self::open(&self.settings.0, &self.settings.1)
+        {
+            *self = anew;
+        }
     }
 
     /// Speeds ahead and to the left, meters per second, and counter-clockwise, radians per second. Whether it was sent.

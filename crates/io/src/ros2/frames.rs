@@ -226,6 +226,13 @@ impl LiveFrames {
                 return Some(frame);
             }
             self.mind_missing();
+            if is_silent
+                && self.vigil.is_pause(&self.host)
+                && let Err(error) = self.receiver.keep_joined(&self.host)
+            {
+                let origin = self.topics.image.clone();
+                return Some(Err(SourceError::Broken { origin, reason: error.to_string() }));
+            }
             if is_silent && self.vigil.is_over(&self.host, || self.receiver.node.topics()) {
                 return self.last_words();
             }

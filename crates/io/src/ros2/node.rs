@@ -27,6 +27,9 @@ pub struct LiveTopic {
     pub type_name: String,
 }
 
+/// So many calls apart it is asked whether the network was left.
+const CALLS_BETWEEN: u32 = 32;
+
 /// A node in the network of ROS 2. It leaves when it is dropped.
 pub struct Node {
     context: Context,
@@ -100,6 +103,12 @@ impl Node {
         topics
     }
 
+    /// Whether the node has left the network without being asked: the threads of `rustdds` end when the process is stopped and goes on
+    /// (Ctrl-Z, a debugger), since that interrupts what they wait for.
+    pub(crate) fn has_left(&self) -> bool {
+        self.context.domain_participant().assert_liveliness().is_err()
+    }
+
     pub(crate) fn subscribe<M: 'static>(
         &mut self,
         topic: &str,
@@ -157,6 +166,19 @@ impl Node {
         self.node
             .create_topic(&name, message_type, profile)
             .map_err(|error| topic_error(topic, type_name, error.to_string()))
+    }
+}
+
+/// Asks now and then whether the network was left: the question costs more than most calls.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    num_calls: u32,
+}
+
+impl Watch {
+    pub(crate) fn sees_that_left(&mut self, node: &Node) -> bool {
+        self.num_calls = (self.num_calls + 1) % CALLS_BETWEEN;
+        self.num_calls == 0 && node.has_left()
     }
 }
 

@@ -81,6 +81,9 @@ impl LivePictures {
         let broken = |reason: String| SourceError::Broken { origin: self.topics.image.clone(), reason };
         let received = self.receiver.inbox.take_all(wait).map_err(broken)?;
         let is_silent = received.is_empty();
+        if is_silent && self.vigil.is_pause(&self.host) {
+            self.receiver.keep_joined(&self.host).map_err(|error| broken(error.to_string()))?;
+        }
         for received in received {
             match received {
                 Received::Message(at, message) => self.accept(at, message),

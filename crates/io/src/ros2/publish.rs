@@ -11,7 +11,11 @@ use crate::{
             PointCloud2, PointField, Pose, PoseArray, PoseStamped, PoseWithCovarianceStamped, TfMessage,
         },
     },
-    ros2::{Middleware, Node, NodeSettings, Ros2Error, node::Delivery, services::Services},
+    ros2::{
+        Middleware, Node, NodeSettings, Ros2Error,
+        node::{Delivery, Watch},
+        services::Services,
+    },
 };
 
 /// What another program asks for.
@@ -62,7 +66,7 @@ pub struct ResultPublisher {
     diagnostics: Publisher<DiagnosticArray>,
     camera_pose: Publisher<PoseStamped>,
     points: Publisher<PointCloud2>,
-    map: Option<Publisher<OccupancyGrid>>,
+    map: Option<(Publisher<OccupancyGrid>, OccupancyGrid)>,
     state: Publisher<NodeState>,
     is_active: bool,
     services: Services,
@@ -70,6 +74,8 @@ pub struct ResultPublisher {
     reset: Subscription<Empty>,
     save_map: Subscription<Empty>,
     num_failed: usize,
+    settings: PublishSettings,
+    watch: Watch,
     /// Leaves the network last.
     node: Node,
 }
@@ -105,6 +111,8 @@ impl ResultPublisher {
             reset: node.subscribe("/visloc/reset", "std_msgs/msg/Empty", Delivery::Newest)?,
             save_map: node.subscribe("/visloc/save_map", "std_msgs/msg/Empty", Delivery::Newest)?,
             num_failed: 0,
+            settings: settings.clone(),
+            watch: Watch::default(),
             node,
         };
         publisher.publish_state(INACTIVE);
@@ -117,11 +125,27 @@ impl ResultPublisher {
     /// If the topic cannot be published.
     pub fn publish_map(&mut self, map: OccupancyGrid) -> Result<(), Ros2Error> {
         let publisher = match self.map.take() {
-            Some(publisher) => publisher,
+            Some((publisher, _)) => publisher,
             None => self.node.advertise("/map", "nav_msgs/msg/OccupancyGrid", Delivery::Kept)?,
         };
-        self.num_failed += usize::from(publisher.publish(map).is_err());
-        self.map = Some(publisher);
+        self.num_failed += usize::from(publisher.publish(map.clone()).is_err());
+        self.map = Some((publisher, map));
+        Ok(())
+    }
+
+    /// Advertises all anew if the network was left.
+    fn keep_joined(&mut self) -> Result<(), Ros2Error> {
+        if self.watch.sees_that_left(&self.node) {
+            let mut anew = Self::open(&self.settings)?;
+            anew.num_failed = self.num_failed;
+            if self.is_active {
+                anew.note_image();
+            }
+            if let Some((_, map)) = self.map.take() {
+                anew.publish_map(map)?;
+            }
+            *self = anew;
+        }
         Ok(())
     }
 
@@ -174,7 +198,9 @@ impl ResultPublisher {
     }
 
     /// Has everything done that was asked for since the last time, and answers with what was done or why not. Nothing is waited for.
-    pub fn obey(&self, mut act: impl FnMut(Order) -> Result<String, String>) {
+    pub fn obey(&mut self, mut act: impl FnMut(Order) -> Result<String, String>) {
+        // Without a network it is tried again later.
+        let _ = self.keep_joined();
         let mut orders = Vec::new();
         while let Ok(Some((message, _))) = self.initial_pose.take() {
             orders.extend(initial_pose(&message));

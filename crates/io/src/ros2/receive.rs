@@ -77,6 +77,8 @@ impl LiveSettings {
 
 /// Subscriptions that fill an inbox. Dropping it ends the thread.
 pub(crate) struct Receiver {
+    settings: LiveSettings,
+    roles: Vec<TopicRole>,
     pub inbox: Arc<Inbox>,
     pub node: Node,
     pub image_type: &'static str,
@@ -111,7 +113,24 @@ impl Receiver {
                 to.fail("the subscriptions have ended".into());
             }
         });
-        Ok(Self { inbox, node, image_type, stop: Some(stop), thread: Some(thread) })
+        Ok(Self {
+            settings: settings.clone(),
+            roles: roles.to_vec(),
+            inbox,
+            node,
+            image_type,
+            stop: Some(stop),
+            thread: Some(thread),
+        })
+    }
+
+    /// Subscribes anew if the network was left.
+    pub(crate) fn keep_joined(&mut self, host: &Host) -> Result<(), Ros2Error> {
+        if self.node.has_left() {
+            host.notice("the network of ROS 2 was left while this program was stopped; it is joined again");
+            *self = Self::start(&self.settings, &self.roles, host)?;
+        }
+        Ok(())
     }
 }
 

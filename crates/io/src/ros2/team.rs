@@ -4,7 +4,10 @@ use ros2_client::{Publisher, Subscription};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::ros2::{Node, NodeSettings, Ros2Error, node::Delivery};
+use crate::ros2::{
+    Node, NodeSettings, Ros2Error,
+    node::{Delivery, Watch},
+};
 
 /// Most messages that are taken at a time.
 const MAX_TAKEN: usize = 256;
@@ -16,8 +19,10 @@ pub struct TeamLink<M: Serialize, S> {
     sightings: Subscription<S>,
     num_failed: usize,
     num_damaged: usize,
+    settings: (NodeSettings, String, u8),
+    watch: Watch,
     /// Leaves the network last.
-    _node: Node,
+    node: Node,
 }
 
 impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> TeamLink<M, S> {
@@ -37,8 +42,20 @@ impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> T
             sightings: node.subscribe(&sightings, sightings_type, Delivery::Newest)?,
             num_failed: 0,
             num_damaged: 0,
-            _node: node,
+            settings: (settings.clone(), team.to_owned(), number),
+            watch: Watch::default(),
+            node,
         })
+    }
+
+    /// Joins anew if the network was left.
+    fn keep_joined(&mut self) {
+        let (settings, team, number) = &self.settings;
+        if self.watch.sees_that_left(&self.node)
+            && let Ok(anew) = Self::open(settings, team, *number)
+        {
+            *self = Self { num_failed: self.num_failed, num_damaged: self.num_damaged, ..anew };
+        }
     }
 
     /// Tells the others.
@@ -48,6 +65,7 @@ impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> T
 
     /// What has come since the last time, the own messages among it. Nothing is waited for.
     pub fn messages(&mut self) -> Vec<M> {
+        self.keep_joined();
         take(&self.messages, &mut self.num_damaged)
     }
 

@@ -6,6 +6,8 @@ use crate::ros2::LiveTopic;
 
 /// A silence that the user hears of, seconds.
 const SILENCE_SECS: f64 = 3.0;
+/// After such a silence it is worth asking whether the network is still there, seconds.
+const PAUSE_SECS: f64 = 0.5;
 
 /// Watches the images of a topic.
 #[derive(Debug)]
@@ -55,6 +57,11 @@ impl Vigil {
             host.notice(&format!("{}: {}", self.topic, self.why_silent(secs, &topics())));
         }
         false
+    }
+
+    /// Whether nothing has come for a moment.
+    pub(crate) fn is_pause(&self, host: &Host) -> bool {
+        host.now().secs_since(self.last_at) > PAUSE_SECS
     }
 
     /// How long silence is borne, seconds; 0 if for ever.

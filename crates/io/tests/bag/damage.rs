@@ -9,7 +9,7 @@ use visloc_core::{
 };
 use visloc_io::bag::{BagError, BagReader, BagTopics, BagWriterOptions, ChunkCompression, ImageEncoding};
 
-use crate::support::{copy, frame, keep, read, testdata, write};
+use crate::support::{copy, copy_without_messages, frame, keep, read, testdata, write};
 
 const IMAGE: &str = "/camera/image/compressed";
 
@@ -65,13 +65,37 @@ fn every_cut_of_a_compressed_file_is_handled() {
             match BagReader::open(&path, BagTopics::default()) {
                 Ok(mut bag) => while bag.next_frame().is_some() {},
                 Err(error) => {
-                    let is_expected =
-                        matches!(error, BagError::NotMcap { .. } | BagError::MissingTopic { .. });
+                    let is_expected = matches!(
+                        error,
+                        BagError::NotMcap { .. }
+                            | BagError::MissingTopic { .. }
+                            | BagError::NoMessages { .. }
+                    );
                     assert!(is_expected, "{error}");
                 }
             }
         }
     }
+}
+
+#[test]
+fn topics_without_messages_are_told_with_what_can_be_given_instead() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("empty-topic.mcap");
+    for (topic, instead) in [
+        (IMAGE, "--topics"),
+        ("/camera/camera_info", "--camera FILE"),
+        ("/tf", "--camera-height METERS --camera-tilt DEGREES"),
+    ] {
+        copy_without_messages(&testdata("R1-excerpt.mcap"), &path, topic);
+        let Err(error) = BagReader::open(&path, BagTopics::default()) else { panic!("opened") };
+        assert!(matches!(error, BagError::NoMessages { .. }), "{error}");
+        let text = error.to_string();
+        assert!(text.contains(topic) && text.contains("no messages") && text.contains(instead), "{text}");
+    }
+    // What is not needed may be silent.
+    copy_without_messages(&testdata("R1-excerpt.mcap"), &path, "/odom");
+    assert_eq!(read(&path).frames.len(), 90);
 }
 
 #[test]

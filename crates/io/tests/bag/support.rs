@@ -115,6 +115,23 @@ pub fn copy(
     writer.finish().unwrap();
 }
 
+/// A copy in which a topic is announced and has no messages.
+pub fn copy_without_messages(from: &Path, to: &Path, topic: &str) {
+    let bytes = fs::read(from).unwrap();
+    let mut writer = WriteOptions::new().create(BufWriter::new(File::create(to).unwrap())).unwrap();
+    for message in MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        if message.channel.topic != topic {
+            writer.write(&message).unwrap();
+            continue;
+        }
+        let (channel, schema) = (&message.channel, message.channel.schema.as_ref().unwrap());
+        let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data).unwrap();
+        writer.add_channel(schema_id, topic, &channel.message_encoding, &channel.metadata).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
 pub fn keep(topic: &str, data: &[u8]) -> Option<(String, Vec<u8>)> {
     Some((topic.to_string(), data.to_vec()))
 }

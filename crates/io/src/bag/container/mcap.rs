@@ -151,7 +151,12 @@ impl Counted {
                 }
             }
             Record::Statistics(statistics) => {
-                self.has_statistics = true;
+                // Some writers count the messages of the whole file only.
+                let is_by_channel = !statistics.channel_message_counts.is_empty();
+                self.has_statistics = is_by_channel || statistics.message_count == 0;
+                if !self.has_statistics {
+                    return;
+                }
                 for (id, info) in &mut self.channels {
                     info.num_messages = statistics.channel_message_counts.get(id).copied().unwrap_or(0);
                 }

@@ -62,8 +62,9 @@ pub fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, MapError>
         |line: Option<usize>, reason: String| MapError::Syntax { name: name.to_owned(), line, reason };
     let options =
         ParsingOptions { nodes_limit: 4 * MAX_ELEMENTS as u32, allow_dtd: true, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options)
-        .map_err(|error| syntax(Some(error.pos().row as usize), error.to_string()))?;
+    let document = Document::parse_with_options(text, options).map_err(|error| {
+        syntax(Some(error.pos().row as usize), format!("expected a plan as SVG: {error}"))
+    })?;
     let mut reader = Reader::new(&document).map_err(|reason| syntax(None, reason))?;
     reader.note_scale();
     let root = Inherited { to_map: reader.page.to_map(), ..Inherited::default() };
@@ -224,6 +225,16 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
         Ok(())
     }
 
+    /// Says what a nameless element is by its color.
+    fn taken_for(&mut self, part: &Part, role: Role) -> Role {
+        let what = match role {
+            Role::Door { .. } => "a door, since it has a color",
+            _ => "a wall, since it is gray or black",
+        };
+        self.drawing.notes.taken(part, &format!("for {what}; no name in id, class or layer says what it is"));
+        role
+    }
+
     /// Adds what an element draws to the drawing.
     fn add(&mut self, node: Node<'_, '_>, here: &Inherited, drawn: Vec<Drawn>) -> Result<(), String> {
         let part = self.part(node);
@@ -250,9 +261,13 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
                 Role::Door { color, is_open }
             }
             (Some(role), ..) => role,
-            (None, Paint::Color(color), _) if color.is_gray() => Role::Wall,
-            (None, Paint::Color(color), _) => Role::Door { color: Some(color), is_open: false },
-            (None, _, Paint::Color(color)) if color.is_gray() && color.rgb[1] < 0x90 => Role::Wall,
+            (None, Paint::Color(color), _) if color.is_gray() => self.taken_for(&part, Role::Wall),
+            (None, Paint::Color(color), _) => {
+                self.taken_for(&part, Role::Door { color: Some(color), is_open: false })
+            }
+            (None, _, Paint::Color(color)) if color.is_gray() && color.rgb[1] < 0x90 => {
+                self.taken_for(&part, Role::Wall)
+            }
             _ => {
                 let reason =
                     "neither named wall, corridor or door, nor with a stroke of a color or a dark fill";
