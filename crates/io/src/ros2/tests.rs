@@ -169,7 +169,7 @@ fn pictures_need_no_robot_and_bring_their_calibration() {
 fn orders_arrive_and_other_types_are_seen() {
     let settings = settings("operator");
     let Some(mut node) = join(&settings) else { return };
-    let results =
+    let mut results =
         ResultPublisher::open(&PublishSettings::new(NodeSettings { name: "visloc".into(), ..settings }))
             .unwrap();
     let reset = node.advertise("/visloc/reset", "std_msgs/msg/Empty", Delivery::Reliable).unwrap();
