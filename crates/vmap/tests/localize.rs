@@ -95,7 +95,7 @@ fn a_camera_that_is_carried_away_is_found_again_within_two_images() {
 }
 
 #[test]
-fn an_image_tries_half_of_the_places_and_the_next_one_the_others() {
+fn two_images_are_enough_where_few_places_are_tried() {
     let clip = clip();
     let map = taught(&clip);
     let mut config = config();

@@ -39,8 +39,7 @@ impl Relocator {
         Self { camera: *camera, config: config.clone(), locator, is_doubting: false }
     }
 
-    /// Finds more in less time from now on, for those who doubt what is found until they see more of it. As long as nothing is found,
-    /// images in turn try the keyframes that look most like them and those that come next.
+    /// Finds more in less time from now on, for those who doubt what is found until they see more of it.
     pub fn doubt(&mut self) {
         self.is_doubting = true;
         self.locator.doubt();
@@ -71,20 +70,10 @@ impl Relocator {
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
-        let mut candidates = self.candidates(map, is_candidate, &view);
-        // Half of them for each image.
-        let half = if self.is_doubting { candidates.len().min(self.half()) } else { candidates.len() };
-        if !incoming.number.is_multiple_of(2) && half < candidates.len() {
-            candidates.rotate_left(half);
-        }
         let (mut refused, mut found) = (None, Vec::<Located>::new());
         // Most descriptors in common with a keyframe by which so much was found that a place with less in common is no rival.
         let mut most_shared = 0;
-        for (number, Ranked { keyframe: id, num_shared, .. }) in candidates.into_iter().enumerate() {
-            // What was found may be elsewhere, too.
-            if number >= half && found.is_empty() {
-                break;
-            }
+        for Ranked { keyframe: id, num_shared, .. } in self.candidates(map, is_candidate, &view) {
             if RIVAL_SHARE * num_shared < most_shared {
                 continue;
             }
@@ -100,11 +89,6 @@ impl Relocator {
             }
         }
         best_of(map, found).ok_or(refused)
-    }
-
-    /// Keyframes that one image tries as long as nothing is found.
-    fn half(&self) -> usize {
-        self.config.relocation.max_tries.div_ceil(2)
     }
 
     /// Whether so much was found that only a place that looks as much like the image may be another one.
