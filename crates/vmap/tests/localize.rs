@@ -95,6 +95,36 @@ fn a_camera_that_is_carried_away_is_found_again_within_two_images() {
 }
 
 #[test]
+fn two_images_are_enough_where_few_places_are_tried() {
+    let clip = clip();
+    let map = taught(&clip);
+    let mut config = config();
+    config.relocation.max_tries = 2;
+    let (mut num, mut num_first) = (0, 0);
+    for start in (0..clip.images.len() - 2).step_by(9) {
+        let mut localizer = MapLocalizer::in_map(&map, &clip.camera, &config, start as u64).unwrap();
+        let is_found = |(at, image): &(Timestamp, GrayImage)| {
+            localizer.step(GrayFrame::new(*at, image.clone())).unwrap().is_some_and(|e| e.is_localized())
+        };
+        let found: Vec<bool> = clip.images[start..start + 2].iter().map(is_found).collect();
+        num += 1;
+        num_first += usize::from(found[0]);
+        assert!(found[1], "from image {start}");
+    }
+    assert!(num_first > num / 2, "{num_first} of {num}");
+}
+
+#[test]
+fn a_localizer_shares_the_landmarks_of_its_map() {
+    let clip = clip();
+    let map = taught(&clip);
+    let localizer = MapLocalizer::in_map(&map, &clip.camera, &config(), 3).unwrap();
+    let copy = localizer.slam().map();
+    assert!(map.map.all_landmarks().count() > 100);
+    assert!(map.map.all_landmarks().all(|(id, landmark)| std::ptr::eq(landmark, copy.landmark(id))));
+}
+
+#[test]
 fn what_is_dark_has_no_place() {
     let clip = clip();
     let map = taught(&clip);

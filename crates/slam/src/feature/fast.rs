@@ -42,6 +42,34 @@ pub struct FastCorner {
 ///
 /// Source: Rosten and Drummond, "Machine learning for high-speed corner detection", 2006 (FAST-9).
 pub fn detect_fast(image: &GrayImage, threshold: u8, corners: &mut Vec<FastCorner>) {
+    for_each_block(image, |x, y, num_before| {
+        let hits = block_hits(image, x, y, threshold);
+        for i in (num_before..BLOCK).filter(|i| hits[*i] != 0) {
+            corners.push(FastCorner { x: (x + i) as u32, y: y as u32 });
+        }
+    });
+}
+
+/// As [`detect_fast`], and whether each corner is one with a higher threshold, too.
+pub fn detect_graded_fast(
+    image: &GrayImage,
+    (threshold, high_threshold): (u8, u8),
+    corners: &mut Vec<(FastCorner, bool)>,
+) {
+    for_each_block(image, |x, y, num_before| {
+        let hits = block_hits(image, x, y, threshold);
+        if hits == [0; BLOCK] {
+            return;
+        }
+        let clear = block_hits(image, x, y, high_threshold);
+        for i in (num_before..BLOCK).filter(|i| hits[*i] != 0) {
+            corners.push((FastCorner { x: (x + i) as u32, y: y as u32 }, clear[i] != 0));
+        }
+    });
+}
+
+/// Column and row of each block, and how many of its first pixels are those of the block before.
+fn for_each_block(image: &GrayImage, mut take: impl FnMut(usize, usize, usize)) {
     let (width, height) = (image.width(), image.height());
     if width < 2 * FAST_RADIUS_PX + BLOCK || height <= 2 * FAST_RADIUS_PX {
         return;
@@ -50,14 +78,9 @@ pub fn detect_fast(image: &GrayImage, threshold: u8, corners: &mut Vec<FastCorne
         let end = width - FAST_RADIUS_PX;
         let mut x = FAST_RADIUS_PX;
         while x < end {
-            // The last block overlaps the one before; its first pixels are skipped.
+            // The last block overlaps the one before.
             let start = x.min(end - BLOCK);
-            let hits = block_hits(image, start, y, threshold);
-            for (i, hit) in hits.iter().enumerate().skip(x - start) {
-                if *hit != 0 {
-                    corners.push(FastCorner { x: (start + i) as u32, y: y as u32 });
-                }
-            }
+            take(start, y, x - start);
             x = start + BLOCK;
         }
     }
@@ -166,7 +189,15 @@ mod tests {
                     }
                 }
             }
-            prop_assert_eq!(corners, expected);
+            prop_assert_eq!(&corners, &expected);
+            let mut graded = Vec::new();
+            detect_graded_fast(&image, (threshold, threshold + 30), &mut graded);
+            let (corners, is_clear): (Vec<FastCorner>, Vec<bool>) = graded.into_iter().unzip();
+            prop_assert_eq!(&corners, &expected);
+            for (corner, is_clear) in expected.iter().zip(is_clear) {
+                let (x, y) = (corner.x as usize, corner.y as usize);
+                prop_assert_eq!(is_clear, is_corner_by_definition(&image, x, y, threshold + 30));
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 use visloc_core::GrayImage;
 
-use super::{detect_fast, fast::FastCorner, shi_tomasi_score};
+use super::{detect_fast, detect_graded_fast, fast::FastCorner, shi_tomasi_score};
 use crate::image::{Pyramid, px_from_level};
 
 /// A corner of some level.
@@ -93,16 +93,51 @@ fn gradient_noise_of(image: &GrayImage) -> f32 {
     scores.get(scores.len() / 4).copied().unwrap_or(0.0).min(MOST_NOISE)
 }
 
+/// The best corner of each free cell, best cells first: clear ones, then faint ones in the cells that have none. The cells of the clear
+/// ones are taken afterwards. The threshold of faint ones is not above that of clear ones.
+#[must_use]
+pub fn detect_corners_twice(
+    pyramid: &Pyramid,
+    grid: &mut CornerGrid,
+    (clear, faint): (CornerSearch, CornerSearch),
+) -> Vec<Corner> {
+    let num_levels = clear.num_levels.max(faint.num_levels).min(pyramid.num_levels());
+    let graded = |level: usize| {
+        let mut found = Vec::new();
+        detect_graded_fast(pyramid.level(level), (faint.threshold, clear.threshold), &mut found);
+        found
+    };
+    let found: Vec<Vec<(FastCorner, bool)>> = (0..num_levels).map(graded).collect();
+    let is_clear = |(corner, is_clear): &(FastCorner, bool)| is_clear.then_some(*corner);
+    let mut corners = best_of_cells(pyramid, grid, clear, |level| found[level].iter().filter_map(is_clear));
+    for corner in &corners {
+        grid.take(grid.cell(&corner.px));
+    }
+    let all = |level: usize| found[level].iter().map(|(corner, _)| *corner);
+    corners.extend(best_of_cells(pyramid, grid, faint, all));
+    corners
+}
+
 /// The best corner of each free cell, best cells first.
 #[must_use]
 pub fn detect_corners(pyramid: &Pyramid, grid: &CornerGrid, search: CornerSearch) -> Vec<Corner> {
+    best_of_cells(pyramid, grid, search, |level| {
+        let mut found: Vec<FastCorner> = Vec::new();
+        detect_fast(pyramid.level(level), search.threshold, &mut found);
+        found.into_iter()
+    })
+}
+
+fn best_of_cells<I: Iterator<Item = FastCorner>>(
+    pyramid: &Pyramid,
+    grid: &CornerGrid,
+    search: CornerSearch,
+    corners_of: impl Fn(usize) -> I,
+) -> Vec<Corner> {
     let mut best: Vec<Option<Corner>> = vec![None; grid.num_cells()];
-    let mut found: Vec<FastCorner> = Vec::new();
     for level in 0..search.num_levels.min(pyramid.num_levels()) {
         let image = pyramid.level(level);
-        found.clear();
-        detect_fast(image, search.threshold, &mut found);
-        for corner in &found {
+        for corner in corners_of(level) {
             let px = px_from_level(&Point2::new(f64::from(corner.x), f64::from(corner.y)), level);
             let cell = grid.cell(&px);
             if grid.is_taken(cell) {

@@ -176,6 +176,13 @@ impl Map {
             if !self.landmarks[index].is_alive() {
                 continue;
             }
+            // What stays as it is stays shared with other copies.
+            let is_changed = |observation: &Observation| {
+                is_own[observation.keyframe.index()] && observation.ray != camera.bearing(&observation.px)
+            };
+            if !self.landmarks[index].observations.iter().any(is_changed) {
+                continue;
+            }
             let of_own = |observation: &&mut Observation| is_own[observation.keyframe.index()];
             for observation in self.landmarks[index].observations.iter_mut().filter(of_own) {
                 observation.ray = camera.bearing(&observation.px);

@@ -189,10 +189,11 @@ impl Map {
             map.keyframes.push(restored_keyframe(number, keyframe, camera, picture).map_err(wrong)?);
             map.num_maps = map.num_maps.max(keyframe.map + 1);
         }
-        for (number, landmark) in landmarks.iter().enumerate() {
+        // Each is let go of at once: a large map is in memory once.
+        for (number, landmark) in landmarks.into_iter().enumerate() {
             let wrong = |expected| RestoreError::Landmark { number, expected };
             let descriptors = landmark.observations.iter().map(|seen| (seen.keyframe, seen.descriptor));
-            map.add_restored(landmark).map_err(wrong)?;
+            map.add_restored(&landmark).map_err(wrong)?;
             let id = LandmarkId(number as u32);
             for (keyframe, descriptor) in descriptors {
                 let Some(descriptor) = descriptor else { continue };
@@ -247,11 +248,18 @@ impl Map {
     /// Lists all keyframes that were described in the index.
     fn index_views(&mut self) {
         let index = Arc::make_mut(&mut self.index);
-        for (id, keyframe) in (0..).map(KeyframeId).zip(self.keyframes.iter()) {
-            if let Some(view) = &keyframe.view {
-                index.add(id, view);
+        for number in 0..self.keyframes.len() {
+            if self.keyframes[number].view.is_none() {
+                continue;
+            }
+            let keyframe = &mut self.keyframes[number];
+            keyframe.landmarks.shrink_to_fit();
+            if let Some(view) = &mut keyframe.view {
+                Arc::make_mut(view).places.shrink_to_fit();
+                index.add(KeyframeId(number as u32), view);
             }
         }
+        index.shrink();
     }
 
     /// Follows a camera from now on: keyframes that a camera with the same calibration took are its own. Answers the camera as these

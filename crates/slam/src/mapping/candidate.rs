@@ -6,7 +6,7 @@ use visloc_core::geom::Camera;
 use super::{DepthFilter, EpipolarSearch, View};
 use crate::{
     config::{FeatureConfig, MappingConfig},
-    feature::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise},
+    feature::{Corner, CornerGrid, CornerSearch, detect_corners, detect_corners_twice, gradient_noise},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
     track::Found,
@@ -49,21 +49,17 @@ pub fn corners_in_two_passes(
         threshold: features.fast_threshold,
         min_score: features.min_score,
     };
-    let mut corners = detect_corners(pyramid, grid, search);
-    if features.low_fast_threshold < features.fast_threshold {
-        for corner in &corners {
-            grid.take(grid.cell(&corner.px));
-        }
-        let low = CornerSearch {
-            threshold: features.low_fast_threshold,
-            min_score: features
-                .low_min_score
-                .max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
-            ..search
-        };
-        corners.extend(detect_corners(pyramid, grid, low));
+    if features.low_fast_threshold >= features.fast_threshold {
+        return detect_corners(pyramid, grid, search);
     }
-    corners
+    let low = CornerSearch {
+        threshold: features.low_fast_threshold,
+        min_score: features
+            .low_min_score
+            .max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
+        ..search
+    };
+    detect_corners_twice(pyramid, grid, (search, low))
 }
 
 /// Inverse depths of the landmarks that a keyframe sees: median and a high value. `None` if there are too few.

@@ -14,6 +14,27 @@ const BOX_RADIUS_PX: usize = 2;
 const BOX_PX: usize = 2 * BOX_RADIUS_PX + 1;
 /// Rows that the boxes need.
 const ROWS: usize = SIDE + 2 * BOX_RADIUS_PX;
+/// Columns of the disc, and one more so that they are a multiple of eight.
+const DISC_COLUMNS: usize = 2 * DISC_RADIUS_PX as usize + 2;
+/// Rows of the disc.
+const DISC_ROWS: usize = DISC_COLUMNS - 1;
+/// 1 inside of the disc, row by row.
+const DISC: [[i16; DISC_COLUMNS]; DISC_ROWS] = disc();
+
+const fn disc() -> [[i16; DISC_COLUMNS]; DISC_ROWS] {
+    let mut disc = [[0; DISC_COLUMNS]; DISC_ROWS];
+    let mut row = 0;
+    while row < DISC_ROWS {
+        let mut column = 0;
+        while column < DISC_COLUMNS {
+            let (dx, dy) = (column as i32 - DISC_RADIUS_PX, row as i32 - DISC_RADIUS_PX);
+            disc[row][column] = (dx * dx + dy * dy <= DISC_RADIUS_PX * DISC_RADIUS_PX) as i16;
+            column += 1;
+        }
+        row += 1;
+    }
+    disc
+}
 
 /// 256 comparisons of brightness around a corner, turned with the corner.
 ///
@@ -28,21 +49,23 @@ impl OrbDescriptor {
     /// The descriptor of a pixel. `None` nearer to the border than [`ORB_MARGIN_PX`].
     #[must_use]
     pub fn new(image: &GrayImage, x: usize, y: usize) -> Option<Self> {
-        let is_inside = x >= ORB_MARGIN_PX
-            && y >= ORB_MARGIN_PX
-            && x + ORB_MARGIN_PX < image.width()
-            && y + ORB_MARGIN_PX < image.height();
-        if !is_inside {
-            return None;
-        }
-        let sums = box_sums(image, x, y);
+        is_inside(image, x, y).then(|| Self::of_sums(&box_sums(image, x, y), turn(image, x, y)))
+    }
+
+    /// The descriptor of a pixel of an image of which many are described, see [`OrbDescriptor::new`].
+    #[must_use]
+    pub fn with_sums(image: &GrayImage, sums: &BoxSums, x: usize, y: usize) -> Option<Self> {
+        is_inside(image, x, y).then(|| Self::of_sums(&sums.around(x, y), turn(image, x, y)))
+    }
+
+    fn of_sums(sums: &[u16; SIDE * SIDE], turn: usize) -> Self {
         let mut words = [0; NUM_BITS / 64];
-        for (word, pairs) in words.iter_mut().zip(PATTERN[turn(image, x, y)].chunks_exact(64)) {
+        for (word, pairs) in words.iter_mut().zip(PATTERN[turn].chunks_exact(64)) {
             for (bit, [a, b]) in pairs.iter().enumerate() {
                 *word |= u64::from(sums[usize::from(*a)] < sums[usize::from(*b)]) << bit;
             }
         }
-        Some(Self { words })
+        Self { words }
     }
 
     #[cfg(test)]
@@ -88,6 +111,16 @@ impl OrbDescriptor {
         self.words[0]
     }
 
+    /// Up to 32 bits from one on.
+    #[inline]
+    #[must_use]
+    pub fn bits(&self, first: usize, num: usize) -> u32 {
+        let (word, shift) = (first / 64, first % 64);
+        let low = self.words[word] >> shift;
+        let high = self.words.get(word + 1).map_or(0, |next| next.unbounded_shl(64 - shift as u32));
+        ((low | high) & ((1 << num) - 1)) as u32
+    }
+
     /// One of the 256 bits.
     #[must_use]
     pub fn bit(&self, bit: usize) -> bool {
@@ -95,22 +128,81 @@ impl OrbDescriptor {
     }
 }
 
+/// Whether a pixel has all around it that its descriptor needs.
+fn is_inside(image: &GrayImage, x: usize, y: usize) -> bool {
+    x >= ORB_MARGIN_PX
+        && y >= ORB_MARGIN_PX
+        && x + ORB_MARGIN_PX < image.width()
+        && y + ORB_MARGIN_PX < image.height()
+}
+
 /// Direction from a pixel to the centroid of brightness around it, in steps of the pattern.
 fn turn(image: &GrayImage, x: usize, y: usize) -> usize {
+    let reach = DISC_RADIUS_PX as usize;
     let (mut by_x, mut by_y) = (0_i32, 0_i32);
-    for dy in -DISC_RADIUS_PX..=DISC_RADIUS_PX {
-        let reach = f64::from(DISC_RADIUS_PX * DISC_RADIUS_PX - dy * dy).sqrt() as usize;
-        let row = &image.row((y as i32 + dy) as usize)[x - reach..=x + reach];
+    for (row, inside) in DISC.iter().enumerate() {
+        let pixels = &image.row(y + row - reach)[x - reach..][..DISC_COLUMNS];
         let (mut sum, mut moment) = (0_i32, 0_i32);
-        for (column, value) in row.iter().enumerate() {
-            sum += i32::from(*value);
-            moment += (column as i32 - reach as i32) * i32::from(*value);
+        for (column, (pixel, inside)) in pixels.iter().zip(inside).enumerate() {
+            let value = i16::from(*pixel) * inside;
+            sum += i32::from(value);
+            moment += i32::from(value) * (column as i32 - DISC_RADIUS_PX);
         }
         by_x += moment;
-        by_y += dy * sum;
+        by_y += (row as i32 - DISC_RADIUS_PX) * sum;
     }
     let turns = f64::from(by_y).atan2(f64::from(by_x)) / std::f64::consts::TAU;
     (turns * NUM_TURNS as f64).round().rem_euclid(NUM_TURNS as f64) as usize % NUM_TURNS
+}
+
+/// Sums over the box around each pixel of an image, to describe many of its pixels.
+#[derive(Debug, Clone)]
+pub struct BoxSums {
+    width: usize,
+    /// Row by row; 0 where the box reaches over the border.
+    sums: Vec<u16>,
+}
+
+impl BoxSums {
+    /// Of all pixels of an image.
+    #[must_use]
+    pub fn new(image: &GrayImage) -> Self {
+        let (width, height) = (image.width(), image.height());
+        let mut sums = vec![0; width * height];
+        if width < BOX_PX || height < BOX_PX {
+            return Self { width, sums };
+        }
+        let boxes = width - BOX_PX + 1;
+        let mut lines = vec![0_u16; boxes * height];
+        for (line, y) in lines.chunks_exact_mut(boxes).zip(0..) {
+            let row = image.row(y);
+            for shift in 0..BOX_PX {
+                for (sum, value) in line.iter_mut().zip(&row[shift..]) {
+                    *sum += u16::from(*value);
+                }
+            }
+        }
+        for y in BOX_RADIUS_PX..height - BOX_RADIUS_PX {
+            let start = y * width + BOX_RADIUS_PX;
+            let target = &mut sums[start..start + boxes];
+            for line in lines[(y - BOX_RADIUS_PX) * boxes..].chunks_exact(boxes).take(BOX_PX) {
+                for (sum, value) in target.iter_mut().zip(line) {
+                    *sum += value;
+                }
+            }
+        }
+        Self { width, sums }
+    }
+
+    /// Those of the square that the pattern covers, row by row.
+    fn around(&self, x: usize, y: usize) -> [u16; SIDE * SIDE] {
+        let reach = REACH_PX as usize;
+        let mut square = [0; SIDE * SIDE];
+        for (line, y) in square.chunks_exact_mut(SIDE).zip(y - reach..) {
+            line.copy_from_slice(&self.sums[y * self.width + x - reach..][..SIDE]);
+        }
+        square
+    }
 }
 
 /// Sums over the box around each pixel of the square that the pattern covers, row by row.
@@ -233,6 +325,28 @@ mod tests {
         assert!((105.0..146.0).contains(&mean), "mean {mean}");
         let num_near = distances.iter().filter(|distance| **distance < 64.0).count();
         assert!(num_near * 20 < distances.len(), "{num_near} of {}", distances.len());
+    }
+
+    #[test]
+    fn a_descriptor_is_the_same_whether_its_sums_are_shared_or_not() {
+        let image = Texture::new(7).image(0.3, 1.1, 4.0);
+        let sums = BoxSums::new(&image);
+        for (x, y) in (0..image.height()).step_by(5).flat_map(|y| (0..image.width()).map(move |x| (x, y))) {
+            assert_eq!(OrbDescriptor::with_sums(&image, &sums, x, y), OrbDescriptor::new(&image, x, y));
+        }
+        assert!(OrbDescriptor::with_sums(&image, &sums, usize::MAX - 20, 20).is_none());
+        let tiny = GrayImage::new(3, 40);
+        assert!(OrbDescriptor::with_sums(&tiny, &BoxSums::new(&tiny), 1, 20).is_none());
+    }
+
+    #[test]
+    fn pieces_of_a_descriptor_are_its_bits() {
+        let words = [0x0123_4567_89ab_cdef, 0xfedc_ba98_7654_3210, 0x5555_aaaa_3333_cccc, u64::MAX];
+        let descriptor = OrbDescriptor::from_words(words);
+        for (first, num) in [(0, 10), (60, 10), (64, 1), (120, 32), (246, 10)] {
+            let expected = (0..num).map(|i| u32::from(descriptor.bit(first + i)) << i).sum::<u32>();
+            assert_eq!(descriptor.bits(first, num), expected, "{first}, {num}");
+        }
     }
 
     #[test]

@@ -5,4 +5,4 @@ mod descriptor;
 mod pattern;
 
 pub use corners::{NoOrbMatch, OrbCorners, OrbMatch, OrbSearch, Recognition};
-pub use descriptor::{ORB_MARGIN_PX, OrbDescriptor};
+pub use descriptor::{BoxSums, ORB_MARGIN_PX, OrbDescriptor};

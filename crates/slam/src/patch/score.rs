@@ -40,19 +40,24 @@ impl SearchPatch {
         if x < HALF_PX || y < HALF_PX || x >= right || y >= bottom {
             return None;
         }
-        let (mut sum, mut squares, mut products) = ([0_i32; 8], [0_i32; 8], [0_i32; 8]);
+        // Sums of neighbors, for the instruction that multiplies pairs and adds them.
+        let (mut sum, mut squares, mut products) = ([0_i16; PATCH_PX], [0_i32; HALF_PX], [0_i32; HALF_PX]);
         for (row, line) in self.values.chunks_exact(PATCH_PX).enumerate() {
             let start = (y - HALF_PX + row) * image.width() + x - HALF_PX;
-            let pixels: &[u8; 8] = image.data()[start..start + 8].try_into().ok()?;
-            for lane in 0..8 {
-                let pixel = i32::from(pixels[lane]);
-                sum[lane] += pixel;
-                squares[lane] += pixel * pixel;
-                products[lane] += pixel * i32::from(line[lane]);
+            let pixels: &[u8; PATCH_PX] = image.data()[start..start + PATCH_PX].try_into().ok()?;
+            let pixels = pixels.map(i16::from);
+            for lane in 0..PATCH_PX {
+                sum[lane] += pixels[lane];
+            }
+            let product = |a: i16, b: i16| i32::from(a) * i32::from(b);
+            for lane in 0..HALF_PX {
+                let (left, right) = (pixels[2 * lane], pixels[2 * lane + 1]);
+                squares[lane] += product(left, left) + product(right, right);
+                products[lane] += product(left, line[2 * lane]) + product(right, line[2 * lane + 1]);
             }
         }
-        let total = |lanes: &[i32; 8]| lanes.iter().sum::<i32>();
-        let difference = self.sum - total(&sum);
+        let total = |lanes: &[i32; HALF_PX]| lanes.iter().sum::<i32>();
+        let difference = self.sum - sum.iter().map(|sum| i32::from(*sum)).sum::<i32>();
         let n = (PATCH_PX * PATCH_PX) as i32;
         let ssd = self.sum_of_squares - 2 * total(&products) + total(&squares) - difference * difference / n;
         Some(ssd.max(0) as f32 / n as f32)

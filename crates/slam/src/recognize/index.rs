@@ -18,6 +18,11 @@ const SIGNATURE_BITS: usize = 32;
 /// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
 const MOST_DIFFERENT: u32 = 6;
 
+/// Length from which on a list may be passed over, mean lengths.
+const STOPPED: usize = 12;
+/// The same, descriptors: short ones cost nothing.
+const LEAST_STOPPED: usize = 48;
+
 /// Which bits of a descriptor make the keys and the signature: drawn once and for all, none of them twice.
 static BITS: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let mut bits: Vec<u8> = (0..=255).collect();
@@ -94,40 +99,62 @@ impl PlaceIndex {
         self.num_keyframes -= 1;
     }
 
+    /// Lets go of the memory that was set aside for growing.
+    pub(crate) fn shrink(&mut self) {
+        self.lists.iter_mut().for_each(Vec::shrink_to_fit);
+    }
+
     /// Keyframes that look like a view, those most alike first.
     #[must_use]
     pub fn query(&self, view: &View) -> Vec<Ranked> {
         self.query_beside(view, |_| false)
     }
 
+    /// As [`PlaceIndex::query`], but lists that are far longer than others are passed over: what is listed there is everywhere, and most of
+    /// the time goes into it. Source: Sivic and Zisserman, "Video Google", 2003, section 4.1 (stop list).
+    #[must_use]
+    pub fn query_rare(&self, view: &View) -> Vec<Ranked> {
+        let mean = self.sizes.iter().map(|size| *size as usize).sum::<usize>() >> KEY_BITS;
+        self.ranked(view, |_| false, LEAST_STOPPED.max(STOPPED * mean))
+    }
+
     /// The same for a view of a visit that is under way: what its own keyframes show, they show nearly the same. How much others have in common
     /// is counted as if there were none of them.
     #[must_use]
     pub fn query_beside(&self, view: &View, is_own: impl Fn(KeyframeId) -> bool) -> Vec<Ranked> {
+        self.ranked(view, is_own, usize::MAX)
+    }
+
+    /// Keyframes by lists up to a length.
+    fn ranked(&self, view: &View, is_own: impl Fn(KeyframeId) -> bool, most_listed: usize) -> Vec<Ranked> {
         if self.lists.is_empty() {
             return Vec::new();
         }
-        let mut found: Vec<(f32, u32)> = Vec::new();
+        let mut found: Vec<(f32, u32)> = vec![(0.0, 0); self.sizes.len()];
         // The number of the descriptor that each keyframe was found with last.
-        let mut found_by: Vec<u32> = Vec::new();
+        let mut found_by: Vec<u32> = vec![0; self.sizes.len()];
+        let mut near: Vec<(KeyframeId, u32)> = Vec::new();
         let mut alike: Vec<KeyframeId> = Vec::new();
         for (number, place) in (1_u32..).zip(&view.places) {
             let wanted = signature(&place.descriptor);
-            alike.clear();
-            let near = || {
-                let listed = lists_of(&place.descriptor).into_iter().flat_map(|list| &self.lists[list]);
-                listed.map(|entry| (entry.keyframe, (entry.signature ^ wanted).count_ones()))
-            };
-            let others = near().filter(|(keyframe, _)| !is_own(*keyframe));
-            let Some(least) = others.map(|(_, different)| different).min() else { continue };
-            for (keyframe, _) in near().filter(|(_, different)| *different <= MOST_DIFFERENT.min(least + 1)) {
-                let index = keyframe.index();
-                if index >= found_by.len() {
-                    found_by.resize(index + 1, 0);
-                    found.resize(index + 1, (0.0, 0));
+            near.clear();
+            let mut least = None;
+            let lists = lists_of(&place.descriptor).map(|list| &self.lists[list]);
+            for entry in lists.into_iter().filter(|list| list.len() <= most_listed).flatten() {
+                let different = (entry.signature ^ wanted).count_ones();
+                if least.is_none_or(|least| different < least) && !is_own(entry.keyframe) {
+                    least = Some(different);
                 }
-                if std::mem::replace(&mut found_by[index], number) != number {
-                    alike.push(keyframe);
+                if different <= MOST_DIFFERENT {
+                    near.push((entry.keyframe, different));
+                }
+            }
+            let Some(least) = least else { continue };
+            alike.clear();
+            for (keyframe, different) in &near {
+                let mut is_new = || std::mem::replace(&mut found_by[keyframe.index()], number) != number;
+                if *different <= least + 1 && is_new() {
+                    alike.push(*keyframe);
                 }
             }
             // What all have in common counts nothing where there are many.
@@ -226,6 +253,17 @@ mod tests {
             let is_clear = ranked.get(1).is_none_or(|second| second.score < 0.2 * ranked[0].score);
             assert!(is_clear, "{ranked:?}");
         }
+        // What every keyframe shows is passed over, and leaves the order as it is.
+        let everywhere = random(&mut rng);
+        for id in (100..400).map(KeyframeId) {
+            index.add(id, &view(std::iter::repeat_n(everywhere, 5)));
+        }
+        let mut again = seen_again(&views[17], &mut rng);
+        let rare = index.query_rare(&again);
+        assert_eq!(rare[0].keyframe.index(), 17);
+        again.places.extend(view(std::iter::repeat_n(everywhere, 100)).places);
+        assert_eq!(index.query_rare(&again), rare);
+        (100..400).map(KeyframeId).for_each(|id| index.remove(id, &view(std::iter::once(everywhere))));
         index.remove(KeyframeId(17), &views[17]);
         let again = seen_again(&views[17], &mut rng);
         assert!(index.query(&again).iter().all(|ranked| ranked.keyframe != KeyframeId(17)));

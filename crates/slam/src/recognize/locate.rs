@@ -1,10 +1,10 @@
 //! Whether an image shows the place of a keyframe, and from where.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Point3, Vector3};
 use rand::RngExt;
 use visloc_core::{Rng, geom::Camera};
 
-use super::{Pair, Refusal, View, pair_views};
+use super::{Pair, Refusal, View, pair_views, pair_views_fast};
 use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
@@ -27,14 +27,24 @@ const LEAST_AGREEING_DOUBTED: usize = 8;
 const SAMPLE: usize = 3;
 /// Most samples: enough where one pair in six is right.
 const MOST_SAMPLES: usize = 1000;
+/// The same where those most alike come first.
+const MOST_SAMPLES_OF_ALIKE: usize = 700;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
+/// Pairs that agree beyond all doubt that it is a pose by chance: no more samples are drawn. What is there twice is told apart by patches.
+const ENOUGH_AGREEING: usize = 16;
+/// Cosine of the farthest angle between two views that look alike: 60 degrees.
+const LEAST_COS: f64 = 0.5;
+/// Squared ratio of the distances of two views that look alike.
+const FARTHEST2: f64 = 16.0;
 /// Standard deviation of the place of a corner, pixels of its level.
 const CORNER_SIGMA_PX: f64 = 1.2;
 /// Largest squared residual of an agreeing pair in standard deviations: 99 % of two degrees of freedom.
 const AGREEING_CHI2: f64 = 9.2;
 /// Pixels (of its level) around a predicted place that are searched for a landmark at first.
 const SEARCH_RADIUS: usize = 8;
+/// The same where so many pairs agree that the pose is known better.
+const NEAR_RADIUS: usize = 4;
 /// Parts of the image on each axis, to see whether landmarks are spread over it.
 const PARTS: usize = 4;
 /// Fewest parts with a landmark.
@@ -133,22 +143,32 @@ impl Locator {
         let mut around = vec![candidate];
         let neighbors = map.connected(candidate, NEIGHBORS_SHARE);
         around.extend(neighbors.into_iter().map(|(id, _)| id).take(NEIGHBORS));
-        let pairs = pair_views(map, view, &around);
+        let pairs = if self.is_doubting {
+            pair_views_fast(map, view, &around)
+        } else {
+            pair_views(map, view, &around)
+        };
         if pairs.len() < LEAST_PAIRS {
             return Err(Refusal::FewAlike { num: pairs.len() });
         }
         let observations = self.observations(map, view, &pairs);
         let start = *map.keyframe(candidate).camera_from_world();
-        let order = self.is_doubting.then(|| most_alike_first(&pairs));
-        let state = agreed_pose(&start, &observations, order.as_deref(), work.rng);
-        let is_agreeing = |observation: &PoseObservation| observation.chi2(&state) <= AGREEING_CHI2;
+        let state = if self.is_doubting {
+            let around = Surroundings::of(map, candidate);
+            probable_pose(&around, &observations, &most_alike_first(&pairs), work.rng)
+        } else {
+            agreed_pose(&start, &observations, work.rng)
+        };
+        let all = pairs.iter().zip(&observations);
         let agreeing: Vec<Pair> =
-            pairs.iter().zip(&observations).filter(|(_, o)| is_agreeing(o)).map(|(pair, _)| *pair).collect();
+            all.filter(|(_, o)| is_agreeing(o, &state)).map(|(pair, _)| *pair).collect();
         let least = if self.is_doubting { LEAST_AGREEING_DOUBTED } else { LEAST_AGREEING };
         if agreeing.len() < least {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
-        let report = self.follow(map, (candidate, &state.pose), incoming, work)?;
+        let radius =
+            if self.is_doubting && agreeing.len() >= ENOUGH_AGREEING { NEAR_RADIUS } else { SEARCH_RADIUS };
+        let report = self.follow_within(map, (candidate, &state.pose, radius), incoming, work)?;
         Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
     }
 
@@ -163,11 +183,21 @@ impl Locator {
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<TrackReport, Refusal> {
+        self.follow_within(map, (around, pose, SEARCH_RADIUS), incoming, work)
+    }
+
+    fn follow_within(
+        &self,
+        map: &Map,
+        (around, pose, radius): (KeyframeId, &CameraFromWorld, usize),
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> Result<TrackReport, Refusal> {
         let few =
             |report: &TrackReport| Refusal::FewFound { num: report.num_matched, of: report.num_searched };
         let Some(reference) = frame_of(map, around) else { return Err(Refusal::FewFound { num: 0, of: 0 }) };
         // The pose is only about right: look around first, then as in tracking.
-        let wide = self.tracker.track_near(map, incoming, (pose, SEARCH_RADIUS), &reference, work);
+        let wide = self.tracker.track_near(map, incoming, (pose, radius), &reference, work);
         if wide.num_matched < self.min_matches / 2 {
             return Err(few(&wide));
         }
@@ -217,46 +247,120 @@ fn most_alike_first(pairs: &[Pair]) -> Vec<usize> {
     order
 }
 
-/// The pose that most observations agree on: from samples, then from all that agree. With an order, samples are drawn from the first ones,
-/// then from ever more. Source: Chum and Matas, "Matching with PROSAC", 2005; here the number grows evenly.
-fn agreed_pose(
-    start: &CameraFromWorld,
+/// The pose that most observations agree on: from samples, then from all that agree.
+fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &mut Rng) -> State {
+    let start = State::new(start);
+    let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
+    let (num, mut num_drawn) = (observations.len(), 0);
+    while num_drawn < needed(best.num as f64 / num as f64) {
+        num_drawn += 1;
+        let sample = std::array::from_fn(|_| &observations[rng.random_range(0..num)]);
+        poses_of(sample).for_each(|pose| best.offer(pose, observations));
+    }
+    best.refined(observations)
+}
+
+/// The same where most pairs are wrong: samples are drawn from the pairs that are most alike, then from ever more, and only poses count
+/// from which things look as they do from the keyframe. So many that agree are not there by chance, and no more samples are drawn.
+/// Source: Chum and Matas, "Matching with PROSAC", 2005; here the number grows evenly.
+fn probable_pose(
+    around: &Surroundings,
     observations: &[PoseObservation],
-    order: Option<&[usize]>,
+    order: &[usize],
     rng: &mut Rng,
 ) -> State {
-    let start = State::new(start);
-    let count = |state: &State| observations.iter().filter(|o| o.chi2(state) <= AGREEING_CHI2).count();
-    let mut best = (count(&start), start);
-    let (num, mut num_drawn) = (observations.len(), 0);
-    while num_drawn < needed(best.0 as f64 / num as f64) {
-        num_drawn += 1;
-        let drawn = match order {
-            None => num,
-            Some(_) => (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES).min(num),
-        };
-        let sample: [&PoseObservation; SAMPLE] = std::array::from_fn(|_| {
-            let i = rng.random_range(0..drawn);
-            &observations[order.map_or(i, |order| order[i])]
-        });
-        let points = sample.map(|observation| observation.anchor_in_world);
-        for pose in poses_from_three_points(&points, &sample.map(|observation| observation.ray)) {
-            let state = State::new(&pose);
-            let num = count(&state);
-            if num > best.0 {
-                best = (num, state);
+    let start = State::new(&around.camera_from_world);
+    let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
+    let num = observations.len();
+    for num_drawn in 1..=MOST_SAMPLES_OF_ALIKE {
+        if best.num >= ENOUGH_AGREEING {
+            break;
+        }
+        let drawn = (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES_OF_ALIKE).min(num);
+        let sample = std::array::from_fn(|_| &observations[order[rng.random_range(0..drawn)]]);
+        poses_of(sample)
+            .filter(|pose| around.look_alike_from(pose))
+            .for_each(|pose| best.offer(pose, observations));
+    }
+    best.refined(observations)
+}
+
+fn poses_of(sample: [&PoseObservation; SAMPLE]) -> impl Iterator<Item = CameraFromWorld> {
+    let points = sample.map(|observation| observation.anchor_in_world);
+    poses_from_three_points(&points, &sample.map(|observation| observation.ray))
+}
+
+/// A pose and how many observations agree with it.
+struct Agreed {
+    num: usize,
+    state: State,
+}
+
+impl Agreed {
+    /// Takes over a pose that more agree with.
+    fn offer(&mut self, pose: CameraFromWorld, observations: &[PoseObservation]) {
+        let state = State::new(&pose);
+        if let Some(num) = count_agreeing(observations, &state, self.num + 1) {
+            *self = Self { num, state };
+        }
+    }
+
+    /// The pose by all that agree.
+    fn refined(mut self, observations: &[PoseObservation]) -> State {
+        for _ in 0..2 {
+            let is_used: Vec<bool> = observations.iter().map(|o| is_agreeing(o, &self.state)).collect();
+            let state = refine_pose(&self.state, None, observations, |i| is_used[i], f64::INFINITY, 5);
+            if let Some(num) = count_agreeing(observations, &state, self.num) {
+                self = Self { num, state };
             }
         }
+        self.state
     }
-    for _ in 0..2 {
-        let is_agreeing: Vec<bool> = observations.iter().map(|o| o.chi2(&best.1) <= AGREEING_CHI2).collect();
-        let state = refine_pose(&best.1, None, observations, |i| is_agreeing[i], f64::INFINITY, 5);
-        let num = count(&state);
-        if num >= best.0 {
-            best = (num, state);
+}
+
+/// What a keyframe looks at.
+struct Surroundings {
+    camera_from_world: CameraFromWorld,
+    /// What is in its middle.
+    middle: Point3<f64>,
+    /// From its center to there.
+    view: Vector3<f64>,
+}
+
+impl Surroundings {
+    fn of(map: &Map, id: KeyframeId) -> Self {
+        let keyframe = map.keyframe(id);
+        let camera_from_world = *keyframe.camera_from_world();
+        let depth = map.depth_of(id).unwrap_or(1.0);
+        let view = camera_from_world.rotation().transpose() * Vector3::z() * depth;
+        Self { camera_from_world, middle: keyframe.center_in_world() + view, view }
+    }
+
+    /// Whether a camera at this pose would see the same from a like direction and distance: else its patches would not be recognized.
+    fn look_alike_from(&self, camera_from_world: &CameraFromWorld) -> bool {
+        let there = camera_from_world.transform(&self.middle).coords;
+        let view = camera_from_world.rotation().transpose() * there;
+        let (here2, there2) = (self.view.norm_squared(), there.norm_squared());
+        let cos = self.view.dot(&view) / (here2 * there2).sqrt();
+        there.z > 0.0 && cos > LEAST_COS && there2 < here2 * FARTHEST2 && here2 < there2 * FARTHEST2
+    }
+}
+
+fn is_agreeing(observation: &PoseObservation, state: &State) -> bool {
+    observation.chi2(state) <= AGREEING_CHI2
+}
+
+/// How many observations agree with a state; `None` as soon as it is sure that they are fewer than a number.
+fn count_agreeing(observations: &[PoseObservation], state: &State, least: usize) -> Option<usize> {
+    let most_missed = observations.len().checked_sub(least)?;
+    let mut num_missed = 0;
+    for observation in observations {
+        num_missed += usize::from(!is_agreeing(observation, state));
+        if num_missed > most_missed {
+            return None;
         }
     }
-    best.1
+    Some(observations.len() - num_missed)
 }
 
 fn needed(share: f64) -> usize {

@@ -14,7 +14,7 @@ mod view;
 pub use index::{PlaceIndex, Ranked};
 pub(crate) use locate::frame_of;
 pub use locate::{Located, Locator, Rival};
-pub use pairs::{Pair, pair_views};
+pub use pairs::{Pair, pair_views, pair_views_fast};
 pub use refusal::Refusal;
 pub use relocator::Relocator;
 pub(crate) use relocator::are_apart;

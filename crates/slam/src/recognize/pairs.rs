@@ -57,7 +57,7 @@ impl Known {
 
     /// The landmark that is most like a descriptor, if it is clearly more alike than any other.
     fn best(&self, descriptor: &OrbDescriptor) -> Option<(LandmarkId, u32)> {
-        let (mut best, mut least, mut second) = (None, u32::MAX, u32::MAX);
+        let mut nearest = Nearest::default();
         let wanted = descriptor.first_word();
         for (block, words) in self.first_words.chunks(BLOCK).enumerate() {
             let mut different = [0_u32; BLOCK];
@@ -65,21 +65,117 @@ impl Known {
                 *different = (word ^ wanted).count_ones();
             }
             for (i, first) in different[..words.len()].iter().enumerate() {
-                let limit = second.min(MOST_COMPARED);
+                let limit = nearest.second.min(MOST_COMPARED);
                 if FIRST_WORD * first > limit {
                     continue;
                 }
                 let index = BLOCK * block + i;
-                let distance = descriptor.distance(&self.descriptors[index]);
-                if distance < least {
-                    (best, least, second) = (Some(self.ids[index]), distance, least);
-                } else {
-                    second = second.min(distance);
+                nearest.offer(index, descriptor.distance(&self.descriptors[index]));
+            }
+        }
+        nearest.clear().map(|(index, distance)| (self.ids[index], distance))
+    }
+}
+
+/// The most alike of some landmarks, and how alike the second one is.
+struct Nearest {
+    index: usize,
+    least: u32,
+    second: u32,
+}
+
+impl Default for Nearest {
+    fn default() -> Self {
+        Self { index: 0, least: u32::MAX, second: u32::MAX }
+    }
+}
+
+impl Nearest {
+    #[inline]
+    fn offer(&mut self, index: usize, distance: u32) {
+        if distance < self.least {
+            *self = Self { index, least: distance, second: self.least };
+        } else {
+            self.second = self.second.min(distance);
+        }
+    }
+
+    /// The most alike one with its different bits, if it is clearly more alike than any other.
+    fn clear(&self) -> Option<(usize, u32)> {
+        let is_clear =
+            self.least <= MOST_DIFFERENT && f64::from(self.least) < LESS_THAN_SECOND * f64::from(self.second);
+        is_clear.then_some((self.index, self.least))
+    }
+}
+
+/// Bits of a piece of a descriptor.
+const PIECE_BITS: usize = 10;
+/// Pieces of a descriptor; the few bits that are left over count nothing here.
+const NUM_PIECES: usize = 256 / PIECE_BITS;
+/// Pieces in common from which on two descriptors are compared: of those that differ in 48 bits anywhere, four in five have as many, and
+/// of those of different places one in thirty.
+const LEAST_COMMON: u8 = 2;
+
+/// Landmarks listed under each piece of their descriptors.
+///
+/// Source: Norouzi, Punjani and Fleet, "Fast search in Hamming space with multi-index hashing", 2012.
+struct ByPieces<'a> {
+    known: &'a Known,
+    /// For each piece of a descriptor and each of its values where the list of those that have it begins; at the end of the values the
+    /// end of the last list.
+    starts: Vec<u32>,
+    listed: Vec<u16>,
+    /// How many pieces of the descriptor that is looked for each landmark has.
+    num_common: Vec<u8>,
+}
+
+impl<'a> ByPieces<'a> {
+    /// Begins of lists for each piece.
+    const STARTS: usize = (1 << PIECE_BITS) + 1;
+
+    fn new(known: &'a Known) -> Self {
+        // More than a few keyframes see.
+        let num = known.descriptors.len().min(usize::from(u16::MAX));
+        let mut starts = vec![0; NUM_PIECES * Self::STARTS];
+        let mut listed = vec![0; NUM_PIECES * num];
+        for (piece, starts) in starts.chunks_exact_mut(Self::STARTS).enumerate() {
+            let value = |descriptor: &OrbDescriptor| descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
+            for descriptor in &known.descriptors[..num] {
+                starts[value(descriptor) + 1] += 1;
+            }
+            let mut total = (num * piece) as u32;
+            for start in &mut *starts {
+                total += *start;
+                *start = total;
+            }
+            // Filled from behind, each list ends where the next one begins.
+            for (index, descriptor) in (0..num as u16).zip(&known.descriptors).rev() {
+                let end = &mut starts[value(descriptor) + 1];
+                *end -= 1;
+                listed[*end as usize] = index;
+            }
+            starts.rotate_left(1);
+            starts[Self::STARTS - 1] = (num * (piece + 1)) as u32;
+        }
+        Self { known, starts, listed, num_common: vec![0; num] }
+    }
+
+    /// As [`Known::best`], among those that have some pieces in common.
+    fn best(&mut self, descriptor: &OrbDescriptor) -> Option<(LandmarkId, u32)> {
+        let mut nearest = Nearest::default();
+        self.num_common.fill(0);
+        for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
+            let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
+            for index in &self.listed[starts[value] as usize..starts[value + 1] as usize] {
+                let index = usize::from(*index);
+                let num = &mut self.num_common[index];
+                *num += 1;
+                if *num == LEAST_COMMON {
+                    nearest.offer(index, descriptor.distance(&self.known.descriptors[index]));
                 }
             }
         }
-        let is_clear = least <= MOST_DIFFERENT && f64::from(least) < LESS_THAN_SECOND * f64::from(second);
-        best.filter(|_| is_clear).map(|id| (id, least))
+        nearest.clear().map(|(index, distance)| (self.known.ids[index], distance))
     }
 }
 
@@ -88,10 +184,22 @@ impl Known {
 #[must_use]
 pub fn pair_views(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
     let known = Known::of(map, keyframes);
+    each_once(view, |descriptor| known.best(descriptor))
+}
+
+/// As [`pair_views`], but some pairs that are less alike are missed, for a fraction of the time.
+#[must_use]
+pub fn pair_views_fast(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
+    let known = Known::of(map, keyframes);
+    let mut listed = ByPieces::new(&known);
+    each_once(view, |descriptor| listed.best(descriptor))
+}
+
+fn each_once(view: &View, mut best: impl FnMut(&OrbDescriptor) -> Option<(LandmarkId, u32)>) -> Vec<Pair> {
     let places = view.places.iter().enumerate();
     let mut pairs: Vec<Pair> = places
         .filter_map(|(place, described)| {
-            let (landmark, distance) = known.best(&described.descriptor)?;
+            let (landmark, distance) = best(&described.descriptor)?;
             Some(Pair { place, landmark, distance })
         })
         .collect();
@@ -100,4 +208,37 @@ pub fn pair_views(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair>
     pairs.dedup_by_key(|pair| pair.landmark);
     pairs.sort_by_key(|pair| pair.place);
     pairs
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::Rng as _;
+    use visloc_core::RngTree;
+
+    use super::*;
+
+    #[test]
+    fn what_has_pieces_in_common_is_nearly_all_that_is_alike() {
+        let mut rng = RngTree::new(6).stream("pairs", 0);
+        let mut known = Known::default();
+        for id in (0..600).map(LandmarkId) {
+            let descriptor = OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()));
+            known.ids.push(id);
+            known.first_words.push(descriptor.first_word());
+            known.descriptors.push(descriptor);
+        }
+        let mut listed = ByPieces::new(&known);
+        let (mut num, mut num_same) = (0, 0);
+        for known_descriptor in &known.descriptors {
+            // Each bit is wrong with a probability of an eighth.
+            let wrong = std::array::from_fn(|_| rng.next_u64() & rng.next_u64() & rng.next_u64());
+            let seen = known_descriptor.with_wrong(wrong);
+            let Some(best) = known.best(&seen) else { continue };
+            num += 1;
+            num_same += u32::from(listed.best(&seen) == Some(best));
+        }
+        assert!(num > 550 && num_same > num - 6, "{num_same} of {num}");
+        let foreign = OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()));
+        assert_eq!(listed.best(&foreign), None);
+    }
 }

@@ -4,12 +4,17 @@ use std::cmp::Reverse;
 
 use visloc_core::geom::Camera;
 
-use super::{Located, Locator, Refusal, Rival, View};
+use super::{Located, Locator, Ranked, Refusal, Rival, View};
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
+
+/// Landmarks that show a place clearly, in units of the fewest that it is recognized by.
+const CLEAR: usize = 5;
+/// One of so many descriptors in common with a place that is shown clearly is the least of a rival.
+const RIVAL_SHARE: u32 = 2;
 
 /// Looks for a lost camera.
 #[derive(Debug, Clone)]
@@ -17,6 +22,7 @@ pub struct Relocator {
     camera: Camera,
     config: SlamConfig,
     locator: Locator,
+    is_doubting: bool,
 }
 
 impl Relocator {
@@ -29,11 +35,13 @@ impl Relocator {
     /// For one camera.
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
-        Self { camera: *camera, config: config.clone(), locator: Locator::new(camera, config) }
+        let locator = Locator::new(camera, config);
+        Self { camera: *camera, config: config.clone(), locator, is_doubting: false }
     }
 
-    /// Finds more from now on, for those who doubt what is found until they see more of it.
+    /// Finds more in less time from now on, for those who doubt what is found until they see more of it.
     pub fn doubt(&mut self) {
+        self.is_doubting = true;
         self.locator.doubt();
     }
 
@@ -62,28 +70,51 @@ impl Relocator {
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
-        let ranked = map.index().query(&view);
         let (mut refused, mut found) = (None, Vec::<Located>::new());
+        // Most descriptors in common with a keyframe by which so much was found that a place with less in common is no rival.
+        let mut most_shared = 0;
+        for Ranked { keyframe: id, num_shared, .. } in self.candidates(map, is_candidate, &view) {
+            if RIVAL_SHARE * num_shared < most_shared {
+                continue;
+            }
+            let searched = map.with_active(map.keyframe(id).map);
+            match self.locator.locate(&searched, id, (&view, incoming), work) {
+                Ok(located) => {
+                    if self.is_doubting && self.is_clear(&located) {
+                        most_shared = most_shared.max(num_shared);
+                    }
+                    found.push(located);
+                }
+                Err(reason) => refused = refused.or(Some((id, reason))),
+            }
+        }
+        best_of(map, found).ok_or(refused)
+    }
+
+    /// Whether so much was found that only a place that looks as much like the image may be another one.
+    fn is_clear(&self, located: &Located) -> bool {
+        located.report.num_converged >= CLEAR * self.config.relocation.min_matches
+    }
+
+    /// The keyframes to try, those most like the view first.
+    fn candidates(&self, map: &Map, is_candidate: impl Fn(KeyframeId) -> bool, view: &View) -> Vec<Ranked> {
+        let index = map.index();
+        let ranked = if self.is_doubting { index.query_rare(view) } else { index.query(view) };
         let mut is_tried = vec![false; map.num_keyframe_ids()];
-        let mut num_tried = 0;
-        for candidate in &ranked {
+        let mut candidates = Vec::with_capacity(self.config.relocation.max_tries);
+        for candidate in ranked {
             let id = candidate.keyframe;
+            if candidates.len() >= self.config.relocation.max_tries {
+                break;
+            }
             // What is next to a keyframe that was refused would be refused, too.
             if is_tried[id.index()] || !is_candidate(id) {
                 continue;
             }
             map.connected(id, 15).iter().for_each(|(near, _)| is_tried[near.index()] = true);
-            let searched = map.with_active(map.keyframe(id).map);
-            match self.locator.locate(&searched, id, (&view, incoming), work) {
-                Ok(located) => found.push(located),
-                Err(reason) => refused = refused.or(Some((id, reason))),
-            }
-            num_tried += 1;
-            if num_tried >= self.config.relocation.max_tries {
-                break;
-            }
+            candidates.push(candidate);
         }
-        best_of(map, found).ok_or(refused)
+        candidates
     }
 }
 

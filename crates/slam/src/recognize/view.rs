@@ -9,7 +9,7 @@ use crate::{
     image::{Pyramid, level_from_px},
     map::{KeyframeId, LandmarkId, Map},
     mapping::corners_in_two_passes,
-    orb::OrbDescriptor,
+    orb::{BoxSums, OrbDescriptor},
 };
 
 /// Most corners of an image that are described.
@@ -46,7 +46,9 @@ impl View {
         let Some(pyramid) = keyframe.pyramid() else { return Self::default() };
         let described = |landmark: &LandmarkId| {
             let observation = map.landmark(*landmark).observation_in(id)?;
-            describe(&pyramid, &observation.px, observation.level, Some(*landmark))
+            let level = observation.level;
+            let place = |x, y| OrbDescriptor::new(pyramid.level(level), x, y);
+            describe(&observation.px, level, Some(*landmark), place)
         };
         Self { places: keyframe.landmarks.iter().filter_map(described).collect() }
     }
@@ -57,23 +59,28 @@ impl View {
         let mut grid = CornerGrid::new(camera.size_px(), features.cell_px / DENSER);
         let corners = corners_in_two_passes(pyramid, &mut grid, features);
         let levels = |level: usize| level.saturating_sub(1)..(level + 2).min(pyramid.num_levels());
+        let searched = 0..levels(features.search_levels.saturating_sub(1)).end;
+        let sums: Vec<BoxSums> = searched.map(|level| BoxSums::new(pyramid.level(level))).collect();
         let described = corners
             .iter()
             .take(MOST_CORNERS)
             .flat_map(|corner| levels(corner.level).map(|level| (corner.px, level)))
-            .filter_map(|(px, level)| describe(pyramid, &px, level, None));
+            .filter_map(|(px, level)| {
+                let place = |x, y| OrbDescriptor::with_sums(pyramid.level(level), &sums[level], x, y);
+                describe(&px, level, None, place)
+            });
         Self { places: described.collect() }
     }
 }
 
 fn describe(
-    pyramid: &Pyramid,
     px: &Point2<f64>,
     level: usize,
     landmark: Option<LandmarkId>,
+    descriptor_at: impl Fn(usize, usize) -> Option<OrbDescriptor>,
 ) -> Option<Described> {
     let place = level_from_px(px, level);
     let (x, y) = (place.x.round().max(0.0) as usize, place.y.round().max(0.0) as usize);
-    let descriptor = OrbDescriptor::new(pyramid.level(level), x, y)?;
+    let descriptor = descriptor_at(x, y)?;
     Some(Described { px: *px, level, descriptor, landmark })
 }

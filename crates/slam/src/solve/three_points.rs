@@ -16,7 +16,7 @@ pub const MOST_POSES: usize = 4;
 pub fn poses_from_three_points(
     points: &[Point3<f64>; 3],
     rays: &[Vector3<f64>; 3],
-) -> impl Iterator<Item = CameraFromWorld> {
+) -> impl Iterator<Item = CameraFromWorld> + use<> {
     let (points, rays) = (*points, rays.map(|ray| ray.normalize()));
     let world = frame_of_triangle(&points.map(|point| point.coords));
     distances(&points, &rays).into_iter().flatten().filter_map(move |[s1, s2, s3]| {
