@@ -105,7 +105,7 @@ impl Node {
 
     /// Whether the node has left the network without being asked: the threads of `rustdds` end when the process is stopped and goes on
     /// (Ctrl-Z, a debugger), since that interrupts what they wait for.
-    pub(crate) fn has_left(&self) -> bool {
+    fn has_left(&self) -> bool {
         self.context.domain_participant().assert_liveliness().is_err()
     }
 

@@ -27,7 +27,7 @@ use crate::{
     ros2::{
         Node, NodeSettings, Ros2Error,
         inbox::{Inbox, Received},
-        node::Delivery,
+        node::{Delivery, Watch},
     },
     sequence::Calibration,
     urdf::RobotDescription,
@@ -79,6 +79,7 @@ impl LiveSettings {
 pub(crate) struct Receiver {
     settings: LiveSettings,
     roles: Vec<TopicRole>,
+    watch: Watch,
     pub inbox: Arc<Inbox>,
     pub node: Node,
     pub image_type: &'static str,
@@ -93,6 +94,15 @@ impl Receiver {
         roles: &[TopicRole],
         host: &Host,
     ) -> Result<Self, Ros2Error> {
+        Self::fill(Arc::default(), settings, roles, host)
+    }
+
+    fn fill(
+        inbox: Arc<Inbox>,
+        settings: &LiveSettings,
+        roles: &[TopicRole],
+        host: &Host,
+    ) -> Result<Self, Ros2Error> {
         let mut node = Node::join(&settings.node)?;
         let image_type = image_type(&node, &settings.topics.image);
         let mut subscriptions = Vec::new();
@@ -100,7 +110,6 @@ impl Receiver {
             let image = (image_type, settings.image_qos);
             subscriptions.push(Feed::subscribe(&mut node, settings.topics.name(*role), *role, image)?);
         }
-        let inbox = Arc::new(Inbox::default());
         let (stop, stopped) = oneshot::channel();
         let (to, host) = (Arc::clone(&inbox), host.clone());
         let thread = thread::spawn(move || {
@@ -116,6 +125,7 @@ impl Receiver {
         Ok(Self {
             settings: settings.clone(),
             roles: roles.to_vec(),
+            watch: Watch::default(),
             inbox,
             node,
             image_type,
@@ -124,11 +134,11 @@ impl Receiver {
         })
     }
 
-    /// Subscribes anew if the network was left.
+    /// Subscribes anew if the network was left. To be called again and again while nothing comes.
     pub(crate) fn keep_joined(&mut self, host: &Host) -> Result<(), Ros2Error> {
-        if self.node.has_left() {
+        if self.watch.sees_that_left(&self.node) {
             host.notice("the network of ROS 2 was left while this program was stopped; it is joined again");
-            *self = Self::start(&self.settings, &self.roles, host)?;
+            *self = Self::fill(Arc::clone(&self.inbox), &self.settings, &self.roles, host)?;
         }
         Ok(())
     }
