@@ -76,7 +76,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     match error {
         Some(error) if num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {num_images} images before are written)")),
-        None if num_images == 0 && !host().is_stopped() => bail!("{}: no image came", args.source),
+        None if num_images == 0 => bail!("{}: no image came", args.source),
         None => Ok(()),
     }
 }

@@ -106,7 +106,7 @@ fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
     match recorded.error {
         Some(error) if recorded.num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {} images before are written)", recorded.num_images)),
-        None if recorded.num_images == 0 && !host().is_stopped() => bail!("{}: no image came", args.source),
+        None if recorded.num_images == 0 => bail!("{}: no image came", args.source),
         None => Ok(()),
     }
 }

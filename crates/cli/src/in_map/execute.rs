@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::{CameraPose, CameraTrajectory, Clock, SkippedInput};
+use visloc_core::{CameraPose, CameraTrajectory, Clock, SkippedInput, geom::Camera};
 use visloc_io::{
     sequence::write_camera_trajectory,
     sources::{SourceOption, SourceOptions},
@@ -62,6 +62,25 @@ pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Res
     finish(args, name, map, &run, truth.as_ref().or(told), watchers)
 }
 
+/// Focal lengths of one camera differ by less, as a share: calibrations are better than that.
+const OTHER_LENS_SHARE: f64 = 0.05;
+
+/// Says that a camera with images as large as those of the map has another lens: as a rule it is the same one, and a calibration is wrong.
+fn note_other_lens(map: &VisualMap, camera: &Camera) {
+    let cameras = map.map.all_keyframes().filter_map(|(_, keyframe)| keyframe.foreign.as_deref());
+    let alike = cameras.map(|session| session.calibrated).filter(|known| known.size_px() == camera.size_px());
+    let focal_px: Vec<f64> = alike.map(|known| known.focal_px().0).collect();
+    let own_px = camera.focal_px().0;
+    if let Some(first_px) = focal_px.first()
+        && focal_px.iter().all(|known_px| (own_px / known_px).ln().abs() > OTHER_LENS_SHARE)
+    {
+        say::note!(
+            "this camera has a focal length of {own_px:.1} px, the one of the map, with images of the same size, {first_px:.1} px; if it is \
+             the same camera, one calibration is wrong and so are the places (--camera FILE)"
+        );
+    }
+}
+
 /// What came of the images.
 struct Run {
     records: Vec<MapRecord>,
@@ -113,6 +132,7 @@ fn run(
         let localizer = match &mut localizer {
             Some(localizer) => localizer,
             none => {
+                note_other_lens(map, &frame.camera);
                 let made = none.insert(MapLocalizer::in_map(map, &frame.camera, &config, seed)?);
                 made.set_clock(Clock::new(thread_cpu_secs));
                 made

@@ -181,6 +181,9 @@ fn tilt_words(tilt_deg: f64) -> String {
 
 fn best_words(facts: &locating::RunFacts) -> String {
     let (reliability, secs) = facts.best_reliability;
+    if reliability < 0.005 {
+        return format!("the reliability stayed at 0.00, {LOCALIZED_RELIABILITY} is needed");
+    }
     let how_long = if reliability > LOCALIZED_RELIABILITY { "for moments only" } else { "at most" };
     format!(
         "the reliability was {reliability:.2} {how_long} (at {secs:.1} s), {LOCALIZED_RELIABILITY} is needed"

@@ -123,6 +123,13 @@ fn a_map_of_given_poses_is_merged_trimmed_and_written_for_nav2() {
     let run = workspace.json("run.json");
     assert!(run["localized"].as_f64().unwrap() > 0.9, "{run}");
     assert!(run["error"]["median_m"].as_f64().unwrap() < 0.01, "{run}");
+    workspace.write(
+        "tele.toml",
+        "model = \"pinhole\"\nsize_px = [320, 240]\nfocal_px = [787.5, 787.5]\ncenter_px = [160.0, 120.0]\n",
+    );
+    let tele = ["localize", clip, "--map", "given.vmap", "--camera", "tele.toml", "--frames", "3"];
+    let said = workspace.visloc(&tele).stderr;
+    assert!(said.contains("787.5 px") && said.contains("262.5 px"), "{said}");
     let error = workspace.refused(&["slam", clip, "--poses", "given.tum", "--save", "none.vmap"]);
     assert!(error.contains("given.tum"), "{error}");
     workspace.write("given.tum", "1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");

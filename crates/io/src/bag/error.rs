@@ -47,17 +47,15 @@ pub enum BagError {
         reason: String,
     },
     /// A topic that is needed is not in the recording.
-    #[error("{}: topic '{topic}' ({expected_type}) is not in the recording; name the right one (on the command line --topics or \
-             --image-topic){instead}. {}", path.display(), list_of_type(expected_type, available))]
+    #[error("{}: topic '{topic}' ({}) is not in the recording; name the right one (on the command line {}){}. {}", path.display(),
+             role.type_names().join(" or "), option_of(*role), instead_of(*role), list_of_type(*role, available))]
     MissingTopic {
         /// The recording.
         path: PathBuf,
         /// The topic that is missing.
         topic: String,
-        /// The type it should have.
-        expected_type: String,
-        /// What can be given instead, with a comma before it; empty if nothing can.
-        instead: &'static str,
+        /// What the topic is for.
+        role: TopicRole,
         /// The topics that are there.
         available: Vec<TopicInfo>,
     },
@@ -80,8 +78,8 @@ pub enum BagError {
         role: TopicRole,
     },
     /// A topic that is needed is announced in the recording and has no messages.
-    #[error("{}: topic '{topic}' for {} has no messages in this recording; name another one (on the command line --topics){}{}",
-             path.display(), role.meaning(), instead_of(*role), list_others(others))]
+    #[error("{}: topic '{topic}' for {} has no messages in this recording; name another one (on the command line {}){}{}",
+             path.display(), role.meaning(), option_of(*role), instead_of(*role), list_others(others))]
     NoMessages {
         /// The recording.
         path: PathBuf,
@@ -137,11 +135,22 @@ pub enum BagError {
 }
 
 /// Those of the wanted types first.
-fn list_of_type(expected_type: &str, topics: &[TopicInfo]) -> String {
+fn list_of_type(role: TopicRole, topics: &[TopicInfo]) -> String {
     let (fitting, others): (Vec<TopicInfo>, Vec<TopicInfo>) =
-        topics.iter().cloned().partition(|topic| expected_type.contains(&topic.type_name));
+        topics.iter().cloned().partition(|topic| role.type_names().contains(&topic.type_name.as_str()));
     let none = if fitting.is_empty() && !topics.is_empty() { ", none of them of that type" } else { "" };
     format!("Topics there{none}: {}", list_topics(&[fitting, others].concat()))
+}
+
+/// The options that name the topic of a role.
+fn option_of(role: TopicRole) -> &'static str {
+    match role {
+        TopicRole::Image => "--image-topic or --topics",
+        TopicRole::CameraInfo => "--camera-info-topic or --topics",
+        TopicRole::Odometry => "--odometry-topic or --topics",
+        TopicRole::GroundTruth => "--truth-topic or --topics",
+        _ => "--topics",
+    }
 }
 
 /// What could be named instead, as the end of a sentence.

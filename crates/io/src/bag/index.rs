@@ -114,8 +114,7 @@ pub(super) fn check_topic<'a>(
     let info = found.ok_or_else(|| BagError::MissingTopic {
         path: path.to_path_buf(),
         topic: name.to_string(),
-        instead: instead_of(role),
-        expected_type: expected(),
+        role,
         available: available.to_vec(),
     })?;
     if role.type_names().contains(&info.type_name.as_str()) && info.message_encoding == "cdr" {

@@ -149,7 +149,10 @@ impl TfTree {
         frames.sort_unstable();
         frames.dedup();
         if frames.is_empty() {
-            return format!("no transforms yet, expected some from '{dst}' to '{src}'");
+            return format!(
+                "no transforms yet, expected some from '{dst}' to '{src}', positions of joints with a robot description (--urdf FILE), or \
+                 --camera-height METERS --camera-tilt DEGREES"
+            );
         }
         let edges = listed(self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent)));
         for (frame, key, what) in

@@ -52,6 +52,9 @@ impl Map {
             line: None,
             reason: format!("expected a map as text in UTF-8 (TOML, YAML, SVG) or DXF, found {found}"),
         };
+        if bytes.is_empty() {
+            return Err(not_text("an empty file"));
+        }
         if name.ends_with(".vmap") {
             let reason = "expected a drawn map, found one of SLAM; such a map is for localize, slam --load and map info, align, merge, \
                           trim and export";
