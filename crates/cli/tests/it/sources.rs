@@ -128,7 +128,7 @@ fn a_map_of_given_poses_is_merged_trimmed_and_written_for_nav2() {
         "model = \"pinhole\"\nsize_px = [320, 240]\nfocal_px = [787.5, 787.5]\ncenter_px = [160.0, 120.0]\n",
     );
     let tele = ["localize", clip, "--map", "given.vmap", "--camera", "tele.toml", "--frames", "3"];
-    let said = workspace.visloc(&tele).stderr;
+    let said = workspace.visloc(&tele).stdout;
     assert!(said.contains("787.5 px") && said.contains("262.5 px"), "{said}");
     let error = workspace.refused(&["slam", clip, "--poses", "given.tum", "--save", "none.vmap"]);
     assert!(error.contains("given.tum"), "{error}");
