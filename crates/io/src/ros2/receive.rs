@@ -94,17 +94,19 @@ impl Receiver {
         roles: &[TopicRole],
         host: &Host,
     ) -> Result<Self, Ros2Error> {
-        Self::fill(Arc::default(), settings, roles, host)
+        Self::fill(Arc::default(), None, settings, roles, host)
     }
 
+    /// The type of the images is looked for unless it is known.
     fn fill(
         inbox: Arc<Inbox>,
+        known_type: Option<&'static str>,
         settings: &LiveSettings,
         roles: &[TopicRole],
         host: &Host,
     ) -> Result<Self, Ros2Error> {
         let mut node = Node::join(&settings.node)?;
-        let image_type = image_type(&node, &settings.topics.image);
+        let image_type = known_type.unwrap_or_else(|| image_type(&node, &settings.topics.image));
         let mut subscriptions = Vec::new();
         for role in roles.iter().filter(|role| !settings.topics.name(**role).is_empty()) {
             let image = (image_type, settings.image_qos);
@@ -138,7 +140,8 @@ impl Receiver {
     pub(crate) fn keep_joined(&mut self, host: &Host) -> Result<(), Ros2Error> {
         if self.watch.sees_that_left(&self.node) {
             host.notice("the network of ROS 2 was left while this program was stopped; it is joined again");
-            *self = Self::fill(Arc::clone(&self.inbox), &self.settings, &self.roles, host)?;
+            let (inbox, known) = (Arc::clone(&self.inbox), Some(self.image_type));
+            *self = Self::fill(inbox, known, &self.settings, &self.roles, host)?;
         }
         Ok(())
     }

@@ -129,6 +129,11 @@ impl Locator {
         self.is_doubting = true;
     }
 
+    /// Whether [`Locator::doubt`] was called.
+    pub fn is_doubting(&self) -> bool {
+        self.is_doubting
+    }
+
     /// Looks for an image around a keyframe. The map is the one of the keyframe.
     ///
     /// # Errors

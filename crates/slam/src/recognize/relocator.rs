@@ -22,7 +22,6 @@ pub struct Relocator {
     camera: Camera,
     config: SlamConfig,
     locator: Locator,
-    is_doubting: bool,
 }
 
 impl Relocator {
@@ -36,12 +35,11 @@ impl Relocator {
     #[must_use]
     pub fn new(camera: &Camera, config: &SlamConfig) -> Self {
         let locator = Locator::new(camera, config);
-        Self { camera: *camera, config: config.clone(), locator, is_doubting: false }
+        Self { camera: *camera, config: config.clone(), locator }
     }
 
     /// Finds more in less time from now on, for those who doubt what is found until they see more of it.
     pub fn doubt(&mut self) {
-        self.is_doubting = true;
         self.locator.doubt();
     }
 
@@ -80,7 +78,7 @@ impl Relocator {
             let searched = map.with_active(map.keyframe(id).map);
             match self.locator.locate(&searched, id, (&view, incoming), work) {
                 Ok(located) => {
-                    if self.is_doubting && self.is_clear(&located) {
+                    if self.locator.is_doubting() && self.is_clear(&located) {
                         most_shared = most_shared.max(num_shared);
                     }
                     found.push(located);
@@ -99,7 +97,7 @@ impl Relocator {
     /// The keyframes to try, those most like the view first.
     fn candidates(&self, map: &Map, is_candidate: impl Fn(KeyframeId) -> bool, view: &View) -> Vec<Ranked> {
         let index = map.index();
-        let ranked = if self.is_doubting { index.query_rare(view) } else { index.query(view) };
+        let ranked = if self.locator.is_doubting() { index.query_rare(view) } else { index.query(view) };
         let mut is_tried = vec![false; map.num_keyframe_ids()];
         let mut candidates = Vec::with_capacity(self.config.relocation.max_tries);
         for candidate in ranked {
