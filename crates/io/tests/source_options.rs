@@ -3,14 +3,16 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
+mod programs;
+
 use std::{
     collections::BTreeSet,
     fs,
-    os::unix::fs::PermissionsExt,
     path::PathBuf,
     time::{SystemTime, UNIX_EPOCH},
 };
 
+use programs::write_program;
 use tempfile::TempDir;
 use visloc_core::{
     Frame, Host, RgbImage, SourceFrame, Timestamp, Truth,
@@ -94,8 +96,7 @@ impl Place {
              printf 'P5\\n{} {}\\n255\\n'\nhead -c {bytes} /dev/zero | tr '\\000' \"$gray\"\ni=$((i + 1))\ndone\n{end}\n",
             SIZE_PX.0, SIZE_PX.1
         );
-        self.write(name, &script);
-        fs::set_permissions(self.path(name), fs::Permissions::from_mode(0o755)).unwrap();
+        write_program(&self.path(name), &script);
     }
 
     fn bag(&self, name: &str, topics: &BagTopics, gray: u8) {

@@ -3,8 +3,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
-use std::{fs, os::unix::fs::PermissionsExt, path::PathBuf};
+mod programs;
 
+use std::{fs, path::PathBuf};
+
+use programs::write_program;
 use tempfile::TempDir;
 use visloc_core::{
     Frame, Host, ImageSource, RgbImage, SourceError, SourceFrame, Timestamp,
@@ -36,9 +39,7 @@ impl Place {
              echo \"[x] [info] n: $i pts_time:0.$((i + 1))0 fmt:gray\" >&2\n\
              printf 'P5\\n2 2\\n255\\n\\10\\20\\30\\40'\ni=$((i + 1))\ndone\n{end}\n"
         );
-        let program = folder.path().join("ffmpeg");
-        fs::write(&program, script).unwrap();
-        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        write_program(&folder.path().join("ffmpeg"), &script);
         Self { folder }
     }
 

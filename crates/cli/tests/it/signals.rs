@@ -12,7 +12,7 @@ use visloc_core::FrameSource;
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::recording::RecordingIndex;
 
-use crate::support::{Workspace, data_lines};
+use crate::support::{Workspace, data_lines, write_program};
 
 /// Longest time until a command has begun, and until it has ended.
 const MOST: Duration = Duration::from_secs(60);
@@ -258,11 +258,9 @@ const STALLING: [(&str, &str); 2] = [
 
 #[test]
 fn a_source_that_stalls_is_ended_by_the_first_signal() {
-    use std::os::unix::fs::PermissionsExt;
     for (script, said) in STALLING {
         let workspace = Workspace::new();
-        workspace.write("stalling", script);
-        fs::set_permissions(workspace.path("stalling"), fs::Permissions::from_mode(0o755)).unwrap();
+        write_program(&workspace.path("stalling"), script);
         workspace.write("clip.mp4", "");
         workspace.write(
             "camera.toml",

@@ -14,7 +14,10 @@ use visloc_io::{
     image_codec::{encode_jpeg, encode_png},
 };
 
-use crate::{parsers, support::Workspace};
+use crate::{
+    parsers,
+    support::{Workspace, write_program},
+};
 
 /// What an input is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -178,7 +181,7 @@ impl Kind {
             Self::PosesKitti => Input::one("input.txt", KITTI),
             Self::PosesEuroc => Input::one("input.csv", EUROC_POSES),
             Self::Scenario => Input::one("input.toml", SCENARIO),
-            Self::Algorithm => Input::one("input.toml", "num_exploiters = 40\n[evidence]\ndeadband = 0.02\n"),
+            Self::Algorithm => Input::one("input.toml", "num_exploiters = 40\n[explorers]\nperiod = 12\n"),
             Self::Pipeline => Input::one("input.toml", "[lift]\nmin_unloaded_secs = 0.5\n"),
             Self::Slam => {
                 Input::one("input.toml", "[tracking]\nmin_matches = 20\n[mapping]\nlost_ratio = 0.5\n")
@@ -351,5 +354,5 @@ pub fn write_good_files(folder: &Path) {
     // Hands on its input as it is.
     let script = "#!/bin/sh\n[ \"$1\" = -version ] && echo 'ffmpeg version 5.1.9' && exit 0\n\
                   while [ \"$1\" != -i ]; do shift; done\nexec cat \"${2#file:}\"\n";
-    write("ffmpeg", script.as_bytes());
+    write_program(&folder.join("ffmpeg"), script);
 }

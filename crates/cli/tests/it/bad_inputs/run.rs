@@ -4,11 +4,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     ffi::OsString,
     fmt, fs,
-    os::unix::{
-        ffi::OsStringExt,
-        fs::{PermissionsExt, symlink},
-        process::ExitStatusExt,
-    },
+    os::unix::{ffi::OsStringExt, fs::symlink, process::ExitStatusExt},
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
     time::{Duration, Instant},
@@ -59,7 +55,6 @@ impl Fixtures {
     pub fn new() -> Self {
         let folder = in_memory();
         write_good_files(folder.path());
-        fs::set_permissions(folder.path().join("ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
         Self { folder }
     }
 
