@@ -5,11 +5,11 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use visloc_core::{
     files,
-    settings::{Overrides, Settings, SettingsError, overlay},
+    settings::{Idle, Overrides, Settings, SettingsError, idle, idle_at, lay, overlay, parameters},
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
 use visloc_locate::{FeatureChoice, Half, PipelineConfig, PosePrior, Region, SideLines, StartPrior};
-use visloc_slam::{Descriptor, SlamConfig};
+use visloc_slam::SlamConfig;
 use visloc_world::Map;
 
 use crate::args::{SlamParametersArgs, StartArg, TopicArgs};
@@ -27,31 +27,94 @@ pub fn read_text(path: &Path) -> Result<String> {
     files::read_text(path).with_context(|| format!("{}: cannot read it", path.display()))
 }
 
+/// Parameters in layers: what was given first, then a file, then single options. What counts for nothing is known when all are laid.
+struct Layers<'a, T> {
+    given: T,
+    values: T,
+    config: Option<&'a Path>,
+}
+
+impl<'a, T: Settings + Clone> Layers<'a, T> {
+    /// Lays a file over what is given.
+    fn new(given: T, config: Option<&'a Path>) -> Result<Self> {
+        let values = match config {
+            Some(path) => lay(&given, &read_text(path)?).map_err(|error| in_file(path, &error))?,
+            None => given.clone(),
+        };
+        Ok(Self { given, values, config })
+    }
+
+    /// Lays single options over it, as `KEY=VALUE`. `before` stands before each in `--set`; `unused` says of a key why it is not used
+    /// at all.
+    fn with<'o>(
+        mut self,
+        options: impl Iterator<Item = &'o str> + Clone,
+        before: &str,
+        unused: impl Fn(&str) -> Option<&'static str>,
+    ) -> Result<T> {
+        for option in options.clone() {
+            let (key, value) = setting(option)?;
+            self.values = lay(&self.values, &format!("{key} = {value}"))
+                .with_context(|| format!("--set {before}{option}"))?;
+        }
+        let unused = |key: &str| unused(key).map(|reason| format!("it would change nothing: {reason}"));
+        for option in options {
+            let key = option.split('=').next().unwrap_or_default().trim();
+            let idle = idle_at(&self.values, key)?.map(|Idle { reason, .. }| reason);
+            if let Some(reason) = idle.or_else(|| unused(key)) {
+                bail!("--set {before}{option}: {reason}");
+            }
+        }
+        let Some(config) = self.config else { return Ok(self.values) };
+        let changed = Overrides::between(&parameters(&self.given)?, parameters(&self.values)?);
+        let unused = changed.paths().into_iter().find_map(|path| Some((path.to_owned(), unused(path)?)));
+        let idle = idle(&self.given, &self.values)?.map(|Idle { path, reason }| (path, reason));
+        match idle.or(unused) {
+            Some((path, reason)) => bail!("{}: {path}: {reason}", config.display()),
+            None => Ok(self.values),
+        }
+    }
+}
+
+/// What SLAM is used for, which decides on the parameters that count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SlamJob {
+    /// Making maps, and going on in them.
+    Map,
+    /// Finding the camera in a map and following it around it.
+    Extend,
+    /// Finding the camera in a map that stays as it is.
+    Locate,
+    /// Making a map of images with known poses.
+    MapGivenPoses,
+}
+
+impl SlamJob {
+    /// Why a parameter is not used.
+    fn unused(self, key: &str) -> Option<&'static str> {
+        let is_of =
+            |parts: &[&str]| parts.iter().any(|part| key == *part || key.starts_with(&format!("{part}.")));
+        let of_new_maps = ["start", "relocation.new_map_secs"];
+        match self {
+            Self::Extend if is_of(&of_new_maps) => Some("no new map is started"),
+            Self::Locate if is_of(&of_new_maps) || is_of(&["mapping"]) => Some("the map stays as it is"),
+            Self::MapGivenPoses if !is_of(&["features", "mapping.max_new_candidates"]) => Some(
+                "the poses are known; only features and mapping.max_new_candidates are used with --poses",
+            ),
+            _ => None,
+        }
+    }
+}
+
 /// Parameters of everything but the algorithm: a file, and the options of `--set` that are meant for it.
 ///
 /// # Errors
 /// If the file cannot be read or has a mistake; the error names file and line.
 pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineConfig> {
-    let mut config = path.map_or_else(|| Ok(PipelineConfig::default()), from_toml)?;
-    for option in set {
-        let Some(option) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
-        let (key, value) = setting(option)?;
-        config = overlay(&config, &format!("{key} = {value}"))
-            .with_context(|| format!("--set {OF_PIPELINE}{option}"))?;
-    }
-    Ok(config)
+    let options = set.iter().filter_map(|option| option.trim_start().strip_prefix(OF_PIPELINE));
+    Layers::new(PipelineConfig::default(), path)?.with(options, OF_PIPELINE, |_| None)
 }
 
-/// Parameters of the refinement that count where many places look alike.
-const OF_BUILDINGS: [&str; 7] = [
-    "evidence_per_image",
-    "evidence_deadband",
-    "max_evidence_difference",
-    "max_bend_evidence",
-    "evidence_kept",
-    "stale_evidence_kept",
-    "blurring_turn_rad_per_s",
-];
 /// Parameters of the analysis of a field that count for features.
 const OF_FEATURES: [&str; 2] = ["analysis.max_line_borders", "analysis.max_goal_borders"];
 
@@ -69,11 +132,6 @@ pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice)
             Map::Field(_) if is_of("office") => "it is for buildings, and the map is a field",
             Map::Office(_) if is_of_field => {
                 "it is for fields, and the map is a building; its keys begin with office"
-            }
-            Map::Field(_)
-                if key.strip_prefix("refinement.").is_some_and(|key| OF_BUILDINGS.contains(&key)) =>
-            {
-                "it weighs places that look alike, which a field has only in pairs"
             }
             _ if features == FeatureChoice::Pixels && OF_FEATURES.contains(&key) => {
                 "pixels are weighed alone with --features pixels"
@@ -105,64 +163,31 @@ pub fn topic_options(args: &TopicArgs) -> Result<TopicOptions> {
     })
 }
 
-/// Parameters of SLAM: a preset, then the file, then single options.
+/// Parameters of SLAM for a job: a preset, then the file, then single options.
 ///
 /// # Errors
-/// If there is no such preset, the file cannot be read, or a parameter is unknown or out of range; the error names file and
+/// If there is no such preset, the file cannot be read, or a parameter is unknown, out of range or not used; the error names file and
 /// line, or the option.
-pub fn slam_config(args: &SlamParametersArgs) -> Result<SlamConfig> {
-    let mut config = SlamConfig::preset(&args.preset).context("--preset")?;
-    if let Some(path) = &args.config {
-        config = config.with_toml(&read_text(path)?).with_context(|| path.display().to_string())?;
-    }
-    with_set(config, &args.set)
+pub fn slam_config(args: &SlamParametersArgs, job: SlamJob) -> Result<SlamConfig> {
+    let preset = SlamConfig::preset(&args.preset).context("--preset")?;
+    slam_config_over(preset, args.config.as_deref(), &args.set, job)
 }
 
-/// Parameters of SLAM with single options over them.
+/// As [`slam_config`], over given parameters.
 ///
 /// # Errors
-/// If one is unknown or out of range; the error names the option.
-pub fn with_set(mut config: SlamConfig, set: &[String]) -> Result<SlamConfig> {
-    for option in set {
-        let (key, value) = setting(option)?;
-        config = config.with_toml(&format!("{key} = {value}")).with_context(|| format!("--set {option}"))?;
-    }
-    for option in set {
-        let key = option.split('=').next().unwrap_or_default().trim();
-        let idle = OF_SLAM_PARTS.iter().find(|(is_off, keys, _)| is_off(&config) && keys.contains(&key));
-        if let Some((_, _, reason)) = idle {
-            bail!("--set {option}: it would change nothing: {reason}");
-        }
-    }
+/// As there.
+pub fn slam_config_over(
+    given: SlamConfig,
+    config: Option<&Path>,
+    set: &[String],
+    job: SlamJob,
+) -> Result<SlamConfig> {
+    let options = set.iter().map(String::as_str);
+    let config = Layers::new(given, config)?.with(options, "", |key| job.unused(key))?;
+    config.check()?;
     Ok(config)
 }
-
-/// Whether a part of SLAM is off.
-type IsOff = fn(&SlamConfig) -> bool;
-
-/// Parts of SLAM that can be off, the parameters that count for them alone, and what is off then.
-const OF_SLAM_PARTS: [(IsOff, &[&str], &str); 3] = [
-    (
-        |config| config.features.descriptor == Descriptor::Patches,
-        &["features.max_orb_distance", "features.orb_margin_px"],
-        "landmarks are recognized by patches; add --set features.descriptor=orb, or --preset orb-sdvl",
-    ),
-    (
-        |config| !config.tracking.reject_outliers,
-        &["tracking.max_hypotheses"],
-        "outliers are not rejected with tracking.reject_outliers = false",
-    ),
-    (
-        |config| !config.mapping.adjust_bundles,
-        &[
-            "mapping.adjust_lens",
-            "mapping.bundle_keyframes",
-            "mapping.bundle_first_iterations",
-            "mapping.bundle_last_iterations",
-        ],
-        "bundles are not adjusted with mapping.adjust_bundles = false",
-    ),
-];
 
 /// Parameters of an algorithm as TOML: those of a file, and single options over them; nothing if there are none.
 ///
@@ -203,10 +228,12 @@ fn setting(option: &str) -> Result<(String, toml::Value)> {
 /// If the file cannot be read or has a mistake; the error names file and line.
 pub fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
     let text = read_text(path)?;
-    overlay(&T::default(), &text).map_err(|SettingsError { line, reason }| {
-        let line = line.map(|line| format!(", line {line}")).unwrap_or_default();
-        anyhow!("{}{line}: {reason}", path.display())
-    })
+    overlay(&T::default(), &text).map_err(|error| in_file(path, &error))
+}
+
+fn in_file(path: &Path, error: &SettingsError) -> anyhow::Error {
+    let line = error.line.map(|line| format!(", line {line}")).unwrap_or_default();
+    anyhow!("{}{line}: {}", path.display(), error.reason)
 }
 
 /// What is known about the start, from the options given; nothing if there are none.

@@ -34,7 +34,7 @@ use crate::{
     report::AlgorithmReport,
     run::{FrameRecord, Progress, RunOutcome, Runner, RunnerSettings, drive, open_source, source_options},
     say::one_line,
-    settings::{pipeline_config, slam_config, start_prior},
+    settings::{SlamJob, pipeline_config, slam_config, start_prior},
     slam::{Lookers, POSE_TOLERANCE_SECS, RunOptions, SlamReport, SlamRun, run},
 };
 
@@ -181,7 +181,7 @@ fn planar_ways(truth: &PlanarTrajectory, records: &[FrameRecord]) -> Ways {
 
 /// A camera without a map.
 fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
-    let config = slam_config(&args.parameters)?;
+    let config = slam_config(&args.parameters, SlamJob::Map)?;
     let mut options = SourceOptions {
         range: SequenceRange { start: args.start, end: args.end, stride: args.stride as usize },
         seed: args.seed.given,

@@ -17,7 +17,7 @@ use crate::{
     report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
-    settings::{slam_config, topic_options},
+    settings::{SlamJob, slam_config, topic_options},
     slam::{
         FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
         SlamWatcher, draw, load_map, map_given_poses, open_input, run, save_map, write_log, write_ply,
@@ -36,7 +36,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     if let Some(points) = &args.points {
         refuse_name_of_map(points)?;
     }
-    let config = slam_config(&args.parameters)?;
+    let config = slam_config(&args.parameters, job(args))?;
     let loaded = args.load.as_deref().map(load_map).transpose()?;
     let mut steering = None;
     let OpenImages { images: mut source, truth, warnings } = open_input(args, |options| {
@@ -88,6 +88,14 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         saving.save(Err(anyhow!("{}: no image came", args.source)));
     }
     saving.end()
+}
+
+fn job(args: &SlamArgs) -> SlamJob {
+    match (&args.poses, args.fixed) {
+        (Some(_), _) => SlamJob::MapGivenPoses,
+        (None, true) => SlamJob::Locate,
+        (None, false) => SlamJob::Map,
+    }
 }
 
 /// Points have another form than maps: who names a map means something else.

@@ -23,7 +23,7 @@ use crate::{
     report::{SkippedReport, diagnosis_lines, save_json},
     run::{Progress, Saving, prepare, source_options},
     say,
-    settings::{OF_PIPELINE, read_text, topic_options, with_set},
+    settings::{OF_PIPELINE, SlamJob, slam_config_over, topic_options},
     slam::load_map,
     stopwatch::thread_cpu_secs,
     studio::Steering,
@@ -36,11 +36,7 @@ use crate::{
 pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Result<()> {
     refuse_others(args)?;
     let name = args.map.as_deref().unwrap_or_default();
-    let config = match args.config.as_deref().map(read_text).transpose()? {
-        Some(text) => SlamConfig::from_toml(&text)?,
-        None => SlamConfig::default(),
-    };
-    let config = with_set(config, &args.set)?;
+    let config = slam_config_over(SlamConfig::default(), args.config.as_deref(), &args.set, SlamJob::Extend)?;
     let map = load_map(Path::new(name))?;
     let mut options = SourceOptions {
         seed: args.seed.given,
@@ -237,9 +233,10 @@ fn print(report: &InMapReport, map: &VisualMap, has_truth: bool) {
 
 /// Options that make no difference in a map of SLAM.
 fn refuse_others(args: &LocalizeArgs) -> Result<()> {
+    let of_pipeline = args.set.iter().find(|option| option.trim_start().starts_with(OF_PIPELINE));
     let others = [
         ("--pipeline", args.pipeline.is_some()),
-        ("--set pipeline.", args.set.iter().any(|option| option.starts_with(OF_PIPELINE))),
+        (of_pipeline.map_or("", String::as_str), of_pipeline.is_some()),
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
         ("--robot-out", args.robot_out.is_some()),

@@ -91,7 +91,8 @@ fn every_parameter_is_shown_with_its_meaning() {
     for name in ["evolutionary", "kld", "markov", "pipeline", "topics", "sdvl", "orb-sdvl"] {
         let text = workspace.must(&["config", "show", name]).stdout;
         let lines: Vec<&str> = text.lines().collect();
-        let is_explained = |pair: &[&str]| !pair[1].contains(" = ") || pair[0].starts_with('#');
+        let is_value = |line: &str| line.contains(" = ") && !line.starts_with('#');
+        let is_explained = |pair: &[&str]| !is_value(pair[1]) || pair[0].starts_with('#');
         assert!(lines.windows(2).all(is_explained), "{text}");
     }
     let topics = workspace.must(&["config", "show", "topics"]).stdout;
@@ -227,8 +228,66 @@ fn options_for_parts_of_slam_that_are_off_are_refused() {
         let error = workspace.refused(&[&base[..], &["--set", off, "--set", option]].concat());
         assert!(error.contains(option) && error.contains("it would change nothing"), "{error}");
     }
-    let orb = ["--set", "features.descriptor=orb", "--set", "features.max_orb_distance=50"];
+    let orb = ["--set", "features.max_orb_distance=50", "--set", "features.descriptor=orb"];
     workspace.must(&[&base[..], &orb].concat());
+    workspace.write("orb.toml", "features.max_orb_distance = 50\n");
+    let error = workspace.refused(&[&base[..], &["--config", "orb.toml"]].concat());
+    assert!(error.contains("orb.toml: features.max_orb_distance: it would change nothing"), "{error}");
+    workspace.must(&[&base[..], &["--config", "orb.toml", "--set", "features.descriptor=orb"]].concat());
+}
+
+#[test]
+fn options_that_a_job_of_slam_does_not_use_are_refused() {
+    let workspace = Workspace::new();
+    workspace.must(&["slam", "sim:room", "--end", "60", "--save", "room.vmap", "--trajectory", "way.tum"]);
+    let jobs: [(&[&str], &[&str], &str); 3] = [
+        (
+            &["slam", "sim:room", "--end", "5", "--load", "room.vmap", "--fixed"],
+            &["start.min_points=60", "mapping.lost_ratio=0.5", "relocation.new_map_secs=3"],
+            "tracking.max_matches=100",
+        ),
+        (
+            &["localize", "sim:room", "--frames", "5", "--map", "room.vmap"],
+            &["start.min_points=60", "relocation.new_map_secs=3"],
+            "mapping.lost_ratio=0.5",
+        ),
+        (
+            &["slam", "sim:room", "--end", "60", "--poses", "way.tum", "--save", "given.vmap"],
+            &["start.min_points=60", "tracking.max_matches=100", "mapping.lost_ratio=0.5"],
+            "mapping.max_new_candidates=200",
+        ),
+    ];
+    for (job, unused, used) in jobs {
+        for option in unused {
+            let error = workspace.refused(&[job, &["--set", option]].concat());
+            assert!(error.contains(&format!("--set {option}: it would change nothing: ")), "{error}");
+            let (key, value) = option.split_once('=').unwrap();
+            workspace.write("job.toml", &format!("{key} = {value}\n"));
+            let error = workspace.refused(&[job, &["--config", "job.toml"]].concat());
+            assert!(error.contains(&format!("job.toml: {key}: it would change nothing: ")), "{error}");
+        }
+        workspace.must(&[job, &["--set", used]].concat());
+    }
+}
+
+#[test]
+fn parameters_of_algorithms_that_are_off_are_refused() {
+    let workspace = Workspace::new();
+    for (algorithm, option) in [
+        ("evolutionary", "explorers.num_grid=300"),
+        ("evolutionary-grid", "explorers.num_random=30"),
+        ("evolutionary", "evidence.kept=0.9"),
+        ("mce", "sample_size.max_error=0.1"),
+        ("mce", "injection.alpha_slow=0.1"),
+        ("mce", "resampling.min_effective_share=0.3"),
+        ("markov", "start.x_m=1"),
+    ] {
+        let run = ["localize", "sim:tour", "--frames", "2", "--algorithm", algorithm, "--set", option];
+        let error = workspace.refused(&run);
+        assert!(error.contains("it would change nothing: it counts only with "), "{error}");
+    }
+    // In a building evidence counts.
+    workspace.must(&["localize", "sim:office", "--frames", "2", "--set", "evidence.kept=0.9"]);
 }
 
 #[test]

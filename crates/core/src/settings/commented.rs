@@ -10,7 +10,7 @@ use crate::settings::{
 /// Widest line of a comment.
 const WIDTH: usize = 100;
 
-/// Values as TOML, with the meaning and the range of every key above it as a comment. Keys without a value are comments, too.
+/// Values as TOML, with the meaning, the condition and the range of every key above it as a comment. Keys without a value are comments, too.
 ///
 /// # Errors
 /// If the values cannot be written as TOML.
@@ -50,7 +50,8 @@ fn write_value(out: &mut String, key: &str, value: Option<&toml::Value>, node: N
         out.push('\n');
     }
     let range = node.range().map(|range| format!("Range: {range}."));
-    let meaning = [node.meaning(), range].into_iter().flatten().collect::<Vec<_>>().join(" ");
+    let only_if = node.only_if().map(|condition| format!("Counts only with {condition}."));
+    let meaning = [node.meaning(), only_if, range].into_iter().flatten().collect::<Vec<_>>().join(" ");
     comment(out, Some(meaning).filter(|meaning| !meaning.is_empty()));
     for (choice, meaning) in node.choices() {
         let meaning = meaning.map(|text| format!(": {text}")).unwrap_or_default();

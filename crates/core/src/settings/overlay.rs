@@ -1,18 +1,34 @@
 //! A text laid over defaults.
 
+use std::ops::Range;
+
 use toml::{
     Spanned,
     de::{DeTable, DeValue, Deserializer},
 };
 
-use crate::settings::{Settings, SettingsError, keys, schema::Schema};
+use crate::settings::{Idle, Settings, SettingsError, idle, keys, schema::Schema};
 
 /// The defaults with what a TOML text says differently; it names only what it changes, at any depth.
 ///
 /// # Errors
+/// As [`lay`], and if a value that is changed counts for nothing with the others (see [`idle`]); the error says in which line.
+pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
+    let values = lay(defaults, text)?;
+    match idle(defaults, &values)? {
+        None => Ok(values),
+        Some(Idle { path, reason }) => {
+            Err(SettingsError::at(text, span_of(text, &path), format!("{path}: {reason}")))
+        }
+    }
+}
+
+/// As [`overlay`] for one of several texts, of which a later one may say that what this one changes counts.
+///
+/// # Errors
 /// If the text is not TOML, a key is unknown, or a value has the wrong type or is out of the range that its type names
 /// (`#[schemars(range(min = .., max = ..))]`); the error says in which line.
-pub fn overlay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
+pub fn lay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
     let refused = |error: &toml::de::Error| SettingsError::at(text, error.span(), error.message());
     let given = DeTable::parse(text).map_err(|error| refused(&error))?;
     keys::check(text, given.get_ref(), Schema::of::<T>().root(), "")?;
@@ -33,6 +49,22 @@ pub fn check_ranges<T: Settings>(values: &T) -> Result<(), SettingsError> {
     let refused = |error: String| SettingsError { line: None, reason: error };
     let table = toml::Table::try_from(values).map_err(|error| refused(error.to_string()))?;
     keys::check_values(&table, Schema::of::<T>().root(), "")
+}
+
+/// Where a text sets a value.
+fn span_of(text: &str, path: &str) -> Option<Range<usize>> {
+    let table = DeTable::parse(text).ok()?;
+    let mut table = table.get_ref();
+    let mut span = None;
+    for step in path.split('.') {
+        let (key, value) = table.get_key_value(step)?;
+        span = Some(key.span());
+        match value.get_ref() {
+            DeValue::Table(below) => table = below,
+            _ => break,
+        }
+    }
+    span
 }
 
 fn lay_over<'t>(base: &mut DeTable<'t>, over: DeTable<'t>) {

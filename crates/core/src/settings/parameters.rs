@@ -23,6 +23,8 @@ pub struct Parameter {
     pub range: Option<(f64, f64)>,
     /// Names that it can have; empty if it is not a choice.
     pub choices: Vec<Choice>,
+    /// What another value of its table must be for this one to count, as in `kind = grid` and `growth > 0`.
+    pub only_if: Option<String>,
 }
 
 /// One of several names.
@@ -74,6 +76,7 @@ fn parameter(key: &str, path: String, value: Value, node: Node<'_>) -> Parameter
         meaning: node.meaning().unwrap_or_default(),
         range: node.range().map(|range| (range.least, range.most)),
         choices: choices.collect(),
+        only_if: node.only_if().map(|condition| condition.to_string()),
     }
 }
 

@@ -5,6 +5,8 @@ use std::fmt;
 use schemars::{JsonSchema, schema_for};
 use serde_json::{Map, Value};
 
+use super::idle::find;
+
 /// The schema of a type, with the types that it is made of.
 pub(crate) struct Schema(Value);
 
@@ -78,8 +80,64 @@ impl<'a> Node<'a> {
         self.inner.get("x-no-keys")?.get(key)?.as_str()
     }
 
+    /// What must hold for the value to count: `#[schemars(extend("x-only-if" = "kind = grid"))]`.
+    pub fn only_if(&self) -> Option<Condition<'a>> {
+        Condition::parse(self.outer.get("x-only-if")?.as_str()?)
+    }
+
     fn properties(&self) -> Option<&'a Map<String, Value>> {
         self.inner.get("properties")?.as_object()
+    }
+}
+
+/// What another value of the same table, or of a table below it, must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Condition<'a> {
+    /// Where the other value is, from the table in which both are.
+    path: &'a str,
+    wanted: Wanted<'a>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wanted<'a> {
+    /// A word, a number or a truth value.
+    Is(&'a str),
+    /// A number above this.
+    Above(f64),
+}
+
+impl<'a> Condition<'a> {
+    /// `PATH = VALUE` or `PATH > NUMBER`.
+    fn parse(text: &'a str) -> Option<Self> {
+        if let Some((path, value)) = text.split_once(" = ") {
+            return Some(Self { path, wanted: Wanted::Is(value) });
+        }
+        let (path, value) = text.split_once(" > ")?;
+        Some(Self { path, wanted: Wanted::Above(value.parse().ok()?) })
+    }
+
+    /// Whether it holds in a table. Without the other value it does not.
+    pub fn holds_in(&self, table: &toml::Table) -> bool {
+        let Some(found) = find(table, self.path) else { return false };
+        match self.wanted {
+            Wanted::Is(wanted) => {
+                found.as_str().map_or_else(|| found.to_string() == wanted, |it| it == wanted)
+            }
+            Wanted::Above(least) => {
+                #[allow(clippy::cast_precision_loss)]
+                let number = found.as_float().or_else(|| found.as_integer().map(|whole| whole as f64));
+                number.is_some_and(|number| number > least)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Condition<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.wanted {
+            Wanted::Is(value) => write!(f, "{} = {value}", self.path),
+            Wanted::Above(least) => write!(f, "{} > {least}", self.path),
+        }
     }
 }
 

@@ -38,7 +38,11 @@ struct Example {
     /// Frame of the camera.
     camera_frame: Option<String>,
     /// Factors.
+    #[schemars(extend("x-only-if" = "way = short-way"))]
     factors: [f64; 2],
+    /// Pace.
+    #[schemars(extend("x-only-if" = "green.from_deg > 80"))]
+    pace: u32,
 }
 
 fn example() -> Example {
@@ -48,6 +52,7 @@ fn example() -> Example {
         way: Way::LongWay,
         camera_frame: None,
         factors: [1.0, 0.5],
+        pace: 4,
     }
 }
 
@@ -89,12 +94,35 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
+fn what_counts_for_nothing_is_refused_unless_it_is_the_default() {
+    let error = |text: &str| overlay(&example(), text).unwrap_err().to_string();
+    let refused = |path: &str, condition: &str| {
+        format!("{path}: it would change nothing: it counts only with {condition}")
+    };
+    assert_eq!(error("\nfactors = [1, 2]"), format!("line 2: {}", refused("factors", "way = short-way")));
+    assert_eq!(
+        error("pace = 5\ngreen.from_deg = 80"),
+        format!("line 1: {}", refused("pace", "green.from_deg > 80"))
+    );
+    assert_eq!(overlay(&example(), "factors = [1, 0.5]").unwrap(), example());
+    let counts = overlay(&example(), "factors = [1, 2]\nway = \"short-way\"\npace = 5").unwrap();
+    assert_eq!((counts.factors, counts.pace), ([1.0, 2.0], 5));
+    let layer = lay(&example(), "factors = [1, 2]").unwrap();
+    assert_eq!(idle(&example(), &layer).unwrap().unwrap().path, "factors");
+    assert_eq!(idle(&layer, &layer).unwrap(), None);
+    assert_eq!(idle_at(&layer, "factors").unwrap().unwrap().path, "factors");
+    assert_eq!(idle_at(&layer, "pace").unwrap(), None);
+    assert_eq!(idle(&counts, &lay(&counts, "way = \"long-way\"").unwrap()).unwrap(), None);
+}
+
+#[test]
 fn every_key_is_shown_with_its_meaning_and_the_text_reads_back() {
     let text = commented_toml(&example()).unwrap();
     assert!(text.starts_with("# Everything.\n"), "{text}");
     assert!(text.contains("# Rounds until it is done. Range: 1 to 1000.\niterations = 300\n"), "{text}");
     assert!(text.contains("# The grass.\n[green]\n# Start, degrees.\nfrom_deg = 85.0\n"), "{text}");
     assert!(text.contains("# Which way.\n# - \"long-way\": Round the hill.\n"), "{text}");
+    assert!(text.contains("# Factors. Counts only with way = short-way.\nfactors"), "{text}");
     assert!(text.contains("# Frame of the camera.\n# camera_frame =\n"), "{text}");
     assert_eq!(overlay(&example(), &text).unwrap(), example());
 }

@@ -152,6 +152,8 @@ pub const ALGORITHMS: [AlgorithmInfo; 9] = [
 
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
 
     #[test]
@@ -185,10 +187,74 @@ mod tests {
             let algorithm = Algorithm::named(info.name).unwrap();
             let text = algorithm.to_toml().unwrap();
             assert!(text.contains("[motion]"), "{text}");
-            let is_explained = |lines: &[&str]| !lines[1].contains(" = ") || lines[0].starts_with('#');
+            let is_value = |line: &str| line.contains(" = ") && !line.starts_with('#');
+            let is_explained = |lines: &[&str]| !is_value(lines[1]) || lines[0].starts_with('#');
             let lines: Vec<&str> = text.lines().collect();
             assert!(lines.windows(2).all(is_explained), "{text}");
             assert_eq!(algorithm.with_toml(&text).unwrap(), algorithm);
         }
+    }
+
+    /// A switch of a condition such as `kind = grid` or `growth > 0`, on or off, as TOML.
+    fn switch(all: &[Parameter], parameter: &Parameter, is_on: bool) -> String {
+        let condition = parameter.only_if.as_deref().unwrap();
+        let (key, _, wanted) = {
+            let mut words = condition.splitn(3, ' ');
+            (words.next().unwrap(), words.next().unwrap(), words.next().unwrap())
+        };
+        let table = parameter.path.rsplit_once('.').map_or("", |(table, _)| table);
+        let path = format!("{table}.{key}");
+        let path = path.trim_start_matches('.');
+        let other = all.iter().find(|other| other.path == path).unwrap_or_else(|| panic!("{path} is no key"));
+        let value = match (&other.value, is_on) {
+            (Value::Bool(_), _) => format!("{is_on}"),
+            (Value::Number(number), true) if number.is_u64() => "1".to_owned(),
+            (Value::Number(number), false) if number.is_u64() => "0".to_owned(),
+            (Value::Number(_), true) => "0.5".to_owned(),
+            (Value::Number(_), false) => "0.0".to_owned(),
+            (_, true) => format!("{wanted:?}"),
+            (_, false) => {
+                let others = other.choices.iter().find(|choice| choice.name != wanted);
+                format!("{:?}", others.unwrap().name)
+            }
+        };
+        format!("{path} = {value}\n")
+    }
+
+    /// A value that differs a little.
+    fn changed(parameter: &Parameter) -> String {
+        match &parameter.value {
+            Value::Bool(is) => format!("{}", !is),
+            Value::Number(number) => match number.as_u64() {
+                Some(whole) => format!("{}", whole + 1),
+                None => format!("{}", number.as_f64().unwrap() * 0.97 + 0.0011),
+            },
+            Value::String(name) => {
+                format!("{:?}", parameter.choices.iter().find(|choice| choice.name != *name).unwrap().name)
+            }
+            other => panic!("{other}"),
+        }
+    }
+
+    /// What counts only beside another value is refused without it, and taken with it.
+    #[test]
+    fn no_parameter_is_taken_and_counts_for_nothing() {
+        let mut num_conditions = 0;
+        for info in ALGORITHMS {
+            let algorithm = Algorithm::named(info.name).unwrap();
+            let all = algorithm.parameters().unwrap();
+            for parameter in all.iter().filter(|parameter| parameter.only_if.is_some()) {
+                num_conditions += 1;
+                let text = format!("{} = {}\n", parameter.path, changed(parameter));
+                let with = |is_on| algorithm.with_toml(&(text.clone() + &switch(&all, parameter, is_on)));
+                let error = with(false).unwrap_err().to_string();
+                let (path, condition) = (&parameter.path, parameter.only_if.as_deref().unwrap());
+                let expected =
+                    format!("line 1: {path}: it would change nothing: it counts only with {condition}");
+                assert_eq!(error, expected, "{}", info.name);
+                assert_ne!(with(true).unwrap_or_else(|error| panic!("{path}: {error}")), algorithm);
+            }
+        }
+        assert!(num_conditions > 100, "{num_conditions}");
     }
 }

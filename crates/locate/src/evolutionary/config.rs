@@ -25,10 +25,13 @@ pub struct ExplorerConfig {
     /// section 4.2.2, explorers placed by abduction.
     pub is_aimed: bool,
     /// Explorers of an ordinary random search.
+    #[schemars(extend("x-only-if" = "kind = random"))]
     pub num_random: usize,
     /// A deep search, at the start or when lost, has so many times as many. Source: 2017 section 4.2.2, at least 10.
+    #[schemars(extend("x-only-if" = "kind = random"))]
     pub deep_factor: usize,
     /// Poses of the fixed grid. Source: 2010 section 5.2.1, 490.
+    #[schemars(extend("x-only-if" = "kind = grid"))]
     pub num_grid: usize,
     /// The best so many become candidates for a race. Source: 2010 section 5.2.1, 6.
     pub num_candidates: usize,
@@ -65,16 +68,22 @@ pub struct EvidenceConfig {
     /// What a health that is lower by 1 takes from the logarithm of a race's odds in each image; 0 switches evidence off.
     pub per_image: f64,
     /// Smaller differences of the health say nothing ...
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub deadband: f64,
     /// ... and larger ones no more than this: one image with something strange in it must not decide.
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub max_difference: f64,
     /// Share of the evidence that is kept from image to image.
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub kept: f64,
     /// A new race begins with this much less than the best one, as a logarithm of odds, while nothing is known ...
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub newcomer_handicap: f64,
     /// ... and with this much less when the answer is fully reliable.
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub late_handicap: f64,
     /// A race that has this much less than the best one is given up, as a logarithm of odds.
+    #[schemars(extend("x-only-if" = "per_image > 0"))]
     pub hopeless: f64,
 }
 
@@ -152,6 +161,7 @@ pub struct EvolutionaryConfig {
     /// The noise grows by this much for each 0.1 that the race's health lies below `fit_health`.
     pub noise_growth: f64,
     /// Health of a good fit, from which on the noise is smallest.
+    #[schemars(extend("x-only-if" = "noise_growth > 0"))]
     pub fit_health: f64,
     /// Iterations a new race cannot be deleted. Source: 2010 section 5.2.2, 3.
     pub birth_life: u32,

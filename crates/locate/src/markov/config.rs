@@ -56,10 +56,13 @@ pub struct KnownStart {
     /// Whether it is known.
     pub is_known: bool,
     /// Position in the map, meters.
+    #[schemars(extend("x-only-if" = "is_known = true"))]
     pub x_m: f64,
     /// Position in the map, meters.
+    #[schemars(extend("x-only-if" = "is_known = true"))]
     pub y_m: f64,
     /// Heading in the map, degrees.
+    #[schemars(extend("x-only-if" = "is_known = true"))]
     pub yaw_deg: f64,
     /// Probability of the state there, or of all states of a start prior together. Source: section 4.3, 0.8.
     pub probability: f64,
@@ -67,8 +70,10 @@ pub struct KnownStart {
     /// have set the robot back. 0 forgets it.
     pub keep_old_pose_share: f64,
     /// Spread around that pose, meters.
+    #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
     pub old_pose_spread_m: f64,
     /// Spread around its heading, degrees.
+    #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
     pub old_pose_spread_deg: f64,
 }
 

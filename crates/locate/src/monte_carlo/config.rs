@@ -22,8 +22,10 @@ pub struct InitializationConfig {
     /// set the robot back. 0 forgets it.
     pub keep_old_pose_share: f64,
     /// Spread around that pose, meters.
+    #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
     pub old_pose_noise_m: f64,
     /// Spread around its heading, radians.
+    #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
     pub old_pose_noise_rad: f64,
 }
 
@@ -51,6 +53,7 @@ pub struct NoiseConfig {
     /// searches wider. The documents have 0.
     pub growth: f64,
     /// Likelihood of a good fit, from which on the noise is smallest.
+    #[schemars(extend("x-only-if" = "growth > 0"))]
     pub fit_likelihood: f64,
 }
 
@@ -67,6 +70,7 @@ pub struct RestartConfig {
     /// While every particle is below this likelihood (0: never) ...
     pub min_likelihood: f64,
     /// ... for this many images that say something, the filter starts anew, anywhere on the map.
+    #[schemars(extend("x-only-if" = "min_likelihood > 0"))]
     pub after: u32,
 }
 

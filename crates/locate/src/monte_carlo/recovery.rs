@@ -37,15 +37,20 @@ pub struct InjectionConfig {
     /// Largest share of random particles; 0 switches them off.
     pub max_share: f64,
     /// Smallest share of random particles, at all times; the documents have 0.
+    #[schemars(extend("x-only-if" = "max_share > 0"))]
     pub min_share: f64,
     /// How fast the slow average follows. Source: 2017 section 2.1.4, 0.05.
+    #[schemars(extend("x-only-if" = "max_share > 0"))]
     pub alpha_slow: f64,
     /// How fast the fast average follows. Source: 2017 section 2.1.4, 0.4.
+    #[schemars(extend("x-only-if" = "max_share > 0"))]
     pub alpha_fast: f64,
     /// Whether random particles are left out of the mean likelihood in the image after they were put in. Deviation, the
     /// documents count them: many random particles then lower the mean, which calls for still more of them.
+    #[schemars(extend("x-only-if" = "max_share > 0"))]
     pub is_mean_of_survivors: bool,
     /// Where random particles are put.
+    #[schemars(extend("x-only-if" = "max_share > 0"))]
     pub source: InjectionSource,
 }
 

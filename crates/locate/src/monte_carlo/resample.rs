@@ -27,6 +27,7 @@ pub struct ResamplingConfig {
     /// When.
     pub trigger: ResamplingTrigger,
     /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
+    #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
     pub min_effective_share: f64,
 }
 

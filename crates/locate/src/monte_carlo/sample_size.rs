@@ -29,19 +29,25 @@ pub struct SampleSizeConfig {
     /// The rule.
     pub rule: SampleSizeRule,
     /// Largest Kullback-Leibler distance (epsilon). Source: Thrun, Burgard, Fox 2005, section 8.3.7, 0.05.
+    #[schemars(extend("x-only-if" = "rule = kld"))]
     pub max_error: f64,
     /// Probability of a larger distance; the formula takes the normal quantile of `1 - delta`. Source: same, 0.01.
+    #[schemars(extend("x-only-if" = "rule = kld"))]
     pub delta: f64,
     /// Size of a bin, meters.
+    #[schemars(extend("x-only-if" = "rule = kld"))]
     pub bin_m: f64,
     /// Size of a bin, radians. Bins wrap at +-pi.
+    #[schemars(extend("x-only-if" = "rule = kld"))]
     pub bin_rad: f64,
     /// Never fewer particles than this.
+    #[schemars(extend("x-only-if" = "rule = kld"))]
     pub min_particles: usize,
     /// Particles that each hypothesis keeps, under either rule; 0 leaves it to chance. A hypothesis that gets more
     /// particles than its probability has them with smaller weights, so that the belief does not change.
     pub min_per_hypothesis: usize,
     /// Hypotheses below this probability keep nothing.
+    #[schemars(extend("x-only-if" = "min_per_hypothesis > 0"))]
     pub min_probability: f64,
 }
 

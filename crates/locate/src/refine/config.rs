@@ -75,13 +75,17 @@ pub struct RefinementConfig {
     pub min_birth_agreement: f64,
     /// Where places look alike, evidence of one image, as the logarithm of the odds between a track that explains everything and one that explains
     /// nothing.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub evidence_per_image: f64,
     /// Where places look alike, a track that explains less than the best one by no more than this loses nothing.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub evidence_deadband: f64,
     /// Where places look alike, the largest difference that counts: one image with something strange in it must not decide.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub max_evidence_difference: f64,
     /// The most that a track loses by needing a camera with another tilt or height than the robot's, as a logarithm of odds; counts
     /// where places look alike, for the answer and not for its reliability.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub max_bend_evidence: f64,
     /// Poses that are weighed for one image in search of places while the robot is not localized.
     pub search_poses: usize,
@@ -89,12 +93,15 @@ pub struct RefinementConfig {
     /// take turns.
     pub max_births: usize,
     /// Where places look alike, share of the evidence that is kept from image to image.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub evidence_kept: f64,
     /// Where places look alike, a track whose turn it is not loses what it lost in its last image once more, this share of it in the first image and
     /// that much less in each one after.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub stale_evidence_kept: f64,
     /// Turn rate of the camera at which an image is so blurred that it says half as much, radians per second; counts where places
     /// look alike.
+    #[schemars(extend("x-only-if" = "has_look_alikes = true"))]
     pub blurring_turn_rad_per_s: f64,
     /// A track whose odds fall below the best one's by this is given up, as a logarithm.
     pub hopeless: f64,

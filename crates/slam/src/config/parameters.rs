@@ -41,10 +41,12 @@ pub struct FeatureConfig {
     pub descriptor: Descriptor,
     /// Most bits of 256 in which ORB descriptors of the same landmark differ. Thesis: 100.
     #[schemars(range(min = 0, max = 256))]
+    #[schemars(extend("x-only-if" = "descriptor = orb"))]
     pub max_orb_distance: u32,
     /// Distance from the predicted place (of a landmark) or line (of a candidate) within which ORB corners are compared,
     /// pixels of their level. Program: 6.
     #[schemars(range(min = 1.0, max = 50.0))]
+    #[schemars(extend("x-only-if" = "descriptor = orb"))]
     pub orb_margin_px: f64,
     /// Levels of the image pyramid. Thesis: 5.
     #[schemars(range(min = 1, max = 8))]
@@ -135,6 +137,7 @@ pub struct TrackingConfig {
     pub robust_weights: bool,
     /// Most hypotheses of the rejection. Thesis: 100.
     #[schemars(range(min = 1, max = 100_000))]
+    #[schemars(extend("x-only-if" = "reject_outliers = true"))]
     pub max_hypotheses: usize,
 }
 
@@ -177,15 +180,19 @@ pub struct MappingConfig {
     pub adjust_bundles: bool,
     /// Whether the first radial coefficient of the lens is estimated with the map. An addition: a calibration that is a little off
     /// changes the scale in every turn.
+    #[schemars(extend("x-only-if" = "adjust_bundles = true"))]
     pub adjust_lens: bool,
     /// Keyframes adjusted together. Program: 11.
     #[schemars(range(min = 2, max = 100))]
+    #[schemars(extend("x-only-if" = "adjust_bundles = true"))]
     pub bundle_keyframes: usize,
     /// Iterations before outliers are dropped. Thesis: 5.
     #[schemars(range(min = 1, max = 1000))]
+    #[schemars(extend("x-only-if" = "adjust_bundles = true"))]
     pub bundle_first_iterations: usize,
     /// Iterations after that. Thesis: 10.
     #[schemars(range(min = 1, max = 1000))]
+    #[schemars(extend("x-only-if" = "adjust_bundles = true"))]
     pub bundle_last_iterations: usize,
     /// Most keyframes of the map; beyond, the one farthest from the camera is removed. Program: 100 to 1000.
     #[schemars(range(min = 3, max = 1_000_000))]
@@ -366,7 +373,8 @@ mod tests {
         let text = config.commented_toml().unwrap();
         assert_eq!(SlamConfig::from_toml(&text).unwrap(), config);
         let lines: Vec<&str> = text.lines().collect();
-        let is_explained = |pair: &[&str]| !pair[1].contains(" = ") || pair[0].starts_with('#');
+        let is_value = |line: &str| line.contains(" = ") && !line.starts_with('#');
+        let is_explained = |pair: &[&str]| !is_value(pair[1]) || pair[0].starts_with('#');
         assert!(lines.windows(2).all(is_explained), "{text}");
         assert!(text.contains("Thesis: 5. Range: 1 to 8.\npyramid_levels = 5\n"), "{text}");
     }

@@ -75,11 +75,13 @@ pub struct FieldAnalysisConfig {
     #[serde(skip)]
     pub line_width_m: f64,
     /// A run is too thin for a line below this share of the thickness that its distance demands.
+    #[schemars(extend("x-only-if" = "filters.too_thin = true"))]
     pub min_thickness_share: f64,
     /// A goal's border is upright if it moves sideways by at most this many pixels a row.
     pub max_post_slope: f64,
     /// Of the eight pixels around one, this many must have its color; with learned colors, lines thinner than three pixels go on to both
     /// sides instead. Source: 2010 section 4.2, 3.
+    #[schemars(extend("x-only-if" = "filters.isolated = true"))]
     pub min_neighbors: u32,
     /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
     /// 4.2, 6 m.

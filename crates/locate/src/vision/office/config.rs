@@ -46,6 +46,7 @@ pub struct OfficeAnalysisConfig {
     /// Shortest straight edge before lines are joined, pixels.
     pub min_segment_px: f64,
     /// Shortest line after lines are joined, pixels.
+    #[schemars(extend("x-only-if" = "filters.short = true"))]
     pub min_line_px: f64,
     /// Lines of one kind are joined over a gap of this size, pixels.
     pub max_gap_px: f64,
@@ -65,8 +66,10 @@ pub struct OfficeAnalysisConfig {
     /// Side of the cells at the lower border of the image, pixels.
     pub max_cell_px: f64,
     /// Most pixels of doors.
+    #[schemars(extend("x-only-if" = "filters.random_discard = true"))]
     pub max_door_pixels: usize,
     /// Most pixels of the floor's border.
+    #[schemars(extend("x-only-if" = "filters.random_discard = true"))]
     pub max_floor_pixels: usize,
     /// From so many pixels of doors on an image has full quality.
     pub full_quality_pixels: usize,
