@@ -53,11 +53,19 @@ pub fn trim(path: &Path, keyframes: usize, out: &Path) -> Result<()> {
     let mut map = load_map(path)?;
     let id = largest(&map, path)?;
     let thinned = map.trim(id, keyframes);
+    let share = (thinned.least_redundancy * 100.0).round();
+    let rest = if thinned.num_keyframes == 0 {
+        String::new()
+    } else if share > 0.0 {
+        format!("; three others see at least {share:.0} % of what each of them saw")
+    } else {
+        "; no three others see what some of them saw, so that the camera will be found at fewer places"
+            .to_owned()
+    };
     say::line!(
-        "{} keyframes went, and {} landmarks that nobody else saw twice; three others see at least {:.0} % of what each of them saw",
+        "{} keyframes went, and {} landmarks that nobody else saw twice{rest}",
         thinned.num_keyframes,
-        thinned.num_landmarks,
-        thinned.least_redundancy * 100.0
+        thinned.num_landmarks
     );
     write(out, &map)
 }

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use visloc_core::geom::{Camera, CameraFrame, Rigid3, Robot};
 
-use crate::{bag::BagTopics, urdf::RobotDescription};
+use crate::{
+    bag::{BagTopics, TopicRole},
+    urdf::RobotDescription,
+};
 
 /// Inputs that do not come from messages. The topics that would say the same are not read.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,6 +18,8 @@ pub struct GivenInputs {
     pub robot_from_camera: Option<Rigid3<Robot, CameraFrame>>,
     /// Which joints the robot has.
     pub robot: Option<Arc<RobotDescription>>,
+    /// Whose topics somebody asked for by name, be it the usual one: a recording without messages on them is refused.
+    pub named: Vec<TopicRole>,
 }
 
 impl GivenInputs {

@@ -44,9 +44,11 @@ pub(super) fn check_topics(
 ) -> Result<(), BagError> {
     let defaults = BagTopics::default();
     let find = |role| available.iter().find(|info| !info.topic.is_empty() && info.topic == topics.name(role));
-    for role in TopicRole::ALL {
+    let is_named = |role: TopicRole| {
         let name = topics.name(role);
-        let is_renamed = !name.is_empty() && name != defaults.name(role);
+        !name.is_empty() && (name != defaults.name(role) || given.named.contains(&role))
+    };
+    for role in TopicRole::ALL {
         let is_needed = match role {
             TopicRole::Image => true,
             TopicRole::CameraInfo => given.camera.is_none(),
@@ -54,9 +56,10 @@ pub(super) fn check_topics(
             // The description alone has the place of a camera that is fixed to the robot.
             TopicRole::Tf => {
                 let others = [TopicRole::TfStatic, TopicRole::RobotDescription];
-                is_renamed || (given.robot.is_none() && others.into_iter().all(|role| find(role).is_none()))
+                is_named(role)
+                    || (given.robot.is_none() && others.into_iter().all(|role| find(role).is_none()))
             }
-            _ => is_renamed,
+            _ => is_named(role),
         };
         match find(role) {
             None if !is_needed => {}
@@ -69,12 +72,14 @@ pub(super) fn check_topics(
     let has_place = given.robot_from_camera.is_some()
         || given.robot.is_some()
         || [TopicRole::Tf, TopicRole::TfStatic, TopicRole::RobotDescription].into_iter().any(has_messages);
-    for (role, is_given) in [
-        (TopicRole::Image, false),
-        (TopicRole::CameraInfo, given.camera.is_some()),
-        (TopicRole::Tf, has_place),
-    ] {
-        if let Some(info) = find(role).filter(|_| !is_given && !has_messages(role)) {
+    for role in TopicRole::ALL {
+        let is_needed = match role {
+            TopicRole::Image => true,
+            TopicRole::CameraInfo => given.camera.is_none(),
+            TopicRole::Tf => !has_place || is_named(role),
+            _ => is_named(role),
+        };
+        if let Some(info) = find(role).filter(|_| is_needed && !has_messages(role)) {
             return Err(no_messages(path, available, info, role));
         }
     }

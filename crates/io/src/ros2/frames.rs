@@ -65,9 +65,9 @@ impl LiveFrames {
     /// If there is no network, or a name is wrong.
     pub fn open(settings: &LiveSettings, host: &Host) -> Result<Self, Ros2Error> {
         let given = GivenInputs {
-            camera: None,
             robot_from_camera: settings.robot_from_camera,
             robot: settings.robot.clone(),
+            ..GivenInputs::default()
         };
         let mut topics = given.topics_to_read(&settings.topics);
         if settings.calibration.is_some() {

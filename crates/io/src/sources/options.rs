@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use visloc_core::geom::Mount;
 
 use crate::{
-    bag::{BagTopics, ImageQos},
+    bag::{BagTopics, ImageQos, TopicRole},
     sequence::{SCALES, SequenceRange},
     sources::SourcesError,
 };
@@ -121,6 +121,18 @@ impl TopicOptions {
             names.camera_frame.clone_from(camera_frame);
         }
         names
+    }
+
+    /// What was asked for one by one.
+    #[must_use]
+    pub fn named(&self) -> Vec<TopicRole> {
+        let all = [
+            (&self.image, TopicRole::Image),
+            (&self.camera_info, TopicRole::CameraInfo),
+            (&self.odometry, TopicRole::Odometry),
+            (&self.ground_truth, TopicRole::GroundTruth),
+        ];
+        all.into_iter().filter_map(|(name, role)| name.as_ref().map(|_| role)).collect()
     }
 }
 

@@ -7,7 +7,9 @@ use visloc_core::{
     FrameSource, SourceError,
     geom::{Camera, PlanarPose},
 };
-use visloc_io::bag::{BagError, BagReader, BagTopics, BagWriterOptions, ChunkCompression, ImageEncoding};
+use visloc_io::bag::{
+    BagError, BagReader, BagTopics, BagWriterOptions, ChunkCompression, GivenInputs, ImageEncoding, TopicRole,
+};
 
 use crate::support::{copy, copy_without_messages, frame, keep, read, testdata, write};
 
@@ -93,9 +95,16 @@ fn topics_without_messages_are_told_with_what_can_be_given_instead() {
         let text = error.to_string();
         assert!(text.contains(topic) && text.contains("no messages") && text.contains(instead), "{text}");
     }
-    // What is not needed may be silent.
+    // What is not needed may be silent, unless somebody names it.
     copy_without_messages(&testdata("R1-excerpt.mcap"), &path, "/odom");
     assert_eq!(read(&path).frames.len(), 90);
+    let named = GivenInputs { named: vec![TopicRole::Odometry], ..GivenInputs::default() };
+    let Err(error) = BagReader::open_with(&path, &BagTopics::default(), named.clone()) else {
+        panic!("opened")
+    };
+    let text = error.to_string();
+    assert!(text.contains("/odom") && text.contains("no messages"), "{text}");
+    assert!(BagReader::open_with(testdata("R1-excerpt.mcap"), &BagTopics::default(), named).is_ok());
 }
 
 #[test]

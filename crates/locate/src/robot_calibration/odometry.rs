@@ -40,8 +40,11 @@ struct Stretch {
 /// Fits the factors of the reported motion to the poses.
 ///
 /// # Errors
-/// If the robot hardly moved while it knew its place.
+/// If there is no odometry, or the robot hardly moved while it knew its place.
 pub fn solve_odometry(record: &DriveRecord) -> Result<OdometryEstimate, RobotCalibrationError> {
+    if record.points.iter().all(|point| point.odometry.is_none()) {
+        return Err(RobotCalibrationError::NoOdometry);
+    }
     let stretches = stretches(&record.points);
     if stretches.len() < MIN_STRETCHES {
         return Err(RobotCalibrationError::LittleMotion { expected: MIN_STRETCHES, found: stretches.len() });

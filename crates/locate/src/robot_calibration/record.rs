@@ -20,6 +20,11 @@ pub enum RobotCalibrationError {
         /// Found.
         found: usize,
     },
+    /// No image came with odometry.
+    #[error(
+        "expected odometry beside the images, found none; does the robot report its motion, and on which topic?"
+    )]
+    NoOdometry,
     /// The robot hardly moved.
     #[error(
         "expected at least {expected} stretches of motion with odometry, found {found}; drive and turn more"

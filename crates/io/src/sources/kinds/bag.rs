@@ -89,7 +89,11 @@ fn is_rosbag_metadata(folder: &Path) -> bool {
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
     let topics = request.topics();
     if !topics.more_images.is_empty() {
-        let given = GivenInputs { robot: given_robot(request)?, ..GivenInputs::default() };
+        let given = GivenInputs {
+            robot: given_robot(request)?,
+            named: request.options.topics.named(),
+            ..GivenInputs::default()
+        };
         let readers = BagReader::open_cameras(request.address.rest(), &topics, &given)?;
         let warnings = chosen(request, readers[0].topics());
         let of_camera = [TopicRole::Image, TopicRole::CameraInfo];
@@ -113,6 +117,7 @@ fn reader(request: &Request<'_>, warnings: &mut Vec<String>) -> Result<BagReader
         camera: given_camera(request, warnings)?,
         robot_from_camera: request.options.mount.map(|mount| mount.robot_from_camera()),
         robot: given_robot(request)?,
+        named: request.options.topics.named(),
     };
     let bag = BagReader::open_with(request.address.rest(), &request.topics(), given)?;
     warnings.extend(chosen(request, bag.topics()));
