@@ -71,6 +71,37 @@ fn a_lost_camera_starts_another_map_and_both_become_one() {
 }
 
 #[test]
+fn a_map_begun_after_a_loss_knows_the_images_since_then() {
+    let (camera, images) = clip();
+    let dark = GrayImage::new(images[0].width(), images[0].height());
+    let mut config = SlamConfig::default();
+    config.mapping.max_shift_ratio = 0.02;
+    // Nothing is recognized, so that another map is begun.
+    config.relocation.min_matches = 1000;
+    config.relocation.new_map_secs = 0.4;
+    let there = images[..22].iter().cloned();
+    let before = there.clone().chain(there.rev());
+    // The same side of the desk again and again, since the clip is short.
+    let behind = images[22..].iter().cloned();
+    let behind = behind.clone().chain(behind.clone().rev()).chain(behind);
+    let all = before.chain((0..3).map(|_| dark.clone())).chain(behind);
+    let mut slam = Slam::new(&camera, &config, 1).unwrap();
+    let (mut lost, mut last_map) = (Vec::new(), None);
+    for (i, image) in all.enumerate() {
+        let outcome = slam.add_frame(Timestamp::from_secs(i as f64 / 30.0), image).unwrap();
+        if i >= 44 + 3 && outcome.map.is_none() {
+            lost.push(Timestamp::from_secs(i as f64 / 30.0));
+        }
+        last_map = outcome.map.or(last_map);
+    }
+    assert!(lost.len() > 10 && last_map.is_some_and(|map| map.index() == 1), "{last_map:?}");
+    let trajectory = slam.trajectory();
+    let is_filled_in = |at: &Timestamp| trajectory.iter().any(|pose| pose.at == *at && pose.is_filled_in);
+    let num = lost.iter().filter(|at| is_filled_in(at)).count();
+    assert!(num == lost.len(), "{num} of {}", lost.len());
+}
+
+#[test]
 fn the_same_images_give_the_same_bits_with_several_maps() {
     let bits = |schedule| -> Vec<u64> {
         let poses = run(schedule).0.trajectory();

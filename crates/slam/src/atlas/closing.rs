@@ -1,8 +1,8 @@
 //! Closing a loop: its drift is spread over the way.
 
-use super::{PoseGraph, PoseGraphEdge, Similarity, sighting::Sighting};
+use super::{PoseGraph, PoseGraphEdge, Similarity, certainty, sighting::Sighting};
 use crate::{
-    map::{Correction, KeyframeId, Map},
+    map::{Correction, Crossing, KeyframeId, Map},
     recognize::Refusal,
 };
 
@@ -61,8 +61,10 @@ fn way_between(map: &Map, first: KeyframeId, last: KeyframeId) -> f64 {
     centers.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
 }
 
-/// Moves all keyframes of the map so that the sightings of an earlier place agree with it.
+/// Moves all keyframes of the map so that the sightings of an earlier place agree with it. Where parts of it were maps of their own that know
+/// the same frame, that is weighed against the rest.
 pub fn spread(map: &mut Map, sightings: &[Sighting]) {
+    let crossings: Vec<Crossing> = map.crossings().collect();
     let ids: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
     let index_of = |id: KeyframeId| ids.binary_search(&id).ok();
     let nodes = ids.iter().map(|id| Similarity::of_pose(map.keyframe(*id).camera_from_world())).collect();
@@ -71,7 +73,11 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
     for (second, id) in ids.iter().enumerate().skip(num_fixed) {
         for first in neighbors(map, *id).into_iter().filter_map(index_of) {
             let first_from_second = graph.nodes[first].after(&graph.nodes[second].inverse());
-            graph.edges.push(PoseGraphEdge { first, second, first_from_second });
+            let mut edge = PoseGraphEdge::new(first, second, first_from_second);
+            if !crossings.is_empty() {
+                edge.weight = certainty::of_shared(&first_from_second);
+            }
+            graph.edges.push(edge);
         }
     }
     let mut depths = Vec::new();
@@ -81,10 +87,18 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
         };
         let there = Similarity::of_pose(&sighting.pose_there).enlarged(1.0 / sighting.old_from_new.scale);
         let first_from_second = graph.nodes[first].after(&there.inverse());
-        graph.edges.push(PoseGraphEdge { first, second, first_from_second });
+        let mut edge = PoseGraphEdge::new(first, second, first_from_second);
+        if !crossings.is_empty() {
+            edge.weight = certainty::of_sighting();
+        }
+        graph.edges.push(edge);
         depths.push(sighting.depth);
     }
     graph.length = depths.iter().sum::<f64>() / depths.len().max(1) as f64;
+    for crossing in &crossings {
+        let nodes = index_of(crossing.before.keyframe).zip(index_of(crossing.after.keyframe));
+        graph.edges.extend(nodes.and_then(|nodes| certainty::edge_across(crossing, nodes, graph.length)));
+    }
     if !(graph.length.is_finite() && graph.length > 0.0) || graph.solve(MOST_STEPS) == 0 {
         return;
     }
@@ -108,7 +122,9 @@ fn neighbors(map: &Map, id: KeyframeId) -> Vec<KeyframeId> {
     let num = connected.iter().filter(|(_, shared)| *shared >= EDGE_SHARED).count().clamp(1, MOST_EDGES);
     let mut neighbors: Vec<KeyframeId> = connected.into_iter().take(num).map(|(other, _)| other).collect();
     let before = map.keyframes().map(|(other, _)| other).take_while(|other| *other < id).last();
-    neighbors.extend(before.filter(|before| !neighbors.contains(before)));
+    let follows = |before: &KeyframeId| !map.begins_between(*before, id) && !neighbors.contains(before);
+    let before = before.filter(follows);
+    neighbors.extend(before);
     neighbors
 }
 
@@ -116,11 +132,15 @@ fn neighbors(map: &Map, id: KeyframeId) -> Vec<KeyframeId> {
 mod tests {
     use std::sync::Arc;
 
-    use nalgebra::{Rotation3, Vector3};
-    use visloc_core::{GrayImage, Timestamp};
+    use nalgebra::{Matrix6, Rotation3, Vector3, Vector6};
+    use visloc_core::{GrayImage, Timestamp, geom::Rigid3};
 
     use super::*;
-    use crate::{image::Pyramid, lie::CameraFromWorld, map::NewKeyframe};
+    use crate::{
+        image::Pyramid,
+        lie::CameraFromWorld,
+        map::{NewKeyframe, Standing},
+    };
 
     fn at(x: f64) -> CameraFromWorld {
         CameraFromWorld::new(Rotation3::identity(), Vector3::new(-x, 0.0, 0.0))
@@ -128,14 +148,18 @@ mod tests {
 
     /// A corridor: a keyframe every half meter.
     fn corridor() -> Map {
+        way(&(0..20).map(|i| at(0.5 * f64::from(i))).collect::<Vec<_>>())
+    }
+
+    fn way(poses: &[CameraFromWorld]) -> Map {
         let mut map = Map::new();
         let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
-        for i in 0..20_usize {
+        for (i, pose) in poses.iter().enumerate() {
             map.add_keyframe(NewKeyframe {
                 frame: i,
                 at: Timestamp::default(),
                 pyramid: Arc::clone(&pyramid),
-                camera_from_world: at(0.5 * i as f64),
+                camera_from_world: *pose,
                 turned_from: None,
                 odometry: None,
             });
@@ -144,7 +168,7 @@ mod tests {
     }
 
     fn sighting(map: &Map, pose_there: CameraFromWorld) -> Sighting {
-        let keyframe = KeyframeId(19);
+        let (keyframe, _) = map.keyframes().next_back().unwrap();
         let own = map.keyframe(keyframe).camera_from_world();
         Sighting {
             keyframe,
@@ -179,5 +203,57 @@ mod tests {
         let x = |i: u32| map.keyframe(KeyframeId(i)).center_in_world().x;
         assert!((x(19) - 9.1).abs() < 0.1 && x(0).abs() < 1e-12, "{}", x(19));
         assert!((1..20).all(|i| (0.4..0.6).contains(&(x(i) - x(i - 1)))));
+    }
+    /// A round of 63 m in forty steps. Its second half was a map of its own, whose end was recognized at the beginning of the first one; back
+    /// from there it drifts in turn and scale.
+    fn round_with_a_gap() -> (Vec<CameraFromWorld>, Map) {
+        let pose = |i: usize| {
+            let angle = std::f64::consts::TAU * i as f64 / 40.0;
+            let rotation = Rotation3::from_scaled_axis(Vector3::y() * angle);
+            CameraFromWorld::new(
+                rotation,
+                -(rotation * Vector3::new(10.0 * angle.cos(), 0.0, 10.0 * angle.sin())),
+            )
+        };
+        let truth: Vec<CameraFromWorld> = (0..40).map(pose).collect();
+        let mut estimated = truth.clone();
+        for i in (20..39).rev() {
+            let motion = truth[i] * truth[i + 1].inverse();
+            let drift = Rotation3::from_scaled_axis(Vector3::new(0.0, 0.002, 0.001)) * motion.rotation();
+            let grown = 1.004_f64.powi(39 - i as i32);
+            let motion = Rigid3::new(Rotation3::from_matrix_unchecked(drift), motion.translation() * grown);
+            estimated[i] = motion * estimated[i + 1];
+        }
+        let map = way(&estimated);
+        (truth, map)
+    }
+
+    #[test]
+    fn a_frame_that_two_maps_know_holds_their_loose_ends_together() {
+        let (truth, mut map) = round_with_a_gap();
+        let standing = |keyframe: usize| Standing {
+            keyframe: KeyframeId(keyframe as u32),
+            camera_from_keyframe: truth[20] * truth[keyframe].inverse(),
+            scale: 1.0,
+            // 2 cm and half a degree.
+            covariance: Matrix6::from_diagonal(&Vector6::new(4e-4, 4e-4, 4e-4, 8e-5, 8e-5, 8e-5)),
+        };
+        map.add_crossing(Crossing { before: standing(19), after: standing(20) });
+        let off = |map: &Map, i: usize| {
+            let pose = map.keyframe(KeyframeId(i as u32)).camera_from_world();
+            (pose.inverse().translation() - truth[i].inverse().translation()).norm()
+        };
+        let most = |map: &Map| (0..40).map(|i| off(map, i)).fold(0.0, f64::max);
+        let gap = |map: &Map| {
+            let motion = map.pose_of(KeyframeId(20)) * map.pose_of(KeyframeId(19)).inverse();
+            (motion.translation() - (truth[20] * truth[19].inverse()).translation()).norm()
+        };
+        let (gap_before, most_before) = (gap(&map), most(&map));
+        assert!(gap_before > 1.0, "{gap_before}");
+        let found = sighting(&map, truth[39]);
+        spread(&mut map, &[found]);
+        assert!(gap(&map) < 0.1, "{} of {gap_before}", gap(&map));
+        assert!(most(&map) < 0.4 * most_before, "{} of {most_before}", most(&map));
+        assert!(off(&map, 39) < 0.1, "{}", off(&map, 39));
     }
 }

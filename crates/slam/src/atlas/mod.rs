@@ -1,6 +1,7 @@
 //! Several maps, and places that are seen again: keyframes are compared with all earlier ones; where three in a row agree, two
 //! maps are joined or a loop is closed.
 
+mod certainty;
 mod closing;
 mod global;
 mod meeting;

@@ -14,6 +14,19 @@ pub struct PoseGraphEdge {
     pub second: usize,
     /// From the second camera to the first, each with its own unit of length.
     pub first_from_second: Similarity,
+    /// From the first camera to where the error is measured: the camera itself but where both know a frame between them.
+    pub at_first: Similarity,
+    /// Whitens the error: rotation, translation in units of the graph's length, logarithm of the scale.
+    pub weight: SMatrix<f64, DOF, DOF>,
+}
+
+impl PoseGraphEdge {
+    /// An edge that weighs one.
+    #[must_use]
+    pub fn new(first: usize, second: usize, first_from_second: Similarity) -> Self {
+        let none = Similarity::from_coordinates(&Vector7::zeros(), 1.0);
+        Self { first, second, first_from_second, at_first: none, weight: Matrix7::identity() }
+    }
 }
 
 /// Nodes with similarity transforms (7 degrees of freedom: of one camera alone the scale drifts, too), and edges between them.
@@ -56,7 +69,8 @@ impl PoseGraph {
     }
 
     fn error(&self, edge: &PoseGraphEdge, first: &Similarity, second: &Similarity) -> Vector7 {
-        edge.first_from_second.after(second).after(&first.inverse()).coordinates(self.length)
+        let there = edge.first_from_second.after(second);
+        edge.weight * there.after(&edge.at_first.after(first).inverse()).coordinates(self.length)
     }
 
     /// Moves the nodes so that the edges agree, by Gauss-Newton. Returns how many steps helped.
@@ -170,11 +184,11 @@ mod tests {
         let mut nodes = vec![truth[0]];
         for i in 1..num {
             let next_from_last = drift.after(&truth[i].after(&truth[i - 1].inverse()));
-            edges.push(PoseGraphEdge { first: i, second: i - 1, first_from_second: next_from_last });
+            edges.push(PoseGraphEdge::new(i, i - 1, next_from_last));
             nodes.push(next_from_last.after(&nodes[i - 1]));
         }
         let loop_closes = truth[0].after(&truth[num - 1].inverse());
-        edges.push(PoseGraphEdge { first: 0, second: num - 1, first_from_second: loop_closes });
+        edges.push(PoseGraphEdge::new(0, num - 1, loop_closes));
         let mut graph = PoseGraph { nodes, num_fixed: 1, edges, length: 10.0 };
         let shift = |graph: &PoseGraph| {
             let center = |s: &Similarity| *s.to_pose().inverse().translation();

@@ -152,7 +152,13 @@ impl Recognizer {
                 Err(reason) => return Some(Meeting::Refused { candidate, reason }),
             }
         } else {
-            move_over(map, newest, sure.map)
+            let joined = move_over(map, newest, sure.map);
+            if map.crossings().next().is_some() {
+                // The maps know each other at both ends of one of them.
+                let moved: Vec<Sighting> = sure.sightings.iter().map(|s| s.after_joining(newest)).collect();
+                spread(map, &moved);
+            }
+            joined
         };
         fuse(map, &sure.sightings);
         adjust_local(map, newest.keyframe, &self.config.mapping, focal_px(&self.camera));

@@ -73,6 +73,12 @@ impl Sighting {
         Ok(Self { found, keyframe, around: *around, pose_there, old_from_new, features, same, depth })
     }
 
+    /// The same once the map of the keyframe was moved to where another sighting says.
+    #[must_use]
+    pub fn after_joining(&self, by: &Self) -> Self {
+        Self { old_from_new: self.old_from_new.after(&by.old_from_new.inverse()), ..self.clone() }
+    }
+
     /// Whether another sighting says the same of how the maps lie to each other.
     #[must_use]
     pub fn agrees(&self, map: &Map, other: &Self) -> bool {

@@ -1,6 +1,7 @@
 //! Similarity transforms between maps.
 
 use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
+use visloc_core::geom::{CameraFrame, Rigid3};
 
 use crate::lie::CameraFromWorld;
 
@@ -18,7 +19,7 @@ pub struct Similarity {
 impl Similarity {
     /// Of a camera with the unit of length of its map.
     #[must_use]
-    pub fn of_pose(pose: &CameraFromWorld) -> Self {
+    pub fn of_pose<F>(pose: &Rigid3<CameraFrame, F>) -> Self {
         Self { scale: 1.0, rotation: *pose.rotation(), translation: *pose.translation() }
     }
 

@@ -5,6 +5,7 @@ use visloc_core::{Timestamp, geom::Rigid3};
 use super::{FrontEnd, PROBATION_FRAMES, Phase};
 use crate::{
     atlas::Similarity,
+    backfill::BackfillStep,
     outcome::{FrameOutcome, TrackingState},
     schedule::Job,
     start::{StartStep, StartedMap},
@@ -106,9 +107,17 @@ impl FrontEnd {
         if self.number() < self.started_at + PROBATION_FRAMES / 2 {
             return;
         }
-        if let Some((number, place)) = self.backfill.next(&self.map, &mut self.rng)
-            && self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none() || frame.is_carried)
-        {
+        let found = match self.backfill.next(&self.map, &mut self.rng) {
+            None => return,
+            Some(BackfillStep::Found(found)) => found,
+            Some(BackfillStep::Ended { followed, tracked }) => {
+                self.crossings.extend(self.crossing_between(*tracked, &followed));
+                return;
+            }
+        };
+        self.crossings.extend(self.crossing_at(&found));
+        let (number, place) = (found.number, (found.keyframe, found.camera_from_keyframe));
+        if self.frames.get_mut(number).is_some_and(|frame| frame.place.is_none() || frame.is_carried) {
             let scale = std::mem::replace(&mut self.anchor_scale, self.map.scale_of(place.0));
             self.place(number, place);
             self.anchor_scale = scale;

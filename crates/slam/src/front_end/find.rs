@@ -32,6 +32,7 @@ impl FrontEnd {
                 let job = if is_time && !self.awaits_keyframe && self.keeping == Keeping::Growing {
                     self.start(incoming, outcome, timer)
                 } else {
+                    self.remember(incoming, None);
                     None
                 };
                 if job.is_none() {
@@ -118,6 +119,7 @@ impl FrontEnd {
         outcome.rivals = Some(located.rivals);
         self.tracker.forget();
         self.initializer.reset();
+        self.backfill.forget_recent();
         self.anchor = located.keyframe;
         self.activate_anchor();
         self.rule.keyframe_made();
@@ -142,6 +144,7 @@ impl FrontEnd {
             self.awaits_keyframe = true;
             return Some(Job::GiveUp(was_active));
         }
+        self.backfill.forget_recent();
         self.phase = Phase::Starting;
         self.map = Map::new();
         self.epoch += 1;

@@ -1,5 +1,7 @@
 //! The camera is followed in the map.
 
+use nalgebra::Matrix6;
+
 use super::{FrontEnd, Keeping};
 use crate::{
     config::TrackingConfig,
@@ -30,6 +32,7 @@ impl FrontEnd {
                 if let Some(job) = self.look_elsewhere(incoming, &report, outcome, timer) {
                     return Some(job);
                 }
+                self.remember(incoming, report.covariance);
                 Some(self.accept(report, outcome, timer))
             }
             // In a fixed map the camera is looked for instead.
@@ -48,6 +51,7 @@ impl FrontEnd {
             report => {
                 outcome.matches = report.map_or((0, 0), |r| (r.num_searched, r.num_matched));
                 outcome.state = TrackingState::Tracking(Quality::Bad);
+                self.remember(incoming, None);
                 self.num_bad += 1;
                 // The camera may have been carried away: in a fixed map there is nothing that could be lost by looking elsewhere.
                 if self.keeping != Keeping::Growing
@@ -92,6 +96,13 @@ impl FrontEnd {
             frame.is_carried = true;
         }
         job
+    }
+
+    /// Keeps an image, since the next map may know it, too.
+    pub(super) fn remember(&mut self, incoming: &Incoming<'_>, covariance: Option<Matrix6<f64>>) {
+        if self.keeping == Keeping::Growing {
+            self.backfill.remember(incoming, covariance);
+        }
     }
 
     /// Takes over a tracked frame and decides whether it should become a keyframe.
@@ -139,6 +150,15 @@ impl FrontEnd {
         self.fill_back();
         timer.end("keyframe decision");
         let (anchor, anchor_scale) = (self.anchor, self.anchor_scale);
-        Job::Frame(Box::new(FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale }))
+        // Only orders for keyframes are sure to be done.
+        let crossings = if makes_keyframe { std::mem::take(&mut self.crossings) } else { Vec::new() };
+        Job::Frame(Box::new(FrameJob {
+            report,
+            makes_keyframe,
+            anchor,
+            anchor_from_world,
+            anchor_scale,
+            crossings,
+        }))
     }
 }

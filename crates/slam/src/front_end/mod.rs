@@ -1,6 +1,7 @@
 //! The tracking side: start, tracking, relocalization, and the trajectory. It reads the map and sends orders to change it.
 
 mod begin;
+mod cross;
 mod find;
 mod follow;
 mod update;
@@ -15,7 +16,7 @@ use crate::{
     frame_log::FrameLog,
     image::Pyramid,
     lie::CameraFromWorld,
-    map::{KeyframeId, Map, MapId, SessionCamera},
+    map::{Crossing, KeyframeId, Map, MapId, SessionCamera},
     mapping::KeyframeRule,
     odometry::{CameraMotion, MetricScale, OdomFromCamera, OdomPose},
     outcome::{FrameError, FrameOutcome, FramePose, TrajectoryPose},
@@ -65,6 +66,8 @@ pub(crate) struct FrontEnd {
     tracker: Tracker,
     relocator: Relocator,
     backfill: Backfill,
+    /// Frames that the map and an earlier one know, of which the mapper has not been told.
+    crossings: Vec<Crossing>,
     rule: KeyframeRule,
     frames: FrameLog,
     phase: Phase,
@@ -106,7 +109,8 @@ impl FrontEnd {
             initializer: Initializer::new(camera, config),
             tracker: Tracker::new(camera, &config.tracking, &config.features),
             relocator: Relocator::new(camera, config),
-            backfill: Backfill::new(camera, config),
+            backfill: Backfill::new(camera, config, seed),
+            crossings: Vec::new(),
             rule: KeyframeRule::new(&config.mapping, f64::from(camera.size_px().0)),
             frames: FrameLog::default(),
             phase: Phase::Starting,

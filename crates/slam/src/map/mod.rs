@@ -1,6 +1,7 @@
 //! The map: keyframes and landmarks in arenas, addressed by number. Numbers are never used twice. The arenas hold all maps that
 //! were started; each keyframe knows which one it belongs to.
 
+mod crossing;
 mod keyframe;
 mod landmark;
 mod picture;
@@ -9,6 +10,7 @@ mod shared_vec;
 mod store;
 mod stored;
 
+pub use crossing::{Crossing, Standing};
 pub use keyframe::{Keyframe, KeyframeId, MapId, SessionCamera};
 pub use landmark::{Landmark, LandmarkId, LandmarkState, Observation};
 pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};

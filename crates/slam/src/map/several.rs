@@ -112,6 +112,12 @@ impl Map {
         }
     }
 
+    /// The keyframe itself, or the one that is still there on which it hangs.
+    #[must_use]
+    pub fn standing_for(&self, id: KeyframeId) -> KeyframeId {
+        self.keyframe(id).anchor.as_ref().map_or(id, |anchor| self.standing_for(anchor.keyframe))
+    }
+
     /// Goes on with another map.
     pub fn activate(&mut self, map: MapId) {
         self.active = map;

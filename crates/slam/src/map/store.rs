@@ -9,7 +9,7 @@ use visloc_core::{
 };
 
 use super::{
-    Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, MapId, Observation,
+    Crossing, Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, MapId, Observation,
     keyframe::Anchor, shared_vec::SharedVec,
 };
 use crate::{
@@ -54,6 +54,8 @@ pub struct Map {
     pub(super) num_fixed_keyframes: usize,
     /// Landmarks that stay in the map: the first ones.
     pub(super) num_fixed_landmarks: usize,
+    /// Frames that two maps know.
+    pub(super) crossings: Vec<Crossing>,
 }
 
 impl Default for Map {
@@ -75,6 +77,7 @@ impl Map {
             index: Arc::default(),
             num_fixed_keyframes: 0,
             num_fixed_landmarks: 0,
+            crossings: Vec::new(),
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use crate::{
     config::MappingConfig,
     lie::CameraFromWorld,
-    map::{KeyframeId, LandmarkId, Map},
+    map::{Crossing, KeyframeId, LandmarkId, Map},
     odometry::{OdomPose, SURE_WAY_M, motion_deviations},
     solve::{Bundle, BundleMotion, BundleObservation, BundleSettings, BundleTie},
     track::{focal_px, whitening},
@@ -166,6 +166,7 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
     }
     tie_turned(map, &mut bundle, &mut index, &mut camera_of);
     add_odometry(map, &mut bundle, &mut index, &mut camera_of);
+    add_crossings(map, &mut bundle, &mut index, &mut camera_of);
     fix_gauge(&mut bundle, &index);
     (bundle, index)
 }
@@ -213,6 +214,29 @@ fn add_odometry(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &m
             let deviations = motion_deviations(&second_from_first);
             bundle.motions.push(BundleMotion { cameras: (first, second), second_from_first, deviations });
         }
+    }
+}
+
+/// Holds parts of the map together that were maps of their own, where both know the same frame.
+fn add_crossings(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
+    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
+    for crossing in map.crossings() {
+        let Crossing { before, after } = crossing;
+        let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
+        if !is_free(before.keyframe) && !is_free(after.keyframe) {
+            continue;
+        }
+        let [first, second] =
+            [before.keyframe, after.keyframe].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
+        let variances = crossing.covariance().diagonal();
+        let [along, about] = [0, 3].map(|first| variances.fixed_rows::<3>(first).mean().sqrt());
+        // The frame may be far from the keyframe that hears of its turn.
+        let lever = about * after.camera_from_keyframe.translation().norm();
+        bundle.motions.push(BundleMotion {
+            cameras: (first, second),
+            second_from_first: after.camera_from_keyframe.inverse() * before.camera_from_keyframe,
+            deviations: (along.hypot(lever), about),
+        });
     }
 }
 

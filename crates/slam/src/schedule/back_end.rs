@@ -92,7 +92,8 @@ impl BackEnd {
     }
 
     fn use_frame(&mut self, job: FrameJob, timer: &mut StageTimer) -> MappingReport {
-        let FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale } = job;
+        let FrameJob { report, makes_keyframe, anchor, anchor_from_world, anchor_scale, crossings } = job;
+        crossings.into_iter().for_each(|crossing| self.map.add_crossing(crossing));
         if let Some(map) = self.map.map_of(anchor).filter(|map| *map != self.map.active()) {
             // The camera was found again in another map.
             self.mapper.forget_candidates(&mut self.map);

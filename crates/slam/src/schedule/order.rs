@@ -4,7 +4,7 @@ use visloc_core::{Clock, geom::Camera};
 
 use crate::{
     lie::CameraFromWorld,
-    map::{KeyframeId, Map, MapId},
+    map::{Crossing, KeyframeId, Map, MapId},
     outcome::Mapped,
     start::StartedMap,
     track::TrackReport,
@@ -60,6 +60,8 @@ pub(crate) struct FrameJob {
     pub anchor_from_world: CameraFromWorld,
     /// Scale of that keyframe then.
     pub anchor_scale: f64,
+    /// Frames that this map and an earlier one know, found since the last keyframe.
+    pub crossings: Vec<Crossing>,
 }
 
 /// What the mapper has finished.
