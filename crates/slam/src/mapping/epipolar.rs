@@ -63,7 +63,7 @@ impl View<'_> {
     pub fn search(&self, map: &Map, candidate: &Landmark) -> EpipolarSearch {
         let host = candidate.host();
         let motion = self.camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
-        let line = Line { camera: self.camera, motion: &motion, ray: &host.ray };
+        let line = Line::new(self.camera, &motion, &host.ray);
         let (far, near) = candidate.filter.interval();
         let mean = candidate.filter.inverse_depth();
         let Some(slope) = line.slope(mean) else { return EpipolarSearch::OutOfView };
@@ -154,7 +154,8 @@ impl View<'_> {
             if at.x < 0.0 || at.y < 0.0 {
                 continue;
             }
-            let pixel = (at.x.round() as usize, at.y.round() as usize);
+            // Rounded; nothing is negative here.
+            let pixel = ((at.x + 0.5) as usize, (at.y + 0.5) as usize);
             if pixel == last {
                 continue;
             }
@@ -187,15 +188,21 @@ const MAX_ORB_RATIO: f64 = 0.85;
 /// The image of a host's ray in another view.
 struct Line<'a> {
     camera: &'a Camera,
-    motion: &'a Rigid3<CameraFrame, CameraFrame>,
-    ray: &'a Vector3<f64>,
+    /// The ray, turned to the other view.
+    turned_ray: Vector3<f64>,
+    /// Where the host is in the other view, map units.
+    host: &'a Vector3<f64>,
 }
 
-impl Line<'_> {
+impl<'a> Line<'a> {
+    fn new(camera: &'a Camera, motion: &'a Rigid3<CameraFrame, CameraFrame>, ray: &Vector3<f64>) -> Self {
+        Self { camera, turned_ray: motion.rotate(ray), host: motion.translation() }
+    }
+
     /// The point at an inverse depth, divided by the depth.
     #[inline]
     fn point(&self, inverse_depth: f64) -> Point3<f64> {
-        Point3::from(self.motion.rotate(self.ray) + self.motion.translation() * inverse_depth)
+        Point3::from(self.turned_ray + self.host * inverse_depth)
     }
 
     #[inline]
@@ -211,13 +218,13 @@ impl Line<'_> {
     /// Pixels per unit of inverse depth.
     fn slope(&self, inverse_depth: f64) -> Option<f64> {
         let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
-        Some((by_point * self.motion.translation()).norm())
+        Some((by_point * self.host).norm())
     }
 
     /// Direction in which the image moves with inverse depth, of length 1.
     fn direction(&self, inverse_depth: f64) -> Option<Vector2<f64>> {
         let (_, by_point) = self.camera.project_with_jacobian(&self.point(inverse_depth)).ok()?;
-        (by_point * self.motion.translation()).try_normalize(1e-12)
+        (by_point * self.host).try_normalize(1e-12)
     }
 
     /// How many of a few places on the segment are inside the image.
@@ -243,8 +250,8 @@ impl Line<'_> {
         }
         let num = ((length / step_px).ceil() as usize).clamp(4, MAX_STEPS);
         // The image of a ray moves fastest where depth is small; equal steps in x / z need unequal ones in 1 / z.
-        let z = self.motion.rotate(self.ray).z;
-        let tz = self.motion.translation().z;
+        let z = self.turned_ray.z;
+        let tz = self.host.z;
         let warp = move |s: f64| {
             let (z0, z1) = (z + tz * far, z + tz * near);
             if z0 <= 1e-6 || z1 <= 1e-6 { s } else { s * z0 / (z1 + s * (z0 - z1)) }
@@ -255,8 +262,8 @@ impl Line<'_> {
     /// Inverse depth at which the image is nearest to a ray.
     fn inverse_depth_of(&self, ray: &Vector3<f64>) -> Option<f64> {
         // (r + t / d) x ray = 0, in the least-squares sense.
-        let a = self.motion.rotate(self.ray).cross(ray);
-        let b = self.motion.translation().cross(ray);
+        let a = self.turned_ray.cross(ray);
+        let b = self.host.cross(ray);
         let inverse_depth = -a.dot(&b) / b.norm_squared();
         (inverse_depth.is_finite() && inverse_depth > 0.0).then_some(inverse_depth)
     }
