@@ -13,7 +13,7 @@ use crate::image::{Pyramid, level_from_px};
 #[derive(Debug, Clone)]
 pub struct Template {
     /// Gray levels, 10 x 10, row by row.
-    pub values: [f32; BORDERED_PX * BORDERED_PX],
+    pub values: [f32; NUM],
     /// Mean squared gradient that noise alone has, (gray levels per pixel)^2. Structure below it is not to be believed.
     pub gradient_noise: f32,
 }
@@ -118,17 +118,18 @@ impl PatchWarp {
         if !is_inside {
             return None;
         }
-        let mut values = [0.0; BORDERED_PX * BORDERED_PX];
-        for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
+        let mut places = Places::default();
+        for row in 0..BORDERED_PX {
             let v = row as f32 - reach;
             let (mut x, mut y) =
                 (cx + m[(0, 1)] * v - m[(0, 0)] * reach, cy + m[(1, 1)] * v - m[(1, 0)] * reach);
-            for value in line {
-                *value = bilinear(image, x, y);
+            for i in row * BORDERED_PX..(row + 1) * BORDERED_PX {
+                (places.x[i], places.y[i]) = (x, y);
                 x += m[(0, 0)];
                 y += m[(1, 0)];
             }
         }
+        let values = places.sample(image);
         Some(Template { values, gradient_noise: noise.get(level).copied().unwrap_or(0.0) })
     }
 }
@@ -150,17 +151,62 @@ fn current_by_reference(geometry: &WarpGeometry<'_>) -> Option<Matrix2<f64>> {
     Some(Matrix2::from_columns(&[(right - center) / step_px, (down - center) / step_px]))
 }
 
-/// Value between pixels; the caller keeps the position inside.
+/// Pixels of a patch with its border.
+const NUM: usize = BORDERED_PX * BORDERED_PX;
+
+/// Places between the pixels of an image, for each pixel of a patch; the caller keeps them inside.
+struct Places {
+    x: [f32; NUM],
+    y: [f32; NUM],
+}
+
+impl Default for Places {
+    fn default() -> Self {
+        Self { x: [0.0; NUM], y: [0.0; NUM] }
+    }
+}
+
+impl Places {
+    /// The values there (bilinear). Step by step for all places, so that the compiler makes vector instructions of what is computed, and
+    /// the processor fetches many pixels at a time: a keyframe's image is hardly ever in its cache.
+    fn sample(mut self, image: &GrayImage) -> [f32; NUM] {
+        let width = image.width();
+        let mut starts = [0_u32; NUM];
+        for i in 0..NUM {
+            let ((left, column), (top, row)) = (floor(self.x[i]), floor(self.y[i]));
+            self.x[i] -= left;
+            self.y[i] -= top;
+            starts[i] = row * width as u32 + column;
+        }
+        let (upper, lower) = (image.data(), &image.data()[width..]);
+        let mut pixels = [[0_u8; NUM]; 4];
+        for (i, start) in starts.iter().enumerate() {
+            let pair = *start as usize..*start as usize + 2;
+            let (above, below) = (&upper[pair.clone()], &lower[pair]);
+            [pixels[0][i], pixels[1][i], pixels[2][i], pixels[3][i]] =
+                [above[0], above[1], below[0], below[1]];
+        }
+        let mut values = [0.0; NUM];
+        for (i, value) in values.iter_mut().enumerate() {
+            let (a, b) = (f32::from(pixels[0][i]), f32::from(pixels[1][i]));
+            let (c, d) = (f32::from(pixels[2][i]), f32::from(pixels[3][i]));
+            let (above, below) = (a + self.x[i] * (b - a), c + self.x[i] * (d - c));
+            *value = above + self.y[i] * (below - above);
+        }
+        values
+    }
+}
+
+/// The whole number below a coordinate, up to 2^22: exactly, without the instructions that a conversion takes for numbers that do not
+/// fit. 0 where rounding has brought a place a little over the border.
 #[inline]
-fn bilinear(image: &GrayImage, x: f32, y: f32) -> f32 {
-    let (left, top) = (x as i32, y as i32);
-    let (fx, fy) = (x - left as f32, y - top as f32);
-    let start = top as usize * image.width() + left as usize;
-    // One check for all four.
-    let pixels = &image.data()[start..start + image.width() + 2];
-    let mix = |a: u8, b: u8| f32::from(a) + fx * (f32::from(b) - f32::from(a));
-    let (a, b) = (mix(pixels[0], pixels[1]), mix(pixels[image.width()], pixels[image.width() + 1]));
-    a + fy * (b - a)
+fn floor(v: f32) -> (f32, u32) {
+    // From 2^23 on single precision has whole numbers only, one for each pattern of bits.
+    const WHOLE: f32 = 8_388_608.0;
+    let nearest = (v + WHOLE) - WHOLE;
+    let below = nearest - if nearest > v { 1.0 } else { 0.0 };
+    let below = if below > 0.0 { below } else { 0.0 };
+    (below, (below + WHOLE).to_bits() - WHOLE.to_bits())
 }
 
 impl Template {
@@ -177,13 +223,11 @@ impl Template {
         {
             return None;
         }
-        let mut values = [0.0; BORDERED_PX * BORDERED_PX];
-        for (row, line) in values.chunks_exact_mut(BORDERED_PX).enumerate() {
-            for (column, value) in line.iter_mut().enumerate() {
-                *value = bilinear(image, left + column as f32, top + row as f32);
-            }
+        let mut places = Places::default();
+        for i in 0..NUM {
+            (places.x[i], places.y[i]) = (left + (i % BORDERED_PX) as f32, top + (i / BORDERED_PX) as f32);
         }
-        Some(Self { values, gradient_noise })
+        Some(Self { values: places.sample(image), gradient_noise })
     }
 
     /// The inner 8 x 8 pixels, row by row.
