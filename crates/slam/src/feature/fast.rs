@@ -42,12 +42,7 @@ pub struct FastCorner {
 ///
 /// Source: Rosten and Drummond, "Machine learning for high-speed corner detection", 2006 (FAST-9).
 pub fn detect_fast(image: &GrayImage, threshold: u8, corners: &mut Vec<FastCorner>) {
-    for_each_block(image, |x, y, num_before| {
-        let hits = block_hits(image, x, y, threshold);
-        for i in (num_before..BLOCK).filter(|i| hits[*i] != 0) {
-            corners.push(FastCorner { x: (x + i) as u32, y: y as u32 });
-        }
-    });
+    for_each_corner(image, threshold, |corner, _| corners.push(corner));
 }
 
 /// As [`detect_fast`], and whether each corner is one with a higher threshold, too.
@@ -56,14 +51,17 @@ pub fn detect_graded_fast(
     (threshold, high_threshold): (u8, u8),
     corners: &mut Vec<(FastCorner, bool)>,
 ) {
+    for_each_corner(image, threshold, |corner, strength| corners.push((corner, strength > high_threshold)));
+}
+
+/// Each corner with its strength: the highest threshold up to which it is one, and one more.
+fn for_each_corner(image: &GrayImage, threshold: u8, mut take: impl FnMut(FastCorner, u8)) {
     for_each_block(image, |x, y, num_before| {
-        let hits = block_hits(image, x, y, threshold);
-        if hits == [0; BLOCK] {
-            return;
-        }
-        let clear = block_hits(image, x, y, high_threshold);
-        for i in (num_before..BLOCK).filter(|i| hits[*i] != 0) {
-            corners.push((FastCorner { x: (x + i) as u32, y: y as u32 }, clear[i] != 0));
+        let Some(strengths) = block_strengths(image, x, y, threshold) else { return };
+        for (i, strength) in strengths.iter().enumerate().skip(num_before) {
+            if *strength > threshold {
+                take(FastCorner { x: (x + i) as u32, y: y as u32 }, *strength);
+            }
         }
     });
 }
@@ -99,9 +97,10 @@ pub fn fast_score(image: &GrayImage, corner: FastCorner, threshold: u8) -> u16 {
     CIRCLE.iter().map(difference).sum()
 }
 
-/// Nonzero where a pixel of the block is a corner.
+/// Of each pixel of the block the least difference to the center of the nine neighbors in a row on the circle, all brighter or all darker,
+/// that differ most. `None` if certainly none is above the threshold.
 #[inline]
-fn block_hits(image: &GrayImage, x: usize, y: usize, threshold: u8) -> [u16; BLOCK] {
+fn block_strengths(image: &GrayImage, x: usize, y: usize, threshold: u8) -> Option<[u8; BLOCK]> {
     let width = image.width() as isize;
     let origin = (y * image.width() + x) as isize;
     let block = |i: usize| -> [u8; BLOCK] {
@@ -127,30 +126,48 @@ fn block_hits(image: &GrayImage, x: usize, y: usize, threshold: u8) -> [u16; BLO
         candidates |= u8::from(brighter >= 2) | u8::from(darker >= 2);
     }
     if candidates == 0 {
-        return [0; BLOCK];
+        return None;
     }
-    let (mut brighter, mut darker) = ([0_u16; BLOCK], [0_u16; BLOCK]);
-    for bit in 0..16 {
-        let side = block(bit);
-        for i in 0..BLOCK {
-            brighter[i] |= u16::from(side[i] > high[i]) << bit;
-            darker[i] |= u16::from(side[i] < low[i]) << bit;
+    let (mut brighter, mut darker) = ([0_u8; WOUND], [0_u8; WOUND]);
+    let lines = brighter.chunks_exact_mut(BLOCK).zip(darker.chunks_exact_mut(BLOCK));
+    for (i, (brighter, darker)) in lines.enumerate() {
+        let side = block(i % CIRCLE.len());
+        for lane in 0..BLOCK {
+            brighter[lane] = side[lane].saturating_sub(center[lane]);
+            darker[lane] = center[lane].saturating_sub(side[lane]);
         }
     }
-    let mut hits = [0; BLOCK];
-    for i in 0..BLOCK {
-        hits[i] = nine_in_a_row(brighter[i]) | nine_in_a_row(darker[i]);
+    let (brighter, darker) = (strongest_nine(&brighter), strongest_nine(&darker));
+    let mut strengths = [0; BLOCK];
+    for lane in 0..BLOCK {
+        strengths[lane] = brighter[lane].max(darker[lane]);
     }
-    hits
+    Some(strengths)
 }
 
-/// Nonzero if nine neighboring bits of the ring are set.
+/// Values of a block around its circle one and a half times, so that each row of nine lies in one piece.
+const WOUND: usize = (CIRCLE.len() + 8) * BLOCK;
+
+/// Of nine neighbors in a row on the circle the least, and of all such rows the greatest.
 #[inline]
-fn nine_in_a_row(ring: u16) -> u16 {
-    let two = ring & ring.rotate_right(1);
-    let four = two & two.rotate_right(2);
-    let eight = four & four.rotate_right(4);
-    eight & ring.rotate_right(8)
+fn strongest_nine(ring: &[u8; WOUND]) -> [u8; BLOCK] {
+    let (mut least, mut of_nine) = (*ring, [0; CIRCLE.len() * BLOCK]);
+    // Least of two neighbors, of four, of eight.
+    for reach in [1, 2, 4] {
+        for i in 0..WOUND - 8 * BLOCK + (8 - 2 * reach) * BLOCK {
+            least[i] = least[i].min(least[i + reach * BLOCK]);
+        }
+    }
+    for (i, of_nine) in of_nine.iter_mut().enumerate() {
+        *of_nine = least[i].min(ring[i + 8 * BLOCK]);
+    }
+    let mut strongest = [0; BLOCK];
+    for line in of_nine.chunks_exact(BLOCK) {
+        for lane in 0..BLOCK {
+            strongest[lane] = strongest[lane].max(line[lane]);
+        }
+    }
+    strongest
 }
 
 #[cfg(test)]
