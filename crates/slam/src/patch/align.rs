@@ -124,7 +124,10 @@ impl Problem {
         let variance = values.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
         let one = [1.0; NUM];
         let columns = [&dx, &dy, &values, &one];
-        let hessian = Matrix4::from_fn(|i, j| dot(columns[i], columns[j]));
+        let mut hessian = Matrix4::zeros();
+        for (i, j) in (0..4).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            hessian[(i, j)] = dot(columns[i], columns[j]);
+        }
         let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
         Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
     }
@@ -172,8 +175,8 @@ impl Problem {
     }
 }
 
-/// Inverse of a structure tensor, damped along directions without structure, and the tensor of the shift without noise.
-/// `None` if the patch has structure in no direction.
+/// Inverse of a structure tensor, of which the lower triangle is given, damped along directions without structure, and the tensor of
+/// the shift without noise. `None` if the patch has structure in no direction.
 fn invert(hessian: &Matrix4<f32>, gradient_noise: f32) -> Option<(Matrix4<f32>, Matrix2<f64>)> {
     // Single precision is too little for a nearly singular 4 x 4 matrix.
     let mut hessian = hessian.cast::<f64>();

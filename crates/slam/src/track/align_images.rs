@@ -66,37 +66,58 @@ struct Normal {
     num_features: usize,
 }
 
-/// Aligns from the coarsest level to the finest. Minimizes the differences of the
-/// pixels of 4 x 4 patches under a common gain and offset, with robust weights.
-///
-/// Source: Forster, Pizzoli and Scaramuzza, "SVO", 2014, section IV-A (inverse compositional); gain and offset as in Engel,
-/// Koltun and Cremers, "Direct sparse odometry", 2016.
-#[must_use]
-pub fn align_images(
-    camera: &Camera,
-    reference: &Pyramid,
-    current: &Pyramid,
-    features: &[AlignFeature],
-    start: &Rigid3<CameraFrame, CameraFrame>,
-    schedule: &AlignSchedule,
-) -> ImageAlignment {
-    let AlignSchedule { levels, max_iterations } = *schedule;
-    let mut motion = *start;
-    let mut result =
-        ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
-    let coarsest = levels.0.min(reference.num_levels() - 1).min(current.num_levels() - 1);
-    for level in (levels.1.min(coarsest)..=coarsest).rev() {
-        let patches: Vec<Patch> =
-            features.iter().filter_map(|feature| Patch::new(camera, reference, feature, level)).collect();
-        let problem = Level { camera, image: current.level(level), level, patches: &patches };
-        let (aligned, residual, num_features) = problem.align(&motion, max_iterations);
-        if num_features >= 4 {
-            motion = aligned;
-            result =
-                ImageAlignment { current_from_reference: motion, median_residual: residual, num_features };
-        }
+/// The reference image around its points, to which images are aligned from several starts.
+pub struct AlignReference<'a> {
+    camera: &'a Camera,
+    pyramid: &'a Pyramid,
+    features: &'a [AlignFeature],
+    /// The patches of each level that was asked for.
+    patches: Vec<Option<Vec<Patch>>>,
+}
+
+impl<'a> AlignReference<'a> {
+    /// Of an image and the points that are seen in it.
+    #[must_use]
+    pub fn new(camera: &'a Camera, pyramid: &'a Pyramid, features: &'a [AlignFeature]) -> Self {
+        let patches = (0..pyramid.num_levels()).map(|_| None).collect();
+        Self { camera, pyramid, features, patches }
     }
-    result
+
+    /// Aligns from the coarsest level to the finest. Minimizes the differences of the
+    /// pixels of 4 x 4 patches under a common gain and offset, with robust weights.
+    ///
+    /// Source: Forster, Pizzoli and Scaramuzza, "SVO", 2014, section IV-A (inverse compositional); gain and offset as in Engel,
+    /// Koltun and Cremers, "Direct sparse odometry", 2016.
+    #[must_use]
+    pub fn align(
+        &mut self,
+        current: &Pyramid,
+        start: &Rigid3<CameraFrame, CameraFrame>,
+        schedule: &AlignSchedule,
+    ) -> ImageAlignment {
+        let AlignSchedule { levels, max_iterations } = *schedule;
+        let (camera, pyramid, features) = (self.camera, self.pyramid, self.features);
+        let mut motion = *start;
+        let mut result =
+            ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
+        let coarsest = levels.0.min(pyramid.num_levels() - 1).min(current.num_levels() - 1);
+        for level in (levels.1.min(coarsest)..=coarsest).rev() {
+            let patches = self.patches[level].get_or_insert_with(|| {
+                features.iter().filter_map(|feature| Patch::new(camera, pyramid, feature, level)).collect()
+            });
+            let problem = Level { camera, image: current.level(level), level, patches };
+            let (aligned, residual, num_features) = problem.align(&motion, max_iterations);
+            if num_features >= 4 {
+                motion = aligned;
+                result = ImageAlignment {
+                    current_from_reference: motion,
+                    median_residual: residual,
+                    num_features,
+                };
+            }
+        }
+        result
+    }
 }
 
 struct Level<'a> {
@@ -162,7 +183,8 @@ impl Level<'_> {
         offset: &mut f32,
         residuals: &mut Vec<f32>,
     ) -> f32 {
-        let (mut before, mut now) = (Vec::new(), Vec::new());
+        let num = self.patches.len() * NUM;
+        let (mut before, mut now) = (Vec::with_capacity(num), Vec::with_capacity(num));
         let mut sampled = [0.0; NUM];
         for patch in self.patches {
             if self.sample(patch, motion, &mut sampled).is_some() {
@@ -359,10 +381,11 @@ fn center_and_spread(values: &mut [f32]) -> (f32, f32) {
     (center, median(values))
 }
 
+/// Median of values that are not below 0, which have the order of their bits.
 fn median(values: &mut [f32]) -> f32 {
     if values.is_empty() {
         return f32::MAX;
     }
     let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f32::total_cmp).1
+    *values.select_nth_unstable_by_key(middle, |value| value.to_bits()).1
 }

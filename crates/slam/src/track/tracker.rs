@@ -6,8 +6,8 @@ use nalgebra::{Matrix6, Rotation3, Vector2};
 use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    AlignFeature, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
-    RotationAligner, align_images, collect_local_map, matcher::whitening, only_turned, search::Search,
+    AlignFeature, AlignReference, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher,
+    MotionModel, RotationAligner, collect_local_map, matcher::whitening, only_turned, search::Search,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -230,15 +230,10 @@ impl Tracker {
         let guess = Rotation3::from_matrix_unchecked(*expected.rotation());
         let turned = self.rotation_aligner.align(&last.pyramid, pyramid, &guess);
         let by_images = Rigid3::new(turned, *expected.translation());
-        let align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
-            align_images(
-                &self.camera,
-                &last.pyramid,
-                pyramid,
-                &features,
-                start,
-                &AlignSchedule { levels, max_iterations: self.config.max_align_iterations },
-            )
+        let mut reference = AlignReference::new(&self.camera, &last.pyramid, &features);
+        let mut align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
+            let schedule = AlignSchedule { levels, max_iterations: self.config.max_align_iterations };
+            reference.align(pyramid, start, &schedule)
         };
         // The start that fits better on the coarsest level goes on to the finer ones.
         let coarse = (COARSEST_LEVEL, COARSEST_LEVEL - 1);
