@@ -1,7 +1,7 @@
 //! JPEG and PNG pictures.
 
 use std::{
-    io::{self, Cursor},
+    io::{self, BufRead, Cursor},
     path::{Path, PathBuf},
 };
 
@@ -155,10 +155,7 @@ fn check_jpeg(bytes: &[u8]) -> Result<(), String> {
     let missing = || "the JPEG is cut off or damaged, its end mark is missing".to_owned();
     let mut rest = bytes;
     loop {
-        let mark_at = rest.windows(2).position(|pair| pair[0] == 0xff && !matches!(pair[1], 0 | 0xff));
-        let mark_at = mark_at.ok_or_else(missing)?;
-        let mark = rest[mark_at + 1];
-        rest = &rest[mark_at + 2..];
+        let mark = next_mark(&mut rest).ok_or_else(missing)?;
         if mark == END {
             return Ok(());
         }
@@ -178,6 +175,19 @@ fn check_jpeg(bytes: &[u8]) -> Result<(), String> {
         // The data of a scan have no length; they end with the next mark that is not a restart.
         let length = if mark == SCAN { 2 } else { usize::from(u16::from_be_bytes(*length)).max(2) };
         rest = rest.get(length..).unwrap_or_default();
+    }
+}
+
+/// Goes on behind the next mark.
+fn next_mark(rest: &mut &[u8]) -> Option<u8> {
+    loop {
+        // Looks at many bytes at a time.
+        rest.skip_until(0xff).ok()?;
+        let mark = *rest.first()?;
+        if !matches!(mark, 0 | 0xff) {
+            *rest = &rest[1..];
+            return Some(mark);
+        }
     }
 }
 
