@@ -172,11 +172,11 @@ impl Places {
     fn sample(mut self, image: &GrayImage) -> [f32; NUM] {
         let width = image.width();
         let mut starts = [0_u32; NUM];
-        for i in 0..NUM {
-            let ((left, column), (top, row)) = (floor(self.x[i]), floor(self.y[i]));
-            self.x[i] -= left;
-            self.y[i] -= top;
-            starts[i] = row * width as u32 + column;
+        for ((start, x), y) in starts.iter_mut().zip(&mut self.x).zip(&mut self.y) {
+            let ((left, column), (top, row)) = (floor(*x), floor(*y));
+            *x -= left;
+            *y -= top;
+            *start = row * width as u32 + column;
         }
         let (upper, lower) = (image.data(), &image.data()[width..]);
         let mut pixels = [[0_u8; NUM]; 4];

@@ -80,9 +80,14 @@ impl RayPair {
         self.second.dot(&line_in_second) / variance.sqrt().max(f64::MIN_POSITIVE)
     }
 
-    /// The error, and its derivatives along the given changes of the essential matrix.
+    /// The error, and its derivatives along the given changes of the essential matrix. `None` if the error is not below a limit.
     #[inline]
-    fn linearized(&self, essential: &Matrix3<f64>, changes: &[Matrix3<f64>; 5]) -> (f64, SVector<f64, 5>) {
+    fn linearized(
+        &self,
+        essential: &Matrix3<f64>,
+        changes: &[Matrix3<f64>; 5],
+        limit: f64,
+    ) -> Option<(f64, SVector<f64, 5>)> {
         let line_in_second = essential * self.first;
         let line_in_first = essential.tr_mul(&self.second);
         let in_second = self.second_covariance * line_in_second.xy();
@@ -90,12 +95,15 @@ impl RayPair {
         let variance = line_in_second.xy().dot(&in_second) + line_in_first.xy().dot(&in_first);
         let inverse_deviation = 1.0 / variance.sqrt().max(f64::MIN_POSITIVE);
         let error = self.second.dot(&line_in_second) * inverse_deviation;
+        if (error / limit).powi(2) >= 1.0 {
+            return None;
+        }
         let shrink = error * inverse_deviation * inverse_deviation;
         // Of the product, and of the deviation that divides it.
         let by_essential = (self.second * inverse_deviation - in_second.push(0.0) * shrink)
             * self.first.transpose()
             - self.second * (in_first.push(0.0) * shrink).transpose();
-        (error, SVector::from_fn(|i, _| by_essential.dot(&changes[i])))
+        Some((error, SVector::from_fn(|i, _| by_essential.dot(&changes[i]))))
     }
 
     /// Inverse depth in the first view, for a translation of length 1; below 0 where the rays meet behind it.
@@ -137,12 +145,8 @@ pub fn refine_motion(
         let cutoff = TUKEY * scale(&essential, pairs, &mut errors).max(least_sigma);
         let (mut hessian, mut gradient) = (SMatrix::<f64, 5, 5>::zeros(), SVector::<f64, 5>::zeros());
         for pair in pairs {
-            let (error, jacobian) = pair.linearized(&essential, &changes);
-            let ratio2 = (error / cutoff).powi(2);
-            if ratio2 >= 1.0 {
-                continue;
-            }
-            let weight = (1.0 - ratio2).powi(2);
+            let Some((error, jacobian)) = pair.linearized(&essential, &changes, cutoff) else { continue };
+            let weight = (1.0 - (error / cutoff).powi(2)).powi(2);
             hessian += jacobian * jacobian.transpose() * weight;
             gradient -= jacobian * error * weight;
         }
@@ -188,9 +192,10 @@ pub fn shape_deviation(motion: &TwoViewMotion, inliers: &[RayPair]) -> f64 {
     let (mut information, mut chi2) = (SMatrix::<f64, 5, 5>::zeros(), 0.0);
     let mut depths: Vec<(f64, SVector<f64, 5>)> = Vec::with_capacity(inliers.len());
     for pair in inliers {
-        let (error, jacobian) = pair.linearized(&essential, &changes);
-        chi2 += error * error;
-        information += jacobian * jacobian.transpose();
+        if let Some((error, jacobian)) = pair.linearized(&essential, &changes, f64::INFINITY) {
+            chi2 += error * error;
+            information += jacobian * jacobian.transpose();
+        }
         let depth = pair.inverse_depth(motion);
         depths.push((depth, SVector::from_fn(|i, _| (pair.inverse_depth(&neighbors[i]) - depth) / STEP)));
     }
@@ -271,7 +276,8 @@ mod tests {
         };
         let basis = tangent(motion.translation());
         let essential = essential_of(&motion);
-        let (error, jacobian) = pair.linearized(&essential, &changes(&motion, &basis));
+        let (error, jacobian) =
+            pair.linearized(&essential, &changes(&motion, &basis), f64::INFINITY).unwrap();
         assert!((error - pair.epipolar_error(&essential)).abs() < 1e-9);
         for (i, neighbor) in neighbors(&motion, &basis).iter().enumerate() {
             let slope = (pair.epipolar_error(&essential_of(neighbor)) - error) / STEP;
