@@ -14,6 +14,7 @@ pub mod diagnosis;
 pub mod feature;
 mod frame_log;
 mod front_end;
+pub mod ground;
 pub mod image;
 pub mod lie;
 pub mod map;

@@ -60,6 +60,10 @@ pub struct LocalizeArgs {
     /// poses can be given)
     #[arg(long, value_name = "WHAT")]
     pub start: Vec<StartArg>,
+    /// Take the motion between images from the ground in them, in place of odometry: for robots that have none, on carpets and other ground
+    /// with texture
+    #[arg(long, conflicts_with = "odometry_topic")]
+    pub visual_odometry: bool,
     #[command(flatten)]
     pub corrections: CorrectionArgs,
     /// Write the corrections to this file at the end, for the next run's --robot: with the constant error of the camera's direction that this

@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_locate::{CameraError, robot_calibration::RobotCorrection};
+use visloc_slam::ground::WithGroundOdometry;
 use visloc_world::Map;
 
 use crate::{
@@ -84,6 +85,9 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     spectators.push(&mut show);
     let robot = read_correction(&args.corrections)?;
     let mut frames = corrected(source.frames, &args.corrections)?;
+    if args.visual_odometry {
+        frames = Box::new(WithGroundOdometry::new(frames));
+    }
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators);
     progress.clear();
     let [mut runner] = runners;

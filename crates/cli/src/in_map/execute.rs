@@ -237,6 +237,7 @@ fn refuse_others(args: &LocalizeArgs) -> Result<()> {
     let others = [
         ("--pipeline", args.pipeline.is_some()),
         (of_pipeline.map_or("", String::as_str), of_pipeline.is_some()),
+        ("--visual-odometry", args.visual_odometry),
         ("--features", args.features.is_some()),
         ("--start", !args.start.is_empty()),
         ("--robot-out", args.robot_out.is_some()),

@@ -137,3 +137,23 @@ fn a_simulated_bag_can_be_localized() {
     let (localized, evaluated) = (workspace.json("r.json"), workspace.json("e.json"));
     assert_eq!(localized["localized_share"], evaluated["localized_share"]);
 }
+
+#[test]
+fn the_ground_in_the_images_tells_the_motion_without_odometry() {
+    let workspace = Workspace::new();
+    let bag = excerpt_text("R1");
+    let base = ["localize", &bag, "--map", MAP, "--json"];
+    let run = |file: &str, options: &[&str]| {
+        workspace.must(&[&base[..], &[file], options].concat());
+        workspace.read(file)
+    };
+    let blind = run("blind.json", &["--odometry-topic", ""]);
+    let seeing = run("seeing.json", &["--visual-odometry"]);
+    assert_ne!(blind, seeing);
+    let report = workspace.json("seeing.json");
+    let error_m = report["position_error_m"]["mean"].as_f64().unwrap();
+    assert!(error_m < 0.05, "{error_m}");
+    let error = workspace
+        .visloc(&[&base[..], &["a.json", "--visual-odometry", "--odometry-topic", "/odom"]].concat());
+    assert!(error.code == 2 && error.stderr.contains("cannot be used with"), "{}", error.stderr);
+}

@@ -35,17 +35,17 @@ pub(super) fn topics_of_files(files: &BagFiles) -> Result<Vec<TopicInfo>, BagErr
     Ok(topics.into_values().collect())
 }
 
-/// Checks that what is needed is there, with types that can be read.
+/// Checks that what is needed is there, with types that can be read: of the topics that were asked for, those that were chosen.
 pub(super) fn check_topics(
     path: &Path,
     available: &[TopicInfo],
-    topics: &BagTopics,
+    (asked, topics): (&BagTopics, &BagTopics),
     given: &GivenInputs,
 ) -> Result<(), BagError> {
     let defaults = BagTopics::default();
     let find = |role| available.iter().find(|info| !info.topic.is_empty() && info.topic == topics.name(role));
     let is_named = |role: TopicRole| {
-        let name = topics.name(role);
+        let name = asked.name(role);
         !name.is_empty() && (name != defaults.name(role) || given.named.contains(&role))
     };
     for role in TopicRole::ALL {

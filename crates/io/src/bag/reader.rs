@@ -64,12 +64,12 @@ impl BagReader {
         given: GivenInputs,
     ) -> Result<Self, BagError> {
         let path = path.as_ref();
-        let topics = given.topics_to_read(topics);
+        let asked = given.topics_to_read(topics);
         let files = bag_files(path)?;
         let available = topics_of_files(&files)?;
-        check_odometry(path, &available, &topics)?;
-        let topics = choose_topics(&available, &topics);
-        check_topics(path, &available, &topics, &given)?;
+        check_odometry(path, &available, &asked)?;
+        let topics = choose_topics(&available, &asked);
+        check_topics(path, &available, (&asked, &topics), &given)?;
         let expected = expected_inputs(&available, &topics);
         let robot = given.robot.or_else(|| first_description(files.clone(), &available, &topics));
         let given = GivenInputs { robot, ..given };

@@ -98,6 +98,11 @@ fn topics_without_messages_are_told_with_what_can_be_given_instead() {
     // What is not needed may be silent, unless somebody names it.
     copy_without_messages(&testdata("R1-excerpt.mcap"), &path, "/odom");
     assert_eq!(read(&path).frames.len(), 90);
+    let other = folder.path().join("other-topic.mcap");
+    copy(&path, &other, WriteOptions::new(), |topic, _, data| {
+        keep(if topic == "/foot_contact" { "/feet" } else { topic }, data)
+    });
+    assert_eq!(read(&other).frames.len(), 90, "other names that nobody asked for are chosen");
     let named = GivenInputs { named: vec![TopicRole::Odometry], ..GivenInputs::default() };
     let Err(error) = BagReader::open_with(&path, &BagTopics::default(), named.clone()) else {
         panic!("opened")

@@ -6,15 +6,15 @@ use super::{PoseGraphEdge, Similarity};
 use crate::map::Crossing;
 
 /// Standard deviation of the turn between keyframes that share landmarks, radians, and of the shift, share of the depth of the scene. This and
-/// what follows is from three runs of a walk through corridors and rooms (S12 with the generator's seed 1003) against the truth: along the
+/// what follows is from three runs of a rendered walk through corridors and rooms against the truth: along the
 /// corridors a second's drift was 0.05 degrees and 0.2 % of the scale over four keyframes, in quick turns 0.45 degrees and up to 5 % over
 /// fifteen. About 60 edges lead over each place, so one is eight times less sure than all.
 const TURN_SIGMA: f64 = 0.0035;
 /// The same of the logarithm of the scale.
 const SCALE_SIGMA: f64 = 0.008;
-/// Turn between two keyframes at which the first grows, radians: what comes into view has been seen from few places.
+/// Turn between two keyframes from which on the standard deviation of the turn grows with it, radians: what comes into view has been seen from few places.
 const TURN_GROWS: f64 = 0.026;
-/// The same of the second.
+/// Turn from which on that of the scale grows.
 const SCALE_GROWS: f64 = 0.0087;
 /// Standard deviation of the scale of a keyframe that is found at an earlier place: eight ratios of depths or more, each good to some percent.
 const FOUND_SCALE_SIGMA: f64 = 0.01;

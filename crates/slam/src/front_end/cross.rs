@@ -12,10 +12,10 @@ use crate::{
 
 /// Longest time without a pose over which the camera is taken to go on as before, seconds: whoever walks does not stop within it.
 const MOST_GAP_SECS: f64 = 0.2;
-/// Standard deviation of what it does in that time, share of the way and of the turn.
+/// Standard deviation of what it does in that time, share of the way and of the turn: within half a step and half a turn of the head.
 const MOTION_SHARE: f64 = 0.2;
 /// Standard deviations of a frame at the end of a map, in units of those that its landmarks say: landmarks that were made last, in a quick
-/// turn, are off together. On a walk with such a turn (S12) frames were 1 to 4 cm and 0.4 to 1.9 degrees off, where the covariances said 3 mm
+/// turn, are off together, and so are the up to fifteen frames of one loss, which count one by one. On a rendered walk with such a turn frames were 1 to 4 cm and 0.4 to 1.9 degrees off, where the covariances said 3 mm
 /// and 0.2 degrees.
 const END_OF_MAP: f64 = 10.0;
 

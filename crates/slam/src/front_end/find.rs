@@ -139,6 +139,7 @@ impl FrontEnd {
             return None;
         }
         self.tracker.forget();
+        self.crossings.clear();
         if self.map.maps() != [was_active] {
             self.map.give_up(was_active);
             self.awaits_keyframe = true;

@@ -51,13 +51,13 @@ impl Crossing {
 
 impl Map {
     /// Takes note of a frame that two maps know.
-    pub fn add_crossing(&mut self, crossing: Crossing) {
+    pub(crate) fn add_crossing(&mut self, crossing: Crossing) {
         self.crossings.push(crossing);
     }
 
     /// Whether a map that was started after the camera was lost began between two keyframes: that they follow each other says nothing.
     #[must_use]
-    pub fn begins_between(&self, earlier: KeyframeId, later: KeyframeId) -> bool {
+    pub(crate) fn begins_between(&self, earlier: KeyframeId, later: KeyframeId) -> bool {
         self.crossings.iter().any(|crossing| (earlier.0 + 1..=later.0).contains(&crossing.after.keyframe.0))
     }
 
@@ -66,6 +66,9 @@ impl Map {
     pub fn crossings(&self) -> impl Iterator<Item = Crossing> {
         let is_within = |side: &Standing| self.map_of(side.keyframe) == Some(self.active);
         let within = self.crossings.iter().filter(move |c| is_within(&c.before) && is_within(&c.after));
-        within.map(|crossing| Crossing { before: crossing.before.now(self), after: crossing.after.now(self) })
+        let now = within
+            .map(|crossing| Crossing { before: crossing.before.now(self), after: crossing.after.now(self) });
+        // Where both sides hang on one keyframe by now, it says nothing any more.
+        now.filter(|crossing| crossing.before.keyframe != crossing.after.keyframe)
     }
 }

@@ -215,6 +215,8 @@ impl Map {
             keyframe.is_given_up = true;
             keyframe.picture = None;
         }
+        let is_kept = |id: KeyframeId| !self.keyframes[id.index()].is_given_up;
+        self.crossings.retain(|known| is_kept(known.before.keyframe) && is_kept(known.after.keyframe));
     }
 
     /// Unit of length of a keyframe, in units of the time when it was made.
