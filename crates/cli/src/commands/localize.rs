@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
+use visloc_core::FrameSource;
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_locate::{CameraError, robot_calibration::RobotCorrection};
 use visloc_slam::ground::WithGroundOdometry;
@@ -84,10 +85,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     }
     spectators.push(&mut show);
     let robot = read_correction(&args.corrections)?;
-    let mut frames = corrected(source.frames, &args.corrections)?;
-    if args.visual_odometry {
-        frames = Box::new(WithGroundOdometry::new(frames));
-    }
+    let mut frames = as_asked_for(source.frames, args)?;
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators);
     progress.clear();
     let [mut runner] = runners;
@@ -125,6 +123,12 @@ fn open(args: &LocalizeArgs, steering: Option<&Steering>, options: &SourceOption
     let driven = steering.map(|steering| steering.simulated(&args.source, options)).transpose()?.flatten();
     let Some(driven) = driven else { return open_source(&args.source, name, options) };
     Ok(OpenSource { map: name.map(Map::load).transpose()?.unwrap_or(driven.map), ..driven })
+}
+
+/// The frames with what the options say of the robot.
+fn as_asked_for(frames: Box<dyn FrameSource>, args: &LocalizeArgs) -> Result<Box<dyn FrameSource>> {
+    let frames = corrected(frames, &args.corrections)?;
+    Ok(if args.visual_odometry { Box::new(WithGroundOdometry::new(frames)) } else { frames })
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.
