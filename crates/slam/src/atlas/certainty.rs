@@ -56,3 +56,59 @@ pub(super) fn edge_across(
         weight,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3, Vector6};
+    use visloc_core::geom::Rigid3;
+
+    use super::{super::PoseGraph, *};
+    use crate::{
+        lie::{CameraFromWorld, exp},
+        map::{KeyframeId, Standing},
+    };
+
+    const LENGTH: f64 = 3.0;
+
+    fn pose<Dst, Src>(turn: [f64; 3], shift: [f64; 3]) -> Rigid3<Dst, Src> {
+        Rigid3::new(Rotation3::from_scaled_axis(Vector3::from(turn)), Vector3::from(shift))
+    }
+
+    /// What a frame that two keyframes know costs if the second one has it elsewhere: this much farther in its own axes and turned, and larger
+    /// by the logarithm of the scale.
+    fn cost(variances: Vector6<f64>, off: &Vector6<f64>, log_scale: f64) -> f64 {
+        let camera_from_world: CameraFromWorld = pose([0.3, -0.2, 0.5], [1.0, 2.0, -0.5]);
+        let standing = |id: u32, camera_from_keyframe| Standing {
+            keyframe: KeyframeId(id),
+            camera_from_keyframe,
+            scale: 1.0,
+            covariance: SMatrix::from_diagonal(&(0.5 * variances)),
+        };
+        let before = standing(0, pose([0.1, 0.4, 0.0], [0.2, 0.0, 0.7]));
+        let after = standing(1, pose([-0.2, 0.1, 0.3], [-0.4, 0.3, 0.1]));
+        let mut scaled = SVector::zeros();
+        scaled[6] = log_scale;
+        let seen = Similarity::from_coordinates(&scaled, LENGTH)
+            .after(&Similarity::of_pose(&(exp(off) * camera_from_world)));
+        let nodes = vec![
+            Similarity::of_pose(&(before.camera_from_keyframe.inverse() * camera_from_world)),
+            Similarity::of_pose(&after.camera_from_keyframe).inverse().after(&seen),
+        ];
+        let edge = edge_across(&Crossing { before, after }, (0, 1), LENGTH).unwrap();
+        PoseGraph { nodes, num_fixed: 1, edges: vec![edge], length: LENGTH }.cost()
+    }
+
+    #[test]
+    fn a_frame_that_two_maps_know_costs_its_distance_in_standard_deviations() {
+        let sigmas = Vector6::new(0.1, 0.2, 0.3, 0.01, 0.02, 0.03);
+        let variances = sigmas.component_mul(&sigmas);
+        assert!(cost(variances, &Vector6::zeros(), 0.0) < 1e-18);
+        assert!(cost(variances, &Vector6::zeros(), 0.4) < 1e-18, "it does not know the scale");
+        for i in 0..6 {
+            let mut off = Vector6::zeros();
+            off[i] = 0.1 * sigmas[i];
+            let cost = cost(variances, &off, 0.0);
+            assert!((cost - 0.01).abs() < 1e-5, "{i}: {cost}");
+        }
+    }
+}
