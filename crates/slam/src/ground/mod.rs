@@ -1,8 +1,8 @@
 //! Motion of a robot over the ground that it sees, without a map and without odometry.
 //!
 //! Where the camera is above the ground is known (`robot_from_camera`), so how the ground moves in the image is how the robot moves, in
-//! meters: two images are aligned by the brightness of the ground in both, semi-directly as the poses of SLAM are (thesis of 2017,
-//! section 6.2), with the ground in place of landmarks. Carpet, wood and lines do; walls and robots are outliers.
+//! meters: two images are aligned by the brightness of the ground in both, as the poses of SLAM are by image alignment
+//! ([`crate::track`]), with the ground in place of landmarks. Carpet, wood and lines do; walls and robots are outliers.
 
 mod align;
 
