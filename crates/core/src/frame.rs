@@ -142,3 +142,43 @@ pub trait FrameSource {
         None
     }
 }
+
+/// A source whose frames are changed on their way, one by one.
+pub struct ChangedFrames<F> {
+    inner: Box<dyn FrameSource>,
+    change: F,
+}
+
+impl<F: FnMut(&mut Frame)> ChangedFrames<F> {
+    /// Over a source.
+    #[must_use]
+    pub fn new(inner: Box<dyn FrameSource>, change: F) -> Self {
+        Self { inner, change }
+    }
+}
+
+impl<F: FnMut(&mut Frame)> FrameSource for ChangedFrames<F> {
+    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+        let mut next = self.inner.next_frame()?;
+        if let Ok(SourceFrame { frame, .. }) = &mut next {
+            (self.change)(frame);
+        }
+        Some(next)
+    }
+
+    fn num_frames(&self) -> Option<usize> {
+        self.inner.num_frames()
+    }
+
+    fn skipped(&self) -> &[SkippedInput] {
+        self.inner.skipped()
+    }
+
+    fn num_dropped(&self) -> usize {
+        self.inner.num_dropped()
+    }
+
+    fn received_at(&self) -> Option<Timestamp> {
+        self.inner.received_at()
+    }
+}

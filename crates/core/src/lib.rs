@@ -20,7 +20,9 @@ mod trajectory;
 
 pub use clock::Clock;
 pub use floor::{FloorCell, FloorPicture};
-pub use frame::{Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth};
+pub use frame::{
+    ChangedFrames, Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth,
+};
 pub use gray::GrayImage;
 pub use host::Host;
 pub use image::{ImageSizeError, RgbImage};

@@ -108,7 +108,7 @@ pub use visloc_locate::{
 pub use visloc_sim as sim;
 pub use visloc_slam::{
     self as slam, FrameOutcome, Schedule, Slam, SlamConfig, SlamPreset, TrackingState, TrajectoryPose,
-    ground::{GroundOdometer, WithGroundOdometry},
+    ground::GroundOdometer,
 };
 #[cfg(feature = "vmap")]
 pub use visloc_vmap as vmap;

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use visloc_core::FrameSource;
+use visloc_core::{ChangedFrames, FrameSource};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_locate::{CameraError, robot_calibration::RobotCorrection};
-use visloc_slam::ground::WithGroundOdometry;
+use visloc_slam::ground::GroundOdometer;
 use visloc_world::Map;
 
 use crate::{
@@ -128,7 +128,11 @@ fn open(args: &LocalizeArgs, steering: Option<&Steering>, options: &SourceOption
 /// The frames with what the options say of the robot.
 fn as_asked_for(frames: Box<dyn FrameSource>, args: &LocalizeArgs) -> Result<Box<dyn FrameSource>> {
     let frames = corrected(frames, &args.corrections)?;
-    Ok(if args.visual_odometry { Box::new(WithGroundOdometry::new(frames)) } else { frames })
+    if !args.visual_odometry {
+        return Ok(frames);
+    }
+    let mut odometer = GroundOdometer::new();
+    Ok(Box::new(ChangedFrames::new(frames, move |frame| frame.odometry = odometer.step(frame))))
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.

@@ -3,41 +3,11 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{ChangedFrames, FrameSource};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
 use super::write_text;
 use crate::{args::CorrectionArgs, say, settings::from_toml};
-
-/// A source whose frames are corrected.
-struct CorrectedFrames {
-    inner: Box<dyn FrameSource>,
-    robot: RobotCorrection,
-    odometry: OdometryCorrector,
-}
-
-impl FrameSource for CorrectedFrames {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
-        let mut next = self.inner.next_frame()?;
-        if let Ok(SourceFrame { frame, .. }) = &mut next {
-            // What is known is the error of the first camera.
-            if frame.camera_index == 0 {
-                frame.robot_from_camera = self.robot.camera.apply(&frame.robot_from_camera);
-            }
-            let reported = frame.odometry;
-            frame.odometry = reported.map(|odom| self.odometry.step(&odom, &self.robot.odometry));
-        }
-        Some(next)
-    }
-
-    fn num_frames(&self) -> Option<usize> {
-        self.inner.num_frames()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-}
 
 /// The source with the corrections that the arguments name.
 ///
@@ -53,7 +23,14 @@ pub fn corrected(inner: Box<dyn FrameSource>, args: &CorrectionArgs) -> Result<B
 
 /// The source with corrections.
 pub fn with_correction(inner: Box<dyn FrameSource>, robot: RobotCorrection) -> Box<dyn FrameSource> {
-    Box::new(CorrectedFrames { inner, robot, odometry: OdometryCorrector::default() })
+    let mut odometry = OdometryCorrector::default();
+    Box::new(ChangedFrames::new(inner, move |frame| {
+        // What is known is the error of the first camera.
+        if frame.camera_index == 0 {
+            frame.robot_from_camera = robot.camera.apply(&frame.robot_from_camera);
+        }
+        frame.odometry = frame.odometry.map(|odom| odometry.step(&odom, &robot.odometry));
+    }))
 }
 
 /// The corrections of the file that the arguments name; none without a file.

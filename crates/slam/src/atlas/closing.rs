@@ -115,7 +115,7 @@ pub fn spread(map: &mut Map, sightings: &[Sighting]) {
     map.correct(&corrections);
 }
 
-/// Earlier keyframes that share most with one, at least one of them; without any the one before.
+/// Earlier keyframes that share most with one, at least one of them, and the one before, unless the camera was lost between both.
 fn neighbors(map: &Map, id: KeyframeId) -> Vec<KeyframeId> {
     let mut connected = map.connected(id, 1);
     connected.retain(|(other, _)| *other < id && map.keyframe(*other).map == map.active());
@@ -204,6 +204,7 @@ mod tests {
         assert!((x(19) - 9.1).abs() < 0.1 && x(0).abs() < 1e-12, "{}", x(19));
         assert!((1..20).all(|i| (0.4..0.6).contains(&(x(i) - x(i - 1)))));
     }
+
     /// A round of 63 m in forty steps. Its second half was a map of its own, whose end was recognized at the beginning of the first one; back
     /// from there it drifts in turn and scale.
     fn round_with_a_gap() -> (Vec<CameraFromWorld>, Map) {

@@ -8,7 +8,7 @@ mod align;
 
 use align::{Aligner, Fit, View};
 use nalgebra::Vector3;
-use visloc_core::{Frame, FrameSource, SkippedInput, SourceError, SourceFrame, Timestamp, geom::PlanarPose};
+use visloc_core::{Frame, Timestamp, geom::PlanarPose};
 
 /// Images that are farther apart show other ground, seconds.
 const MAX_GAP_SECS: f64 = 0.5;
@@ -16,7 +16,7 @@ const MAX_GAP_SECS: f64 = 0.5;
 const SPEED_SECS: f64 = 1.5;
 /// ... and after this its motion is unknown, seconds.
 const MAX_BLIND_SECS: f64 = 0.5;
-/// A motion is known if its standard deviation is below this times the time between the images: so much is a tenth of a walk.
+/// A motion is known if its standard deviation is below this times the time between the images: a third of a slow walk.
 const MAX_SPREAD_M_PER_S: f64 = 0.12;
 /// The same of a turn.
 const MAX_SPREAD_RAD_PER_S: f64 = 0.12;
@@ -110,46 +110,6 @@ fn is_soon(last: Timestamp, at: Timestamp) -> bool {
 
 fn motion(velocity: &Vector3<f64>, secs: f64) -> PlanarPose {
     PlanarPose::new(velocity.x * secs, velocity.y * secs, velocity.z * secs)
-}
-
-/// A source whose frames have the motion over the ground in their images as odometry, in place of what the robot reports.
-pub struct WithGroundOdometry {
-    inner: Box<dyn FrameSource>,
-    odometer: GroundOdometer,
-}
-
-impl WithGroundOdometry {
-    /// Over a source.
-    #[must_use]
-    pub fn new(inner: Box<dyn FrameSource>) -> Self {
-        Self { inner, odometer: GroundOdometer::new() }
-    }
-}
-
-impl FrameSource for WithGroundOdometry {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
-        let mut next = self.inner.next_frame()?;
-        if let Ok(SourceFrame { frame, .. }) = &mut next {
-            frame.odometry = self.odometer.step(frame);
-        }
-        Some(next)
-    }
-
-    fn num_frames(&self) -> Option<usize> {
-        self.inner.num_frames()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
-    }
-
-    fn received_at(&self) -> Option<Timestamp> {
-        self.inner.received_at()
-    }
 }
 
 #[cfg(test)]
