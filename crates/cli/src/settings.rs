@@ -59,10 +59,12 @@ impl<'a, T: Settings + Clone> Layers<'a, T> {
         }
         let unused = |key: &str| unused(key).map(|reason| format!("it would change nothing: {reason}"));
         for option in options {
-            let key = option.split('=').next().unwrap_or_default().trim();
-            let idle = idle_at(&self.values, key)?.map(|Idle { reason, .. }| reason);
-            if let Some(reason) = idle.or_else(|| unused(key)) {
-                bail!("--set {before}{option}: {reason}");
+            let (key, value) = setting(option)?;
+            for key in keys_of(&key, &value) {
+                let idle = idle_at(&self.values, &key)?.map(|Idle { reason, .. }| reason);
+                if let Some(reason) = idle.or_else(|| unused(&key)) {
+                    bail!("--set {before}{option}: {reason}");
+                }
             }
         }
         let Some(config) = self.config else { return Ok(self.values) };
@@ -126,7 +128,7 @@ pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice)
     for option in set {
         let Some(key) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
         let key = key.split('=').next().unwrap_or_default().trim();
-        let is_of = |part: &str| key.starts_with(&format!("{part}."));
+        let is_of = |part: &str| key == part || key.starts_with(&format!("{part}."));
         let is_of_field = ["analysis", "observation", "refinement"].into_iter().any(is_of);
         let reason = match map {
             Map::Field(_) if is_of("office") => "it is for buildings, and the map is a field",
@@ -184,9 +186,11 @@ pub fn slam_config_over(
     job: SlamJob,
 ) -> Result<SlamConfig> {
     let options = set.iter().map(String::as_str);
-    let config = Layers::new(given, config)?.with(options, "", |key| job.unused(key))?;
-    config.check()?;
-    Ok(config)
+    let checked = Layers::new(given, config)?.with(options, "", |key| job.unused(key))?;
+    let origins = config.map(|path| path.display().to_string()).into_iter();
+    let origins = origins.chain(set.iter().map(|option| format!("--set {option}"))).collect::<Vec<_>>();
+    checked.check().with_context(|| origins.join(", "))?;
+    Ok(checked)
 }
 
 /// Parameters of an algorithm as TOML: those of a file, and single options over them; nothing if there are none.
@@ -206,6 +210,16 @@ pub fn algorithm_toml(config: Option<&Path>, set: &[String]) -> Result<Option<St
         overrides = overrides.with(&key, &serde_json::to_value(value)?);
     }
     Ok(Some(overrides.toml()?))
+}
+
+/// The keys that an option sets: itself, or those below if its value is a table.
+fn keys_of(key: &str, value: &toml::Value) -> Vec<String> {
+    match value.as_table().filter(|table| !table.is_empty()) {
+        Some(table) => {
+            table.iter().flat_map(|(below, value)| keys_of(&format!("{key}.{below}"), value)).collect()
+        }
+        None => vec![key.to_owned()],
+    }
 }
 
 /// A single option as a key and its value.

@@ -25,11 +25,12 @@ pub struct FramePictures {
 impl FramePictures {
     /// Into a folder, every so many frames.
     pub fn new(folder: &Path, every: usize) -> Self {
-        remove_earlier(folder, |name| is_of_series(name, "frame-"));
+        remove_frames(folder);
         Self { folder: folder.to_path_buf(), every: every.max(1), fault: None }
     }
 
-    /// Draws a frame if it is its turn. After a picture that cannot be written there are no more.
+    /// Draws a frame if it is its turn. After a picture that cannot be written there are no more, and the others make room for the
+    /// numbers, which cannot be made again so easily.
     pub fn look(&mut self, number: usize, image: &GrayImage, outcome: &FrameOutcome) {
         if !number.is_multiple_of(self.every) || self.fault.is_some() {
             return;
@@ -57,6 +58,9 @@ impl FramePictures {
             ..ImagePicture::default()
         });
         self.fault = picture.save(&self.folder, &format!("frame-{number:05}")).err();
+        if self.fault.is_some() {
+            remove_frames(&self.folder);
+        }
     }
 
     /// Whether all could be written.
@@ -66,6 +70,10 @@ impl FramePictures {
     pub fn finish(self) -> Result<()> {
         self.fault.map_or(Ok(()), |fault| Err(fault.into()))
     }
+}
+
+fn remove_frames(folder: &Path) {
+    remove_earlier(folder, |name| is_of_series(name, "frame-"));
 }
 
 /// What became of a frame, for people.

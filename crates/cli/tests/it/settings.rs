@@ -187,6 +187,8 @@ fn options_of_the_pipeline_that_change_nothing_are_refused() {
         ("sim:office", "rich", "analysis.max_line_pixels=3"),
         ("sim:still", "pixels", "refinement.max_tracks=3"),
         ("sim:office", "pixels", "office.refinement.max_tracks=3"),
+        ("sim:still", "rich", "office = { refinement = { max_tracks = 3 } }"),
+        ("sim:still", "rich", "refinement = { evidence_per_image = 3 }"),
         ("sim:still", "rich", "refinement.evidence_per_image=3"),
         ("sim:still", "rich", "refinement.evidence_deadband=0.1"),
         ("sim:still", "rich", "refinement.max_evidence_difference=3"),
@@ -219,6 +221,7 @@ fn options_for_parts_of_slam_that_are_off_are_refused() {
     for (off, option) in [
         ("features.descriptor=patches", "features.max_orb_distance=50"),
         ("features.descriptor=patches", "features.orb_margin_px=4"),
+        ("features.descriptor=patches", "features={orb_margin_px = 4}"),
         ("tracking.reject_outliers=false", "tracking.max_hypotheses=50"),
         ("mapping.adjust_bundles=false", "mapping.adjust_lens=false"),
         ("mapping.adjust_bundles=false", "mapping.bundle_keyframes=5"),
@@ -230,10 +233,21 @@ fn options_for_parts_of_slam_that_are_off_are_refused() {
     }
     let orb = ["--set", "features.max_orb_distance=50", "--set", "features.descriptor=orb"];
     workspace.must(&[&base[..], &orb].concat());
+    workspace.must(&[&base[..], &["--set", "features={max_orb_distance = 50, descriptor = \"orb\"}"]].concat());
     workspace.write("orb.toml", "features.max_orb_distance = 50\n");
     let error = workspace.refused(&[&base[..], &["--config", "orb.toml"]].concat());
     assert!(error.contains("orb.toml: features.max_orb_distance: it would change nothing"), "{error}");
     workspace.must(&[&base[..], &["--config", "orb.toml", "--set", "features.descriptor=orb"]].concat());
+}
+
+#[test]
+fn values_that_do_not_go_together_name_where_they_come_from() {
+    let workspace = Workspace::new();
+    workspace.write("few.toml", "tracking.max_matches = 40\n");
+    let base = ["slam", "sim:room", "--end", "2", "--config", "few.toml"];
+    let error = workspace.refused(&[&base[..], &["--set", "tracking.min_matches=50"]].concat());
+    let place = "few.toml, --set tracking.min_matches=50: tracking.min_matches: expected at most 40";
+    assert!(error.contains(place), "{error}");
 }
 
 #[test]

@@ -82,7 +82,7 @@ impl<'a> Node<'a> {
 
     /// What must hold for the value to count: `#[schemars(extend("x-only-if" = "kind = grid"))]`.
     pub fn only_if(&self) -> Option<Condition<'a>> {
-        Condition::parse(self.outer.get("x-only-if")?.as_str()?)
+        Some(Condition::parse(self.outer.get("x-only-if")?.as_str()?))
     }
 
     fn properties(&self) -> Option<&'a Map<String, Value>> {
@@ -107,13 +107,14 @@ enum Wanted<'a> {
 }
 
 impl<'a> Condition<'a> {
-    /// `PATH = VALUE` or `PATH > NUMBER`.
-    fn parse(text: &'a str) -> Option<Self> {
-        if let Some((path, value)) = text.split_once(" = ") {
-            return Some(Self { path, wanted: Wanted::Is(value) });
-        }
-        let (path, value) = text.split_once(" > ")?;
-        Some(Self { path, wanted: Wanted::Above(value.parse().ok()?) })
+    /// `PATH = VALUE` or `PATH > NUMBER`. What is neither never holds, so that the parameter is of no use and a test finds it.
+    fn parse(text: &'a str) -> Self {
+        let is = text.split_once(" = ").map(|(path, value)| Self { path, wanted: Wanted::Is(value) });
+        let above = || {
+            let (path, least) = text.split_once(" > ")?;
+            Some(Self { path, wanted: Wanted::Above(least.parse().ok()?) })
+        };
+        is.or_else(above).unwrap_or(Self { path: text, wanted: Wanted::Above(f64::INFINITY) })
     }
 
     /// Whether it holds in a table. Without the other value it does not.

@@ -12,7 +12,7 @@ use crate::bag::messages::{
 };
 
 /// Most poses of a path; then every second one is dropped and the path grows on at half the density.
-const MAX_PATH_POSES: usize = 2000;
+const MAX_PATH_POSES: usize = 500;
 /// Time between paths, seconds.
 const PATH_EVERY_SECS: f64 = 0.5;
 /// A path gets a pose after so much way or turn, meters and radians.

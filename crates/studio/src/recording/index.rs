@@ -13,7 +13,7 @@ use thiserror::Error;
 use visloc_core::{Frame, GrayImage, Truth, files};
 use visloc_io::{
     bag::{
-        BagTopics,
+        BagError, BagTopics,
         messages::{CompressedImage, from_cdr},
     },
     image_codec,
@@ -53,10 +53,13 @@ const MAX_CHANNEL_BYTES: u64 = 1 << 16;
 #[non_exhaustive]
 pub enum RecordingError {
     /// It cannot be written.
-    #[error("{}: cannot write the recording: {reason}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
+    #[error(transparent)]
+    Write(#[from] BagError),
+    /// There is no room for a file in a folder.
+    #[error("{}: cannot write a recording there: {reason}", folder.display())]
+    Folder {
+        /// The folder.
+        folder: PathBuf,
         /// What is wrong.
         reason: String,
     },

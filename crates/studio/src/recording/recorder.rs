@@ -44,14 +44,12 @@ impl Recorder {
     /// # Errors
     /// If that is not possible.
     pub fn create(path: &Path) -> Result<Self, RecordingError> {
-        let refused = |reason: String| RecordingError::Write { path: path.to_path_buf(), reason };
         let options = BagWriterOptions {
             image_encoding: ImageEncoding::Png,
             has_chunks: false,
             ..BagWriterOptions::default()
         };
-        let writer = BagWriter::create_file(path, BagTopics::default(), options)
-            .map_err(|error| refused(error.to_string()))?;
+        let writer = BagWriter::create_file(path, BagTopics::default(), options)?;
         Ok(Self { path: path.to_path_buf(), writer, scene: None, map: None, num_updates: 0 })
     }
 
@@ -80,7 +78,7 @@ impl Recorder {
         let at = input.map_or_else(|| Timestamp::default() + secs, Input::at);
         let written = self.write(update, at, input);
         self.num_updates += 1;
-        written.map_err(|error| RecordingError::Write { path: self.path.clone(), reason: error.to_string() })
+        Ok(written?)
     }
 
     /// The state comes last and ends the moment.
@@ -142,8 +140,7 @@ impl Recorder {
     /// # Errors
     /// If the disk is full or the like.
     pub fn finish(self) -> Result<(), RecordingError> {
-        let Self { path, writer, .. } = self;
-        writer.finish().map_err(|error| RecordingError::Write { path, reason: error.to_string() })
+        Ok(self.writer.finish()?)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{
     doors::{Door, place_doors},
+    found_nothing,
     notes::{Import, Notes, Part},
     walls::{self, Piece},
 };
@@ -126,6 +127,9 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
         let [from, to] = door.ends;
         let color = door.color.unwrap_or(SurfaceColor::RED);
         plan.doors.push(DoorPlan { from, to, height_m: 2.05, color, is_open: door.is_open });
+    }
+    if plan.walls.is_empty() && plan.corridors.is_empty() {
+        return Err(found_nothing("expected at least one wall", notes));
     }
     Ok(Import { plan, notes: notes.into_vec() })
 }

@@ -44,6 +44,14 @@ fn a_drawing_smaller_than_a_room_has_a_wrong_unit() {
 }
 
 #[test]
+fn doors_without_walls_are_no_plan_and_say_what_else_there_is() {
+    let text = "<svg xmlns=\"http://www.w3.org/2000/svg\"><text x=\"1\" y=\"1\">lab</text>\
+                <line id=\"door-1\" x1=\"0\" y1=\"0\" x2=\"2\" y2=\"0\" stroke=\"red\"/></svg>";
+    let error = read_svg("plan.svg", "plan", text).unwrap_err().to_string();
+    assert!(error.contains("expected at least one wall") && error.contains("<text>"), "{error}");
+}
+
+#[test]
 fn filled_walls_may_share_a_side() {
     let wall = |x: f64, y: f64, width: f64, height: f64| {
         format!("<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"black\"/>")
