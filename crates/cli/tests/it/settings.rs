@@ -233,7 +233,8 @@ fn options_for_parts_of_slam_that_are_off_are_refused() {
     }
     let orb = ["--set", "features.max_orb_distance=50", "--set", "features.descriptor=orb"];
     workspace.must(&[&base[..], &orb].concat());
-    workspace.must(&[&base[..], &["--set", "features={max_orb_distance = 50, descriptor = \"orb\"}"]].concat());
+    workspace
+        .must(&[&base[..], &["--set", "features={max_orb_distance = 50, descriptor = \"orb\"}"]].concat());
     workspace.write("orb.toml", "features.max_orb_distance = 50\n");
     let error = workspace.refused(&[&base[..], &["--config", "orb.toml"]].concat());
     assert!(error.contains("orb.toml: features.max_orb_distance: it would change nothing"), "{error}");

@@ -42,8 +42,10 @@ impl Tape {
 
     fn new_path(&self, scene: &str) -> Result<PathBuf, RecordingError> {
         let word: String = scene.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
-        new_file(&self.folder, &word, "mcap")
-            .map_err(|error| RecordingError::Folder { folder: self.folder.clone(), reason: error.to_string() })
+        new_file(&self.folder, &word, "mcap").map_err(|error| RecordingError::Folder {
+            folder: self.folder.clone(),
+            reason: error.to_string(),
+        })
     }
 
     /// Takes in what is shown. A moment is recorded once, however often it is shown. When time goes back, the recording ends;
