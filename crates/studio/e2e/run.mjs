@@ -6,7 +6,7 @@
 // `.ci/studio-e2e` installs what this needs. Every check tells what it saw; the first that fails ends the run.
 
 import { execFileSync } from "node:child_process";
-import { readdirSync } from "node:fs";
+import { existsSync, readdirSync } from "node:fs";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
@@ -326,6 +326,28 @@ async function maps(browser, url) {
   await page.context().close();
 }
 
+/** A room is taught, and the camera found in its map. */
+async function teaches(browser, url) {
+  const page = await open(browser, url);
+  await page.selectOption("#scene", "sim:room");
+  await until(page, () => !document.getElementById("save-taught").disabled && window.studio.store.arrays.landmarks?.length > 900);
+  const saved = () => window.studio.store.latest.taught;
+  await page.click("#save-taught");
+  await until(page, saved);
+  const { file, num_keyframes } = await page.evaluate(saved);
+  check(existsSync(file) && file.endsWith(".vmap") && num_keyframes > 3, `the map of a room is saved: ${num_keyframes} keyframes`);
+  if (pictures) await page.screenshot({ path: join(pictures, "teach.png") });
+  await page.click("#find-in-taught");
+  await until(page, () => window.studio.store.scene.does === "find" && window.studio.store.state.is_lost === false);
+  await page.click("#kidnap");
+  await until(page, () => window.studio.store.state.controls.is_held);
+  await until(page, () => !window.studio.store.state.controls.is_held && window.studio.store.state.is_lost === false);
+  const error = (await state(page)).values[0][0];
+  check(error < 0.2, `carried elsewhere, the camera is found in that map (${error.toFixed(3)} m)`);
+  if (pictures) await page.screenshot({ path: join(pictures, "taught.png") });
+  await page.context().close();
+}
+
 /** Any source: here a simulation, and a bag. */
 async function sources(browser, bag) {
   for (const args of [["sim:robocup"], [bag, "--map", "robocup-spl-2010"]]) {
@@ -369,6 +391,7 @@ async function main() {
     await byHand((options) => open(browser, other, options), check, pictures);
     await renderers(browser, url);
     await maps(browser, url);
+    await teaches(browser, url);
     await team((options) => open(browser, url, options), SCREENS["390x844"], check, pictures);
     await stale(browser);
     await wrongToken(browser, programs, check);

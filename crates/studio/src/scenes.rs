@@ -16,7 +16,7 @@ use crate::{
     playground::{PLACES, Playground},
     replay::Replay,
     server::{Remote, RemoteSession},
-    slam::{ImagesOpener, SequenceSource, SlamSession},
+    slam::{ImagesOpener, Job, SequenceSource, SlamSession, TaughtMaps},
     source::{FramesOpener, SourceSession},
     team::TeamSession,
 };
@@ -29,6 +29,9 @@ const TOUR: &str = "sim:";
 const MAP: &str = "map-";
 /// Before the number of a source.
 const SOURCE: &str = "source-";
+/// Before the number of a map that was made at the page: to find the camera in it, and to go on in it.
+const TAUGHT: &str = "taught-";
+const TEACH: &str = "teach-";
 /// The robot elsewhere.
 const ROBOT: &str = "robot";
 
@@ -75,6 +78,7 @@ pub struct Scenes {
     seed: u64,
     recordings: Vec<PathBuf>,
     maps: Vec<PathBuf>,
+    taught: TaughtMaps,
     folder: PathBuf,
     sources: Vec<NamedSource>,
     robot: Option<Remote>,
@@ -92,6 +96,7 @@ impl Scenes {
             seed,
             recordings: Vec::new(),
             maps: Vec::new(),
+            taught: TaughtMaps::default(),
             folder: std::env::temp_dir(),
             sources: Vec::new(),
             robot: None,
@@ -106,7 +111,7 @@ impl Scenes {
         Self { recordings, ..self }
     }
 
-    /// Where recordings are kept, and results of computing them again meanwhile.
+    /// Where recordings and maps are kept, and results of computing recordings again meanwhile.
     #[must_use]
     pub fn with_folder(self, folder: PathBuf) -> Self {
         Self { folder, ..self }
@@ -158,23 +163,36 @@ impl Scenes {
         let recording =
             |(i, path): (usize, &PathBuf)| scene(&format!("{RECORDING}{i}"), "Recordings", short(path));
         let recordings = self.recordings.iter().enumerate().map(recording);
-        robot.chain(sources).chain(recordings).chain(places).chain(team).chain(maps).chain(tours).collect()
+        let of_taught = self.taught.all().into_iter().enumerate().flat_map(|(i, map)| {
+            let name = short(&map.path);
+            let find = scene(&format!("{TAUGHT}{i}"), "Taught maps", name);
+            [find, scene(&format!("{TEACH}{i}"), "Taught maps", &format!("{name}, go on"))]
+        });
+        let taught: Vec<Value> = of_taught.collect();
+        robot
+            .chain(sources)
+            .chain(taught)
+            .chain(recordings)
+            .chain(places)
+            .chain(team)
+            .chain(maps)
+            .chain(tours)
+            .collect()
     }
 
-    fn slam(
-        &self,
-        scene: &str,
-        from: SequenceSource,
-        map: Option<Arc<VisualMap>>,
-    ) -> Result<Box<dyn Session>, StudioError> {
-        let more = json!({ "scene": scene, "scenes": self.list() });
-        Ok(Box::new(SlamSession::open(from, map, more, self.slam_clock.clone(), self.seed)?))
+    fn slam(&self, scene: &str, from: SequenceSource, job: Job) -> Result<Box<dyn Session>, StudioError> {
+        let does = if matches!(job, Job::Teach(_)) { "teach" } else { "find" };
+        let more = json!({ "scene": scene, "scenes": self.list(), "does": does });
+        let session = SlamSession::open(from, job, more, self.slam_clock.clone(), self.seed)?;
+        Ok(Box::new(session.with_shelf(self.folder.clone(), self.taught.clone())))
     }
 
     fn source(&self, scene: &str, source: &NamedSource) -> Result<Box<dyn Session>, StudioError> {
         let NamedSource { name, is_live, opener } = source.clone();
         match opener {
-            SourceOpener::Images(open) => self.slam(scene, SequenceSource::Other(name, open, is_live), None),
+            SourceOpener::Images(open) => {
+                self.slam(scene, SequenceSource::Other(name, open, is_live), Job::Teach(None))
+            }
             SourceOpener::InMap(open, map) => {
                 // Somebody can take the camera of a simulated tour into their hands.
                 let tour = name.strip_prefix(TOUR).filter(|tour| TOURS.iter().any(|(name, ..)| name == tour));
@@ -182,7 +200,7 @@ impl Scenes {
                     Some(tour) => SequenceSource::Tour(tour.to_owned()),
                     None => SequenceSource::Other(name, open, is_live),
                 };
-                self.slam(scene, from, Some(map))
+                self.slam(scene, from, Job::Find(map))
             }
             SourceOpener::Frames(open) => {
                 let more = json!({ "scene": scene, "scenes": self.list() });
@@ -226,11 +244,18 @@ impl Engine for Scenes {
             let playground = Playground::on_map(&path, scene, self.seed, self.clock.clone(), self.list())?;
             return Ok(Box::new(playground));
         }
+        let taught = self.taught.all();
+        if let Some(known) = named(scene, TAUGHT, &taught) {
+            return self.slam(scene, known.from.clone(), Job::Find(known.map.clone()));
+        }
+        if let Some(known) = named(scene, TEACH, &taught) {
+            return self.slam(scene, known.from.clone(), Job::Teach(Some(known.map.clone())));
+        }
         if scene.strip_prefix(TOUR) == Some(TEAM) {
             return Ok(Box::new(TeamSession::new(self.seed, self.clock.clone(), self.list())?));
         }
         if let Some(name) = scene.strip_prefix(TOUR) {
-            return self.slam(scene, SequenceSource::Tour(name.to_owned()), None);
+            return self.slam(scene, SequenceSource::Tour(name.to_owned()), Job::Teach(None));
         }
         let list = self.list();
         if !PLACES.iter().any(|place| place.id == scene) {

@@ -3,7 +3,8 @@
 import { byId, make, setText } from "./dom.js";
 
 /** Id, label, and whether the tab has anything to say about a scene, of which a robot elsewhere may be driven. */
-const TABS = [["team", "Team", (scene) => Boolean(scene.team)], ["drive", "Drive", (scene, canDrive) => scene.mode === "playground" || canDrive],
+const TABS = [["team", "Team", (scene) => Boolean(scene.team)], ["teach", "Teach", (scene) => scene.mode === "slam" && Boolean(scene.does)],
+  ["drive", "Drive", (scene, canDrive) => scene.mode === "playground" || canDrive],
   ["world", "World", (scene) => scene.mode === "playground"],
   ["algorithms", "Algorithms", (scene) => Boolean(scene.pipeline)], ["facts", "Numbers", () => true]];
 
@@ -43,6 +44,7 @@ export class Tabs {
     setText(byId("tab-algorithms"), scene.presets ? "Parameters" : "Algorithms");
     const shown = this.buttons.find(({ id }) => id === this.shown);
     if (scene.team && isOther) this.show("team");
+    else if (isOther && !this.buttons.find(({ id }) => id === "teach").button.hidden) this.show("teach");
     else if (shown?.button.hidden && scene.mode === "playground") this.show("drive");
     else if (shown?.button.hidden) this.show(["replay", "watch"].includes(scene.mode) && scene.pipeline ? "algorithms" : "facts");
   }

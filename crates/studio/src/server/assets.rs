@@ -78,6 +78,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/space_actors.js", SCRIPT, "js/space_actors.js"),
     asset!("/js/store.js", SCRIPT, "js/store.js"),
     asset!("/js/tabs.js", SCRIPT, "js/tabs.js"),
+    asset!("/js/teach_panel.js", SCRIPT, "js/teach_panel.js"),
     asset!("/js/team_actors.js", SCRIPT, "js/team_actors.js"),
     asset!("/js/team_panel.js", SCRIPT, "js/team_panel.js"),
     asset!("/js/theme.js", SCRIPT, "js/theme.js"),

@@ -1,6 +1,6 @@
 //! Where the images of a session come from.
 
-use std::sync::Arc;
+use std::{path::Path, sync::Arc};
 
 use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, geom::Camera};
 use visloc_sim::CameraTour;
@@ -33,6 +33,15 @@ pub enum SequenceSource {
     Tour(String),
     /// Anything else, with its name, and whether it goes on by itself.
     Other(String, ImagesOpener, bool),
+}
+
+impl SequenceSource {
+    /// The name as the beginning of that of a file.
+    pub(super) fn stem(&self) -> String {
+        let (Self::Tour(name) | Self::Other(name, ..)) = self;
+        let name = Path::new(name).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
+    }
 }
 
 /// Images of a session.

@@ -2,7 +2,7 @@
 //!
 //! `viewer` takes moments out of a running system, wherever it runs, and `moment` makes messages of them; `display` takes the map's frame to the one that is shown;
 //! `shapes` turns the map into arrays; `in_map` adds what is known of a place in an earlier map, in words by `told`. `session` runs a
-//! `system` on a sequence in the studio, with `images` from anywhere and `parameters` that people change.
+//! `system` on a sequence in the studio, with `images` from anywhere and `parameters` that people change; what it was `taught` is saved.
 
 mod display;
 mod images;
@@ -12,6 +12,7 @@ mod parameters;
 mod session;
 mod shapes;
 mod system;
+mod taught;
 mod told;
 mod viewer;
 
@@ -20,4 +21,5 @@ pub use in_map::MapViewer;
 pub use moment::SlamMoment;
 pub use parameters::SlamSettings;
 pub use session::SlamSession;
+pub use taught::{Job, TaughtMap, TaughtMaps};
 pub use viewer::SlamViewer;

@@ -1,16 +1,16 @@
 //! SLAM in the studio.
 
-use std::sync::Arc;
+use std::{path::PathBuf, sync::Arc};
 
 use serde_json::{Value, json};
 use visloc_core::{Clock, GrayFrame};
 use visloc_slam::{FrameOutcome, PRESETS};
-use visloc_vmap::VisualMap;
 
 use super::{
     images::{Images, SequenceSource},
     parameters::SlamSettings,
     system::{Start, System},
+    taught::{Job, TaughtMaps},
 };
 use crate::{
     Command, Session, StudioError, Update, message::lay_over, playback::Playback, recording::Input,
@@ -36,7 +36,11 @@ struct Running {
 /// SLAM, or a camera in the map of an earlier session, on a sequence that is played and stepped.
 pub struct SlamSession {
     from: SequenceSource,
-    map: Option<Arc<VisualMap>>,
+    job: Job,
+    /// Where maps are saved, and where they are known then.
+    shelf: Option<(PathBuf, TaughtMaps)>,
+    /// What was saved last, for the page.
+    saved: Value,
     more: Value,
     clock: Clock,
     seed: u64,
@@ -49,23 +53,24 @@ pub struct SlamSession {
 }
 
 impl SlamSession {
-    /// Opens a sequence; `more` is laid over the scene message, `clock` measures stages. With a map of an earlier session the camera is
-    /// found in it.
+    /// Opens a sequence; `more` is laid over the scene message, `clock` measures stages.
     ///
     /// # Errors
     /// If there is no such sequence.
     pub fn open(
         from: SequenceSource,
-        map: Option<Arc<VisualMap>>,
+        job: Job,
         more: Value,
         clock: Clock,
         seed: u64,
     ) -> Result<Self, StudioError> {
         let settings = SlamSettings::preset(PRESETS[0].name)?;
-        let running = Running::start((&from, map.as_deref()), &more, clock.clone(), seed, &settings)?;
+        let running = Running::start((&from, &job), &more, clock.clone(), seed, &settings)?;
         let mut session = Self {
             from,
-            map,
+            job,
+            shelf: None,
+            saved: Value::Null,
             more,
             clock,
             seed,
@@ -80,9 +85,30 @@ impl SlamSession {
         Ok(session)
     }
 
+    /// Maps can be saved into a folder, and are known to others then.
+    #[must_use]
+    pub fn with_shelf(self, folder: PathBuf, taught: TaughtMaps) -> Self {
+        Self { shelf: Some((folder, taught)), ..self }
+    }
+
+    /// Saves the map so far.
+    fn save(&mut self) -> Result<(), StudioError> {
+        let nothing = |found: &str| StudioError::command("map", "one that is being made", found);
+        let (folder, taught) = self.shelf.as_ref().ok_or_else(|| nothing("no place to save it"))?;
+        let Job::Teach(known) = &self.job else { return Err(nothing("one that stays as it is")) };
+        let made =
+            self.running.system.taught(known.as_deref(), self.seed).ok_or_else(|| nothing("none yet"))?;
+        let (num_keyframes, num_landmarks) =
+            (made.0.map.all_keyframes().count(), made.0.map.landmarks().count());
+        let number = taught.save(folder, made, &self.from)?;
+        let file = taught.all()[number].path.display().to_string();
+        self.saved = json!({ "file": file, "number": number, "num_keyframes": num_keyframes, "num_landmarks": num_landmarks });
+        Ok(())
+    }
+
     /// From the beginning.
     fn restart(&mut self, seed: u64, settings: SlamSettings) -> Result<(), StudioError> {
-        let what = (&self.from, self.map.as_deref());
+        let what = (&self.from, &self.job);
         self.running = Running::start(what, &self.more, self.clock.clone(), seed, &settings)?;
         (self.seed, self.settings) = (seed, settings);
         self.is_over = false;
@@ -115,19 +141,21 @@ impl SlamSession {
 
 impl Running {
     fn start(
-        (from, map): (&SequenceSource, Option<&VisualMap>),
+        (from, job): (&SequenceSource, &Job),
         more: &Value,
         clock: Clock,
         seed: u64,
         settings: &SlamSettings,
     ) -> Result<Self, StudioError> {
         let (images, truth, title) = Images::open(from, seed)?;
-        let mut fields =
-            if map.is_some() { settings.scene_fields_in_map()? } else { settings.scene_fields()? };
+        let mut fields = match job {
+            Job::Teach(None) => settings.scene_fields()?,
+            Job::Teach(Some(_)) | Job::Find(_) => settings.scene_fields_in_map()?,
+        };
         lay_over(&mut fields, &json!({ "seed": seed, "has_hands": images.hands().is_some() }));
         lay_over(&mut fields, more);
         let (camera, config) = (images.camera(), settings.config());
-        let start = Start { camera, title: &title, truth, map, config, seed, clock, fields };
+        let start = Start { camera, title: &title, truth, job, config, seed, clock, fields };
         Ok(Self { system: System::start(start)?, images, last: None, image: None })
     }
 }
@@ -143,6 +171,7 @@ impl Session for SlamSession {
             Command::Reset { seed } => self.restart(*seed, self.settings.clone())?,
             Command::Kidnap { robot: None, .. } if self.running.images.kidnap() => {}
             Command::Cover { is_on } if self.running.images.cover(*is_on) => {}
+            Command::Save {} => self.save()?,
             command if self.playback.handle(command)? => {}
             command => {
                 let Some(settings) = self.settings.changed(command)? else {
@@ -196,6 +225,7 @@ impl Session for SlamSession {
         let hands = self.running.images.hands();
         let mut more = json!({
             "seed": self.seed,
+            "taught": self.saved,
             "controls": hands.map(|(is_covered, is_held)| json!({ "is_covered": is_covered, "is_held": is_held })),
         });
         lay_over(&mut more, &self.playback.fields());

@@ -5,10 +5,15 @@ use visloc_core::{
     CameraTrajectory, Clock, GrayFrame, Timestamp,
     geom::{Camera, CameraFrame, Rigid3, World},
 };
-use visloc_slam::{FrameOutcome, Slam, SlamConfig, SlamFrame};
-use visloc_vmap::{MapLocalizer, VisualMap};
+use visloc_slam::{FrameOutcome, Schedule, Slam, SlamConfig, SlamFrame};
+use visloc_vmap::{MapLocalizer, Session, VisualMap};
 
-use super::{in_map::MapViewer, moment::SlamMoment, viewer::SlamViewer};
+use super::{
+    in_map::MapViewer,
+    moment::SlamMoment,
+    taught::{Job, PROGRAM},
+    viewer::SlamViewer,
+};
 use crate::StudioError;
 
 /// A running system and what shows it.
@@ -24,7 +29,7 @@ pub(super) struct Start<'a> {
     pub camera: &'a Camera,
     pub title: &'a str,
     pub truth: Option<CameraTrajectory>,
-    pub map: Option<&'a VisualMap>,
+    pub job: &'a Job,
     pub config: &'a SlamConfig,
     pub seed: u64,
     pub clock: Clock,
@@ -38,12 +43,19 @@ impl System {
     /// # Errors
     /// If a parameter is out of range.
     pub fn start(start: Start<'_>) -> Result<Self, StudioError> {
-        let Start { camera, title, truth, map, config, seed, clock, fields } = start;
+        let Start { camera, title, truth, job, config, seed, clock, fields } = start;
         let refused = |error: visloc_slam::ConfigError| StudioError::input("SLAM", error);
-        let Some(map) = map else {
-            let mut slam = Slam::new(camera, config, seed).map_err(refused)?;
-            slam.set_clock(clock);
-            return Ok(Self::Mapping(Box::new(slam), SlamViewer::new(camera, title, truth, fields)));
+        let map = match job {
+            Job::Find(map) => map,
+            Job::Teach(known) => {
+                let slam = match known {
+                    Some(known) => Slam::resume(known.map.clone(), camera, config, seed, Schedule::default()),
+                    None => Slam::new(camera, config, seed),
+                };
+                let mut slam = slam.map_err(refused)?;
+                slam.set_clock(clock);
+                return Ok(Self::Mapping(Box::new(slam), SlamViewer::new(camera, title, truth, fields)));
+            }
         };
         let mut localizer = MapLocalizer::in_map(map, camera, config, seed).map_err(refused)?;
         localizer.set_clock(clock);
@@ -88,6 +100,25 @@ impl System {
             (Self::Mapping(..), None) => Ok(None),
             (Self::InMap(localizer, viewer), _) => viewer.moment(localizer, frame, more),
         }
+    }
+
+    /// The map so far, which may have begun with a known one, and the system that makes it; in the frame of the truth if that is known. `None`
+    /// if there is no map yet, or if a map of an earlier session stays as it is.
+    pub fn taught(&self, known: Option<&VisualMap>, seed: u64) -> Option<(VisualMap, &Slam)> {
+        let Self::Mapping(slam, viewer) = self else { return None };
+        slam.map().all_keyframes().next()?;
+        let session = Session {
+            source: viewer.title().to_owned(),
+            program: PROGRAM.to_owned(),
+            num_images: viewer.num_frames(),
+            seed,
+        };
+        let mut map = known.cloned().unwrap_or_default().after(slam, session);
+        if let (Some(largest), Some(truth)) = (map.largest(), viewer.truth()) {
+            // Where too little is known of the truth it has a frame and a unit of its own.
+            let _ = map.align(largest, truth);
+        }
+        Some((map, slam))
     }
 
     /// What shows the system.

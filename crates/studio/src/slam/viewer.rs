@@ -98,6 +98,21 @@ impl SlamViewer {
         self.display.set_truth(truth);
     }
 
+    /// What is shown.
+    pub(super) fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Frames that were taken in.
+    pub(super) fn num_frames(&self) -> u64 {
+        self.first_at.map_or(0, |_| self.number + 1)
+    }
+
+    /// Where the camera was and will be, if that is known.
+    pub(super) fn truth(&self) -> Option<&CameraTrajectory> {
+        self.display.truth()
+    }
+
     /// Where the camera was, if that is known.
     #[must_use]
     pub fn world_from_camera(&self, at: Timestamp) -> Option<&Rigid3<World, CameraFrame>> {

@@ -7,10 +7,10 @@ use visloc_core::{Clock, ImageSource};
 use visloc_sim::CameraTour;
 use visloc_slam::{Slam, SlamConfig};
 use visloc_studio::{
-    Message, Session, StudioError,
+    Engine, Message, Scenes, Session, StudioError,
     recording::{Recorder, RecordingIndex},
     replay::Replay,
-    slam::{OpenCamera, SequenceSource, SlamSession},
+    slam::{Job, OpenCamera, SequenceSource, SlamSession},
 };
 use visloc_vmap::VisualMap;
 
@@ -20,7 +20,7 @@ use crate::support::{command_of, scene, state, steps, tell};
 fn a_tour_makes_a_map_that_is_shown_in_the_frame_of_the_truth() {
     let from = SequenceSource::Tour("room".to_owned());
     let mut session =
-        SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap();
+        SlamSession::open(from, Job::Teach(None), json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap();
     steps(&mut session, 50);
     let update = session.update(None).unwrap();
     assert_eq!(scene(&update)["world"]["kind"], "space");
@@ -40,7 +40,8 @@ const SHOWN: [&str; 6] = ["landmarks", "candidates", "keyframes", "links", "traj
 fn record(path: &Path, num_frames: usize, seed: u64) {
     let from = SequenceSource::Tour("room".to_owned());
     let mut session =
-        SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), seed).unwrap();
+        SlamSession::open(from, Job::Teach(None), json!({ "scene": "sim:room" }), Clock::still(), seed)
+            .unwrap();
     tell(&mut session, json!({ "type": "parameter", "path": "tracking.max_matches", "value": 130 }));
     let mut recorder = Recorder::create(path).unwrap();
     for frame in 0..num_frames {
@@ -140,7 +141,9 @@ fn a_recording_is_computed_with_another_preset_and_as_recorded_again() {
 
 #[test]
 fn an_unknown_sequence_is_refused() {
-    let open = |from| SlamSession::open(from, None, json!({}), Clock::still(), 1).err().unwrap().to_string();
+    let open = |from| {
+        SlamSession::open(from, Job::Teach(None), json!({}), Clock::still(), 1).err().unwrap().to_string()
+    };
     assert!(open(SequenceSource::Tour("moon".to_owned())).contains("room"));
     let nowhere =
         |_| Err(StudioError::Input { origin: "/nowhere".to_owned(), reason: "not there".to_owned() });
@@ -150,7 +153,7 @@ fn an_unknown_sequence_is_refused() {
 
 fn room() -> SlamSession {
     let from = SequenceSource::Tour("room".to_owned());
-    SlamSession::open(from, None, json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap()
+    SlamSession::open(from, Job::Teach(None), json!({ "scene": "sim:room" }), Clock::still(), 1).unwrap()
 }
 
 /// Frames within which a kidnapped camera finds itself, ten seconds.
@@ -213,7 +216,7 @@ fn images_of_any_source_are_followed_to_their_end() {
         Ok(OpenCamera { truth: Some(tour.truth()), images: Box::new(tour) })
     };
     let from = SequenceSource::Other("any".to_owned(), Arc::new(open), false);
-    let mut session = SlamSession::open(from, None, json!({}), Clock::still(), 1).unwrap();
+    let mut session = SlamSession::open(from, Job::Teach(None), json!({}), Clock::still(), 1).unwrap();
     while session.step_secs().is_some() {
         session.step().unwrap();
         std::thread::yield_now();
@@ -244,7 +247,7 @@ fn taught() -> Arc<VisualMap> {
 fn a_camera_is_found_in_the_map_of_an_earlier_session_also_after_a_kidnap() {
     let from = SequenceSource::Tour("room".to_owned());
     let more = json!({ "scene": "source-0" });
-    let mut session = SlamSession::open(from, Some(taught()), more, Clock::still(), 5).unwrap();
+    let mut session = SlamSession::open(from, Job::Find(taught()), more, Clock::still(), 5).unwrap();
     steps(&mut session, 20);
     let update = session.update(None).unwrap();
     assert_eq!(scene(&update)["plots"][1]["title"], json!("Reliability"));
@@ -277,7 +280,8 @@ fn a_recording_of_a_camera_in_a_map_is_replayed_but_not_computed_without_the_map
     let path = folder.path().join("in-map.mcap");
     let from = SequenceSource::Tour("room".to_owned());
     let mut session =
-        SlamSession::open(from, Some(taught()), json!({ "scene": "source-0" }), Clock::still(), 1).unwrap();
+        SlamSession::open(from, Job::Find(taught()), json!({ "scene": "source-0" }), Clock::still(), 1)
+            .unwrap();
     let mut recorder = Recorder::create(&path).unwrap();
     for frame in 0..5 {
         let update = session.update(None).unwrap();
@@ -289,4 +293,40 @@ fn a_recording_of_a_camera_in_a_map_is_replayed_but_not_computed_without_the_map
     assert_eq!(scene(&replay.update(None).unwrap())["recording"]["can_recompute"], json!(false));
     let (state, _) = shown(&mut replay, 4);
     assert!(state.header["values"][1][0].as_f64().unwrap() > 0.6);
+}
+
+#[test]
+fn a_room_is_taught_at_the_page_and_the_camera_found_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut scenes = Scenes::new(Clock::still(), Clock::still(), 1).with_folder(folder.path().to_path_buf());
+    let mut session = scenes.open("sim:room").unwrap();
+    let save = || command_of(json!({ "type": "save" }));
+    let early = session.handle(&save()).unwrap_err().to_string();
+    assert!(early.contains("found none yet"), "{early}");
+    steps(&mut *session, 90);
+    session.handle(&save()).unwrap();
+    let taught = state(&mut *session)["taught"].clone();
+    assert!(taught["num_keyframes"].as_u64().unwrap() > 3 && taught["num_landmarks"].as_u64().unwrap() > 100);
+    let file = folder.path().join("room-001.vmap");
+    assert_eq!(taught["file"], json!(file));
+    assert_eq!(visloc_vmap::load(&file).unwrap().map.sessions[0].num_images, 91);
+
+    let mut session = scenes.open("taught-0").unwrap();
+    assert_eq!(scene(&session.update(None).unwrap())["does"], json!("find"));
+    steps(&mut *session, 20);
+    let found = state(&mut *session);
+    assert_eq!(found["is_lost"], json!(false));
+    let error_m = found["values"][0][0].as_f64().unwrap();
+    assert!(error_m < 0.1, "{error_m} m from the truth");
+    let refused = session.handle(&save()).unwrap_err().to_string();
+    assert!(refused.contains("stays as it is"), "{refused}");
+
+    // Who goes on in it adds to what was known.
+    let mut session = scenes.open("teach-0").unwrap();
+    steps(&mut *session, 150);
+    session.handle(&save()).unwrap();
+    let more = state(&mut *session)["taught"].clone();
+    assert_eq!(more["file"], json!(folder.path().join("room-002.vmap")));
+    assert!(more["num_keyframes"].as_u64() > taught["num_keyframes"].as_u64(), "{more} after {taught}");
+    assert!(scenes.open("taught-2").is_err());
 }
