@@ -4,7 +4,7 @@ use std::{
     io::{self, Write},
     process,
     sync::{
-        OnceLock,
+        Arc, OnceLock,
         atomic::{AtomicBool, Ordering},
     },
     thread,
@@ -50,6 +50,9 @@ pub fn watch_signals() {
         let _ = flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), sign());
         let _ = flag::register(signal, sign());
     }
+    // A file that has become too large for the user's limit is an error like a full disk then.
+    #[cfg(unix)]
+    let _ = flag::register(consts::SIGXFSZ, Arc::default());
     let _ = thread::Builder::new().spawn(end_unseen);
 }
 

@@ -330,12 +330,12 @@ async function maps(browser, url) {
 async function teaches(browser, url) {
   const page = await open(browser, url);
   await page.selectOption("#scene", "sim:room");
-  await until(page, () => !document.getElementById("save-taught").disabled && window.studio.store.arrays.landmarks?.length > 900);
+  await until(page, () => !document.getElementById("save-taught").disabled && window.studio.store.arrays.keyframes?.length >= 12 * 10);
   const saved = () => window.studio.store.latest.taught;
   await page.click("#save-taught");
   await until(page, saved);
   const { file, num_keyframes } = await page.evaluate(saved);
-  check(existsSync(file) && file.endsWith(".vmap") && num_keyframes > 3, `the map of a room is saved: ${num_keyframes} keyframes`);
+  check(existsSync(file) && file.endsWith(".vmap") && num_keyframes >= 10, `the map of a room is saved: ${num_keyframes} keyframes`);
   if (pictures) await page.screenshot({ path: join(pictures, "teach.png") });
   await page.click("#find-in-taught");
   await until(page, () => window.studio.store.scene.does === "find" && window.studio.store.state.is_lost === false);

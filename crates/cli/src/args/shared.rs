@@ -41,10 +41,29 @@ pub struct BroadcastArgs {
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = address_and_port)]
     pub publish: Option<SocketAddr>,
     /// What those who watch must know [default: a random one, printed]
-    #[arg(long, value_name = "TOKEN", requires = "publish")]
+    #[arg(long, value_name = "TOKEN", requires = "publish", value_parser = token)]
     pub token: Option<String>,
     #[command(flatten)]
     pub drive: DriveArgs,
+}
+
+/// A secret that can stand in an address and on a command line as it is.
+pub fn token(text: &str) -> Result<String, String> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.~".contains(c);
+    if text.is_empty() || !text.chars().all(is_plain) {
+        return Err("expected letters, digits, -, _, . or ~, at least one".to_owned());
+    }
+    Ok(text.to_owned())
+}
+
+/// The address of another computer with a port.
+pub fn host_and_port(text: &str) -> Result<String, String> {
+    let port = text
+        .rsplit_once(':')
+        .filter(|(host, _)| !host.is_empty())
+        .and_then(|(_, port)| port.parse::<u16>().ok());
+    port.map(|_| text.to_owned())
+        .ok_or_else(|| "expected a computer and a port, such as robot.local:7979".to_owned())
 }
 
 /// An address of this computer with a port.

@@ -7,6 +7,7 @@ use clap::Args;
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg, SeedArg, SourceArgs, TopicArgs,
     number::whole,
+    shared::{host_and_port, token},
 };
 
 /// Arguments of `visloc studio`.
@@ -53,10 +54,10 @@ pub struct StudioArgs {
     #[arg(long, value_name = "SOURCE")]
     pub sequence: Vec<InputName>,
     /// Watch a robot elsewhere, where visloc localize or slam runs with --publish
-    #[arg(long, value_name = "HOST:PORT", conflicts_with = "scene")]
+    #[arg(long, value_name = "HOST:PORT", conflicts_with = "scene", value_parser = host_and_port)]
     pub connect: Option<String>,
     /// What the robot elsewhere asks for; it printed it
-    #[arg(long, value_name = "TOKEN", requires = "connect", conflicts_with = "scene")]
+    #[arg(long, value_name = "TOKEN", requires = "connect", conflicts_with = "scene", value_parser = token)]
     pub token: Option<String>,
     /// Where the page's button puts recordings [default: out/studio]
     #[arg(long, value_name = "DIR")]

@@ -85,7 +85,7 @@ pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account)
     ];
     texts.into_iter().try_for_each(|(name, text)| {
         let path = folder.join(name);
-        files::replace(&path, text).with_context(|| format!("{}: cannot write it", path.display()))
+        files::write(&path, text).with_context(|| format!("{}: cannot write it", path.display()))
     })
 }
 

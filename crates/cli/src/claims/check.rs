@@ -18,6 +18,11 @@ use crate::{args::STANDARD_OUTPUT, say};
 
 /// Endings of recordings, and how they begin.
 const RECORDING_ENDINGS: [&str; 4] = ["mcap", "db3", "bag", "rrd"];
+/// Endings of files that are no recordings of ours; any other one is part of the name of a folder.
+const FOREIGN_ENDINGS: [&str; 20] = [
+    "bag", "db3", "mp4", "mov", "mkv", "avi", "png", "jpg", "jpeg", "txt", "csv", "json", "toml", "yaml",
+    "tum", "gz", "zst", "lz4", "zip", "tar",
+];
 const RECORDING_STARTS: [&[u8]; 4] = [b"\x89MCAP", b"SQLite format 3\0", b"#ROSBAG V", b"RRF"];
 
 impl Claims {
@@ -60,6 +65,14 @@ impl Claims {
             let kept = files::kept_path(written);
             if output.identity.kind() == Kind::File && Identity::of(&kept).is_node_of(&output.identity) {
                 say::note!("{}: the file that was there is kept as {}", output.text, kept.display());
+            }
+            let kept = files::kept_path(&files::part_path(written));
+            if Identity::of(&kept).is_node_of(&output.part) {
+                say::note!(
+                    "{}: the unfinished one that was there is kept as {}",
+                    output.text,
+                    kept.display()
+                );
             }
         }
     }
@@ -109,6 +122,10 @@ fn check_input(input: &Input, output: &Output) -> Result<()> {
             bail!("{}: what is there is kept as {}, which is read", output.text, kept.display());
         }
     }
+    let part = files::part_path(written.path());
+    if output.use_as != UseAs::Folder && Identity::of(&part).is(read) {
+        bail!("{}: until it is complete it is {}, which is read", output.text, part.display());
+    }
     if output.use_as == UseAs::Map && input.is_map && written.is(read) {
         return Ok(());
     }
@@ -148,7 +165,7 @@ fn check_ending(output: &Output) -> Result<()> {
     {
         bail!("{}: expected a name that ends with .{wanted}, which is what is written", output.text);
     }
-    let is_foreign = output.use_as == UseAs::Recording && has_ending(&output.path, &["bag", "db3"]);
+    let is_foreign = output.use_as == UseAs::Recording && has_ending(&output.path, &FOREIGN_ENDINGS);
     if is_foreign && output.identity.kind() != Kind::Folder {
         bail!(
             "{}: recordings are written as MCAP: name it .mcap, or without an ending for a folder",

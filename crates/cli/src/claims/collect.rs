@@ -45,6 +45,8 @@ pub(super) struct Output {
     /// The only ending that fits what is written.
     pub ending: Option<String>,
     pub identity: Identity,
+    /// What an earlier run has left unfinished.
+    pub part: Identity,
 }
 
 /// What is made of an output.
@@ -126,6 +128,7 @@ impl Claims {
             use_as,
             ending: None,
             identity: Identity::of(path),
+            part: Identity::of(&files::part_path(path)),
         });
     }
 }

@@ -16,7 +16,7 @@ use visloc_io::{
 use crate::{
     args::{CameraArgs, CameraCommand, FormatArg},
     calibration::{Start, by_hand_page},
-    run::write_text,
+    run::{expect_new_folder, write_text},
     say,
 };
 
@@ -82,6 +82,7 @@ fn board_svg(board: &Board) -> String {
 
 fn render_pictures(camera: &Path, board: &Board, count: u32, folder: &Path, seed: u64) -> Result<()> {
     let camera = read_camera(camera)?;
+    expect_new_folder(folder)?;
     for index in 0..count {
         let mut rng = RngTree::new(seed).stream("board", u64::from(index));
         let pose = random_pose(board, &camera, &mut rng).ok_or_else(|| {

@@ -108,7 +108,7 @@ fn default_bag(scenario: &str) -> PathBuf {
 
 /// `BAG.truth.tum` beside a file, `truth.tum` in a folder.
 fn truth_path(bag: &Path) -> PathBuf {
-    if bag.extension().is_some_and(|extension| extension == "mcap") {
+    if bag.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
         bag.with_extension("truth.tum")
     } else {
         bag.join("truth.tum")

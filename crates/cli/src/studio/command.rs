@@ -92,6 +92,10 @@ fn start_engine(
 ) -> Result<JoinHandle<()>> {
     let hub = Arc::clone(hub);
     let robot = args.connect.clone().map(|address| Remote { address, token: args.token.clone() });
+    for path in &args.replay {
+        // Before the page opens, whichever of them is shown first.
+        RecordingIndex::open(path)?;
+    }
     let mut scenes = Scenes::new(clock.clone(), Clock::new(thread_cpu_secs), args.seed.value())
         .with_recordings(args.replay.iter().map(|path| path.to_path_buf()).collect())
         .with_folder(args.recordings().to_path_buf())

@@ -15,6 +15,8 @@ const CLAIM_TRIES: (u32, Duration) = (40, Duration::from_millis(5));
 /// The same for the reader of a pipe: a shell starts both ends at once.
 #[cfg(unix)]
 const READER_TRIES: (u32, Duration) = (40, Duration::from_millis(50));
+/// Links that lead to links are followed so far, as the system does.
+const MAX_LINKS: usize = 40;
 
 /// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched, and then it
 /// is kept as [`kept_path`], unless it is empty or the same.
@@ -96,7 +98,8 @@ impl NewFile {
         if let Some(stream) = own_stream(path)? {
             return Ok(Self { path: path.to_path_buf(), sink: Sink::Stream(BufWriter::new(Stream(stream))) });
         }
-        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+        refuse_folder_name(path)?;
+        let path = target_of(path);
         if let Ok(found) = fs::metadata(&path) {
             refuse_folder(&found)?;
             // Who may not write a file must not replace it either, which the rights of the folder alone would allow.
@@ -264,6 +267,30 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Where a path leads through links, the last of which may lead to a file that is not there yet.
+fn target_of(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    for _ in 0..MAX_LINKS {
+        if let Ok(found) = fs::canonicalize(&target) {
+            return found;
+        }
+        let Ok(next) = fs::read_link(&target) else { return target };
+        target = folder_of(&target).join(next);
+    }
+    path.to_path_buf()
+}
+
+/// A name with a separator at its end can be that of a folder only.
+fn refuse_folder_name(path: &Path) -> io::Result<()> {
+    let is_folder = path
+        .as_os_str()
+        .as_encoded_bytes()
+        .last()
+        .is_some_and(|last| std::path::is_separator(char::from(*last)));
+    let message = "expected the name of a file, found one that ends as that of a folder";
+    if is_folder { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
+}
+
 fn refuse_folder(found: &fs::Metadata) -> io::Result<()> {
     let message = "expected the name of a file, found a folder";
     if found.is_dir() { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
@@ -299,22 +326,28 @@ impl Write for NewFile {
 /// # Errors
 /// Why not, with what the system says.
 pub fn try_file(path: &Path) -> io::Result<()> {
+    refuse_folder_name(path)?;
+    for name in [part_path(path), kept_path(path), kept_path(&part_path(path))] {
+        // Too long a name, for instance; that nothing is there yet is as it should be.
+        match fs::symlink_metadata(&name) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            Ok(found) if found.is_dir() => {
+                let message = format!("it needs the name {}, found a folder there", name.display());
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, message));
+            }
+            _ => {}
+        }
+    }
     match fs::metadata(path) {
         Ok(found) if found.is_file() => {
             claim(&File::options().append(true).open(path)?)?;
-            let kept = kept_path(path);
-            if fs::symlink_metadata(&kept).is_ok_and(|found| found.is_dir()) {
-                let message = format!("it would be kept as {}, found a folder of that name", kept.display());
-                return Err(io::Error::new(io::ErrorKind::IsADirectory, message));
-            }
         }
         // Whoever opens a pipe for a moment ends it for its reader.
         Ok(found) => return refuse_folder(&found),
         Err(_) => {}
     }
     // A link is replaced where it leads to.
-    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    try_folder(folder_of(&path))
+    try_folder(folder_of(&target_of(path)))
 }
 
 /// Whether files could be written into a folder, which may have to be made; leaves nothing behind.
@@ -360,7 +393,6 @@ pub fn replace(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
 #[cfg(unix)]
 fn own_stream(path: &Path) -> io::Result<Option<File>> {
     use std::os::fd::AsFd;
-    const MAX_LINKS: usize = 40;
     let Ok(streams) = fs::canonicalize("/dev/fd") else { return Ok(None) };
     let mut path = path.to_path_buf();
     for _ in 0..MAX_LINKS {

@@ -41,7 +41,7 @@ impl Report {
     pub fn save(&self, folder: &Path) -> Result<(), ExperimentError> {
         let write = |name: String, text: &str| {
             let path = folder.join(name);
-            files::replace(&path, text).map_err(ExperimentError::file(&path))
+            files::write(&path, text).map_err(ExperimentError::file(&path))
         };
         write("report.txt".to_owned(), &self.text())?;
         write("report.json".to_owned(), &format!("{:#}\n", self.json))?;

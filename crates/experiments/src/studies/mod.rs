@@ -74,7 +74,7 @@ impl StudyOutcome {
         self.report.save(folder)?;
         for (name, text) in &self.files {
             let path = folder.join(name);
-            files::replace(&path, text).map_err(ExperimentError::file(&path))?;
+            files::write(&path, text).map_err(ExperimentError::file(&path))?;
         }
         Ok(())
     }

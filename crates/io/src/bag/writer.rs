@@ -103,7 +103,7 @@ impl BagWriter {
         options: BagWriterOptions,
     ) -> Result<Self, BagError> {
         let path = path.as_ref();
-        if path.extension().is_some_and(|extension| extension == "mcap") {
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap")) {
             return Self::create_file(path, topics, options);
         }
         if path.exists() && !path.is_dir() {

@@ -27,6 +27,7 @@ export class TeachPanel {
 
   fit() {
     const isTeaching = this.store.scene.does === "teach";
+    this.save.disabled = true;
     this.steps.hidden = !isTeaching;
     this.found.hidden = isTeaching;
     this.elsewhere.hidden = !isTeaching;

@@ -99,7 +99,8 @@ fn reason(error: &tungstenite::Error) -> String {
         tungstenite::Error::Io(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {
             "no program publishes there now; trying again".to_owned()
         }
-        tungstenite::Error::Io(error) => format!("{}; trying again", error.kind()),
+        // What the look-up of a name says has no kind.
+        tungstenite::Error::Io(error) => format!("{error}; trying again"),
         error => format!("{error}; trying again"),
     }
 }

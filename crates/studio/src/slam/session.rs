@@ -98,8 +98,10 @@ impl SlamSession {
         let Job::Teach(known) = &self.job else { return Err(nothing("one that stays as it is")) };
         let made =
             self.running.system.taught(known.as_deref(), self.seed).ok_or_else(|| nothing("none yet"))?;
-        let (num_keyframes, num_landmarks) =
-            (made.0.map.all_keyframes().count(), made.0.map.landmarks().count());
+        let (num_keyframes, num_landmarks) = (
+            made.0.map.all_keyframes().count(),
+            made.0.map.landmarks().filter(|(_, it)| it.is_converged()).count(),
+        );
         let number = taught.save(folder, made, &self.from)?;
         let file = taught.all()[number].path.display().to_string();
         self.saved = json!({ "file": file, "number": number, "num_keyframes": num_keyframes, "num_landmarks": num_landmarks });
