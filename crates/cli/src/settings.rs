@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, bail};
 use visloc_core::{
     files,
+    geom::PlanarPose,
     settings::{Idle, Overrides, Settings, SettingsError, idle, idle_at, lay, overlay, parameters},
 };
 use visloc_io::{bag::BagTopics, sources::TopicOptions};
@@ -55,7 +56,7 @@ impl<'a, T: Settings + Clone> Layers<'a, T> {
         for option in options.clone() {
             let (key, value) = setting(option)?;
             self.values = lay(&self.values, &format!("{key} = {value}"))
-                .with_context(|| format!("--set {before}{option}"))?;
+                .map_err(|error| anyhow!("--set {before}{option}: {}", error.reason))?;
         }
         let unused = |key: &str| unused(key).map(|reason| format!("it would change nothing: {reason}"));
         for option in options {
@@ -255,7 +256,11 @@ fn in_file(path: &Path, error: &SettingsError) -> anyhow::Error {
 /// # Errors
 /// If the map has no halves or side lines, or if options cannot go together.
 pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
-    starts.iter().try_for_each(|start| refuse_far_from(start, map))?;
+    for start in starts {
+        if let StartArg::Pose { world_from_robot: PlanarPose { x_m, y_m, .. }, .. } = start {
+            refuse_far_from(map, (*x_m, *y_m), "--start pose:")?;
+        }
+    }
     let Map::Field(field) = map else {
         bail_unless_poses(starts, map)?;
         return Ok(poses(starts));
@@ -280,9 +285,11 @@ pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
     }
 }
 
-/// A start so far from the map that nothing of it can be seen is a mistake.
-fn refuse_far_from(start: &StartArg, map: &Map) -> Result<()> {
-    let StartArg::Pose { world_from_robot, .. } = start else { return Ok(()) };
+/// A place so far from the map that nothing of it can be seen is a mistake. `typed` is what was typed before its numbers.
+///
+/// # Errors
+/// If it is; the error says where the map is.
+pub fn refuse_far_from(map: &Map, (x_m, y_m): (f64, f64), typed: &str) -> Result<()> {
     let (low, high) = match map {
         Map::Field(field) => {
             let (x, y) = field.half_carpet_m();
@@ -294,13 +301,12 @@ fn refuse_far_from(start: &StartArg, map: &Map) -> Result<()> {
         }
         _ => return Ok(()),
     };
-    let (x_m, y_m) = (world_from_robot.x_m, world_from_robot.y_m);
     let is_near = |value: f64, low: f64, high: f64| (low - FAR_M..=high + FAR_M).contains(&value);
     if is_near(x_m, low.0, high.0) && is_near(y_m, low.1, high.1) {
         return Ok(());
     }
     bail!(
-        "--start pose:{x_m},{y_m}: expected a place on the map {}, x from {:.1} to {:.1} m and y from {:.1} to {:.1} m",
+        "{typed}{x_m},{y_m}: expected a place on the map {}, x from {:.1} to {:.1} m and y from {:.1} to {:.1} m",
         map.name(),
         low.0,
         high.0,

@@ -43,6 +43,15 @@ impl ConfigError {
     pub fn from_settings(name: &str, error: SettingsError) -> Self {
         Self::Syntax { name: name.to_owned(), line: error.line, reason: error.reason }
     }
+
+    /// The same for a text that nobody sees, in which a line says nothing.
+    #[must_use]
+    pub fn without_line(self) -> Self {
+        match self {
+            Self::Syntax { name, reason, .. } => Self::Syntax { name, line: None, reason },
+            other => other,
+        }
+    }
 }
 
 /// Checks one value of a configuration.

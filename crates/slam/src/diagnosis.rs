@@ -32,6 +32,8 @@ pub enum Cause {
     TooFast,
     /// The corners do not move as those of a rigid scene before this camera.
     NoCommonMotion,
+    /// The camera has not been found yet in the maps that the run began with.
+    NotRecognized,
     /// The camera was tracked, was lost, and has not been found again.
     Lost,
     /// Of a run: there were hardly any images.
@@ -40,7 +42,7 @@ pub enum Cause {
 
 impl Cause {
     /// All causes.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Unusable,
         Self::Black,
         Self::White,
@@ -50,6 +52,7 @@ impl Cause {
         Self::FewImages,
         Self::TooFast,
         Self::NoCommonMotion,
+        Self::NotRecognized,
         Self::Lost,
         Self::ShortRun,
     ];
@@ -67,6 +70,7 @@ impl Cause {
             Self::FewImages => "few-images",
             Self::TooFast => "too-fast",
             Self::NoCommonMotion => "no-common-motion",
+            Self::NotRecognized => "not-recognized",
             Self::Lost => "lost",
             Self::ShortRun => "short-run",
         }
@@ -129,6 +133,8 @@ pub struct RunCounters {
     last_at: Option<Timestamp>,
     /// Sum and number.
     corners: (usize, usize),
+    /// Whether the camera was in any map so far.
+    was_found: bool,
     lost_at_secs: Option<f64>,
 }
 
@@ -145,6 +151,7 @@ impl RunCounters {
         let first = *self.first_at.get_or_insert(at);
         let step_secs = self.last_at.map_or(0.0, |last| at.secs_since(last));
         self.last_at = Some(at);
+        self.was_found |= matches!(outcome.state, TrackingState::Tracking(_) | TrackingState::Carried);
         let cause = match outcome.state {
             TrackingState::Tracking(quality) if quality != Quality::Bad => {
                 self.lost_at_secs = None;
@@ -154,6 +161,7 @@ impl RunCounters {
                 self.count_corners(wait);
                 of_light(brightness).unwrap_or_else(|| of_wait(wait, step_secs))
             }
+            TrackingState::Lost if !self.was_found => of_light(brightness).unwrap_or(Cause::NotRecognized),
             TrackingState::Tracking(_) | TrackingState::Carried | TrackingState::Lost => {
                 self.lost_at_secs.get_or_insert(at.secs_since(first));
                 of_light(brightness).unwrap_or(Cause::Lost)

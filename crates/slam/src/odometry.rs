@@ -58,7 +58,8 @@ pub(crate) fn motion_deviations(motion: &CameraMotion) -> (f64, f64) {
 pub struct MetricScale {
     /// Map units for each meter.
     pub units_per_meter: f64,
-    /// Its relative standard deviation, from the spread along the way. What is systematic in the odometry is not in it.
+    /// Its relative standard deviation, from the spread along the way; never below that of the way by odometry, since few pieces tell
+    /// little of their spread. The factor that the odometry has on all lengths is not in it.
     pub deviation: f64,
     /// Way by odometry that was compared, meters.
     pub way_m: f64,
@@ -95,9 +96,11 @@ impl MetricScale {
         // For a normal distribution the median of the deviations is 0.6745 sigma, and the median of n values has 1.25 times the
         // deviation of their mean.
         let sigma = weighted_median(&spread.collect::<Vec<_>>())? / 0.6745;
-        let deviation = 1.25 * sigma / (pieces.len() as f64).sqrt();
-        let way_m = pieces.iter().map(|(_, meters)| meters).sum();
-        Some(Self { units_per_meter, deviation, way_m })
+        let spread = 1.25 * sigma / (pieces.len() as f64).sqrt();
+        let way_m: f64 = pieces.iter().map(|(_, meters)| meters).sum();
+        let of_way_m =
+            pieces.iter().map(|(_, meters)| deviations(*meters, 0.0).0.powi(2)).sum::<f64>().sqrt();
+        Some(Self { units_per_meter, deviation: spread.max(of_way_m / way_m), way_m })
     }
 }
 
@@ -124,6 +127,14 @@ mod tests {
         assert!((scale.units_per_meter - 2.0).abs() < 1e-9, "{scale:?}");
         assert!((scale.way_m - 4.6).abs() < 1e-9 && scale.deviation < 0.01, "{scale:?}");
         assert!(MetricScale::of_pieces(&[]).is_none());
+    }
+
+    #[test]
+    fn a_short_way_is_not_sure_though_its_pieces_agree() {
+        for (num, expected) in [(1, 0.034), (2, 0.024), (100, 0.0034)] {
+            let scale = MetricScale::of_pieces(&vec![(2.0, 0.3); num]).unwrap();
+            assert!((scale.deviation / expected - 1.0).abs() < 0.02, "{num}: {scale:?}");
+        }
     }
 
     #[test]

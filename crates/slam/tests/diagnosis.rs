@@ -56,13 +56,15 @@ fn each_cause_is_told_and_no_other() {
             Cause::FewImages => run(TrackingState::Starting(lost(300)), 100.0, 0.5, 60),
             Cause::TooFast => waits(lost(300)),
             Cause::NoCommonMotion => waits(StartWait::Ambiguous),
-            Cause::Lost => run(TrackingState::Lost, 100.0, 0.05, 60),
+            Cause::NotRecognized => run(TrackingState::Lost, 100.0, 0.05, 60),
+            Cause::Lost => run(TrackingState::Tracking(Quality::Bad), 100.0, 0.05, 60),
             Cause::ShortRun => run(TrackingState::Starting(StartWait::LittleMotion(0.3)), 100.0, 0.05, 9),
         };
         let found: Vec<Cause> = diagnosis.findings.iter().map(|finding| finding.cause).collect();
         // The first image of a run has nothing before it, so the time to it is unknown.
         let wanted_share = if cause == Cause::FewImages { 59.0 / 60.0 } else { 1.0 };
         assert_eq!(found, [cause], "{diagnosis:?}");
+        assert_eq!(diagnosis.facts.lost_at_secs.is_some(), cause == Cause::Lost, "{diagnosis:?}");
         assert!((diagnosis.findings[0].share - wanted_share).abs() < 1e-9, "{diagnosis:?}");
     }
 }

@@ -102,7 +102,11 @@ fn section<T: Serialize + ?Sized>(kind: Kind, number: u32, content: &T) -> Secti
 fn read(file: &[u8]) -> Result<OpenedMap, VmapError> {
     let mut reader = Reader { sections: Sections::read(file)?, damages: Vec::new() };
     if let Some(reason) = reader.sections.head_damage.take() {
-        reader.damages.push(Damage { section: "head".to_owned(), reason, loss: "nothing, there is a copy" });
+        reader.damages.push(Damage {
+            section: "head".to_owned(),
+            reason,
+            loss: "nothing is lost, there is a copy",
+        });
     }
     let cameras: Vec<(PlainCamera, PlainCamera)> = reader.needed(CAMERAS)?;
     let session = |(calibrated, camera): &(PlainCamera, PlainCamera)| {

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::Path};
 use anyhow::{Result, anyhow, bail};
 use visloc_io::{
     bag::{BagMessages, BagTopics, BagWriter, BagWriterOptions, Channel},
-    sources::SourceAddress,
+    sources::{SourceAddress, notes_on_folder},
 };
 
 use crate::{
@@ -20,7 +20,9 @@ use crate::{
 /// If the bag cannot be read or the new one not be written. A bag that ends with damage leaves a complete one until there.
 pub fn execute(source: &str, out: &Path) -> Result<()> {
     prepare(source)?;
-    let mut messages = BagMessages::open(SourceAddress::parse(source)?.rest())?;
+    let path = SourceAddress::parse(source)?.rest();
+    let mut messages = BagMessages::open(path)?;
+    notes_on_folder(Path::new(path)).iter().for_each(|note| say::note!("{note}"));
     let mut writer = BagWriter::create_with(out, BagTopics::default(), BagWriterOptions::default())?;
     let progress = Progress::new(None);
     let (mut num_messages, mut num_damaged, mut first_damage, mut end) = (0_u64, 0_u64, None, None);

@@ -70,10 +70,10 @@ fn print(run: &SlamRun, report: &SlamReport, truth: &CameraTrajectory, secs: f64
         None => say::line!("  no map was started"),
     }
     say::line!(
-        "  {:.1} % of the images have a pose; lost {} times, found again {} times",
+        "  {:.1} % of the images have a pose; lost {}, found again {}",
         report.coverage * 100.0,
-        report.lost_spells,
-        report.relocalizations
+        say::count(report.lost_spells, "time"),
+        say::count(report.relocalizations, "time")
     );
     say::line!("  the map: {} points seen from {} keyframes", report.points, report.keyframes);
     if let Some(ate) = &report.ate_m {

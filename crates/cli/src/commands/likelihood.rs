@@ -17,7 +17,7 @@ use crate::{
     report::save_json,
     run::{Progress, Saving, open_source, refuse_source_options, source_options, write_text},
     say,
-    settings::{pipeline_config, topic_options},
+    settings::{pipeline_config, refuse_far_from, topic_options},
 };
 
 /// Headings of a profile: every half degree.
@@ -58,10 +58,12 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
             let pose = PlanarPose::new(x_m, y_m, yaw_deg.to_radians());
             let view = View { pan_deg: args.pan, tilt_deg: args.tilt, ..View::new(map, pose) };
             let image = SimulatedView::take(&view, args.seed.value())?;
+            check_place(args, &image.map)?;
             (Eye::new(&image.map, &config, rng).with_context(place)?, image.source)
         }
         None => {
             let mut source = open(args)?;
+            check_place(args, &source.1)?;
             let mut eye = Eye::new(&source.1, &config, rng).with_context(place)?;
             // The analysis follows the light from frame to frame.
             let progress = Progress::new(None);
@@ -122,6 +124,12 @@ where
         None => bail!("no frame that can be used"),
         Some(_) => bail!("--at {secs}: the last frame is at {last_secs:.1} s"),
     }
+}
+
+/// Refuses a place that is far from the map.
+fn check_place(args: &LikelihoodArgs, map: &Map) -> Result<()> {
+    let place = args.place.map(|place| (place.0[0], place.0[1]));
+    place.map_or(Ok(()), |place| refuse_far_from(map, place, "--place "))
 }
 
 /// Refuses a map of so many cells that it would take hours.
@@ -242,10 +250,10 @@ fn print(report: &LikelihoodReport, place: (f64, f64)) {
         report.best_heading_at_place_deg
     );
     say::line!(
-        "{:.2} m2 reach {:.0} % of the maximum, with {} peaks:",
+        "{:.2} m2 reach {:.0} % of the maximum, with {}:",
         report.area_near_maximum_m2,
         100.0 * PEAK_SHARE,
-        report.peaks.len()
+        say::count(report.peaks.len(), "peak")
     );
     for peak in &report.peaks {
         say::line!("         {}", peak.line());

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use visloc_core::{ChangedFrames, FrameSource};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
-use visloc_locate::{CameraError, robot_calibration::RobotCorrection};
+use visloc_locate::{CameraError, ConfigError, robot_calibration::RobotCorrection};
 use visloc_slam::ground::GroundOdometer;
 use visloc_world::Map;
 
@@ -23,7 +23,9 @@ use crate::{
         prepare, read_correction, source_options, write_correction,
     },
     say,
-    settings::{algorithm_toml, pipeline_config, refuse_without_effect, start_prior, topic_options},
+    settings::{
+        OF_PIPELINE, algorithm_toml, pipeline_config, refuse_without_effect, start_prior, topic_options,
+    },
     stopwatch::{peak_memory_mb, process_cpu_secs},
     studio::{Show, Steering},
 };
@@ -63,7 +65,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
         seed: args.seed.value(),
     };
     // Outputs begin when nothing stands in their way any more: a wrong parameter, or a signal while a large map is prepared.
-    let runner = Runner::new(&source.map, &settings).with_context(|| config_place(args))?;
+    let runner = runner_of(args, &source.map, &settings)?;
     let is_asked_for = args.plots.is_some() || args.json.json.is_some();
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live || steering.is_some();
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
@@ -158,6 +160,17 @@ fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
     }
 }
 
+/// An algorithm with its parameters. Beside single options the lines of a file are not those of its text any more.
+fn runner_of(args: &LocalizeArgs, map: &Map, settings: &RunnerSettings<'_>) -> Result<Runner> {
+    let is_text = args.set.iter().all(|option| option.trim_start().starts_with(OF_PIPELINE));
+    let runner = Runner::new(map, settings).map_err(|error| match error.downcast::<ConfigError>() {
+        Ok(error) if !is_text => error.without_line().into(),
+        Ok(error) => error.into(),
+        Err(error) => error,
+    });
+    runner.with_context(|| config_place(args))
+}
+
 /// Where a wrong parameter stands.
 fn config_place(args: &LocalizeArgs) -> String {
     let files = [&args.config, &args.pipeline].into_iter().flatten();
@@ -236,7 +249,7 @@ fn print(report: &LocalizeReport, runner: &Runner) {
     }
     print_cameras(&report.cameras);
     print_live(report);
-    for line in report.skipped.lines() {
+    for line in report.skipped.lines_beside(report.error.as_deref()) {
         say::line!("{line}");
     }
 }
@@ -289,14 +302,17 @@ fn print_live(report: &LocalizeReport) {
     #[cfg(feature = "ros2")]
     if let Some(team) = &live.team {
         say::line!(
-            "team: {} other robots, {} messages sent ({:.0} bytes a second) and {} heard, {} of them refused; {:.3} ms an image (median)",
-            team.robots,
-            team.sent,
+            "team: {}, {} sent ({:.0} bytes a second) and {} heard, {} of them refused; {:.3} ms an image (median)",
+            say::count(team.robots, "other robot"),
+            say::count(team.sent, "message"),
             team.bytes_per_s,
             team.heard,
             team.refused,
             team.ms.median.unwrap_or_default()
         );
+        for number in &team.numbers_twice {
+            say::line!("team: two robots have the number {number}; give each its own with --number");
+        }
     }
 }
 

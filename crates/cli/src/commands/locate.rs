@@ -3,7 +3,10 @@
 use anyhow::{Context, Result};
 use serde::Serialize;
 use visloc_core::RngTree;
-use visloc_io::{camera_file::read_camera, image_codec::read_image};
+use visloc_io::{
+    image_codec::read_image,
+    sequence::{fit_calibration, read_calibration},
+};
 use visloc_locate::{Photo, PhotoAnswer, PhotoPose, locate_photo};
 use visloc_plot::{is_of_series, remove_earlier};
 use visloc_world::Map;
@@ -69,12 +72,15 @@ const ABOUT_SURE: f64 = 0.4;
 pub fn execute(args: &LocateArgs) -> Result<()> {
     let config = pipeline_config(args.pipeline.as_deref(), &[])?;
     let map = Map::load(&args.map)?;
-    let camera = read_camera(&args.camera)?;
+    let calibration = read_calibration(&args.camera)?;
     let place = || {
         let names = [Some(&args.photo), args.pipeline.as_ref()].into_iter().flatten();
         names.map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
     };
     let image = read_image(&args.photo).with_context(|| args.photo.display().to_string())?;
+    let mut warnings = Vec::new();
+    let camera = fit_calibration(&calibration, (image.width(), image.height()), &args.camera, &mut warnings)?;
+    warnings.iter().for_each(|warning| say::note!("{warning}"));
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;

@@ -102,7 +102,8 @@ fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
     if recorded.num_images > 0 {
         say::line!("{}: {} images{dropped}", args.out.display(), recorded.num_images);
     }
-    recorded.skipped.lines().iter().for_each(|line| say::line!("{line}"));
+    let error = recorded.error.as_ref().map(ToString::to_string);
+    recorded.skipped.lines_beside(error.as_deref()).iter().for_each(|line| say::line!("{line}"));
     match recorded.error {
         Some(error) if recorded.num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {} images before are written)", recorded.num_images)),

@@ -177,10 +177,10 @@ fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Sav
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     say::line!("{}: {}", args.source, say::count(report.frames, "frame"));
     say::line!(
-        "  tracked {:.1} %, lost {} times, found again {} times; {} keyframes, {} landmarks",
+        "  tracked {:.1} %, lost {}, found again {}; {} keyframes, {} landmarks",
         report.coverage * 100.0,
-        report.lost_spells,
-        report.relocalizations,
+        say::count(report.lost_spells, "time"),
+        say::count(report.relocalizations, "time"),
         report.keyframes,
         report.points
     );
@@ -189,7 +189,7 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     }
     if let Some(scale) = report.maps.first().and_then(|map| map.scale.as_ref()) {
         say::line!(
-            "  lengths are meters: by {} over {:.1} m of way, +-{:.1} %",
+            "  lengths are meters: by {0} over {1:.1} m of way, +-{2:.1} % of what the {0} says; its own error comes on top",
             scale.source,
             scale.way_m,
             scale.deviation * 100.0
@@ -240,8 +240,10 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         let stages: Vec<String> = times.stages.iter().map(|(stage, ms)| format!("{stage} {ms:.2}")).collect();
         say::line!("    {}", stages.join(", "));
     }
-    if report.initialized_at_s.is_none() {
-        say::line!("  no map was started");
+    match (report.initialized_at_s, &args.load) {
+        (Some(_), _) => {}
+        (None, Some(map)) => say::line!("  the camera was never found in {}", map.display()),
+        (None, None) => say::line!("  no map was started"),
     }
     for line in diagnosis_lines("tracked", &report.diagnosis) {
         say::line!("  {line}");

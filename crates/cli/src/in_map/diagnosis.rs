@@ -8,7 +8,7 @@ use visloc_slam::{
 use visloc_vmap::{LOCALIZED_RELIABILITY, MapLocalizer, VisualMap};
 
 use super::frames::MapFrame;
-use crate::report::FindingReport;
+use crate::report::{FindingReport, NOT_RECOGNIZED};
 
 /// With a smaller share of localized images a run needs an explanation: once it is found, a camera should be followed.
 const ENOUGH_LOCALIZED: f64 = 0.5;
@@ -100,11 +100,7 @@ impl MapCounters {
                 "the image has hardly any corner: it is dark, overexposed or blurred, or shows nothing but a plain surface".to_owned(),
                 "things with patterns have to be in view; more light, a slower camera",
             ),
-            Cause::NotRecognized => (
-                "not-recognized",
-                "the place is not recognized: the image looks like no place of the map".to_owned(),
-                "is it the map of this place? Then teach it from here and in this light too: visloc slam SOURCE --load MAP --save MAP",
-            ),
+            Cause::NotRecognized => ("not-recognized", NOT_RECOGNIZED.0.to_owned(), NOT_RECOGNIZED.1),
             Cause::FewFound => (
                 "few-found",
                 "a place looks alike, but too little of what should be seen from there is found".to_owned(),

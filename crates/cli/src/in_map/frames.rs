@@ -1,6 +1,6 @@
 //! Where the images come from that a place is looked for in.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use visloc_core::{
     CameraTrajectory, Frame, FrameSource, GrayFrame, ImageSource, SkippedInput, SourceError, SourceFrame,
     Truth, geom::Camera,
@@ -58,7 +58,7 @@ impl MapFrames {
         if corrections.robot.is_some() {
             bail!("--robot: there is no robot in {name}");
         }
-        let open = open_images(name, options, host()).with_context(|| format!("{name} in a map of SLAM"))?;
+        let open = open_images(name, options, host())?;
         Ok((Self::Images(open.images), open.truth, open.warnings))
     }
 

@@ -162,6 +162,12 @@ fn of_camera(cause: locating::Cause, facts: &locating::RunFacts) -> (String, &'s
     }
 }
 
+/// That a camera is in none of the places of a map of SLAM, and what helps.
+pub const NOT_RECOGNIZED: (&str, &str) = (
+    "the place is not recognized: the image looks like no place of the map",
+    "is it the map of this place? Then teach it from here and in this light too: visloc slam SOURCE --load MAP --save MAP",
+);
+
 const BLACK_ADVICE: &str = "look at the lens cap, the light and the camera's exposure";
 const WHITE_ADVICE: &str = "give the camera less exposure or gain";
 
@@ -232,6 +238,7 @@ fn of_tracking(cause: tracking::Cause, facts: &tracking::RunFacts) -> (String, &
             "the corners do not move together as those of one rigid scene".to_owned(),
             "look at the calibration (visloc check-camera), at people and things that move, and at video stabilization",
         ),
+        Cause::NotRecognized => (NOT_RECOGNIZED.0.to_owned(), NOT_RECOGNIZED.1),
         Cause::Lost => (
             match facts.lost_at_secs {
                 Some(secs) => format!("the camera was lost for good {secs:.1} s after the first image"),

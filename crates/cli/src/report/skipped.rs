@@ -48,7 +48,15 @@ impl SkippedReport {
 
     /// One line a group for people.
     pub fn lines(&self) -> Vec<String> {
+        self.lines_beside(None)
+    }
+
+    /// The same beside an error that is told, too: what that says is not said twice.
+    pub fn lines_beside(&self, error: Option<&str>) -> Vec<String> {
         let line = |group: &SkippedGroup| {
+            if error.is_some_and(|error| error.ends_with(&group.first_reason)) {
+                return format!("left out {} of {}", group.count, group.origin);
+            }
             let at = group.first_at_s.map(|secs| format!(" at {secs:.3} s")).unwrap_or_default();
             let (origin, reason) = (&group.origin, say::without_numbers_of_errors(&group.first_reason));
             // A reason that names the place itself does not name it twice.
@@ -83,5 +91,8 @@ mod tests {
                 "left out 1 of /image; the first at 2.000 s: cut"
             ]
         );
+        let beside = report.lines_beside(Some("a.mcap: no image could be used; the first: NaN"));
+        assert_eq!(beside[0], "left out 2 of /odom");
+        assert_eq!(beside[1], report.lines()[1]);
     }
 }

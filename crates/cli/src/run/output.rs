@@ -90,7 +90,9 @@ impl OutputFiles {
 impl GrowingFile {
     fn create(path: &Path) -> Result<Self> {
         let file = NewFile::create_growing(path);
-        let file = file.with_context(|| format!("{}: cannot create it", path.display()))?;
+        let part = files::part_path(path);
+        let place = if part.is_dir() { &part } else { path };
+        let file = file.with_context(|| format!("{}: cannot create it", place.display()))?;
         Ok(Self { path: path.to_path_buf(), file, fault: None })
     }
 

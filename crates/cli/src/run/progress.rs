@@ -1,6 +1,8 @@
 //! A progress bar on a terminal; nothing in a pipe.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write;
+
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
 use super::{FrameView, Spectator};
 
@@ -13,13 +15,13 @@ impl Progress {
     /// A bar for a number of frames, if that is known.
     pub fn new(num_frames: Option<usize>) -> Self {
         let bar = num_frames.map_or_else(ProgressBar::new_spinner, |frames| ProgressBar::new(frames as u64));
-        let template = match num_frames {
-            Some(_) => "{bar:40} {pos}/{len} frames  {per_sec:.0}  {eta} left  {msg}",
-            None => "{spinner} {pos} frames  {per_sec:.0}  {msg}",
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
+        set_style(
+            &bar,
+            match num_frames {
+                Some(_) => "{bar:40} {pos}/{len} frames  {per_sec:.0}  {left}  {msg}",
+                None => "{spinner} {pos} frames  {per_sec:.0}  {msg}",
+            },
+        );
         Self { bar }
     }
 
@@ -39,9 +41,7 @@ impl Progress {
     /// A bar for the runs of an experiment.
     pub fn runs() -> Self {
         let bar = ProgressBar::new(0);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} runs  {eta} left") {
-            bar.set_style(style);
-        }
+        set_style(&bar, "{bar:40} {pos}/{len} runs  {left}");
         Self { bar }
     }
 
@@ -60,6 +60,16 @@ impl Progress {
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Says how a bar looks; `{left}` is the time that is left, once something is done that tells it.
+fn set_style(bar: &ProgressBar, template: &str) {
+    let Ok(style) = ProgressStyle::with_template(template) else { return };
+    bar.set_style(style.with_key("left", |state: &ProgressState, text: &mut dyn Write| {
+        if state.pos() > 0 {
+            let _ = write!(text, "{:#} left", HumanDuration(state.eta()));
+        }
+    }));
 }
 
 impl Spectator for Progress {

@@ -1,5 +1,7 @@
 //! Other robots of the team, over ROS 2.
 
+use std::collections::BTreeSet;
+
 use anyhow::{Result, ensure};
 use serde::Serialize;
 use visloc_core::{Clock, Timestamp, eval::TimingSummary};
@@ -9,7 +11,7 @@ use visloc_io::{
 };
 use visloc_locate::{
     Estimate, StartPrior,
-    team::{Member, Sighting, TeamConfig, TeamFilter, WireSightings, WireTeamMessage},
+    team::{Ignored, Member, Sighting, TeamConfig, TeamFilter, TeamMessage, WireSightings, WireTeamMessage},
 };
 use visloc_world::Map;
 
@@ -23,7 +25,6 @@ pub struct TeamOutput {
     has_detector: bool,
     link: TeamLink<WireTeamMessage, WireSightings>,
     clock: Clock,
-    number: u8,
     started_at: Option<Timestamp>,
     now: Timestamp,
     times_ms: Records<f64>,
@@ -31,6 +32,8 @@ pub struct TeamOutput {
     num_sent: usize,
     num_heard: usize,
     num_refused: usize,
+    /// Numbers that two robots have.
+    twice: BTreeSet<u8>,
 }
 
 /// What the team was told and has told.
@@ -46,6 +49,8 @@ pub struct TeamReport {
     pub heard: usize,
     /// Those of them that could not be used.
     pub refused: usize,
+    /// Numbers that two robots have; the messages of one of them are refused.
+    pub numbers_twice: Vec<u8>,
     /// Time that the team took for each image, milliseconds.
     pub ms: TimingSummary,
 }
@@ -70,7 +75,6 @@ impl TeamOutput {
             has_detector: false,
             link: TeamLink::open(&settings, team, number)?,
             clock: Clock::new(move || watch.secs()),
-            number,
             started_at: None,
             now: Timestamp::default(),
             times_ms: Records::new(Records::<f64>::most_of(true, false)),
@@ -78,6 +82,7 @@ impl TeamOutput {
             num_sent: 0,
             num_heard: 0,
             num_refused: 0,
+            twice: BTreeSet::new(),
         })
     }
 
@@ -90,11 +95,7 @@ impl TeamOutput {
         let own = view.runners.first()?.pipeline().estimate();
         // Arrival is told by stamps of images, as everything else: a recording may be played at any speed and on any day.
         for message in self.link.messages() {
-            if message.number == self.number && message.team == self.filter.member().team {
-                continue; // the own ones come back
-            }
-            self.num_heard += 1;
-            self.num_refused += usize::from(self.filter.receive(&message.read(), at).is_err());
+            self.hear(&message.read(), at);
         }
         let received = self.link.sightings();
         self.has_detector |= !received.is_empty();
@@ -114,6 +115,23 @@ impl TeamOutput {
         Some(&self.filter.answer().estimate)
     }
 
+    fn hear(&mut self, message: &TeamMessage, at: Timestamp) {
+        let Member { team, number, session } = self.filter.member();
+        if (&message.team, message.number, message.session) == (team, *number, *session) {
+            return; // the own ones come back
+        }
+        self.num_heard += 1;
+        let Err(reason) = self.filter.receive(message, at) else { return };
+        self.num_refused += 1;
+        let is_twice = matches!(reason, Ignored::OwnNumber | Ignored::SameNumber(_));
+        if is_twice && self.twice.insert(message.number) {
+            host::host().notice(&format!(
+                "team {}: two robots have the number {}; give each its own with --number",
+                message.team, message.number
+            ));
+        }
+    }
+
     /// Where the localizer should look for a robot that is lost and that others see.
     pub fn advice(&mut self) -> Option<StartPrior> {
         self.filter.advice()
@@ -129,6 +147,7 @@ impl TeamOutput {
             bytes_per_s: self.sent_bytes as f64 / secs.max(1e-9),
             heard: self.num_heard,
             refused: self.num_refused + self.link.num_failed().1,
+            numbers_twice: self.twice.iter().copied().collect(),
             ms: TimingSummary::of_ms(&self.times_ms),
         }
     }

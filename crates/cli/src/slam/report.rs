@@ -171,7 +171,8 @@ impl SlamReport {
             carried,
             coverage,
             initialized_at_s: start.zip(first).map(|(start, first)| first.secs_since(start)),
-            lost_spells: run.history.num_lost_spells,
+            // Who was never found was not lost either.
+            lost_spells: first.map_or(0, |_| run.history.num_lost_spells),
             relocalizations: run.history.num_relocalized,
             keyframes: map.keyframes().count(),
             lens_change: run.slam.lens_change(),

@@ -25,6 +25,10 @@ fn a_frame_of_a_recording_is_found_by_its_time() {
     workspace.must(&[&common[..], &["--at", "0.4", "--heading", "truth"]].concat());
     let error = workspace.refused(&[&common[..], &["--at", "1000"]].concat());
     assert!(error.contains("1000") && error.contains("last frame"), "{error}");
+    for place in [&common[..], &["likelihood", "--view", "0.6,1.3,-30"]] {
+        let error = workspace.refused(&[place, &["--place", "100,100"]].concat());
+        assert!(error.contains("--place 100,100: expected a place on the map"), "{error}");
+    }
 }
 
 #[test]

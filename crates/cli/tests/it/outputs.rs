@@ -268,6 +268,9 @@ fn what_is_replaced_is_kept() {
     workspace.write("a.part", "somebody's own");
     workspace.must(&["localize", &bag, "--map", MAP, "--frames", "2", "--trajectory", "a"]);
     assert_eq!(workspace.read("a.part~"), "somebody's own");
+    fs::create_dir(workspace.path("b.part")).unwrap();
+    let error = workspace.refused(&["localize", &bag, "--map", MAP, "--frames", "2", "--trajectory", "b"]);
+    assert!(error.contains("b.part: cannot create it"), "{error}");
     let error =
         workspace.refused(&["localize", &bag, "--map", MAP, "--plots", "p", "--json", "p/errors.png"]);
     assert!(error.contains("--plots p writes pictures there"), "{error}");

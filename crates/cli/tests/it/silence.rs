@@ -148,6 +148,19 @@ fn each_reason_for_no_track_is_named() {
     assert_eq!(slam(&workspace, &clip, &[]), [""; 0]);
 }
 
+#[test]
+fn who_was_never_found_in_a_map_was_not_lost_in_it() {
+    let workspace = Workspace::new();
+    let clip = excerpt_text("R1").replace("R1-excerpt.mcap", "desk-clip");
+    workspace.must(&["slam", &clip, "--save", "desk.vmap"]);
+    let elsewhere = ["slam", "sim:room", "--end", "20", "--json", "r.json", "--load", "desk.vmap", "--fixed"];
+    let outcome = workspace.must(&elsewhere);
+    assert_eq!(codes(&workspace, &outcome), ["not-recognized"]);
+    let said = "tracked 0.0 %, lost 0 times, found again 0 times";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("the camera was never found in desk.vmap"), "{}", outcome.stdout);
+}
+
 /// Squares of all brightnesses.
 fn stripes(shift: u32) -> RgbImage {
     let mut image = RgbImage::new(320, 240);

@@ -50,6 +50,10 @@ fn mistakes_in_parameters_are_named() {
     assert!(error.contains("did you mean `adjust_bundles`?"), "{error}");
     let error = refused(&["--set", "features.descriptor=sift"]);
     assert!(error.contains("--set features.descriptor=sift") && error.contains("orb"), "{error}");
+    let error = refused(&["--set", "tracking.max_matches=0"]);
+    assert!(error.contains("--set tracking.max_matches=0: tracking.max_matches: expected 4 to"), "{error}");
+    let error = workspace.refused(&["localize", "sim:still", "--frames", "2", "--set", "num_exploiters=-1"]);
+    assert!(error.contains("found -1") && !error.contains("line"), "{error}");
     let error = refused(&["--set", "tracking.max_matches"]);
     assert!(error.contains("KEY=VALUE"), "{error}");
     let error = workspace.refused(&["config", "show", "sdlv"]);

@@ -2,10 +2,13 @@
 
 use std::fs;
 
-use visloc_core::{FrameSource, PictureSource};
-use visloc_io::bag::{BagPictures, BagReader, BagTopics};
+use visloc_core::{FrameSource, PictureSource, RgbImage};
+use visloc_io::{
+    bag::{BagPictures, BagReader, BagTopics},
+    image_codec::save_png,
+};
 
-use crate::support::{MAP, Workspace, excerpt_text};
+use crate::support::{MAP, Workspace, excerpt, excerpt_text};
 
 #[test]
 fn the_list_says_what_works_here() {
@@ -64,6 +67,53 @@ fn tours_and_bags_without_a_robot_are_recorded_as_pictures() {
     let pictures = BagPictures::open(workspace.path("eye"), &BagTopics::default()).unwrap();
     assert_eq!(pictures.camera().unwrap().size_px(), (320, 240));
     assert!(BagReader::open(workspace.path("eye"), BagTopics::default()).is_err(), "there is no tf");
+}
+
+#[test]
+fn an_image_of_another_size_is_left_out_of_what_is_written() {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("im")).unwrap();
+    for (name, width) in [("0.png", 64), ("1.png", 32), ("2.png", 32), ("3.png", 64), ("4.png", 32)] {
+        save_png(&RgbImage::new(width, 3 * width / 4), &workspace.path(&format!("im/{name}"))).unwrap();
+    }
+    for out in [&["record", "im", "--out", "x.mcap"], &["extract", "im", "--out", "d"]] {
+        let said = workspace.must(out).stdout;
+        assert!(said.contains("3 images"), "{said}");
+        assert!(said.contains("0.png") && said.contains("expected 32 x 24 px, found 64 x 48"), "{said}");
+    }
+}
+
+#[test]
+fn recordings_in_one_folder_are_named() {
+    let workspace = Workspace::new();
+    fs::create_dir(workspace.path("two")).unwrap();
+    for name in ["R1", "R2"] {
+        fs::copy(excerpt(name), workspace.path(&format!("two/{name}.mcap"))).unwrap();
+    }
+    workspace.write("two/clip.mp4", "");
+    for options in [
+        &["record", "two", "--out", "x.mcap"][..],
+        &["record", "two", "--out", "y.mcap", "--frames", "2"],
+        &["localize", "two", "--map", MAP, "--frames", "2"],
+    ] {
+        let said = workspace.must(options).stdout;
+        assert!(said.contains("read as one recording, in this order: R1.mcap, R2.mcap"), "{said}");
+        assert!(said.contains("note: two: left out: clip.mp4"), "{said}");
+    }
+}
+
+#[test]
+fn a_calibration_for_another_size_of_the_same_photo_is_converted() {
+    let workspace = Workspace::new();
+    save_png(&RgbImage::new(320, 240), &workspace.path("photo.png")).unwrap();
+    workspace.write(
+        "camera.toml",
+        "model = \"pinhole\"\nsize_px = [640, 480]\nfocal_px = [525.0, 525.0]\ncenter_px = [320.0, 240.0]\n",
+    );
+    let locate =
+        ["locate", "photo.png", "--map", MAP, "--camera", "camera.toml", "--pitch", "10", "--height", "0.5"];
+    let said = workspace.must(&locate).stdout;
+    assert!(said.contains("it is converted by the factor 0.5000"), "{said}");
 }
 
 #[test]

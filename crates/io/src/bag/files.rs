@@ -63,6 +63,12 @@ pub(super) fn bag_files(path: &Path) -> Result<BagFiles, BagError> {
     Ok(BagFiles { paths, are_messages_packed: false })
 }
 
+/// The files that are taken for one recording since nothing says which ones belong to it; `None` of a file, or if `metadata.yaml` does.
+pub(crate) fn files_without_metadata(path: &Path) -> Option<Vec<PathBuf>> {
+    let is_told = !path.is_dir() || files::is_there(&path.join("metadata.yaml"));
+    files_by_name(path).ok().filter(|_| !is_told)
+}
+
 /// The files of one recording in order of their numbers: `name_2` comes before `name_10`.
 fn files_by_name(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();

@@ -35,6 +35,7 @@ pub use decode::{
     EncodedImage, ImagePayload, Reject, RosMessage, SensorMessage, StampedTransform, camera_of,
 };
 pub use error::BagError;
+pub(crate) use files::files_without_metadata;
 pub use given::GivenInputs;
 pub use index::TopicInfo;
 pub use pictures::BagPictures;

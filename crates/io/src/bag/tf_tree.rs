@@ -155,18 +155,18 @@ impl TfTree {
             );
         }
         let edges = listed(self.edges.iter().map(|(child, edge)| format!("{} -> {child}", edge.parent)));
-        for (frame, key, what) in
-            [(dst, "base_frame", "the robot on the ground"), (src, "camera_frame", "the camera")]
+        for (frame, option, what) in
+            [(dst, "--base-frame", "the robot on the ground"), (src, "--camera-frame", "the camera")]
         {
             if !frames.contains(&frame) {
                 let known = listed(frames.iter().map(|frame| (*frame).to_owned()));
                 return format!(
-                    "there is no frame '{frame}' for {what}: set {key} to one of: {known} (transforms: {edges})"
+                    "there is no frame '{frame}' for {what}: set {option} to one of: {known} (transforms: {edges})"
                 );
             }
         }
         format!(
-            "expected a chain of transforms from '{dst}' (base_frame) to '{src}' (camera_frame), found only: {edges}"
+            "expected a chain of transforms from '{dst}' (--base-frame) to '{src}' (--camera-frame), found only: {edges}"
         )
     }
 
@@ -296,7 +296,7 @@ mod tests {
         assert!(lookup(&tree, "head", 1.6).unwrap_err().contains("within 0.5 s"));
         assert_eq!(
             lookup(&tree, "camera", 1.0).unwrap_err(),
-            "there is no frame 'camera' for the camera: set camera_frame to one of: base, head (transforms: base -> head)"
+            "there is no frame 'camera' for the camera: set --camera-frame to one of: base, head (transforms: base -> head)"
         );
         tree.add_fixed(&transform(0.0, "tripod", "camera", 0.0, 0.0), Teller::Transforms);
         let apart = lookup(&tree, "camera", 1.0).unwrap_err();

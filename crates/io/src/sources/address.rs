@@ -25,6 +25,11 @@ impl<'a> SourceAddress<'a> {
         if let Some((scheme, rest)) = scheme_of(text) {
             let kind = KINDS.iter().find(|kind| kind.schemes.contains(&scheme));
             let kind = kind.ok_or_else(|| unknown_kind(scheme))?;
+            // Topics have usual names, and the simulator tells its own.
+            if rest.is_empty() && !["ros2", "sim"].contains(&scheme) {
+                let reason = format!("expected {}, for instance {}", kind.form, kind.example);
+                return Err(SourcesError::CannotDeliver { argument: text.into(), reason });
+            }
             return Ok(Self { text, scheme, rest, kind });
         }
         let path = Path::new(text);
@@ -160,6 +165,14 @@ mod tests {
         assert_eq!(kind(&file("b.MP4")).unwrap(), "video");
         assert_eq!(kind(&folder.path().display().to_string()).unwrap(), "ROS bag");
         assert_eq!(kind(&file("with:colon.mcap")).unwrap(), "ROS bag");
+        for (text, expected) in [
+            ("loop:", "loop:: expected loop:DIR|FILE.mp4, for instance"),
+            ("bag:", "bag:: expected FILE.mcap"),
+        ] {
+            let error = kind(text).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
+        assert_eq!(kind("ros2:").unwrap(), "ROS 2 topics", "all names are the usual ones");
         assert!(kind(&file("notes.txt")).unwrap_err().contains("cannot tell what it is"));
     }
 

@@ -23,7 +23,7 @@ mod video;
 pub use adapt::{CalibratedFrames, CalibratedImages, ManyCameras, UntilStopped};
 pub use address::SourceAddress;
 pub use error::SourcesError;
-pub use kinds::{KINDS, SourceKind, simulated_scenario};
+pub use kinds::{KINDS, SourceKind, notes_on_folder, simulated_scenario};
 pub use open::{OpenFrames, OpenImages, OpenPictures, open_frames, open_images, open_pictures};
 pub use options::{Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
 pub use video::{PnmImage, read_pnm};

@@ -57,9 +57,12 @@ pub enum Ignored {
     /// Another team on the same network.
     #[error("the message is of another team")]
     OtherTeam,
-    /// The own number.
+    /// The own number: of this robot, or another one has it as well.
     #[error("the message has this robot's own number")]
     OwnNumber,
+    /// Two robots have this number: both go on sending, though only one is listened to.
+    #[error("two robots have the number {0}")]
+    SameNumber(u8),
     /// Told twice, or overtaken by a newer one.
     #[error("the message is not newer than the last one of the same robot")]
     Old,
@@ -141,6 +144,9 @@ impl TeamFilter {
             return Err(Ignored::Fault(fault));
         }
         let index = match self.mates.iter().position(|mate| mate.number == message.number) {
+            Some(index) if self.mates[index].is_another(message, arrived) => {
+                return Err(Ignored::SameNumber(message.number));
+            }
             Some(index) if self.mates[index].has_heard(message) => return Err(Ignored::Old),
             Some(index) => index,
             None if self.mates.len() == MAX_MATES => return Err(Ignored::TooMany),

@@ -86,6 +86,13 @@ impl Mate {
         self.past_sessions.contains(&message.session)
     }
 
+    /// Whether a message comes from another robot of the same number: of one that has started anew nothing is on its way for so long.
+    pub fn is_another(&self, message: &TeamMessage, arrived: Timestamp) -> bool {
+        const MAX_DELAY_SECS: f64 = 2.0;
+        self.past_sessions.contains(&message.session)
+            && self.since.is_some_and(|since| arrived.secs_since(since) > MAX_DELAY_SECS)
+    }
+
     /// Takes in a message.
     pub fn hear(&mut self, message: &TeamMessage, arrived: Timestamp, symmetry: Symmetry) {
         const MAX_SESSIONS: usize = 8;

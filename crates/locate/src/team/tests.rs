@@ -303,6 +303,25 @@ fn what_is_told_twice_counts_once_and_wrong_messages_not_at_all() {
     assert!(flood.filter(|result| *result == Err(Ignored::TooMany)).count() > 80);
 }
 
+#[test]
+fn two_robots_of_one_number_are_told_from_one_that_starts_anew() {
+    let mut players = row([0.99, 0.5, 0.5]);
+    play(&mut players, 0.0, 0.1, nobody);
+    let at = Timestamp::from_secs(0.5);
+    let estimate = players[0].estimate.clone();
+    players[0].filter.step(at, &estimate, None, &[]);
+    let first = players[0].filter.message().unwrap();
+    let anew = TeamMessage { session: first.session + 1, ..first.clone() };
+    let later = |secs: f64| (TeamMessage { sequence: 90, at: at + secs, ..first.clone() }, at + secs);
+    let hearer = &mut players[1].filter;
+    assert_eq!(hearer.receive(&first, at), Ok(()));
+    assert_eq!(hearer.receive(&anew, at + 0.1), Ok(()));
+    let (late, arrived) = later(0.2);
+    assert_eq!(hearer.receive(&late, arrived), Err(Ignored::Old), "on its way while the robot started anew");
+    let (twin, arrived) = later(3.0);
+    assert_eq!(hearer.receive(&twin, arrived), Err(Ignored::SameNumber(first.number)));
+}
+
 /// The one that knew leaves, and comes back as one that knows nothing: what it knew has stayed with the others, and no longer.
 #[test]
 fn a_half_outlives_who_knew_it() {

@@ -31,7 +31,7 @@ const COVERED_GAIN: f32 = 0.003;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum TourError {
     /// The name is not known.
-    #[error("tour {found:?}: expected {known}")]
+    #[error("{found}: expected a tour of a camera: {known}")]
     Name {
         /// What was asked for.
         found: String,

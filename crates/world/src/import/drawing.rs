@@ -74,6 +74,8 @@ pub(super) const MIN_WALL_M: f64 = 0.05;
 pub(super) const MIN_BUILDING_M: f64 = 1.0;
 /// How far a curve is off the straight lines that stand for it, meters.
 pub(super) const FLAT_M: f64 = 0.005;
+/// What a drawing without walls lacks.
+const NO_WALLS: &str = "expected at least one wall";
 /// More points are no plan.
 pub(super) const MAX_POINTS: usize = 200_000;
 
@@ -81,6 +83,10 @@ pub(super) const MAX_POINTS: usize = 200_000;
 /// too much of.
 pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
     let Drawing { strokes, solids, mut notes } = drawing;
+    let is_door = |stroke: &Stroke| matches!(stroke.role, Role::Door { .. });
+    if solids.is_empty() && strokes.iter().all(is_door) {
+        return Err(found_nothing(NO_WALLS, notes));
+    }
     refuse_tiny(
         strokes.iter().flat_map(|s| &s.points).chain(solids.iter().flat_map(|s| s.contours.iter().flatten())),
     )?;
@@ -129,7 +135,7 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
         plan.doors.push(DoorPlan { from, to, height_m: 2.05, color, is_open: door.is_open });
     }
     if plan.walls.is_empty() && plan.corridors.is_empty() {
-        return Err(found_nothing("expected at least one wall", notes));
+        return Err(found_nothing(NO_WALLS, notes));
     }
     Ok(Import { plan, notes: notes.into_vec() })
 }

@@ -197,7 +197,7 @@ fn drawings_as_dxf() {
         (10, "0"),
         (20, "3"),
     ];
-    let cases: [(&str, String, Expected); 16] = [
+    let cases: [(&str, String, Expected); 17] = [
         ("an old closed polyline", drawing(&[], &room), Ok((4, 0, ROOM, "without a unit"))),
         ("blocks, scaled and turned", drawing(&wall, &sides), Ok((4, 0, ROOM, ""))),
         ("an array of blocks", drawing(&wall, &with(&array)), Ok((10, 0, ROOM - 6.0 * 0.075, ""))),
@@ -260,6 +260,25 @@ fn drawings_as_dxf() {
             "other layers",
             drawing(&[], &[(0, "LINE"), (8, "OUTER"), (11, "9"), (21, "9")]),
             Err("found lines on OUTER"),
+        ),
+        (
+            "a door among walls on another layer",
+            drawing(
+                &[],
+                &[
+                    (0, "LINE"),
+                    (8, "A"),
+                    (11, "9"),
+                    (21, "9"),
+                    (0, "LINE"),
+                    (8, "DOOR"),
+                    (10, "0"),
+                    (20, "0"),
+                    (11, "0.9"),
+                    (21, "0"),
+                ],
+            ),
+            Err("expected at least one wall, found none; 1 LINE on layer A (in line "),
         ),
     ];
     let mut wrong = String::new();

@@ -1,13 +1,16 @@
 //! Recordings of ROS 2 and ROS 1.
 
-use std::{path::Path, sync::Arc};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use visloc_core::{FrameSource, PictureSource, files, geom::Camera as CameraModel};
 
-use super::{SourceKind, Way, always_usable, has_extension};
+use super::{SourceKind, Way, always_usable, has_extension, video::is_video};
 use crate::{
-    bag::{BagPictures, BagReader, BagTopics, GivenInputs, TopicRole},
-    sequence::{Calibration, fit_calibration, read_calibration},
+    bag::{BagPictures, BagReader, BagTopics, GivenInputs, TopicRole, files_without_metadata},
+    sequence::{Calibration, fit_calibration, is_image, read_calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures, SourceOption,
         SourceOption::{
@@ -181,7 +184,7 @@ fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     Ok(OpenPictures { pictures: Box::new(pictures), calibration, warnings })
 }
 
-/// What was taken for topics that nobody named and that the recording does not have.
+/// What a folder was taken for, and what was taken for topics that nobody named and that the recording does not have.
 fn chosen(request: &Request<'_>, found: &BagTopics) -> Vec<String> {
     let asked = &request.topics();
     let roles = [
@@ -192,7 +195,66 @@ fn chosen(request: &Request<'_>, found: &BagTopics) -> Vec<String> {
         ("the robot's description", &asked.robot_description, &found.robot_description),
     ];
     let changed = roles.into_iter().filter(|(_, asked, found)| asked != found && !found.is_empty());
-    changed
-        .map(|(what, asked, found)| format!("{what}: from '{found}', since there is no '{asked}'"))
-        .collect()
+    let changed =
+        changed.map(|(what, asked, found)| format!("{what}: from '{found}', since there is no '{asked}'"));
+    notes_on_folder(Path::new(request.address.rest())).into_iter().chain(changed).collect()
+}
+
+/// What is read as one recording of a folder in which no `metadata.yaml` says what belongs to it, and what is left out.
+pub fn notes_on_folder(folder: &Path) -> Vec<String> {
+    let Some(read) = files_without_metadata(folder) else { return Vec::new() };
+    let mut notes = Vec::new();
+    if read.len() > 1 {
+        notes.push(format!(
+            "{}: no metadata.yaml says what belongs together; read as one recording, in this order: {}",
+            folder.display(),
+            listed(&read)
+        ));
+    }
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+    let could_be_read =
+        |path: &PathBuf| has_extension(path, &["mcap", "db3", "bag"]) || is_video(path) || is_image(path);
+    let mut left_out: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(could_be_read).collect();
+    left_out.retain(|path| !read.contains(path));
+    left_out.sort();
+    if !left_out.is_empty() {
+        notes.push(format!("{}: left out: {}", folder.display(), listed(&left_out)));
+    }
+    notes
+}
+
+/// Names of files without their folder.
+fn listed(paths: &[PathBuf]) -> String {
+    const MAX_LISTED: usize = 6;
+    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut names: Vec<String> = paths.iter().take(MAX_LISTED).map(name).collect();
+    if paths.len() > MAX_LISTED {
+        names.push(format!("... ({} files)", paths.len()));
+    }
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_says_what_is_read_together_and_what_is_left_out() {
+        let cases: [(&[&str], &[&str]); 5] = [
+            (&["a.mcap"], &[]),
+            (&["a.mcap", "notes.txt"], &[]),
+            (&["b.mcap", "a.mcap"], &["read as one recording, in this order: a.mcap, b.mcap"]),
+            (&["a.mcap", "a.db3", "clip.mp4", "x.png"], &["left out: a.db3, clip.mp4, x.png"]),
+            (&["a.mcap", "b.mcap", "metadata.yaml"], &[]),
+        ];
+        for (names, expected) in cases {
+            let folder = tempfile::tempdir().unwrap();
+            names.iter().for_each(|name| std::fs::write(folder.path().join(name), "").unwrap());
+            let notes = notes_on_folder(folder.path());
+            let is_same = notes.len() == expected.len()
+                && notes.iter().zip(expected).all(|(note, expected)| note.ends_with(expected));
+            assert!(is_same, "{names:?}: {notes:?}");
+        }
+        assert_eq!(listed(&vec![PathBuf::from("d/a.mcap"); 9]).matches("a.mcap").count(), 6);
+    }
 }

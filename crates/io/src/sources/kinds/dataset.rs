@@ -53,16 +53,18 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     let folder = Path::new(request.address.rest());
-    pictures_of(list_sequence(folder, &sequence_options(request))?)
+    let mut listing = list_sequence(folder, &sequence_options(request))?;
+    let size_px = listing.begin_with_usual_size(folder)?;
+    Ok(pictures_of(listing, |pictures| pictures.of_size(size_px)))
 }
 
-fn pictures_of(listing: Listing) -> Result<OpenPictures, SourcesError> {
+fn pictures_of(listing: Listing, chosen: impl FnOnce(FilePictures) -> FilePictures) -> OpenPictures {
     let Listing { images, calibration, skipped, mut warnings, .. } = listing;
     if let Err(error) = &calibration {
         warnings.push(format!("no calibration: {error}"));
     }
-    let pictures = Box::new(FilePictures::new(images, skipped));
-    Ok(OpenPictures { pictures, calibration: calibration.ok(), warnings })
+    let pictures = Box::new(chosen(FilePictures::new(images, skipped)));
+    OpenPictures { pictures, calibration: calibration.ok(), warnings }
 }
 
 fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
@@ -71,5 +73,6 @@ fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
     let folder = Path::new(request.address.rest());
     let mut listing = list_sequence(folder, &options)?;
     listing.begin_with_usual_size(folder)?;
-    frames_of_pictures(request, pictures_of(listing)?)
+    // A size that others have for good ends them.
+    frames_of_pictures(request, pictures_of(listing, |pictures| pictures))
 }

@@ -1,6 +1,9 @@
 //! A folder of images or a video as if it were a camera: over and over, in real time, through the same program and the same code.
 
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 use super::{
     SourceKind, Way, claims_nothing,
@@ -46,8 +49,13 @@ fn input(request: &Request<'_>) -> Result<Decoded, SourcesError> {
     if is_video(folder) {
         return looped_video(request, folder);
     }
-    if folder.is_file() {
-        return request.cannot("expected a folder of images or a video file to repeat, found another file");
+    let wrong = match folder.metadata() {
+        Ok(found) => found.is_file().then_some("another file"),
+        Err(error) => (error.kind() == ErrorKind::NotFound).then_some("nothing of that name"),
+    };
+    if let Some(found) = wrong {
+        let expected = "expected a folder of images or a video file to repeat";
+        return request.cannot(format!("{expected}, found {found}"));
     }
     let Listing { images, calibration, .. } = list_sequence(folder, &SequenceOptions::default())?;
     let rate_hz = request.options.rate_hz.unwrap_or(RATE_HZ);

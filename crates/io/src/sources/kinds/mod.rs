@@ -10,6 +10,7 @@ mod video;
 
 use std::path::Path;
 
+pub use bag::notes_on_folder;
 pub(crate) use simulation::simulated_names;
 pub use simulation::simulated_scenario;
 
