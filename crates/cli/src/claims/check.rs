@@ -208,6 +208,10 @@ fn check_writable(output: &Output) -> Result<()> {
         UseAs::File | UseAs::Map => files::try_file(&path),
         UseAs::Folder => files::try_folder(&path),
         UseAs::Recording if output.identity.kind() == Kind::Folder => files::try_folder(&path),
+        // The bag will be a folder.
+        UseAs::Recording if path.extension().is_none() && files::is_name_of_folder(&path) => {
+            files::try_folder(&path)
+        }
         UseAs::Recording => files::try_file(&path),
     };
     tried.with_context(|| format!("{}: cannot write there", output.text))

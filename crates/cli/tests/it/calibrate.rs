@@ -16,6 +16,16 @@ fn rendered(count: &str) -> Workspace {
 }
 
 #[test]
+fn rendered_pictures_are_not_mixed_with_those_of_others() {
+    let workspace = rendered("1");
+    workspace.write("photos/000.png", "somebody's own");
+    let error =
+        workspace.refused(&[&["camera", "render", "truth.toml", "--out", "photos"], &BOARD[..]].concat());
+    assert!(error.contains("photos: expected a new or empty folder"), "{error}");
+    assert_eq!(workspace.read("photos/000.png"), "somebody's own");
+}
+
+#[test]
 fn a_camera_comes_out_of_pictures_and_goes_through_every_form() {
     let workspace = rendered("14");
     let outputs = ["--out", "camera.toml", "--ros", "info.yaml", "--report", "report", "--json", "all.json"];

@@ -84,6 +84,7 @@ fn outputs_are_tried_before_the_run() {
     let workspace = Workspace::new();
     workspace.write("file", "kept");
     fs::create_dir(workspace.path("folder")).unwrap();
+    let long = "a".repeat(300);
     // Without the check these would run for minutes.
     for (options, expected) in [
         (["--json", "folder"], "found a folder"),
@@ -92,6 +93,11 @@ fn outputs_are_tried_before_the_run() {
         (["--bag-out", "file/bag.mcap"], "cannot write there"),
         #[cfg(target_os = "linux")]
         (["--estimates", "/proc/robot.csv"], "cannot write there"),
+        (["--json", "new/"], "expected the name of a file"),
+        (["--trajectory", "new/"], "expected the name of a file"),
+        (["--bag-out", "new.mcap/"], "expected the name of a file"),
+        (["--json", &long], "too long"),
+        (["--bag-out", "run.mp4"], "recordings are written as MCAP"),
     ] {
         let error = workspace.refused(&[&["localize", "sim:tour"], &options[..]].concat());
         assert!(error.contains(options[1]) && error.contains(expected), "{error}");
@@ -268,9 +274,15 @@ fn what_is_replaced_is_kept() {
     workspace.write("a.part", "somebody's own");
     workspace.must(&["localize", &bag, "--map", MAP, "--frames", "2", "--trajectory", "a"]);
     assert_eq!(workspace.read("a.part~"), "somebody's own");
+    workspace.write("b.part", "of a run that was killed");
+    let said = workspace.must(&["localize", "sim:still", "--frames", "2", "--trajectory", "b"]).stdout;
+    assert!(said.contains("is kept as b.part~"), "{said}");
+    fs::copy(&bag, workspace.path("c.part")).unwrap();
+    let error = workspace.refused(&["localize", "bag:c.part", "--map", MAP, "--trajectory", "c"]);
+    assert!(error.contains("c.part, which is read"), "{error}");
     fs::create_dir(workspace.path("b.part")).unwrap();
     let error = workspace.refused(&["localize", &bag, "--map", MAP, "--frames", "2", "--trajectory", "b"]);
-    assert!(error.contains("b.part: cannot create it"), "{error}");
+    assert!(error.contains("b.part, found a folder of that name"), "{error}");
     let error =
         workspace.refused(&["localize", &bag, "--map", MAP, "--plots", "p", "--json", "p/errors.png"]);
     assert!(error.contains("--plots p writes pictures there"), "{error}");

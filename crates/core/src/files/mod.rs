@@ -14,7 +14,9 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{NewFile, create_alone, kept_path, part_path, replace, try_file, try_folder, write};
+pub use write::{
+    NewFile, create_alone, is_name_of_folder, kept_path, part_path, replace, try_file, try_folder, write,
+};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;
@@ -190,6 +192,8 @@ mod tests {
         assert!(try_file(&path("file")).unwrap_err().to_string().contains("found a folder of that name"));
         fs::remove_dir(path("file~")).unwrap();
         assert!(try_file(folder.path()).unwrap_err().to_string().contains("found a folder"));
+        assert!(try_file(&path("new/")).unwrap_err().to_string().contains("ends as that of a folder"));
+        assert!(try_file(&path(&"a".repeat(251))).is_err(), "there is no room for .part");
         assert!(try_folder(&path("file")).unwrap_err().to_string().contains("expected a folder"));
         assert!(try_folder(&path("file/below")).is_err() && try_file(&path("file/below")).is_err());
         assert_eq!(
@@ -241,6 +245,11 @@ mod tests {
         write(&link, "new").unwrap();
         assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(fs::read_to_string(&target).unwrap(), "new");
+        let early = folder.path().join("early");
+        symlink("not there yet", &early).unwrap();
+        write(&early, "new").unwrap();
+        assert!(fs::symlink_metadata(&early).unwrap().is_symlink());
+        assert_eq!(read_text(&folder.path().join("not there yet")).unwrap(), "new");
         assert_eq!(fs::metadata(&target).unwrap().permissions().mode() & 0o777, 0o640);
     }
 }

@@ -280,15 +280,16 @@ fn target_of(path: &Path) -> PathBuf {
     path.to_path_buf()
 }
 
-/// A name with a separator at its end can be that of a folder only.
+/// Whether a name can be that of a folder only: it ends with a separator.
+#[must_use]
+pub fn is_name_of_folder(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    last.is_some_and(|last| std::path::is_separator(char::from(*last)))
+}
+
 fn refuse_folder_name(path: &Path) -> io::Result<()> {
-    let is_folder = path
-        .as_os_str()
-        .as_encoded_bytes()
-        .last()
-        .is_some_and(|last| std::path::is_separator(char::from(*last)));
     let message = "expected the name of a file, found one that ends as that of a folder";
-    if is_folder { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
+    if is_name_of_folder(path) { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
 }
 
 fn refuse_folder(found: &fs::Metadata) -> io::Result<()> {
@@ -332,7 +333,7 @@ pub fn try_file(path: &Path) -> io::Result<()> {
         match fs::symlink_metadata(&name) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             Ok(found) if found.is_dir() => {
-                let message = format!("it needs the name {}, found a folder there", name.display());
+                let message = format!("it needs the name {}, found a folder of that name", name.display());
                 return Err(io::Error::new(io::ErrorKind::IsADirectory, message));
             }
             _ => {}
