@@ -121,13 +121,12 @@ impl SightingModel<'_> {
     /// Of nobody who is known, or made up.
     fn set_base(&self, sighting: &Sighting, num_unknown: f64, factor: &mut Factor) {
         let seer = self.robots[self.observer];
-        let Scene { num_false, false_per_image, correlation_secs, .. } = *self.scene;
+        let Scene { num_false, correlation_secs, .. } = *self.scene;
         let (same, old) = self.seen_before(sighting);
         let (counted, secs) =
             old.map_or((0.0, 0.0), |old| (old.counted, sighting.at.secs_since(old.sighting.at)));
         factor.again = same / (self.scene.unexplained(sighting.kind, num_false, num_unknown) + same);
-        // No more false ones last than there are in one image.
-        let num_false = num_false + factor.again * (false_per_image - num_false);
+        let num_false = num_false * (1.0 - factor.again);
         let unexplained = |kind: SightingKind, unknown: f64| self.scene.unexplained(kind, num_false, unknown);
         factor.base = unexplained(sighting.kind, num_unknown);
         // Who makes up what it sees sees as much as if there were as many robots again.
