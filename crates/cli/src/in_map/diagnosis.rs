@@ -56,12 +56,12 @@ impl MapCounters {
     /// Counts an image and what became of it.
     pub fn count(&mut self, frame: &MapFrame, localizer: &MapLocalizer, config: &SlamConfig) {
         self.num += 1;
-        let reliability = localizer.estimate().map_or(0.0, |estimate| estimate.reliability);
-        self.best_reliability = self.best_reliability.max(reliability);
         if localizer.estimate().is_some_and(|estimate| estimate.is_localized()) {
             self.num_localized += 1;
             return;
         }
+        let reliability = localizer.estimate().map_or(0.0, |estimate| estimate.reliability);
+        self.best_reliability = self.best_reliability.max(reliability);
         let refusal = localizer.outcome().and_then(|outcome| outcome.refusal);
         let fewest = config.relocation.min_matches;
         let cause = match refusal {
