@@ -56,16 +56,6 @@ pub fn token(text: &str) -> Result<String, String> {
     Ok(text.to_owned())
 }
 
-/// The address of another computer with a port.
-pub fn host_and_port(text: &str) -> Result<String, String> {
-    let port = text
-        .rsplit_once(':')
-        .filter(|(host, _)| !host.is_empty())
-        .and_then(|(_, port)| port.parse::<u16>().ok());
-    port.map(|_| text.to_owned())
-        .ok_or_else(|| "expected a computer and a port, such as robot.local:7979".to_owned())
-}
-
 /// An address of this computer with a port.
 fn address_and_port(text: &str) -> Result<SocketAddr, String> {
     let numbers = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));

@@ -6,8 +6,7 @@ use clap::Args;
 
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg, SeedArg, SourceArgs, TopicArgs,
-    number::whole,
-    shared::{host_and_port, token},
+    number::whole, shared::token,
 };
 
 /// Arguments of `visloc studio`.
@@ -77,6 +76,16 @@ pub struct StudioArgs {
     pub topics: TopicArgs,
     #[command(flatten)]
     pub seed: SeedArg,
+}
+
+/// The address of another computer with a port.
+fn host_and_port(text: &str) -> Result<String, String> {
+    let port = text
+        .rsplit_once(':')
+        .filter(|(host, _)| !host.is_empty())
+        .and_then(|(_, port)| port.parse::<u16>().ok());
+    port.map(|_| text.to_owned())
+        .ok_or_else(|| "expected a computer and a port, such as robot.local:7979".to_owned())
 }
 
 /// An address of this computer, without the port.
