@@ -7,7 +7,7 @@
 
 import { execFileSync } from "node:child_process";
 import { existsSync, readdirSync } from "node:fs";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
 import { chromium } from "playwright-core";
 
 import { byHand } from "./by_hand.mjs";
@@ -335,7 +335,7 @@ async function teaches(browser, url) {
   await page.click("#save-taught");
   await until(page, saved);
   const { file, num_keyframes } = await page.evaluate(saved);
-  check(existsSync(file) && file.endsWith(".vmap") && num_keyframes >= 10, `the map of a room is saved: ${num_keyframes} keyframes`);
+  check(existsSync(resolve(folder, file)) && file.endsWith(".vmap") && num_keyframes >= 10, `the map of a room is saved: ${num_keyframes} keyframes`);
   if (pictures) await page.screenshot({ path: join(pictures, "teach.png") });
   await page.click("#find-in-taught");
   await until(page, () => window.studio.store.scene.does === "find" && window.studio.store.state.is_lost === false);
