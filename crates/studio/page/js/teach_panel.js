@@ -10,15 +10,15 @@ export class TeachPanel {
     this.grown = make("b", { className: "number" });
     this.save = button("Save the map", "save-taught", "Writes the map so far into a file", () => socket.send("save"));
     this.file = make("b", { className: "number" });
-    this.find = button("Find the camera in it", "find-in-taught", "The same images again, in this map; kidnap the camera there", open("taught"));
+    this.find = button("Find the camera in it", "find-in-taught", "The same images again, in this map", open("taught"));
     this.find.className = "primary";
     this.goOn = button("Go on teaching in it", "teach-more", "The same images again; what is new is added to this map", open("teach"));
     this.next = make("li", {}, make("p", {}, "Saved: ", this.file), make("div", { className: "run-row" }, this.find, this.goOn));
     this.steps = make("ol", { className: "column teach-steps" },
       make("li", {}, make("p", {}, "Let the camera look around, sideways rather than on the spot. Its map grows: ", this.grown, ".")),
       make("li", {}, make("div", { className: "run-row" }, this.save)), this.next);
-    this.found = make("p", {}, "The camera is looked for in a map that stays as it is. ",
-      make("b", {}, "Kidnap"), " it, cover it: it is found again wherever the map was made.");
+    this.hands = make("span", {}, make("b", {}, "Kidnap"), " it, cover it: it is found again wherever the map was made.");
+    this.found = make("p", {}, "The camera is looked for in a map that stays as it is. ", this.hands);
     this.elsewhere = make("p", { className: "small" }, "Any camera is found in such a file: visloc localize SOURCE --map FILE. Or drop the file on this page, and then a video, a bag or a folder of images.");
     byId("panel-teach").replaceChildren(this.steps, this.found, this.elsewhere);
     store.on("scene", () => this.fit());
@@ -30,6 +30,7 @@ export class TeachPanel {
     this.save.disabled = true;
     this.steps.hidden = !isTeaching;
     this.found.hidden = isTeaching;
+    this.hands.hidden = !this.store.scene.has_hands;
     this.elsewhere.hidden = !isTeaching;
   }
 

@@ -54,7 +54,11 @@ impl TaughtMaps {
     ) -> Result<usize, StudioError> {
         let refused = |error: String| StudioError::input(folder.display(), error);
         let path = new_file(folder, &from.stem(), "vmap").map_err(|error| refused(error.to_string()))?;
-        save(&path, &map, &slam.session_camera()).map_err(|error| refused(error.to_string()))?;
+        if let Err(error) = save(&path, &map, &slam.session_camera()) {
+            // The name was reserved with an empty file.
+            let _ = std::fs::remove_file(&path);
+            return Err(refused(error.to_string()));
+        }
         let mut all = self.lock();
         all.push(TaughtMap { path, map: Arc::new(map), from: from.clone() });
         Ok(all.len() - 1)
