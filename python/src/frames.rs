@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::{PyArray2, PyArray3, PyReadonlyArray2};
 use pyo3::prelude::*;
 use visloc::{
-    FrameSource, GroundContact, ImageSource, Mount, PlanarPose, Timestamp, Truth,
+    GroundContact, ImageSource, Mount, PlanarPose, Source, SourceFrame, Timestamp, Truth,
     io::sources::{Host, SourceOptions, open_frames, open_images},
 };
 
@@ -103,7 +103,7 @@ impl Frame {
 // Sources may hold handles of the system that stay on one thread.
 #[pyclass(unsendable, module = "visloc")]
 pub struct Frames {
-    source: Box<dyn FrameSource>,
+    source: Box<dyn Source<SourceFrame>>,
     map: Option<visloc::Map>,
     warnings: Vec<String>,
 }
@@ -115,7 +115,7 @@ impl Frames {
     }
 
     fn __next__(&mut self) -> PyResult<Option<Frame>> {
-        let next = self.source.next_frame().transpose().map_err(refused)?;
+        let next = self.source.next_item().transpose().map_err(refused)?;
         Ok(next.map(|next| Frame { frame: next.frame, truth: next.truth }))
     }
 
@@ -134,7 +134,7 @@ impl Frames {
     /// What was left out so far, with reasons.
     #[getter]
     fn skipped(&self) -> Vec<String> {
-        self.source.skipped().iter().map(|it| format!("{}: {}", it.origin, it.reason)).collect()
+        self.source.status().skipped.iter().map(|it| format!("{}: {}", it.origin, it.reason)).collect()
     }
 }
 
@@ -165,7 +165,7 @@ impl Images {
     }
 
     fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<(f64, Bound<'py, PyArray2<u8>>)>> {
-        let Some(next) = self.source.next_image().transpose().map_err(refused)? else { return Ok(None) };
+        let Some(next) = self.source.next_item().transpose().map_err(refused)? else { return Ok(None) };
         Ok(Some((next.at.secs(), gray_array(py, &next.image)?)))
     }
 

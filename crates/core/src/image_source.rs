@@ -1,7 +1,7 @@
-//! Where the images of one camera come from.
+//! Images of one camera.
 
 use crate::{
-    GrayImage, SkippedInput, SourceError, SourceFrame, Timestamp,
+    GrayImage, RgbImage, Source, SourceError, SourceFrame, SourceStatus, Timestamp,
     eval::EvaluationOptions,
     geom::{Camera, CameraFrame, Odom, Rigid3, World},
 };
@@ -41,26 +41,55 @@ impl GrayFrame {
     }
 }
 
-/// Everything that delivers the images of one calibrated camera: a dataset, a folder, a live camera.
-pub trait ImageSource {
+/// One color image with its time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// When it was taken.
+    pub at: Timestamp,
+    /// The image.
+    pub image: RgbImage,
+    /// The file that it was in the source, JPEG or PNG, where it was one.
+    pub file: Option<Vec<u8>>,
+}
+
+/// The images of one calibrated camera: a dataset, a folder, a live camera.
+pub trait ImageSource: Source<GrayFrame> {
     /// The camera of all images.
     fn camera(&self) -> &Camera;
+}
 
-    /// The next image in order of time, `None` at the end. After an error there are no more images.
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>>;
+impl<S: ImageSource + ?Sized> ImageSource for Box<S> {
+    fn camera(&self) -> &Camera {
+        (**self).camera()
+    }
+}
 
-    /// How many images there will be, if that is known; those that cannot be read count.
-    fn num_images(&self) -> Option<usize> {
-        None
+/// Gray images whose camera is known.
+pub struct CalibratedImages {
+    camera: Camera,
+    images: Box<dyn Source<GrayFrame>>,
+}
+
+impl CalibratedImages {
+    /// All images have the size of the camera.
+    #[must_use]
+    pub fn new(camera: Camera, images: Box<dyn Source<GrayFrame>>) -> Self {
+        Self { camera, images }
+    }
+}
+
+impl Source<GrayFrame> for CalibratedImages {
+    fn next_item(&mut self) -> Option<Result<GrayFrame, SourceError>> {
+        self.images.next_item()
     }
 
-    /// What was left out so far.
-    fn skipped(&self) -> &[SkippedInput] {
-        &[]
+    fn status(&self) -> SourceStatus<'_> {
+        self.images.status()
     }
+}
 
-    /// How many images of a live source came while nobody was ready for them.
-    fn num_dropped(&self) -> usize {
-        0
+impl ImageSource for CalibratedImages {
+    fn camera(&self) -> &Camera {
+        &self.camera
     }
 }

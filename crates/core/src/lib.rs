@@ -1,5 +1,5 @@
 //! What every part of visloc passes around: time stamps, seeded random streams, images, the frames of a robot's sensors, trajectories, and
-//! the traits of everything that produces frames; geometry and cameras ([`geom`]), parameters as people write them ([`settings`]), and
+//! the trait of everything that produces them; geometry and cameras ([`geom`]), parameters as people write them ([`settings`]), and
 //! the comparison of an estimate with the truth ([`eval`]).
 
 mod clock;
@@ -12,22 +12,20 @@ mod gray;
 mod host;
 mod image;
 mod image_source;
-mod picture_source;
 mod rng;
 pub mod settings;
+mod source;
 mod time;
 mod trajectory;
 
 pub use clock::Clock;
 pub use floor::{FloorCell, FloorPicture};
-pub use frame::{
-    ChangedFrames, Frame, FrameSource, GroundContact, SkippedInput, SourceError, SourceFrame, Truth,
-};
+pub use frame::{Frame, GroundContact, SourceFrame, Truth};
 pub use gray::GrayImage;
 pub use host::Host;
 pub use image::{ImageSizeError, RgbImage};
-pub use image_source::{GrayFrame, ImageSource};
-pub use picture_source::{Picture, PictureSource};
+pub use image_source::{CalibratedImages, GrayFrame, ImageSource, Picture};
 pub use rng::{Rng, RngTree, gaussian};
+pub use source::{Mapped, PutBack, SkippedInput, Source, SourceError, SourceStatus};
 pub use time::Timestamp;
 pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

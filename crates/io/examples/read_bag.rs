@@ -2,7 +2,7 @@
 
 use std::{env, process::ExitCode};
 
-use visloc_core::FrameSource;
+use visloc_core::Source;
 use visloc_io::bag::{BagReader, BagTopics};
 
 fn main() -> ExitCode {
@@ -21,7 +21,7 @@ fn main() -> ExitCode {
         println!("{:28} {:36} {} messages", topic.topic, topic.type_name, topic.num_messages);
     }
     let (mut num_frames, mut num_with_truth, mut num_with_odometry) = (0, 0, 0);
-    while let Some(next) = bag.next_frame() {
+    while let Some(next) = bag.next_item() {
         match next {
             Ok(frame) => {
                 num_frames += 1;
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     }
     println!("{num_frames} frames, {num_with_truth} with truth, {num_with_odometry} with odometry");
     println!("{} frames with held values", bag.num_frames_with_held_values());
-    for skipped in bag.skipped().iter().take(10) {
+    for skipped in bag.status().skipped.iter().take(10) {
         println!(
             "left out: {} {:?}: {}",
             skipped.origin,
@@ -41,6 +41,6 @@ fn main() -> ExitCode {
             skipped.reason
         );
     }
-    println!("{} messages left out", bag.skipped().len());
+    println!("{} messages left out", bag.status().skipped.len());
     ExitCode::SUCCESS
 }

@@ -5,15 +5,15 @@
 //! up to the damage.
 //!
 //! ```no_run
-//! use visloc_core::FrameSource;
+//! use visloc_core::Source;
 //! use visloc_io::bag::{BagReader, BagTopics};
 //!
 //! let mut bag = BagReader::open("recording.mcap", BagTopics::default())?;
-//! while let Some(frame) = bag.next_frame() {
+//! while let Some(frame) = bag.next_item() {
 //!     let frame = frame?.frame;
 //!     println!("{}: {} x {} px", frame.at, frame.image.width(), frame.image.height());
 //! }
-//! println!("{} messages were left out", bag.skipped().len());
+//! println!("{} messages were left out", bag.status().skipped.len());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 use nalgebra::Vector3;
-use visloc_core::{ImageSource, RgbImage};
+use visloc_core::{ImageSource, RgbImage, Source};
 use visloc_io::{
     image_codec::{save_jpeg, save_png},
     sequence::{Bound, Sequence, SequenceOptions, SequenceRange, open_sequence},
@@ -60,7 +60,7 @@ impl Dataset {
 /// Stamps of the images that can be read, seconds.
 fn stamps(sequence: &mut Sequence) -> Vec<f64> {
     let mut stamps = Vec::new();
-    while let Some(image) = sequence.images.next_image() {
+    while let Some(image) = sequence.images.next_item() {
         // To the microsecond: seconds since 1970 have no more digits.
         stamps.push((image.unwrap().at.secs() * 1e6).round() / 1e6);
     }
@@ -194,7 +194,7 @@ fn ranges_strides_and_scales() {
     let mut sequence = dataset.open(&options).unwrap();
     assert_eq!(sequence.images.camera().size_px(), (32, 24));
     assert_eq!(sequence.images.camera().center_px(), (15.5, 11.5));
-    let image = sequence.images.next_image().unwrap().unwrap().image;
+    let image = sequence.images.next_item().unwrap().unwrap().image;
     assert_eq!((image.width(), image.height()), (32, 24));
     assert_eq!(stamps(&mut sequence), [7.3]);
     let range = SequenceRange { start: Bound::Frame(9), ..SequenceRange::default() };
@@ -220,7 +220,7 @@ fn bad_images_and_lines_are_left_out_and_named() {
     );
     assert_eq!(stamps(&mut sequence), [7.0, 9.9]);
     let skipped: Vec<String> =
-        sequence.images.skipped().iter().map(|s| format!("{}: {}", s.origin, s.reason)).collect();
+        sequence.images.status().skipped.iter().map(|s| format!("{}: {}", s.origin, s.reason)).collect();
     for (skipped, expected) in skipped.iter().zip([
         "rgb.txt, line 3: expected a time after 7.1",
         "rgb.txt, line 4: expected a time after 7.1",

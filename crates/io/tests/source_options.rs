@@ -244,7 +244,7 @@ fn everything(
         Purpose::Frames => {
             let mut frames = open_frames(text, options, &host).map_err(|error| told(&error))?.frames;
             let mut number = 0;
-            while let Some(next) = frames.next_frame() {
+            while let Some(next) = frames.next_item() {
                 match next {
                     Ok(SourceFrame { frame: f, truth }) => {
                         let rest = (f.camera, f.robot_from_camera, f.odometry, truth);
@@ -259,7 +259,7 @@ fn everything(
             let mut images = open_images(text, options, &host).map_err(|error| told(&error))?.images;
             let camera = *images.camera();
             let mut number = 0;
-            while let Some(next) = images.next_image() {
+            while let Some(next) = images.next_item() {
                 match next {
                     Ok(frame) => {
                         let (image, at) = (&frame.image, frame.at);
@@ -276,7 +276,7 @@ fn everything(
             let open = open_pictures(text, options, &host).map_err(|error| told(&error))?;
             let (mut pictures, calibration) = (open.pictures, open.calibration);
             let mut number = 0;
-            while let Some(next) = pictures.next_picture() {
+            while let Some(next) = pictures.next_item() {
                 match next {
                     Ok(picture) => {
                         let what = (size(&picture.image), calibration.as_ref().map(|known| &known.0));

@@ -67,7 +67,7 @@ impl Place {
 /// Stamps of all images, and the error at the end.
 fn drain(images: &mut dyn ImageSource) -> (Vec<Timestamp>, Option<SourceError>) {
     let mut stamps = Vec::new();
-    while let Some(next) = images.next_image() {
+    while let Some(next) = images.next_item() {
         match next {
             Ok(frame) => {
                 assert_eq!(frame.image.data(), [8, 16, 24, 32]);
@@ -86,7 +86,7 @@ fn a_video_keeps_its_times() {
     assert_eq!(images.camera().focal_px(), (2.0, 2.0));
     let (stamps, error) = drain(images.as_mut());
     assert_eq!(stamps, [0.1, 0.2, 0.3].map(Timestamp::from_secs));
-    assert!(error.is_none() && images.skipped().is_empty());
+    assert!(error.is_none() && images.status().skipped.is_empty());
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn what_came_before_the_damage_is_kept() {
     let place = Place::new(2, "echo '[mkv] [error] ended prematurely' >&2; exit 0");
     let mut images = place.images();
     assert!(drain(images.as_mut()).1.is_none());
-    assert_eq!(images.skipped()[0].reason, "ended prematurely");
+    assert_eq!(images.status().skipped[0].reason, "ended prematurely");
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn frames_of_a_video_have_the_mount_and_nothing_else() {
     let mount = Some(Mount { height_m: 0.5, ..Mount::default() });
     let options = SourceOptions { mount, ..place.options() };
     let mut frames = open_frames(&video, &options, &Host::silent()).unwrap().frames;
-    let frame = frames.next_frame().unwrap().unwrap().frame;
+    let frame = frames.next_item().unwrap().unwrap().frame;
     assert_eq!((frame.image.get(1, 1), frame.odometry), ([32; 3], None));
     assert_eq!(frame.robot_from_camera.translation().z, 0.5);
 }
@@ -149,12 +149,12 @@ fn a_live_source_gives_the_newest_and_counts_the_rest() {
         let text = format!("loop:{}", place.text(name));
         let mut pictures = open_pictures(&text, &place.options(), &Host::silent()).unwrap().pictures;
         let mut num_seen = 0;
-        while let Some(next) = pictures.next_picture() {
+        while let Some(next) = pictures.next_item() {
             next.unwrap();
             num_seen += 1;
         }
         assert!(num_seen >= 1);
-        assert_eq!(num_seen + pictures.num_dropped(), 9, "{name}");
+        assert_eq!(num_seen + pictures.status().num_dropped, 9, "{name}");
     }
     let missing = open_pictures("v4l2:/dev/no-such-camera", &place.options(), &Host::silent());
     assert!(missing.err().unwrap().to_string().contains("expected a camera such as /dev/video0"));
@@ -169,12 +169,10 @@ fn folders_and_bags_serve_every_purpose() {
     let folder = place.folder.path().display().to_string();
     let options = SourceOptions { rate_hz: Some(10.0), ffmpeg: None, ..place.options() };
     let mut images = open_images(&format!("images:{folder}"), &options, &Host::silent()).unwrap().images;
-    images.next_image();
-    assert_eq!(images.next_image().unwrap().unwrap().at, Timestamp::from_secs(0.1));
+    images.next_item();
+    assert_eq!(images.next_item().unwrap().unwrap().at, Timestamp::from_secs(0.1));
     let uncalibrated = SourceOptions { camera: None, ..options };
-    assert!(
-        open_pictures(&folder, &uncalibrated, &Host::silent()).unwrap().pictures.next_picture().is_some()
-    );
+    assert!(open_pictures(&folder, &uncalibrated, &Host::silent()).unwrap().pictures.next_item().is_some());
     let error = open_images(&format!("tum:{folder}"), &uncalibrated, &Host::silent()).err().unwrap();
     assert!(error.to_string().contains("rgb.txt (TUM RGB-D); it is not there"), "{error}");
 
@@ -184,7 +182,7 @@ fn folders_and_bags_serve_every_purpose() {
         ..SourceOptions::default()
     };
     let images = open_images(bag, &options, &Host::silent()).unwrap().images;
-    assert_eq!((images.camera().size_px(), images.num_images()), ((320, 240), Some(90)));
+    assert_eq!((images.camera().size_px(), images.status().num_items), ((320, 240), Some(90)));
 }
 
 #[test]
@@ -192,7 +190,7 @@ fn rooms_are_no_fields() {
     let open = |text: &str| open_frames(text, &SourceOptions::default(), &Host::silent());
     assert!(open("sim:room").err().unwrap().to_string().contains("visloc slam"));
     let robot = open("sim:robocup").unwrap();
-    assert!(robot.map.is_some() && robot.frames.num_frames().is_some());
+    assert!(robot.map.is_some() && robot.frames.status().num_items.is_some());
 }
 
 fn all(topics: BagTopics) -> TopicOptions {
@@ -234,7 +232,7 @@ fn camera_and_mount_are_used_over_and_instead_of_what_a_bag_says() {
     for topics in [BagTopics::default(), bare_topics.clone()] {
         let bag = small_bag(&place, &topics);
         let mut frames = open(&bag, &both).unwrap().frames;
-        let frame = frames.next_frame().unwrap().unwrap().frame;
+        let frame = frames.next_item().unwrap().unwrap().frame;
         assert_eq!(frame.camera.focal_px(), (2.0, 2.0));
         assert_eq!(frame.robot_from_camera, mount.robot_from_camera());
         assert!(frame.odometry.is_some(), "the robot's odometry stays");

@@ -52,19 +52,19 @@ fn a_bag_of_two_cameras_comes_back_in_order_and_one_of_them_alone() {
     let open = |options: &SourceOptions| open_frames(&bag, options, &Host::silent());
     let both = SourceOptions { topics: topics(&[LOWER]), ..SourceOptions::default() };
     let mut frames = open(&both).unwrap().frames;
-    assert_eq!(frames.num_frames(), Some(9));
+    assert_eq!(frames.status().num_items, Some(9));
     for SourceFrame { frame: expected, .. } in &written {
-        let found = frames.next_frame().unwrap().unwrap().frame;
+        let found = frames.next_item().unwrap().unwrap().frame;
         assert_eq!((found.at, found.camera_index), (expected.at, expected.camera_index));
         assert_eq!(found.camera, expected.camera);
         let off = found.robot_from_camera.rotation() - expected.robot_from_camera.rotation();
         assert!(off.norm() < 1e-9);
         assert_eq!(found.odometry, expected.odometry);
     }
-    assert!(frames.next_frame().is_none() && frames.skipped().is_empty());
+    assert!(frames.next_item().is_none() && frames.status().skipped.is_empty());
 
     let one = SourceOptions { topics: topics(&[]), ..SourceOptions::default() };
-    assert_eq!(open(&one).unwrap().frames.num_frames(), Some(6));
+    assert_eq!(open(&one).unwrap().frames.status().num_items, Some(6));
     let refused = |options: &SourceOptions| open(options).err().unwrap().to_string();
     let twice = SourceOptions { topics: topics(&[UPPER]), ..SourceOptions::default() };
     assert!(refused(&twice).contains("twice"), "{}", refused(&twice));

@@ -5,7 +5,7 @@
 #![allow(missing_docs, clippy::unwrap_used)] // the macros make public functions; a benchmark may stop
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use visloc_core::{Frame, FrameSource, RngTree, geom::PlanarPose};
+use visloc_core::{Frame, RngTree, Source, geom::PlanarPose};
 use visloc_locate::{
     ALGORITHMS, FeatureChoice, ObservationModel, Pipeline, PipelineConfig,
     observation::field::{DrawnFieldModel, FieldModelConfig, FieldObservationModel},
@@ -18,7 +18,7 @@ use visloc_world::Map;
 fn frames() -> (Map, Vec<Frame>) {
     let mut simulation = Simulation::new(&Scenario::load("tour").unwrap(), 1).unwrap().with_num_frames(180);
     let map = simulation.map().clone();
-    let frames = std::iter::from_fn(|| simulation.next_frame()).map(|frame| frame.unwrap().frame).collect();
+    let frames = std::iter::from_fn(|| simulation.next_item()).map(|frame| frame.unwrap().frame).collect();
     (map, frames)
 }
 

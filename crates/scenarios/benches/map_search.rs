@@ -7,7 +7,7 @@
 use std::path::PathBuf;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use visloc_core::{GrayFrame, GrayImage, ImageSource, Timestamp, geom::Camera};
+use visloc_core::{GrayFrame, GrayImage, ImageSource, Source, Timestamp, geom::Camera};
 use visloc_io::sequence::{SequenceRange, open_tum};
 use visloc_slam::{Slam, SlamConfig, map::Map};
 use visloc_vmap::{MapLocalizer, VisualMap};
@@ -22,7 +22,7 @@ fn desk() -> (Camera, Vec<GrayImage>, Map) {
     config.mapping.max_shift_ratio = 0.02;
     let mut slam = Slam::new(&camera, &config, 1).unwrap();
     let mut images = Vec::new();
-    while let Some(frame) = source.next_image().map(Result::unwrap) {
+    while let Some(frame) = source.next_item().map(Result::unwrap) {
         if images.len() % 2 == 0 {
             slam.add_frame(frame.at, frame.image.clone()).unwrap();
         }

@@ -6,7 +6,7 @@
 #![allow(missing_docs, clippy::unwrap_used)] // the macros make public functions; a benchmark may stop
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
-use visloc_core::{Frame, FrameSource, RngTree};
+use visloc_core::{Frame, RngTree, Source};
 use visloc_locate::{
     ObservationModel, Pipeline,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
@@ -18,7 +18,7 @@ use visloc_world::Map;
 fn frames(scenario: &str) -> (Map, Vec<Frame>) {
     let mut simulation = Simulation::new(&Scenario::load(scenario).unwrap(), 1).unwrap().with_num_frames(300);
     let map = simulation.map().clone();
-    let frames = std::iter::from_fn(|| simulation.next_frame()).map(|frame| frame.unwrap().frame).collect();
+    let frames = std::iter::from_fn(|| simulation.next_item()).map(|frame| frame.unwrap().frame).collect();
     (map, frames)
 }
 

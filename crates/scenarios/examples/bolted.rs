@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use nalgebra::{Rotation3, Vector3};
 use visloc_core::{
-    FrameSource, SourceFrame,
+    Source, SourceFrame,
     geom::{CameraFrame, PlanarPose, Rigid3},
 };
 use visloc_io::bag::{BagReader, BagTopics};
@@ -53,7 +53,7 @@ fn load(run: &str, seed: u64) -> Result<(Map, Vec<SourceFrame>), Failure> {
     let (run, standing) = run.split_once('@').map_or((run, None), |(run, image)| (run, Some(image)));
     let (map, mut frames) = if let Some((recording, map)) = run.split_once('=') {
         let mut bag = BagReader::open(recording, BagTopics::default())?;
-        (Map::load(map)?, std::iter::from_fn(|| bag.next_frame()).collect::<Result<Vec<_>, _>>()?)
+        (Map::load(map)?, std::iter::from_fn(|| bag.next_item()).collect::<Result<Vec<_>, _>>()?)
     } else {
         let (name, frames) = run.split_once(':').unwrap_or((run, "1000000"));
         let scenario = Scenario::load(name)?;

@@ -3,7 +3,7 @@
 //! `cargo run --release -p visloc-scenarios --example feature_detectors -- MAP RUN...` where a run is a bag or
 //! `sim:SCENARIO:SEED:FRAMES`.
 
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{RngTree, Source, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{PipelineConfig, analysis_for, vision::field::FieldAnalyzer};
 use visloc_scenarios::DetectionScores;
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn open(run: &str) -> Result<Box<dyn FrameSource>, Box<dyn std::error::Error>> {
+fn open(run: &str) -> Result<Box<dyn Source<SourceFrame>>, Box<dyn std::error::Error>> {
     let Some(scenario) = run.strip_prefix("sim:") else {
         return Ok(Box::new(BagReader::open(run, BagTopics::default())?));
     };
@@ -50,13 +50,13 @@ fn open(run: &str) -> Result<Box<dyn FrameSource>, Box<dyn std::error::Error>> {
 
 fn score(
     field: &Field,
-    source: &mut dyn FrameSource,
+    source: &mut dyn Source<SourceFrame>,
     total: &mut DetectionScores,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut analyzer = FieldAnalyzer::new(analysis_for(field, &PipelineConfig::default()))?;
     let mut rng = RngTree::new(1).stream("analysis", 0);
     let mut index = 0;
-    while let Some(frame) = source.next_frame() {
+    while let Some(frame) = source.next_item() {
         let frame = frame?;
         index += 1;
         let Some(truth) = frame.truth.filter(|truth| truth.height_m < 0.02 && index % STEP == 0) else {

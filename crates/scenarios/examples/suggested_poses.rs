@@ -5,7 +5,7 @@
 //! among the eight most likely, on a symmetric field also the mirrored one.
 
 use rand::RngExt;
-use visloc_core::{FrameSource, Rng, RngTree, geom::PlanarPose};
+use visloc_core::{Rng, RngTree, Source, geom::PlanarPose};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{
     ObservationModel, PipelineConfig, analysis_for,
@@ -43,7 +43,7 @@ fn count(field: &Field, bag: &str) -> Result<(usize, usize, usize), Box<dyn std:
     let mut pixels = FieldObservationModel::new(field, &FieldModelConfig::default())?;
     let mut rng = RngTree::new(1).stream("suggest", 0);
     let (mut lines, mut composite, mut all, mut index) = (0, 0, 0, 0);
-    while let Some(frame) = reader.next_frame() {
+    while let Some(frame) = reader.next_item() {
         let frame = frame?;
         index += 1;
         let Some(truth) = frame.truth.filter(|t| t.height_m < 0.02 && index % STEP == 0) else { continue };

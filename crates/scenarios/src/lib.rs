@@ -7,7 +7,7 @@ mod detection_score;
 
 pub use detection_score::{DetectionScore, DetectionScores};
 use visloc_core::{
-    FrameSource, PlanarTrajectory, SourceError, SourceFrame, StampedPose,
+    PlanarTrajectory, Source, SourceError, SourceFrame, StampedPose,
     eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate},
 };
 use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
@@ -44,7 +44,7 @@ pub struct Run {
 /// # Errors
 /// If the algorithm is unknown, or the source breaks.
 pub fn run(
-    source: &mut dyn FrameSource,
+    source: &mut dyn Source<SourceFrame>,
     map: &Map,
     algorithm: &str,
     features: FeatureChoice,
@@ -54,7 +54,7 @@ pub fn run(
     let mut pipeline = Pipeline::builder(map).named(algorithm, None).config(config).seed(seed).build()?;
     let mut truth = PlanarTrajectory::new();
     let mut estimates = Vec::new();
-    while let Some(source_frame) = source.next_frame() {
+    while let Some(source_frame) = source.next_item() {
         let source_frame = source_frame?;
         let frame = &source_frame.frame;
         let estimate = pipeline.step(frame)?;
@@ -78,8 +78,8 @@ pub fn run(
 ///
 /// # Errors
 /// If the source breaks.
-pub fn collect(source: &mut dyn FrameSource) -> Result<Vec<SourceFrame>, SourceError> {
-    std::iter::from_fn(|| source.next_frame()).collect()
+pub fn collect(source: &mut dyn Source<SourceFrame>) -> Result<Vec<SourceFrame>, SourceError> {
+    std::iter::from_fn(|| source.next_item()).collect()
 }
 
 /// Frames from memory.
@@ -93,8 +93,8 @@ impl<'a> Replay<'a> {
     }
 }
 
-impl FrameSource for Replay<'_> {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl Source<SourceFrame> for Replay<'_> {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         self.0.next().cloned().map(Ok)
     }
 }

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use visloc_core::FrameSource;
+use visloc_core::Source;
 use visloc_sim::{Scenario, Simulation};
 
 fn frames(c: &mut Criterion) {
@@ -14,7 +14,7 @@ fn frames(c: &mut Criterion) {
         let Ok(mut simulation) = make() else { continue };
         group.bench_function(name, |b| {
             b.iter(|| {
-                let frame = simulation.next_frame();
+                let frame = simulation.next_item();
                 if frame.is_none()
                     && let Ok(again) = make()
                 {

@@ -2,7 +2,7 @@
 
 use std::{env, error::Error, path::Path};
 
-use visloc_core::FrameSource;
+use visloc_core::Source;
 use visloc_sim::{Scenario, Simulation};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenario = Scenario::load(name)?;
     let mut simulation = Simulation::new(&scenario, number(3, 1)? as u64)?.with_threads(number(4, 2)?);
     let mut index = 0;
-    while let Some(frame) = simulation.next_frame() {
+    while let Some(frame) = simulation.next_item() {
         let image = frame?.frame.image;
         if index >= first && (index - first) % step == 0 {
             let path = Path::new(directory).join(format!("{name}-{index:05}.png"));

@@ -1,7 +1,7 @@
 //! Simulator: what a robot with one camera sees, feels and reports in a world described by data.
 //!
 //! A [`Scenario`] (a TOML file) says what stands where and what the robot does; a [`Simulation`] of it with a seed is
-//! a [`visloc_core::FrameSource`] with the truth in every frame; a [`LiveSimulation`] is steered while it runs,
+//! a [source](visloc_core::Source) with the truth in every frame; a [`LiveSimulation`] is steered while it runs,
 //! and a [`TeamSimulation`] has several robots, each with its camera. [`Scene`] and [`Renderer`] also work on their own, for
 //! pictures from any pose. A [`CameraTour`] carries a camera of its own through a textured room, for SLAM.
 //!

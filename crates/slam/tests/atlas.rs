@@ -4,7 +4,7 @@
 
 use std::{path::PathBuf, sync::Arc};
 
-use visloc_core::{Clock, GrayImage, ImageSource, RngTree, Timestamp, geom::Camera};
+use visloc_core::{Clock, GrayImage, ImageSource, RngTree, Source, Timestamp, geom::Camera};
 use visloc_io::sequence::{SequenceRange, open_tum};
 use visloc_slam::{
     FrameOutcome, Schedule, Slam, SlamConfig, StageTimer, TrackingState,
@@ -19,7 +19,7 @@ fn clip() -> (Camera, Vec<GrayImage>) {
     let mut source = open_tum(&folder, SequenceRange::default()).unwrap();
     let camera = *source.camera();
     let mut images = Vec::new();
-    while let Some(frame) = source.next_image() {
+    while let Some(frame) = source.next_item() {
         images.push(frame.unwrap().image);
     }
     (camera, images)

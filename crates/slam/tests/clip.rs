@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use visloc_core::{
-    CameraPose, CameraTrajectory, GrayImage, ImageSource, Timestamp,
+    CameraPose, CameraTrajectory, GrayImage, ImageSource, Source, Timestamp,
     eval::camera::{Alignment, absolute_error, associate},
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
@@ -18,7 +18,7 @@ fn folder() -> PathBuf {
 fn run(seed: u64) -> (Slam, CameraTrajectory) {
     let mut source = open_tum(&folder(), SequenceRange::default()).unwrap();
     let mut slam = Slam::new(source.camera(), &SlamConfig::default(), seed).unwrap();
-    while let Some(frame) = source.next_image() {
+    while let Some(frame) = source.next_item() {
         let frame = frame.unwrap();
         slam.add_frame(frame.at, frame.image).unwrap();
     }
@@ -60,7 +60,7 @@ fn the_same_seed_gives_the_same_bits() {
 fn bad_frames_are_refused_or_survived() {
     let mut source = open_tum(&folder(), SequenceRange::default()).unwrap();
     let mut slam = Slam::new(source.camera(), &SlamConfig::default(), 1).unwrap();
-    let first = source.next_image().unwrap().unwrap();
+    let first = source.next_item().unwrap().unwrap();
     slam.add_frame(first.at, first.image.clone()).unwrap();
     assert!(matches!(slam.add_frame(first.at, first.image), Err(FrameError::Time { .. })));
     let small = GrayImage::new(10, 10);

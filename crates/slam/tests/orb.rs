@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use nalgebra::{Point2, Rotation2};
-use visloc_core::{GrayImage, ImageSource};
+use visloc_core::{GrayImage, Source};
 use visloc_io::sequence::{SequenceRange, open_tum};
 use visloc_slam::{
     image::Pyramid,
@@ -16,7 +16,7 @@ const THRESHOLD: u8 = 10;
 
 fn rendered() -> GrayImage {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
-    open_tum(&folder, SequenceRange::default()).unwrap().next_image().unwrap().unwrap().image
+    open_tum(&folder, SequenceRange::default()).unwrap().next_item().unwrap().unwrap().image
 }
 
 /// The pixel where a place of the plain image is seen.

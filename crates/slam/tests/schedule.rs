@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use visloc_core::{
-    CameraPose, CameraTrajectory, ImageSource,
+    CameraPose, CameraTrajectory, ImageSource, Source,
     eval::camera::{Alignment, absolute_error, associate},
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
@@ -28,7 +28,7 @@ fn run(preset: &str, schedule: Schedule, wait: Wait) -> Slam {
     let config = SlamConfig::preset(preset).unwrap();
     let mut slam = Slam::with_schedule(source.camera(), &config, 1, schedule).unwrap();
     let mut num_mapped = 0;
-    while let Some(frame) = source.next_image() {
+    while let Some(frame) = source.next_item() {
         let frame = frame.unwrap();
         num_mapped += slam.add_frame(frame.at, frame.image).unwrap().mapped.len();
         if wait == Wait::EveryFrame {

@@ -1,7 +1,7 @@
 //! Follows a robot through a recording: `cargo run --release -p visloc --example localize -- [BAG] [MAP]`
 
 use visloc::{
-    FrameSource, Map, Pipeline,
+    Map, Pipeline, Source,
     io::bag::{BagReader, BagTopics},
 };
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut pipeline = Pipeline::builder(&map).build()?;
     let mut frames = BagReader::open(&bag, BagTopics::default())?;
-    while let Some(next) = frames.next_frame() {
+    while let Some(next) = frames.next_item() {
         let frame = next?.frame;
         let estimate = pipeline.step(&frame)?;
         let (pose, state) = (estimate.world_from_robot, estimate.is_localized());

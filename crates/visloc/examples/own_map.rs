@@ -1,7 +1,7 @@
 //! A map in code, and a simulated robot that finds itself in it: `cargo run --release -p visloc --features sim --example own_map`
 
 use visloc::{
-    FrameSource, Map, Pipeline,
+    Map, Pipeline, Source,
     sim::{Scenario, Simulation},
     world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor},
 };
@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = format!("map = {file:?}\nduration_secs = 20.0\n[[motion]]\nwander.secs = 20.0\n");
     let mut frames = Simulation::new(&Scenario::parse("my corridor", &scenario)?, 1)?;
     let mut pipeline = Pipeline::builder(&map).build()?;
-    while let Some(next) = frames.next_frame() {
+    while let Some(next) = frames.next_item() {
         let next = next?;
         let estimate = pipeline.step(&next.frame)?;
         let error_m = next.truth.map(|truth| truth.world_from_robot.distance_m(&estimate.world_from_robot));

@@ -1,6 +1,7 @@
 //! Follows one camera without a map: `cargo run --release -p visloc --example slam -- [FOLDER OF IMAGES]`
 
 use std::path::PathBuf;
+use visloc_core::Source;
 
 use visloc::{
     ImageSource, Slam, SlamConfig,
@@ -12,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut images = open_sequence(&PathBuf::from(folder), &SequenceOptions::default())?.images;
 
     let mut slam = Slam::new(images.camera(), &SlamConfig::default(), 1)?;
-    while let Some(next) = images.next_image() {
+    while let Some(next) = images.next_item() {
         let frame = next?;
         let outcome = slam.add_frame(frame.at, frame.image)?;
         println!("{}: {:?}", frame.at, outcome.state);

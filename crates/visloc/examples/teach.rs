@@ -1,6 +1,7 @@
 //! Teaches a place and finds another camera in it: `cargo run --release -p visloc --example teach -- [FOLDER] [OTHER FOLDER]`
 
 use std::path::PathBuf;
+use visloc_core::Source;
 
 use visloc::{
     GrayFrame, ImageSource, Slam, SlamConfig,
@@ -16,7 +17,7 @@ fn open(number: usize) -> Result<Sequence, Box<dyn std::error::Error>> {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut walk = open(1)?.images;
     let mut slam = Slam::new(walk.camera(), &SlamConfig::default(), 1)?;
-    while let Some(next) = walk.next_image() {
+    while let Some(next) = walk.next_item() {
         let frame = next?;
         slam.add_frame(frame.at, frame.image)?;
     }
@@ -24,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut later = open(2)?.images;
     let mut localizer = MapLocalizer::new(&map.map, None, later.camera(), &SlamConfig::default(), 1)?;
-    while let Some(next) = later.next_image() {
+    while let Some(next) = later.next_item() {
         let frame = next?;
         match localizer.step(GrayFrame::new(frame.at, frame.image))? {
             Some(known) => println!(

@@ -50,7 +50,7 @@
 //! let mut images = open_sequence(walk.as_ref(), &SequenceOptions::default())?.images;
 //! let camera = images.camera().clone();
 //! let mut slam = Slam::new(&camera, &SlamConfig::default(), 1)?;
-//! while let Some(frame) = images.next_image() {
+//! while let Some(frame) = images.next_item() {
 //!     let frame = frame?;
 //!     slam.add_frame(frame.at, frame.image)?;
 //! }
@@ -60,7 +60,7 @@
 //! let mut localizer = vmap::MapLocalizer::new(&map.map, None, &camera, &SlamConfig::default(), 1)?;
 //! let mut images = open_sequence(walk.as_ref(), &SequenceOptions::default())?.images;
 //! let mut known = None;
-//! while let (None, Some(frame)) = (&known, images.next_image()) {
+//! while let (None, Some(frame)) = (&known, images.next_item()) {
 //!     let frame = frame?;
 //!     known = localizer.step(GrayFrame::new(frame.at, frame.image))?.map(|place| place.world_from_camera);
 //! }
@@ -93,9 +93,9 @@ pub use nalgebra;
 #[cfg(feature = "calib")]
 pub use visloc_calib as calib;
 pub use visloc_core::{
-    CameraPose, CameraTrajectory, Clock, Frame, FrameSource, GrayFrame, GrayImage, GroundContact,
-    ImageSource, PlanarTrajectory, RgbImage, Rng, RngTree, SourceError, SourceFrame, StampedPose, Timestamp,
-    Truth, eval,
+    CameraPose, CameraTrajectory, Clock, Frame, GrayFrame, GrayImage, GroundContact, ImageSource,
+    PlanarTrajectory, RgbImage, Rng, RngTree, Source, SourceError, SourceFrame, SourceStatus, StampedPose,
+    Timestamp, Truth, eval,
     geom::{self, Camera, CameraFrame, Distortion, Mount, Odom, PlanarPose, Rigid3, Robot, World, nao},
 };
 #[cfg(feature = "io")]

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Rotation3, Vector3};
 use visloc_core::{
-    CameraTrajectory, GrayFrame, GrayImage, ImageSource, Timestamp,
+    CameraTrajectory, GrayFrame, GrayImage, ImageSource, Source, Timestamp,
     geom::{Camera, Rigid3},
 };
 use visloc_io::sequence::{SequenceRange, open_tum, read_camera_trajectory};
@@ -23,7 +23,7 @@ fn clip() -> Clip {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
     let mut source = open_tum(&folder, SequenceRange::default()).unwrap();
     let camera = *source.camera();
-    let image = || source.next_image().map(Result::unwrap).map(|frame| (frame.at, frame.image));
+    let image = || source.next_item().map(Result::unwrap).map(|frame| (frame.at, frame.image));
     let images = std::iter::from_fn(image).collect();
     Clip { camera, images, truth: read_camera_trajectory(&folder.join("groundtruth.txt")).unwrap() }
 }

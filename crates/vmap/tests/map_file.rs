@@ -5,7 +5,7 @@
 use std::{fs, path::PathBuf, sync::LazyLock};
 
 use visloc_core::{
-    GrayImage, ImageSource, RngTree, Timestamp,
+    GrayImage, ImageSource, RngTree, Source, Timestamp,
     geom::{Camera, Distortion},
 };
 use visloc_io::sequence::{SequenceRange, open_tum};
@@ -19,7 +19,7 @@ fn clip() -> (Camera, Vec<GrayImage>) {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../testdata/desk-clip");
     let mut source = open_tum(&folder, SequenceRange::default()).unwrap();
     let camera = *source.camera();
-    let images = std::iter::from_fn(|| source.next_image().map(|frame| frame.unwrap().image)).collect();
+    let images = std::iter::from_fn(|| source.next_item().map(|frame| frame.unwrap().image)).collect();
     (camera, images)
 }
 

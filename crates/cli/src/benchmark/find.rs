@@ -251,7 +251,7 @@ pub fn start_words(source: &str, map: Option<&str>, seed: Option<u64>) -> Result
     let mut open = open_source(source, map, &options)?;
     let is_mirrored = matches!(&open.map, Map::Field(field) if field.is_point_symmetric());
     for _ in 0..MAX_LOOKED_AT {
-        let Some(next) = open.frames.next_frame() else { break };
+        let Some(next) = open.frames.next_item() else { break };
         let Some(truth) = next?.truth else { continue };
         let half = if truth.world_from_robot.x_m < 0.0 { "negative" } else { "positive" };
         words.extend(is_mirrored.then(|| format!("--start=half:{half}")));

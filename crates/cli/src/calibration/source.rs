@@ -114,11 +114,11 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
     let OpenPictures { mut pictures, warnings, .. } =
         open_pictures(source, &SourceOptions::default(), host())?;
     warnings.iter().for_each(|warning| say::note!("{warning}"));
-    let progress = Progress::new(pictures.num_pictures());
+    let progress = Progress::new(pictures.status().num_items);
     let mut images: Vec<NamedImage> = Vec::new();
     let mut last: Option<Timestamp> = None;
     while images.len() < MAX_PICTURES {
-        let picture = match pictures.next_picture() {
+        let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
                 say::note!("{broken} (the {} pictures before are used)", images.len());
@@ -135,6 +135,6 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
         images.push(NamedImage { name, pixels: Pixels::Kept(GrayImage::from_rgb(&picture.image)) });
     }
     progress.clear();
-    SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::note!("{line}"));
+    SkippedReport::new(pictures.status().skipped).lines().iter().for_each(|line| say::note!("{line}"));
     Ok(images)
 }

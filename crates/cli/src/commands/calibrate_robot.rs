@@ -124,7 +124,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         seed: args.seed.value(),
     };
     let mut runners = [Runner::new(&source.map, &settings)?];
-    let mut progress = Progress::new(frames.num_frames());
+    let mut progress = Progress::new(frames.status().num_items);
     let mut collector = Collector::default();
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut [&mut progress, &mut collector]);
     progress.clear();

@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow, bail};
-use visloc_core::{Picture, PictureSource, Timestamp, files};
+use visloc_core::{Picture, Source, Timestamp, files};
 use visloc_io::{
     camera_file::{CameraFormat, write_camera},
     image_codec::{encode_jpeg, encode_png},
@@ -47,10 +47,10 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
         None => calibration,
     };
     let mut folder = Folder::create(&args.out, args.format)?;
-    let progress = Progress::new(pictures.num_pictures());
+    let progress = Progress::new(pictures.status().num_items);
     let (mut num_seen, mut error) = (0, None);
     while args.frames.is_none_or(|most| folder.num_images < most as usize) {
-        let picture = match pictures.next_picture() {
+        let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
                 error = Some(broken);
@@ -62,7 +62,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
             if folder.num_images == 0 {
                 folder.add_camera(&picture, calibration.as_ref())?;
             }
-            folder.add(&picture, pictures.original())?;
+            folder.add(&picture)?;
         }
         num_seen += 1;
         progress.advance();
@@ -72,7 +72,7 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     if num_images > 0 {
         say::line!("{}: {}", args.out.display(), say::count(num_images, "image"));
     }
-    SkippedReport::new(pictures.skipped()).lines().iter().for_each(|line| say::line!("{line}"));
+    SkippedReport::new(pictures.status().skipped).lines().iter().for_each(|line| say::line!("{line}"));
     match error {
         Some(error) if num_images == 0 => Err(error.into()),
         Some(error) => Err(anyhow!("{error} (the {num_images} images before are written)")),
@@ -128,13 +128,13 @@ impl Folder {
     }
 
     /// Writes an image and its line in the list.
-    fn add(&mut self, picture: &Picture, original: Option<&[u8]>) -> Result<()> {
+    fn add(&mut self, picture: &Picture) -> Result<()> {
         if self.last_at.is_some_and(|last| last >= picture.at) {
             return Ok(());
         }
         self.last_at = Some(picture.at);
         let encoded;
-        let (bytes, ending) = match (self.format, original) {
+        let (bytes, ending) = match (self.format, picture.file.as_deref()) {
             (ExtractFormat::Original, Some(bytes)) => {
                 (bytes, if bytes.starts_with(b"\x89PNG") { "png" } else { "jpg" })
             }

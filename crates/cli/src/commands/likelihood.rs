@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
-use visloc_core::{FrameSource, RngTree, SourceFrame, geom::PlanarPose};
+use visloc_core::{RngTree, Source, SourceFrame, geom::PlanarPose};
 use visloc_experiments::likelihood::{
     Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, SimulatedView, View, heading_profile, map_csv,
     peaks, profile_csv,
@@ -83,7 +83,7 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
     show(args, &eye, &frame, truth)
 }
 
-fn open(args: &LikelihoodArgs) -> Result<(Box<dyn FrameSource>, Map)> {
+fn open(args: &LikelihoodArgs) -> Result<(Box<dyn Source<SourceFrame>>, Map)> {
     let bag = args.bag.as_deref().context("expected a bag or --view")?;
     let source = open_source(bag, args.map.as_deref(), &options(args)?)?;
     source.warnings.iter().for_each(|warning| say::note!("{warning}"));
@@ -101,7 +101,7 @@ fn options(args: &LikelihoodArgs) -> Result<SourceOptions> {
 
 /// The first frame that is so many seconds after the start; every frame until there is shown to `watch`.
 fn frame_at<E>(
-    source: &mut dyn FrameSource,
+    source: &mut dyn Source<SourceFrame>,
     secs: f64,
     mut watch: impl FnMut(&SourceFrame) -> Result<(), E>,
 ) -> Result<SourceFrame>
@@ -110,7 +110,7 @@ where
 {
     let mut start = None;
     let mut last_secs = 0.0;
-    while let Some(next) = source.next_frame() {
+    while let Some(next) = source.next_item() {
         let next = next?;
         last_secs = next.frame.at.secs_since(*start.get_or_insert(next.frame.at));
         let is_there = last_secs >= secs - 1e-6;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
-use visloc_core::{ChangedFrames, FrameSource};
+use visloc_core::{Mapped, Source, SourceFrame};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
 use visloc_locate::{CameraError, ConfigError, robot_calibration::RobotCorrection};
 use visloc_slam::ground::GroundOdometer;
@@ -70,7 +70,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let is_live = SourceAddress::parse(&args.source)?.kind().is_live || steering.is_some();
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
     let mut live = live_output(args, &options, &source.map)?;
-    let mut progress = Progress::new(source.frames.num_frames());
+    let mut progress = Progress::new(source.frames.status().num_items);
     let mut show = Show::open(&args.broadcast, steering.as_ref(), &args.source)?;
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
@@ -128,13 +128,19 @@ fn open(args: &LocalizeArgs, steering: Option<&Steering>, options: &SourceOption
 }
 
 /// The frames with what the options say of the robot.
-fn as_asked_for(frames: Box<dyn FrameSource>, args: &LocalizeArgs) -> Result<Box<dyn FrameSource>> {
+fn as_asked_for(
+    frames: Box<dyn Source<SourceFrame>>,
+    args: &LocalizeArgs,
+) -> Result<Box<dyn Source<SourceFrame>>> {
     let frames = corrected(frames, &args.corrections)?;
     if !args.visual_odometry {
         return Ok(frames);
     }
     let mut odometer = GroundOdometer::new();
-    Ok(Box::new(ChangedFrames::new(frames, move |frame| frame.odometry = odometer.step(frame))))
+    Ok(Box::new(Mapped::new(frames, move |mut source: SourceFrame| {
+        source.frame.odometry = odometer.step(&source.frame);
+        Ok(source)
+    })))
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.

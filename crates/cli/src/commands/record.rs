@@ -1,7 +1,7 @@
 //! `visloc record`: any source as a ROS 2 bag.
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::{FrameSource, PictureSource, SourceError, geom::Camera};
+use visloc_core::{Source, SourceError, SourceFrame, geom::Camera};
 use visloc_io::{
     bag::{BagWriter, BagWriterOptions, ImageEncoding},
     sequence::fit_calibration,
@@ -113,14 +113,14 @@ fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
 }
 
 fn record_frames(
-    mut frames: Box<dyn FrameSource>,
+    mut frames: Box<dyn Source<SourceFrame>>,
     mut writer: BagWriter,
     max_frames: Option<u32>,
 ) -> Result<Recorded> {
-    let progress = Progress::new(frames.num_frames());
+    let progress = Progress::new(frames.status().num_items);
     let (mut num_images, mut error) = (0, None);
     while max_frames.is_none_or(|most| num_images < most as usize) {
-        match frames.next_frame() {
+        match frames.next_item() {
             Some(Ok(frame)) => writer.write(&frame)?,
             Some(Err(broken)) => {
                 error = Some(broken);
@@ -133,17 +133,17 @@ fn record_frames(
     }
     writer.finish()?;
     progress.clear();
-    let skipped = SkippedReport::new(frames.skipped());
-    Ok(Recorded { num_images, num_dropped: frames.num_dropped(), skipped, error })
+    let skipped = SkippedReport::new(frames.status().skipped);
+    Ok(Recorded { num_images, num_dropped: frames.status().num_dropped, skipped, error })
 }
 
 fn record_pictures(open: OpenPictures, mut writer: BagWriter, max_frames: Option<u32>) -> Result<Recorded> {
     let OpenPictures { mut pictures, calibration, .. } = open;
-    let progress = Progress::new(pictures.num_pictures());
+    let progress = Progress::new(pictures.status().num_items);
     let mut camera: Option<Camera> = None;
     let (mut num_images, mut error) = (0, None);
     while max_frames.is_none_or(|most| num_images < most as usize) {
-        let picture = match pictures.next_picture() {
+        let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
                 error = Some(broken);
@@ -163,6 +163,6 @@ fn record_pictures(open: OpenPictures, mut writer: BagWriter, max_frames: Option
     }
     writer.finish()?;
     progress.clear();
-    let skipped = SkippedReport::new(pictures.skipped());
-    Ok(Recorded { num_images, num_dropped: pictures.num_dropped(), skipped, error })
+    let skipped = SkippedReport::new(pictures.status().skipped);
+    Ok(Recorded { num_images, num_dropped: pictures.status().num_dropped, skipped, error })
 }

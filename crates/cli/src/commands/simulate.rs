@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use visloc_core::{FrameSource, PlanarTrajectory, StampedPose, Truth};
+use visloc_core::{PlanarTrajectory, Source, SourceFrame, StampedPose, Truth};
 use visloc_io::{
     bag::{BagTopics, BagWriter},
     trajectory::write_tum,
@@ -35,7 +35,7 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
     let (map, map_name) = (simulation.scenario().map.clone(), simulation.map().name().to_owned());
     let writer = BagWriter::create(bag, BagTopics::default())?;
     let mut saving = Saving::default();
-    let is_empty = simulation.num_frames() == Some(0);
+    let is_empty = simulation.status().num_items == Some(0);
     let (truth, num_frames) = write(until_stopped(simulation), writer, &mut saving);
     if is_empty {
         bail!("{scenario}: expected a scenario of at least one frame; duration_secs is too short for any");
@@ -70,13 +70,13 @@ pub fn execute(args: &SimulateArgs) -> Result<()> {
 
 /// Writes all frames; the truth of those that are written, and how many they are.
 fn write(
-    mut frames: impl FrameSource,
+    mut frames: impl Source<SourceFrame>,
     mut writer: BagWriter,
     saving: &mut Saving,
 ) -> (PlanarTrajectory, usize) {
-    let progress = Progress::new(frames.num_frames());
+    let progress = Progress::new(frames.status().num_items);
     let (mut truth, mut num_frames) = (PlanarTrajectory::new(), 0);
-    while let Some(next) = frames.next_frame() {
+    while let Some(next) = frames.next_item() {
         let written = next.map_err(anyhow::Error::from).and_then(|next| {
             writer.write(&next)?;
             Ok(next)

@@ -97,7 +97,7 @@ fn run(
     frames: &mut MapFrames,
     watchers: &mut Watchers,
 ) -> Result<Run> {
-    let progress = Progress::new(frames.num());
+    let progress = Progress::new(frames.status().num_items);
     let (mut config, mut seed) = (config.clone(), args.seed.value());
     let mut localizer: Option<MapLocalizer> = None;
     let mut run = Run {
@@ -144,7 +144,7 @@ fn run(
                 let secs = thread_cpu_secs() - started;
                 run.records.push(MapRecord { at, estimate, secs });
                 run.counters.count(&frame, localizer, &config);
-                watchers.look((map, truth), localizer, &frame, frames.num_dropped());
+                watchers.look((map, truth), localizer, &frame, frames.status().num_dropped);
             }
             Err(reason) => run.skipped.push(SkippedInput {
                 at: Some(at),
@@ -155,7 +155,7 @@ fn run(
         progress.advance();
     }
     progress.clear();
-    run.skipped.extend(frames.skipped().iter().cloned());
+    run.skipped.extend(frames.status().skipped.iter().cloned());
     Ok(run)
 }
 

@@ -2,8 +2,8 @@
 
 use anyhow::{Result, bail};
 use visloc_core::{
-    CameraTrajectory, Frame, FrameSource, GrayFrame, ImageSource, SkippedInput, SourceError, SourceFrame,
-    Truth, geom::Camera,
+    CameraTrajectory, Frame, GrayFrame, ImageSource, Source, SourceError, SourceFrame, SourceStatus, Truth,
+    geom::Camera,
 };
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
 
@@ -29,7 +29,7 @@ pub enum MapFrames {
     /// A camera alone.
     Images(Box<dyn ImageSource>),
     /// A camera on a robot; its calibration comes with the first frame.
-    Robot(Box<dyn FrameSource>),
+    Robot(Box<dyn Source<SourceFrame>>),
 }
 
 impl MapFrames {
@@ -71,10 +71,10 @@ impl MapFrames {
     pub fn next(&mut self) -> Option<Result<MapFrame, SourceError>> {
         Some(match self {
             Self::Images(images) => {
-                let frame = images.next_image()?;
+                let frame = images.next_item()?;
                 frame.map(|gray| MapFrame { gray, camera: *images.camera(), robot: None })
             }
-            Self::Robot(frames) => frames.next_frame()?.map(|source| {
+            Self::Robot(frames) => frames.next_item()?.map(|source| {
                 let SourceFrame { frame, truth } = source.clone();
                 let camera = frame.camera;
                 MapFrame { gray: GrayFrame::of_robot(source), camera, robot: Some((frame, truth)) }
@@ -82,27 +82,11 @@ impl MapFrames {
         })
     }
 
-    /// How many there are, if that is known.
-    pub fn num(&self) -> Option<usize> {
+    /// What is known beside the frames.
+    pub fn status(&self) -> SourceStatus<'_> {
         match self {
-            Self::Images(images) => images.num_images(),
-            Self::Robot(frames) => frames.num_frames(),
-        }
-    }
-
-    /// What was left out.
-    pub fn skipped(&self) -> &[SkippedInput] {
-        match self {
-            Self::Images(images) => images.skipped(),
-            Self::Robot(frames) => frames.skipped(),
-        }
-    }
-
-    /// Images of a live source that came while others were worked on.
-    pub fn num_dropped(&self) -> usize {
-        match self {
-            Self::Images(images) => images.num_dropped(),
-            Self::Robot(frames) => frames.num_dropped(),
+            Self::Images(images) => images.status(),
+            Self::Robot(frames) => frames.status(),
         }
     }
 }

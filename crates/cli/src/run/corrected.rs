@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use visloc_core::{ChangedFrames, FrameSource};
+use visloc_core::{Mapped, Source, SourceFrame};
 use visloc_locate::robot_calibration::{OdometryCorrector, RobotCorrection};
 
 use super::write_text;
@@ -13,7 +13,10 @@ use crate::{args::CorrectionArgs, say, settings::from_toml};
 ///
 /// # Errors
 /// If a file cannot be read or has impossible values.
-pub fn corrected(inner: Box<dyn FrameSource>, args: &CorrectionArgs) -> Result<Box<dyn FrameSource>> {
+pub fn corrected(
+    inner: Box<dyn Source<SourceFrame>>,
+    args: &CorrectionArgs,
+) -> Result<Box<dyn Source<SourceFrame>>> {
     let robot = read_correction(args)?;
     if robot == RobotCorrection::default() {
         return Ok(inner);
@@ -22,14 +25,19 @@ pub fn corrected(inner: Box<dyn FrameSource>, args: &CorrectionArgs) -> Result<B
 }
 
 /// The source with corrections.
-pub fn with_correction(inner: Box<dyn FrameSource>, robot: RobotCorrection) -> Box<dyn FrameSource> {
+pub fn with_correction(
+    inner: Box<dyn Source<SourceFrame>>,
+    robot: RobotCorrection,
+) -> Box<dyn Source<SourceFrame>> {
     let mut odometry = OdometryCorrector::default();
-    Box::new(ChangedFrames::new(inner, move |frame| {
+    Box::new(Mapped::new(inner, move |mut source: SourceFrame| {
+        let frame = &mut source.frame;
         // What is known is the error of the first camera.
         if frame.camera_index == 0 {
             frame.robot_from_camera = robot.camera.apply(&frame.robot_from_camera);
         }
         frame.odometry = frame.odometry.map(|odom| odometry.step(&odom, &robot.odometry));
+        Ok(source)
     }))
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use visloc_core::{
-    Frame, FrameSource, PlanarTrajectory, SkippedInput, SourceError, StampedPose, Timestamp, Truth,
+    Frame, PlanarTrajectory, SkippedInput, Source, SourceError, SourceFrame, StampedPose, Timestamp, Truth,
 };
 
 use super::{Records, Runner};
@@ -56,7 +56,7 @@ pub struct RunOutcome {
 /// Feeds every frame to every runner, in order. Each runner gets the frame alone; the truth goes to the spectators and
 /// into the outcome.
 pub fn drive(
-    source: &mut dyn FrameSource,
+    source: &mut dyn Source<SourceFrame>,
     max_frames: Option<u32>,
     runners: &mut [Runner],
     spectators: &mut [&mut dyn Spectator],
@@ -75,7 +75,7 @@ pub fn drive(
     let mut first_at = None;
     let mut truths = Records::new(runners.first().and_then(|runner| runner.records().most()));
     while outcome.num_frames < max_frames {
-        let (frame, truth) = match source.next_frame() {
+        let (frame, truth) = match source.next_item() {
             Some(Ok(next)) => (Arc::new(next.frame), next.truth),
             Some(Err(error)) => {
                 outcome.error = Some(error);
@@ -94,13 +94,14 @@ pub fn drive(
         for runner in runners.iter_mut() {
             runner.step(&frame);
         }
+        let status = source.status();
         let view = FrameView {
             frame: &frame,
             truth,
             runners,
             secs: outcome.duration_secs,
-            num_dropped: source.num_dropped(),
-            received_at: source.received_at(),
+            num_dropped: status.num_dropped,
+            received_at: status.received_at,
         };
         for spectator in spectators.iter_mut() {
             spectator.after_frame(&view);
@@ -110,8 +111,9 @@ pub fn drive(
         // A second truth of the same time tells nothing new.
         let _ = outcome.truth.push(*pose);
     }
-    outcome.num_dropped = source.num_dropped();
-    outcome.skipped = source.skipped().to_vec();
+    let status = source.status();
+    outcome.num_dropped = status.num_dropped;
+    outcome.skipped = status.skipped.to_vec();
     outcome.wall_secs = watch.secs();
     outcome
 }

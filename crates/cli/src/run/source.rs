@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_core::{FrameSource, geom::Mount};
+use visloc_core::{Source, SourceFrame, geom::Mount};
 use visloc_io::{
     bag::ImageQos,
     sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames},
@@ -19,7 +19,7 @@ use crate::{
 /// Frames and the map that they belong to.
 pub struct OpenSource {
     /// The frames.
-    pub frames: Box<dyn FrameSource>,
+    pub frames: Box<dyn Source<SourceFrame>>,
     /// The map.
     pub map: Map,
     /// What the user should know.
@@ -107,7 +107,9 @@ pub fn prepare(name: &str) -> Result<()> {
 }
 
 /// A simulation that ends with Ctrl-C, and the results are kept.
-pub fn until_stopped(frames: impl FrameSource + 'static) -> UntilStopped<Box<dyn FrameSource>> {
+pub fn until_stopped(
+    frames: impl Source<SourceFrame> + 'static,
+) -> UntilStopped<Box<dyn Source<SourceFrame>>> {
     stop_source_at_signals();
     UntilStopped::new(Box::new(frames), host())
 }

@@ -158,13 +158,14 @@ pub fn run(
     let mut slam = start(source.camera(), &config, seed, &options)?;
     // Maps that somebody wants to go on in, and frames of maps that were forgotten on demand.
     let (mut loaded, mut num_before) = (None::<Box<Map>>, 0);
-    let progress = if options.is_quiet { Progress::hidden() } else { Progress::new(source.num_images()) };
+    let progress =
+        if options.is_quiet { Progress::hidden() } else { Progress::new(source.status().num_items) };
     let mut history = SlamHistory::new(options.most_records);
     let (mut refused, mut error, mut num_dropped) = (Vec::new(), None, 0);
     let mut pace = options.is_realtime.then(Pace::start);
     let mut counters = RunCounters::default();
     let mut truth = CameraTrajectory::new();
-    while let Some(next) = source.next_image() {
+    while let Some(next) = source.next_item() {
         let frame = match next {
             Ok(frame) => frame,
             Err(broken) => {
@@ -219,11 +220,11 @@ pub fn run(
     let maps = ways_by_map(&slam);
     let trajectory = maps.first().map(|way| way.trajectory.clone()).unwrap_or_default();
     let map = slam.map().with_active(maps.first().map_or(slam.map().active(), |way| way.map));
-    let skipped: Vec<SkippedInput> = source.skipped().iter().cloned().chain(refused).collect();
-    num_dropped += source.num_dropped();
+    let skipped: Vec<SkippedInput> = source.status().skipped.iter().cloned().chain(refused).collect();
+    num_dropped += source.status().num_dropped;
     let num_came = history.records.num_seen() + skipped.len() + num_dropped;
     // Of a run that was ended by hand only the images that came.
-    let num_images = source.num_images().filter(|_| !host().was_interrupted()).unwrap_or(num_came);
+    let num_images = source.status().num_items.filter(|_| !host().was_interrupted()).unwrap_or(num_came);
     let truth = (!truth.poses().is_empty()).then_some(truth);
     Ok(SlamRun {
         slam,

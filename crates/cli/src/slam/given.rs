@@ -28,9 +28,9 @@ pub fn map_given_poses(
     let given = read_camera_trajectory(poses)?;
     let camera = *images.camera();
     let mut views = GivenViews::new(&camera, config)?;
-    let progress = Progress::new(images.num_images());
+    let progress = Progress::new(images.status().num_items);
     let (mut num_images, mut broken) = (0_usize, None);
-    while let Some(next) = images.next_image() {
+    while let Some(next) = images.next_item() {
         let frame = match next {
             Ok(frame) => frame,
             Err(error) => {

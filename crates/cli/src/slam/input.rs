@@ -1,7 +1,7 @@
 //! Where the images of a run come from.
 
 use anyhow::{Context, Result, bail};
-use visloc_core::{FrameSource, GrayFrame, ImageSource, SourceError, SourceFrame, geom::Camera};
+use visloc_core::{CalibratedImages, GrayFrame, Mapped, PutBack, Source, SourceFrame};
 use visloc_io::{
     sequence::SequenceRange,
     sources::{OpenImages, SourceAddress, SourceOption, SourceOptions, open_images},
@@ -37,37 +37,19 @@ pub fn open_input(
     prepare(&args.source)?;
     match driven(&options)? {
         Some(driven) => {
-            let images = Box::new(RobotImages::new(driven.frames)?);
+            let images = Box::new(robot_images(driven.frames)?);
             Ok(OpenImages { images, truth: None, warnings: driven.warnings })
         }
         None => Ok(open_images(&args.source, &options, host())?),
     }
 }
 
-/// The images of a robot's camera, with what its odometry says of it.
-struct RobotImages {
-    frames: Box<dyn FrameSource>,
-    first: Option<SourceFrame>,
-    camera: Camera,
-}
-
-impl RobotImages {
-    /// The camera is that of the first frame.
-    fn new(mut frames: Box<dyn FrameSource>) -> Result<Self> {
-        let first = frames.next_frame().context("no image came")??;
-        Ok(Self { frames, camera: first.frame.camera, first: Some(first) })
-    }
-}
-
-impl ImageSource for RobotImages {
-    fn camera(&self) -> &Camera {
-        &self.camera
-    }
-
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        let next = self.first.take().map(Ok).or_else(|| self.frames.next_frame())?;
-        Some(next.map(GrayFrame::of_robot))
-    }
+/// The images of a robot's camera, which is that of the first frame, with what its odometry says of it.
+fn robot_images(mut frames: Box<dyn Source<SourceFrame>>) -> Result<CalibratedImages> {
+    let first = frames.next_item().context("no image came")??;
+    let camera = first.frame.camera;
+    let frames = Box::new(PutBack::new(first, frames));
+    Ok(CalibratedImages::new(camera, Box::new(Mapped::new(frames, |frame| Ok(GrayFrame::of_robot(frame))))))
 }
 
 /// The seed is that of SLAM too, and the domain that of what is published.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use visloc_core::{Clock, FrameSource};
+use visloc_core::{Clock, Source, SourceFrame};
 use visloc_io::sources::{Purpose, SourceAddress, SourceOptions, UntilStopped, simulated_scenario};
 use visloc_sim::{DrivenSimulation, LiveControls, LiveMotion, LiveSimulation};
 use visloc_studio::server::{DriveLimits, DriveOrder, Wheel};
@@ -71,7 +71,7 @@ impl Steering {
         let simulation = LiveSimulation::new(&scenario, options.seed.unwrap_or(1))?;
         let map = simulation.map().clone();
         let wheel = Arc::clone(&self.wheel);
-        let frames: Box<dyn FrameSource> =
+        let frames: Box<dyn Source<SourceFrame>> =
             Box::new(DrivenSimulation::new(simulation, move || controls(&wheel.order())));
         Ok(Some(OpenSource {
             frames: Box::new(UntilStopped::of_kind(frames, host(), true)),

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use visloc_core::FrameSource;
+use visloc_core::Source;
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::recording::RecordingIndex;
 
@@ -51,7 +51,7 @@ struct Case {
 
 fn num_frames(workspace: &Workspace, name: &str) -> usize {
     let mut reader = BagReader::open(workspace.path(name), BagTopics::default()).unwrap();
-    std::iter::from_fn(|| reader.next_frame()).map(Result::unwrap).count()
+    std::iter::from_fn(|| reader.next_item()).map(Result::unwrap).count()
 }
 
 fn has(workspace: &Workspace, names: &[&str]) {

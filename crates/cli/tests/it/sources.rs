@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use visloc_core::{FrameSource, PictureSource, RgbImage};
+use visloc_core::{RgbImage, Source};
 use visloc_io::{
     bag::{BagPictures, BagReader, BagTopics},
     image_codec::save_png,
@@ -62,7 +62,7 @@ fn tours_and_bags_without_a_robot_are_recorded_as_pictures() {
     let workspace = Workspace::new();
     workspace.must(&["record", "sim:room", "--out", "room.mcap", "--frames", "3"]);
     let pictures = BagPictures::open(workspace.path("room.mcap"), &BagTopics::default()).unwrap();
-    assert_eq!(pictures.num_pictures(), Some(3));
+    assert_eq!(pictures.status().num_items, Some(3));
     workspace.must(&["record", &excerpt_text("R1"), "--out", "eye", "--images-only", "--frames", "3"]);
     let pictures = BagPictures::open(workspace.path("eye"), &BagTopics::default()).unwrap();
     assert_eq!(pictures.camera().unwrap().size_px(), (320, 240));
@@ -130,11 +130,11 @@ fn results_stand_beside_the_input() {
     // Poses are published from the moment on at which the robot is localized; a goal is in view until frame 7 and from frame 26 on.
     assert!(count("/visloc/pose").unwrap() > 25 && count("/visloc/path").unwrap() > 1);
     let mut num_frames = 0;
-    while let Some(frame) = reader.next_frame() {
+    while let Some(frame) = reader.next_item() {
         assert!(frame.unwrap().truth.is_some());
         num_frames += 1;
     }
-    assert_eq!((num_frames, reader.skipped().len()), (60, 0));
+    assert_eq!((num_frames, reader.status().skipped.len()), (60, 0));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::{
 
 use serde_json::Value;
 use tempfile::TempDir;
-use visloc_core::{FrameSource, SourceFrame};
+use visloc_core::{Source, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics, BagWriter, BagWriterOptions};
 
 /// Map of all test recordings.
@@ -112,7 +112,7 @@ impl Workspace {
         let mut reader = BagReader::open(excerpt("R1"), BagTopics::default()).unwrap();
         let mut writer = BagWriter::create_with(self.path(name), BagTopics::default(), options).unwrap();
         for index in 0..num_frames {
-            let mut frame = reader.next_frame().expect("long enough").unwrap();
+            let mut frame = reader.next_item().expect("long enough").unwrap();
             change(index, &mut frame);
             writer.write(&frame).unwrap();
         }

@@ -1,6 +1,6 @@
 //! An image from a given pose.
 
-use visloc_core::{FrameSource, SourceFrame, geom::PlanarPose};
+use visloc_core::{Source, SourceFrame, geom::PlanarPose};
 use visloc_sim::{
     BoxPiece, Color, Label, LabelImage, Motion, OtherRobot, Paint, PlacedPose, Room, Scenario, ScenarioError,
     Simulation, Stand,
@@ -70,7 +70,7 @@ impl SimulatedView {
         let simulation = Simulation::new(&scenario, seed).map_err(|error| failed(error.to_string()))?;
         let mut simulation = simulation.with_num_frames(1);
         let labels = simulation.labels(0);
-        let source = simulation.next_frame().and_then(Result::ok);
+        let source = simulation.next_item().and_then(Result::ok);
         let (Some(source), Some(labels)) = (source, labels) else {
             return Err(failed("the simulation has no frame".to_owned()));
         };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rayon::prelude::*;
-use visloc_core::{Frame, FrameSource, RngTree, geom::angle};
+use visloc_core::{Frame, RngTree, Source, geom::angle};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::markov::{
     BlobView, CaseLimits, CaseTables, TableError, ViewDensities, learn_densities, learn_tables,
@@ -73,7 +73,7 @@ impl Learned {
             BagReader::open(recording, BagTopics::default()).map_err(|error| refused(error.to_string()))?;
         let (mut analyzer, mut rng) = (analyzer()?, RngTree::new(0).stream("analysis", 0));
         let (mut captures, mut num_in_state) = (Vec::new(), vec![0; stage.grid.num_states()]);
-        while let Some(next) = reader.next_frame() {
+        while let Some(next) = reader.next_item() {
             let next = next.map_err(|error| refused(error.to_string()))?;
             let Some(truth) = next.truth.filter(|truth| truth.height_m <= MAX_HEIGHT_M) else { continue };
             if head_yaw_rad(&next.frame).abs() > MAX_HEAD_YAW_RAD

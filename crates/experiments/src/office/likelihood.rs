@@ -1,6 +1,6 @@
 //! The observation model as maps of the corridor. Source: 2017 section 5.3.2, figures 5.25 to 5.28.
 
-use visloc_core::{Frame, FrameSource, RngTree, Truth, geom::PlanarPose};
+use visloc_core::{Frame, RngTree, Source, Truth, geom::PlanarPose};
 use visloc_locate::{
     ObservationModel,
     observation::office::{OfficeModelConfig, OfficeObservationModel},
@@ -36,7 +36,7 @@ pub(super) fn pictures(seeds: &RngTree) -> Result<Vec<(String, Picture)>, Experi
         return Err(refused(&"the scenario has no building"));
     };
     let mut frames = Vec::new();
-    while let Some(next) = simulation.next_frame() {
+    while let Some(next) = simulation.next_item() {
         frames.push(next.map_err(|error| refused(&error))?);
     }
     let studies: [(&str, &str, usize, bool, Change); 5] = [

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use visloc_core::FrameSource;
+use visloc_core::{Source, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::{Map, office::Office};
@@ -41,7 +41,7 @@ pub(super) fn frames(
     name: &str,
     seed: u64,
     max_frames: usize,
-) -> Result<Box<dyn FrameSource>, ExperimentError> {
+) -> Result<Box<dyn Source<SourceFrame>>, ExperimentError> {
     if is_recording(name) {
         let reader = BagReader::open(name, BagTopics::default());
         return Ok(Box::new(reader.map_err(|error| refused(name, &error))?));

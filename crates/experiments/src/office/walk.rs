@@ -66,7 +66,7 @@ pub(super) fn follow(walk: &Walk<'_>, run: u64, seeds: &RngTree) -> Result<Follo
         max_hypotheses: 0,
         told_secs: Vec::new(),
     };
-    while let Some(next) = frames.next_frame() {
+    while let Some(next) = frames.next_item() {
         let next = next.map_err(|error| refused(&error))?;
         pipeline.step(&next.frame).map_err(|error| refused(&error))?;
         if let Some(truth) = next.truth {

@@ -1,7 +1,7 @@
 //! Cells and runs.
 
 use serde::{Deserialize, Serialize};
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{RngTree, Source};
 use visloc_locate::{ALGORITHMS, Algorithm, FeatureChoice};
 
 use super::{
@@ -122,7 +122,7 @@ impl Experiment for RobocupExperiment {
             contenders.iter().map(|contender| Track::new(simulation.map(), contender, rng)).collect();
         let mut tracks = tracks.map_err(|error| failed(error.to_string()))?;
         let (mut truth, mut start) = (Vec::new(), None);
-        while let Some(next) = simulation.next_frame() {
+        while let Some(next) = simulation.next_item() {
             let next = next.map_err(|error| failed(error.to_string()))?;
             let (mut frame, Some(at)) = (next.frame, next.truth) else { continue };
             if !set.has_odometry() {

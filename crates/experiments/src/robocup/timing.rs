@@ -1,6 +1,6 @@
 //! How long an iteration takes. Not part of the records, which are the same on every machine.
 
-use visloc_core::{FrameSource, RngTree, eval::TimingSummary, geom::PlanarPose};
+use visloc_core::{RngTree, Source, eval::TimingSummary, geom::PlanarPose};
 use visloc_locate::{Pipeline, PipelineConfig};
 use visloc_sim::Simulation;
 
@@ -53,7 +53,7 @@ fn parts(seed: u64, clock_ms: &mut dyn FnMut() -> f64) -> Result<[AlgorithmTimin
     let (mut simulation, seeds) = tour(seed)?;
     let mut eye = Eye::new(simulation.map(), &PipelineConfig::with_color_table(), seeds.subtree("parts", 0))?;
     let (mut analysis_ms, mut pose_ms) = (Vec::new(), Vec::new());
-    while let Some(next) = simulation.next_frame() {
+    while let Some(next) = simulation.next_item() {
         let next = next.map_err(|error| failed(error.to_string()))?;
         let Some(truth) = next.truth else { continue };
         let start = clock_ms();
@@ -104,7 +104,7 @@ fn pass(
         pipelines.push(pipeline.map_err(|error| failed(error.to_string()))?);
     }
     for index in 0..NUM_FRAMES {
-        let Some(next) = simulation.next_frame() else { break };
+        let Some(next) = simulation.next_item() else { break };
         let frame = next.map_err(|error| failed(error.to_string()))?.frame;
         for (pipeline, fastest_ms) in pipelines.iter_mut().zip(&mut *fastest_ms) {
             let start = clock_ms();

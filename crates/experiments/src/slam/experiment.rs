@@ -132,7 +132,7 @@ impl SlamExperiment {
         for sequence in &settings.sequences {
             let first = open(sequence, settings.max_frames).map_err(setup)?;
             warnings.extend(first.warnings);
-            skipped.extend_from_slice(first.images.skipped());
+            skipped.extend_from_slice(first.images.status().skipped);
             for name in &settings.configurations {
                 configuration(settings.study, name).map_err(setup)?;
                 cells.push(Cell { label: format!("{}, {name}", short_name(sequence)), num_runs });

@@ -88,7 +88,7 @@ pub(super) fn follow(
     let mut slam = Slam::new(source.camera(), config, seed).map_err(|error| error.to_string())?;
     slam.set_clock(clock);
     let mut watch = Watch::default();
-    while let Some(frame) = source.next_image() {
+    while let Some(frame) = source.next_item() {
         let frame = frame.map_err(|error| error.to_string())?;
         let is_covered = mean_level(&frame.image) < COVERED_LEVEL;
         // A refused image counts as one without a pose.
@@ -100,7 +100,7 @@ pub(super) fn follow(
     for pose in slam.trajectory() {
         let _ = trajectory.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera });
     }
-    let num_frames = source.num_images().unwrap_or(slam.frames().len());
+    let num_frames = source.status().num_items.unwrap_or(slam.frames().len());
     let mut record = watch.record();
     record.num_frames = num_frames;
     record.coverage = trajectory.poses().len() as f64 / num_frames.max(1) as f64;

@@ -52,7 +52,7 @@ fn run(
 ) -> Result<Slam, String> {
     let mut images = open(sequence, max_frames)?.images;
     let mut slam = Slam::new(images.camera(), config, 1).map_err(|error| error.to_string())?;
-    while let Some(frame) = images.next_image() {
+    while let Some(frame) = images.next_item() {
         let frame = frame.map_err(|error| error.to_string())?;
         // A refused image is left out.
         if slam.add_frame(frame.at, frame.image).is_ok() && watch(&slam) {

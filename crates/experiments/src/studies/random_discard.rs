@@ -4,7 +4,7 @@
 use rand::RngExt as _;
 use rayon::prelude::*;
 use serde_json::json;
-use visloc_core::{FrameSource, Rng, RngTree, geom::PlanarPose};
+use visloc_core::{Rng, RngTree, Source, geom::PlanarPose};
 use visloc_locate::{PipelineConfig, vision::Percept};
 use visloc_plot::{Color, Mark, Panel, Picture, Series, TimeSeriesPicture, ValueAxis, time_series};
 use visloc_sim::{Scenario, Simulation};
@@ -136,7 +136,7 @@ fn images(seed: u64) -> Result<(Map, Vec<Image>), ExperimentError> {
         let simulation = Simulation::new(&scenario, seeds.stream_seed("simulation", 0));
         let mut simulation = simulation.map_err(|error| failed(error.to_string()))?;
         let mut eye = Eye::new(&map, &config, seeds)?;
-        while let Some(next) = simulation.next_frame() {
+        while let Some(next) = simulation.next_item() {
             let next = next.map_err(|error| failed(error.to_string()))?;
             let percept = eye.look(&next.frame)?;
             let num_goals = percept.pixels.iter().filter(|pixel| pixel.kind.is_goal()).count();

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use visloc_core::{Picture, PictureSource, SkippedInput, SourceError, Timestamp, geom::Camera};
+use visloc_core::{Picture, SkippedInput, Source, SourceError, SourceStatus, Timestamp, geom::Camera};
 
 use crate::bag::{
     BagError, BagTopics, ImagePayload, SensorMessage, TopicInfo, TopicRole,
@@ -26,7 +26,6 @@ pub struct BagPictures {
     num_used: usize,
     num_backward: usize,
     /// The file of the last picture, if it was one.
-    original: Option<Vec<u8>>,
     skipped: Vec<SkippedInput>,
     is_done: bool,
 }
@@ -59,7 +58,6 @@ impl BagPictures {
             last_at: None,
             num_used: 0,
             num_backward: 0,
-            original: None,
             skipped: Vec::new(),
             is_done: false,
         })
@@ -132,11 +130,11 @@ impl BagPictures {
                 Ok(pixels) => {
                     self.last_at = Some(image.at);
                     self.num_used += 1;
-                    self.original = match image.payload {
+                    let file = match image.payload {
                         ImagePayload::Compressed(bytes) => Some(bytes),
                         ImagePayload::Raw { .. } => None,
                     };
-                    return Some(Ok(Picture { at: image.at, image: pixels }));
+                    return Some(Ok(Picture { at: image.at, image: pixels, file }));
                 }
                 Err(reason) => self.skip(Some(image.at), reason),
             }
@@ -144,8 +142,8 @@ impl BagPictures {
     }
 }
 
-impl PictureSource for BagPictures {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+impl Source<Picture> for BagPictures {
+    fn next_item(&mut self) -> Option<Result<Picture, SourceError>> {
         if self.is_done {
             return None;
         }
@@ -165,16 +163,8 @@ impl PictureSource for BagPictures {
         next
     }
 
-    fn original(&self) -> Option<&[u8]> {
-        self.original.as_deref()
-    }
-
-    fn num_pictures(&self) -> Option<usize> {
-        self.num_pictures
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.skipped
+    fn status(&self) -> SourceStatus<'_> {
+        SourceStatus { num_items: self.num_pictures, skipped: &self.skipped, ..SourceStatus::default() }
     }
 }
 

@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{SkippedInput, Source, SourceError, SourceFrame, SourceStatus};
 
 use crate::{
     bag::{
@@ -203,8 +203,8 @@ impl BagReader {
     }
 }
 
-impl FrameSource for BagReader {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl Source<SourceFrame> for BagReader {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         loop {
             match self.synchronizer.pop() {
                 Some(SyncOutcome::Frame(frame)) => {
@@ -231,13 +231,13 @@ impl FrameSource for BagReader {
         }
     }
 
-    fn num_frames(&self) -> Option<usize> {
-        let images = self.available.iter().find(|info| info.topic == self.topics.image)?;
-        usize::try_from(images.num_messages).ok()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.synchronizer.skipped()
+    fn status(&self) -> SourceStatus<'_> {
+        let images = self.available.iter().find(|info| info.topic == self.topics.image);
+        SourceStatus {
+            num_items: images.and_then(|images| usize::try_from(images.num_messages).ok()),
+            skipped: self.synchronizer.skipped(),
+            ..SourceStatus::default()
+        }
     }
 }
 

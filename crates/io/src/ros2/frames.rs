@@ -2,7 +2,7 @@
 
 use std::{collections::VecDeque, path::PathBuf, time::Duration};
 
-use visloc_core::{FrameSource, Host, SkippedInput, SourceError, SourceFrame, Timestamp};
+use visloc_core::{Host, Source, SourceError, SourceFrame, SourceStatus, Timestamp};
 
 use crate::{
     bag::{
@@ -259,8 +259,8 @@ impl LiveFrames {
     }
 }
 
-impl FrameSource for LiveFrames {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl Source<SourceFrame> for LiveFrames {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         if self.is_done {
             return None;
         }
@@ -273,16 +273,13 @@ impl FrameSource for LiveFrames {
         next
     }
 
-    fn skipped(&self) -> &[SkippedInput] {
-        self.synchronizer.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.num_stale + self.receiver.inbox.num_dropped()
-    }
-
-    fn received_at(&self) -> Option<Timestamp> {
-        self.received_at
+    fn status(&self) -> SourceStatus<'_> {
+        SourceStatus {
+            num_items: None,
+            skipped: self.synchronizer.skipped(),
+            num_dropped: self.num_stale + self.receiver.inbox.num_dropped(),
+            received_at: self.received_at,
+        }
     }
 }
 

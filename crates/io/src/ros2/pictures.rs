@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use visloc_core::{Host, Picture, PictureSource, SkippedInput, SourceError, Timestamp, geom::Camera};
+use visloc_core::{Host, Picture, SkippedInput, Source, SourceError, SourceStatus, Timestamp, geom::Camera};
 
 use crate::{
     backlog::Backlog,
@@ -140,7 +140,7 @@ impl LivePictures {
                 }
                 self.last_at = Some(image.at);
                 match image.decode() {
-                    Ok(pixels) => return Some(Ok(Picture { at: image.at, image: pixels })),
+                    Ok(pixels) => return Some(Ok(Picture { at: image.at, image: pixels, file: None })),
                     Err(reason) => self.skip(Some(image.at), reason),
                 }
             }
@@ -153,8 +153,8 @@ impl LivePictures {
     }
 }
 
-impl PictureSource for LivePictures {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+impl Source<Picture> for LivePictures {
+    fn next_item(&mut self) -> Option<Result<Picture, SourceError>> {
         if self.is_done {
             return None;
         }
@@ -167,11 +167,8 @@ impl PictureSource for LivePictures {
         next
     }
 
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.skipped
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.backlog.num_dropped() + self.receiver.inbox.num_dropped()
+    fn status(&self) -> SourceStatus<'_> {
+        let num_dropped = self.backlog.num_dropped() + self.receiver.inbox.num_dropped();
+        SourceStatus { skipped: &self.skipped, num_dropped, ..SourceStatus::default() }
     }
 }

@@ -7,7 +7,7 @@ use std::{
 };
 
 use visloc_core::{
-    FrameSource, Host, PictureSource, Timestamp,
+    Host, Source, Timestamp,
     geom::{Camera, PlanarPose, nao::HeadAngles},
 };
 
@@ -129,7 +129,7 @@ fn frames_are_joined(kinematics: Kinematics) {
     let listener = thread::spawn(move || {
         let mut frames = LiveFrames::open(&live(&settings), &host).unwrap();
         let with_odometry = |frames: &mut LiveFrames| loop {
-            let frame = frames.next_frame().unwrap().unwrap().frame;
+            let frame = frames.next_item().unwrap().unwrap().frame;
             if frame.odometry.is_some() {
                 return frame;
             }
@@ -140,9 +140,9 @@ fn frames_are_joined(kinematics: Kinematics) {
         assert!((frame.odometry.unwrap().x_m - 0.01 * number as f64).abs() < 1e-9);
         assert_eq!(frame.camera.size_px(), (4, 2));
         assert!((frame.robot_from_camera.translation().z - 0.5).abs() < 1e-12);
-        assert!(frames.received_at().is_some());
+        assert!(frames.status().received_at.is_some());
         host.stop();
-        assert!(frames.next_frame().is_none());
+        assert!(frames.next_item().is_none());
     });
     robot(&mut node, kinematics, || listener.is_finished());
     listener.join().unwrap();
@@ -158,7 +158,7 @@ fn pictures_need_no_robot_and_bring_their_calibration() {
         let camera = pictures.wait_for_camera().unwrap().unwrap();
         assert_eq!(camera.focal_px(), (5.0, 5.0));
         let (first, second) =
-            (pictures.next_picture().unwrap().unwrap(), pictures.next_picture().unwrap().unwrap());
+            (pictures.next_item().unwrap().unwrap(), pictures.next_item().unwrap().unwrap());
         assert!(first.at < second.at && first.image.width() == 4);
     });
     robot(&mut node, Kinematics::Transforms, || listener.is_finished());

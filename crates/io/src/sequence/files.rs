@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{GrayFrame, ImageSource, SkippedInput, SourceError, Timestamp, geom::Camera};
+use visloc_core::{
+    GrayFrame, ImageSource, SkippedInput, Source, SourceError, SourceStatus, Timestamp, geom::Camera,
+};
 
 use super::SequenceRange;
 use crate::image_codec::{read_gray_image, resize_gray};
@@ -59,8 +61,10 @@ impl ImageSource for FileSequence {
     fn camera(&self) -> &Camera {
         &self.camera
     }
+}
 
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>> {
+impl Source<GrayFrame> for FileSequence {
+    fn next_item(&mut self) -> Option<Result<GrayFrame, SourceError>> {
         loop {
             let file = self.files.get(self.next)?;
             self.next += 1;
@@ -80,11 +84,8 @@ impl ImageSource for FileSequence {
         }
     }
 
-    fn num_images(&self) -> Option<usize> {
-        Some(self.files.len())
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.skipped
+    fn status(&self) -> SourceStatus<'_> {
+        let num_items = Some(self.files.len());
+        SourceStatus { num_items, skipped: &self.skipped, ..SourceStatus::default() }
     }
 }

@@ -1,6 +1,6 @@
 //! The images of a sequence in color, with or without a calibration.
 
-use visloc_core::{Picture, PictureSource, SkippedInput, SourceError};
+use visloc_core::{Picture, SkippedInput, Source, SourceError, SourceStatus};
 
 use super::ImageFile;
 use crate::image_codec::{decode, read_image_file};
@@ -13,7 +13,6 @@ pub struct FilePictures {
     /// Width and height, pixels.
     size_px: Option<(u32, u32)>,
     next: usize,
-    original: Option<Vec<u8>>,
     skipped: Vec<SkippedInput>,
 }
 
@@ -21,7 +20,7 @@ impl FilePictures {
     /// The files in the order given, and what was left out before.
     #[must_use]
     pub fn new(files: Vec<ImageFile>, skipped: Vec<SkippedInput>) -> Self {
-        Self { files, size_px: None, next: 0, original: None, skipped }
+        Self { files, size_px: None, next: 0, skipped }
     }
 
     /// Only those of a size, width and height in pixels.
@@ -31,8 +30,8 @@ impl FilePictures {
     }
 }
 
-impl PictureSource for FilePictures {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+impl Source<Picture> for FilePictures {
+    fn next_item(&mut self) -> Option<Result<Picture, SourceError>> {
         loop {
             let file = self.files.get(self.next)?;
             self.next += 1;
@@ -44,8 +43,7 @@ impl PictureSource for FilePictures {
                     format!("expected {width} x {height} px, found {} x {}", image.width(), image.height())
                 }
                 (Ok((image, bytes)), _) => {
-                    self.original = Some(bytes);
-                    return Some(Ok(Picture { at: file.at, image }));
+                    return Some(Ok(Picture { at: file.at, image, file: Some(bytes) }));
                 }
                 (Err(error), _) => error.to_string(),
             };
@@ -54,15 +52,8 @@ impl PictureSource for FilePictures {
         }
     }
 
-    fn original(&self) -> Option<&[u8]> {
-        self.original.as_deref()
-    }
-
-    fn num_pictures(&self) -> Option<usize> {
-        Some(self.files.len())
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.skipped
+    fn status(&self) -> SourceStatus<'_> {
+        let num_items = Some(self.files.len());
+        SourceStatus { num_items, skipped: &self.skipped, ..SourceStatus::default() }
     }
 }

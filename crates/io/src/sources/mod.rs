@@ -20,7 +20,7 @@ mod open;
 mod options;
 mod video;
 
-pub use adapt::{CalibratedFrames, CalibratedImages, ManyCameras, UntilStopped};
+pub use adapt::{ManyCameras, UntilStopped};
 pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind, notes_on_folder, simulated_scenario};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{CameraTrajectory, FrameSource, ImageSource, PictureSource};
+use visloc_core::{CameraTrajectory, ImageSource, Picture, Source, SourceFrame};
 use visloc_world::Map;
 
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 /// All that a robot senses.
 pub struct OpenFrames {
     /// The frames.
-    pub frames: Box<dyn FrameSource>,
+    pub frames: Box<dyn Source<SourceFrame>>,
     /// The map that they belong to; simulations know it.
     pub map: Option<Map>,
     /// What the user should know.
@@ -34,7 +34,7 @@ pub struct OpenImages {
 /// Pictures of any camera.
 pub struct OpenPictures {
     /// The pictures.
-    pub pictures: Box<dyn PictureSource>,
+    pub pictures: Box<dyn Source<Picture>>,
     /// The calibration that comes with them, and where it is from.
     pub calibration: Option<(Calibration, PathBuf)>,
     /// What the user should know.

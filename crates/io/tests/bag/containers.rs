@@ -9,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use visloc_core::{FrameSource, PictureSource, SourceFrame};
+use visloc_core::{Source, SourceFrame};
 use visloc_io::bag::{BagError, BagMessage, BagMessages, BagPictures, BagReader, BagTopics, BagWriter};
 
 use crate::support::{read, read_with, testdata};
@@ -39,7 +39,7 @@ fn frames_are_those_of_mcap() {
     let expected: Vec<SourceFrame> = read(&testdata("R1-excerpt.mcap")).frames[..NUM_FRAMES].to_vec();
     for name in FOREIGN {
         let bag = BagReader::open(testdata(name), BagTopics::default()).unwrap();
-        assert_eq!((bag.num_frames(), bag.available_topics().len()), (Some(NUM_FRAMES), 6), "{name}");
+        assert_eq!((bag.status().num_items, bag.available_topics().len()), (Some(NUM_FRAMES), 6), "{name}");
         let found = read_with(bag);
         assert!(found.error.is_none() && found.skipped.is_empty(), "{name}: {:?}", found.skipped);
         assert_eq!(found.frames.len(), NUM_FRAMES);
@@ -116,14 +116,14 @@ fn the_only_images_are_found() {
     assert!(frames.len() == NUM_FRAMES && frames.iter().all(|frame| frame.frame.odometry.is_some()));
     let mut pictures = BagPictures::open(&path, &BagTopics::default()).unwrap();
     assert!(pictures.camera().is_some());
-    pictures.next_picture().unwrap().unwrap();
-    assert!(pictures.original().unwrap().starts_with(&[0xff, 0xd8]));
+    let picture = pictures.next_item().unwrap().unwrap();
+    assert!(picture.file.unwrap().starts_with(&[0xff, 0xd8]));
 }
 
 /// Opens and reads it to the end, whatever becomes of it.
 fn try_all(path: &Path) -> Result<(usize, usize), BagError> {
     if let Ok(mut bag) = BagReader::open(path, BagTopics::default()) {
-        while bag.next_frame().is_some() {}
+        while bag.next_item().is_some() {}
     }
     let mut bag = BagMessages::open(path)?;
     let (mut num_messages, mut num_damages) = (0, 0);

@@ -4,7 +4,7 @@ use std::fs;
 
 use mcap::{Compression, WriteOptions};
 use visloc_core::{
-    FrameSource, SourceError,
+    Source, SourceError,
     geom::{Camera, PlanarPose},
 };
 use visloc_io::bag::{
@@ -44,7 +44,7 @@ fn cuts_in_the_index_and_the_end_mark_lose_no_frame() {
     for num_missing in [1, 8, 20, 100] {
         fs::write(&path, &bytes[..bytes.len() - num_missing]).unwrap();
         let bag = BagReader::open(&path, BagTopics::default()).unwrap();
-        assert_eq!(bag.num_frames(), Some(5));
+        assert_eq!(bag.status().num_items, Some(5));
         let back = read(&path);
         assert!(back.frames.len() == 5 && back.error.is_some());
     }
@@ -65,7 +65,7 @@ fn every_cut_of_a_compressed_file_is_handled() {
         for length in (0..bytes.len()).step_by(37) {
             fs::write(&path, &bytes[..length]).unwrap();
             match BagReader::open(&path, BagTopics::default()) {
-                Ok(mut bag) => while bag.next_frame().is_some() {},
+                Ok(mut bag) => while bag.next_item().is_some() {},
                 Err(error) => {
                     let is_expected = matches!(
                         error,
@@ -135,7 +135,7 @@ fn flipped_bytes_never_panic() {
         flipped[position] ^= 0x5a;
         fs::write(&path, &flipped).unwrap();
         if let Ok(mut bag) = BagReader::open(&path, BagTopics::default()) {
-            while bag.next_frame().is_some() {}
+            while bag.next_item().is_some() {}
         }
     }
 }
@@ -250,8 +250,8 @@ fn messages_that_go_back_in_time_are_left_out() {
 fn a_recording_of_which_nothing_can_be_used_says_why() {
     let topics = BagTopics { base_frame: "pelvis".into(), ..BagTopics::default() };
     let mut bag = BagReader::open(testdata("R1-excerpt.mcap"), topics).unwrap();
-    let error = bag.next_frame().unwrap().unwrap_err().to_string();
+    let error = bag.next_item().unwrap().unwrap_err().to_string();
     assert!(error.contains("none of its 90 images"), "{error}");
     assert!(error.contains("pelvis") && error.contains("base_footprint -> camera_optical"), "{error}");
-    assert_eq!(bag.skipped().len(), 90);
+    assert_eq!(bag.status().skipped.len(), 90);
 }

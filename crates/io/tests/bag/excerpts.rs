@@ -1,6 +1,6 @@
 //! Recordings that another program wrote.
 
-use visloc_core::{FrameSource, GroundContact};
+use visloc_core::{GroundContact, Source};
 use visloc_io::bag::{BagError, BagReader, BagTopics};
 
 use crate::support::{read, testdata};
@@ -9,7 +9,7 @@ use crate::support::{read, testdata};
 fn counts_sizes_and_contact() {
     for (name, num_frames) in [("R1-excerpt.mcap", 90), ("R2-excerpt.mcap", 135)] {
         let bag = BagReader::open(testdata(name), BagTopics::default()).unwrap();
-        assert_eq!((bag.num_frames(), bag.available_topics().len()), (Some(num_frames), 6));
+        assert_eq!((bag.status().num_items, bag.available_topics().len()), (Some(num_frames), 6));
         let back = read(&testdata(name));
         assert!(back.error.is_none() && back.skipped.is_empty());
         assert_eq!(back.frames.len(), num_frames);
@@ -67,7 +67,7 @@ fn missing_topics_are_named_with_those_that_are_there() {
     assert!(BagReader::open(testdata("R1-excerpt.mcap"), topics).is_err());
     let topics = BagTopics { odometry: String::new(), ..BagTopics::default() };
     let mut bag = BagReader::open(testdata("R1-excerpt.mcap"), topics).unwrap();
-    assert!(bag.next_frame().unwrap().unwrap().frame.odometry.is_none());
+    assert!(bag.next_item().unwrap().unwrap().frame.odometry.is_none());
 }
 
 #[test]

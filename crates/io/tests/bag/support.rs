@@ -9,7 +9,7 @@ use std::{
 use mcap::{Message, MessageStream, WriteOptions};
 use nalgebra::{Rotation3, Vector3};
 use visloc_core::{
-    Frame, FrameSource, GroundContact, RgbImage, SourceError, SourceFrame, Timestamp, Truth,
+    Frame, GroundContact, RgbImage, Source, SourceError, SourceFrame, Timestamp, Truth,
     geom::{Camera, Distortion, PlanarPose, Rigid3},
 };
 use visloc_io::{
@@ -78,15 +78,16 @@ pub fn read(path: &Path) -> Read {
 
 pub fn read_with(mut bag: BagReader) -> Read {
     let (mut frames, mut error) = (Vec::new(), None);
-    while let Some(next) = bag.next_frame() {
+    while let Some(next) = bag.next_item() {
         assert!(error.is_none(), "a frame after the error");
         match next {
             Ok(frame) => frames.push(frame),
             Err(source_error) => error = Some(source_error),
         }
     }
-    assert!(bag.next_frame().is_none());
-    let skipped = bag.skipped().iter().map(|skip| (skip.origin.clone(), skip.reason.clone())).collect();
+    assert!(bag.next_item().is_none());
+    let skipped =
+        bag.status().skipped.iter().map(|skip| (skip.origin.clone(), skip.reason.clone())).collect();
     Read { frames, error, skipped }
 }
 

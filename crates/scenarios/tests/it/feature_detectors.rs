@@ -1,7 +1,7 @@
 //! Precision and recall of the composite features on simulated tours. The bounds leave a margin to what
 //! `cargo run --release -p visloc-scenarios --example feature_detectors -- MAP RUN...` finds on many more images.
 
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{RngTree, Source};
 use visloc_locate::{PipelineConfig, analysis_for, vision::field::FieldAnalyzer};
 use visloc_scenarios::DetectionScores;
 use visloc_sim::{Scenario, Simulation};
@@ -16,7 +16,7 @@ fn scores(scenario: &str) -> DetectionScores {
         let mut analyzer = FieldAnalyzer::new(analysis_for(&field, &PipelineConfig::default())).unwrap();
         let mut rng = RngTree::new(seed).stream("analysis", 0);
         let mut simulation = simulation.with_threads(2).with_num_frames(600);
-        let frames = std::iter::from_fn(|| simulation.next_frame());
+        let frames = std::iter::from_fn(|| simulation.next_item());
         for frame in frames.step_by(5) {
             let frame = frame.unwrap();
             let percept = analyzer.analyze(&frame.frame, &mut rng).unwrap();

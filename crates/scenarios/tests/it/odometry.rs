@@ -1,6 +1,6 @@
 //! Odometry with gaps, jumps and numbers that are none.
 
-use visloc_core::{FrameSource as _, SourceFrame, geom::PlanarPose};
+use visloc_core::{Source as _, SourceFrame, geom::PlanarPose};
 use visloc_io::bag::{BagReader, BagTopics, BagWriter};
 use visloc_locate::FeatureChoice;
 use visloc_scenarios::{Replay, run};
@@ -71,8 +71,7 @@ fn a_gap_in_a_recording_is_a_gap() {
     frames.iter().for_each(|frame| writer.write(frame).unwrap());
     writer.finish().unwrap();
     let mut reader = BagReader::open(&path, BagTopics::default()).unwrap();
-    let read: Vec<SourceFrame> =
-        std::iter::from_fn(|| reader.next_frame()).collect::<Result<_, _>>().unwrap();
+    let read: Vec<SourceFrame> = std::iter::from_fn(|| reader.next_item()).collect::<Result<_, _>>().unwrap();
     assert_eq!(read.len(), frames.len());
     for (i, frame) in read.iter().enumerate() {
         // The first one is near enough to the last sample.

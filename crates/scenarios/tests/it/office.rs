@@ -1,6 +1,6 @@
 //! Localization inside buildings: recordings, the simulator, and what the image analysis finds against what is there.
 
-use visloc_core::{FrameSource, RngTree, SourceFrame};
+use visloc_core::{RngTree, Source, SourceFrame};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{
     FeatureChoice, ObservationModel,
@@ -17,7 +17,7 @@ fn testdata(name: &str) -> String {
 
 fn recorded(bag: &str) -> Vec<SourceFrame> {
     let mut reader = BagReader::open(testdata(bag), BagTopics::default()).unwrap();
-    std::iter::from_fn(|| reader.next_frame()).collect::<Result<_, _>>().unwrap()
+    std::iter::from_fn(|| reader.next_item()).collect::<Result<_, _>>().unwrap()
 }
 
 /// Six seconds of a corridor: both families of algorithms follow to a decimeter, whatever their seed.

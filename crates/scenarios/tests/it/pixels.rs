@@ -4,7 +4,7 @@
 //! cloud, which may settle on a wrong place before the right one has been seen; in the documents it ends right after 3
 //! of 4 kidnaps, the evolutionary algorithm after 3 of 3.
 
-use visloc_core::{FrameSource, SourceFrame, eval::Evaluation};
+use visloc_core::{Source, SourceFrame, eval::Evaluation};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_locate::{ALGORITHMS, FeatureChoice};
 use visloc_scenarios::{Replay, collect, run};
@@ -25,7 +25,7 @@ pub fn tour(num_frames: usize, seed: u64) -> Vec<SourceFrame> {
 pub fn recorded(bag: &str) -> Vec<SourceFrame> {
     let path = format!("{}/../../testdata/{bag}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = BagReader::open(path, BagTopics::default()).unwrap();
-    std::iter::from_fn(|| reader.next_frame()).collect::<Result<_, _>>().unwrap()
+    std::iter::from_fn(|| reader.next_item()).collect::<Result<_, _>>().unwrap()
 }
 
 fn evaluate(frames: &[SourceFrame], algorithm: &str, seed: u64) -> Evaluation {

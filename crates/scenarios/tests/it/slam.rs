@@ -1,7 +1,7 @@
 //! SLAM on simulated tours: how far it is from the truth, and that the same tour gives the same bits.
 
 use visloc_core::{
-    CameraPose, CameraTrajectory, FrameSource, GrayImage, ImageSource,
+    CameraPose, CameraTrajectory, GrayImage, ImageSource, Source,
     eval::camera::{Alignment, absolute_error, associate},
 };
 use visloc_sim::{CameraTour, Scenario, Simulation};
@@ -11,7 +11,7 @@ use visloc_slam::{Slam, SlamConfig};
 fn follow(mut tour: CameraTour, seed: u64) -> (f64, f64) {
     let truth = tour.truth();
     let mut slam = Slam::new(tour.camera(), &SlamConfig::default(), seed).unwrap();
-    while let Some(frame) = tour.next_image() {
+    while let Some(frame) = tour.next_item() {
         let frame = frame.unwrap();
         slam.add_frame(frame.at, frame.image).unwrap();
     }
@@ -46,7 +46,7 @@ fn people_who_walk_by_do_not_move_the_camera() {
 fn images_do_not_depend_on_threads_or_range() {
     let images = |tour: CameraTour| -> Vec<_> {
         let mut tour = tour.with_frames(3, 12, 2);
-        std::iter::from_fn(|| tour.next_image()).map(|frame| frame.unwrap()).collect()
+        std::iter::from_fn(|| tour.next_item()).map(|frame| frame.unwrap()).collect()
     };
     let small = |seed| CameraTour::new("walking", seed).unwrap().with_size((160, 120)).unwrap();
     let one = images(small(5));
@@ -65,7 +65,7 @@ fn odometry_gives_a_robots_map_its_meters_and_carries_it_on() {
     let mut robot = Simulation::new(&scenario, 1).unwrap().with_num_frames(750).with_threads(2);
     let mut slam: Option<Slam> = None;
     let mut truth = CameraTrajectory::new();
-    while let Some(next) = robot.next_frame() {
+    while let Some(next) = robot.next_item() {
         let next = next.unwrap();
         let world_from_robot = next.truth.unwrap().world_from_robot.to_rigid3();
         let world_from_camera = world_from_robot * next.frame.robot_from_camera;

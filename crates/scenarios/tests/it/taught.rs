@@ -1,6 +1,6 @@
 //! A camera in a map of SLAM that shows a part of its way.
 
-use visloc_core::{CameraTrajectory, FrameSource, GrayFrame, ImageSource};
+use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, Source};
 use visloc_sim::{CameraTour, Scenario, Simulation};
 use visloc_slam::{
     Slam, SlamConfig,
@@ -19,7 +19,7 @@ fn tour(num: usize) -> CameraTour {
 fn taught(truth: &CameraTrajectory) -> Map {
     let mut tour = tour(TAUGHT);
     let mut slam = Slam::new(tour.camera(), &SlamConfig::default(), 1).unwrap();
-    while let Some(frame) = tour.next_image() {
+    while let Some(frame) = tour.next_item() {
         let frame = frame.unwrap();
         slam.add_frame(frame.at, frame.image).unwrap();
     }
@@ -43,7 +43,7 @@ fn a_camera_that_leaves_its_map_is_followed_by_what_it_has_seen_since() {
     let num_taught = map.all_keyframes().count();
     let mut localizer = MapLocalizer::new(&map, Some(1.0), tour.camera(), &SlamConfig::default(), 3).unwrap();
     let mut estimates = Vec::new();
-    while let Some(frame) = tour.next_image() {
+    while let Some(frame) = tour.next_item() {
         let frame = frame.unwrap();
         let known = truth.nearest(frame.at, 0.001).unwrap().world_from_camera;
         if let Some(estimate) = localizer.step(GrayFrame::new(frame.at, frame.image)).unwrap() {
@@ -80,7 +80,7 @@ fn a_place_that_is_in_doubt_is_left_where_more_is_seen_elsewhere() {
     let mut taught =
         Simulation::new(&Scenario::load("office-walk").unwrap(), 1).unwrap().with_num_frames(600);
     let mut slam = Slam::new(taught.camera(), &SlamConfig::default(), 1).unwrap();
-    while let Some(frame) = taught.next_frame() {
+    while let Some(frame) = taught.next_item() {
         let GrayFrame { at, image, odom_from_camera, .. } = GrayFrame::of_robot(frame.unwrap());
         slam.add_frame_of_robot(at, image, odom_from_camera).unwrap();
     }
@@ -91,7 +91,7 @@ fn a_place_that_is_in_doubt_is_left_where_more_is_seen_elsewhere() {
         let camera = *driven.camera();
         let mut localizer = MapLocalizer::in_map(&map, &camera, &SlamConfig::default(), seed).unwrap();
         let (mut num, mut num_wrong) = (0, 0);
-        while let Some(frame) = driven.next_frame() {
+        while let Some(frame) = driven.next_item() {
             let frame = frame.unwrap();
             let truth = frame.truth.unwrap().world_from_robot;
             if let Some(estimate) = localizer.step(GrayFrame::of_robot(frame)).unwrap() {

@@ -1,6 +1,6 @@
 //! A simulated robot that somebody drives, as a source of frames.
 
-use visloc_core::{FrameSource, SourceError, SourceFrame};
+use visloc_core::{Source, SourceError, SourceFrame};
 
 use super::live::{LiveControls, LiveSimulation};
 
@@ -17,8 +17,8 @@ impl<F: FnMut() -> LiveControls> DrivenSimulation<F> {
     }
 }
 
-impl<F: FnMut() -> LiveControls> FrameSource for DrivenSimulation<F> {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl<F: FnMut() -> LiveControls> Source<SourceFrame> for DrivenSimulation<F> {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         let controls = (self.controls)();
         Some(Ok(self.simulation.step(&controls)))
     }
@@ -43,7 +43,7 @@ mod tests {
             ..LiveControls::default()
         });
         let mut way_m = || {
-            let truth = driven.next_frame().unwrap().unwrap().truth.unwrap();
+            let truth = driven.next_item().unwrap().unwrap().truth.unwrap();
             truth.world_from_robot.distance_m(&start)
         };
         let ways = [way_m(), way_m(), way_m(), way_m()];

@@ -5,7 +5,7 @@ use std::{collections::VecDeque, sync::Arc};
 use rand::RngExt as _;
 use rayon::prelude::*;
 use visloc_core::{
-    Frame, FrameSource, RgbImage, RngTree, SourceError, SourceFrame, Timestamp,
+    Frame, RgbImage, RngTree, Source, SourceError, SourceFrame, SourceStatus, Timestamp,
     geom::{Camera, PlanarPose},
 };
 use visloc_world::Map;
@@ -32,11 +32,11 @@ const FRAMES_PER_BATCH: usize = 4;
 /// give the same bits, with any number of threads.
 ///
 /// ```
-/// use visloc_core::FrameSource;
+/// use visloc_core::Source;
 /// use visloc_sim::{Scenario, Simulation};
 /// let scenario = Scenario::load("still")?;
 /// let mut simulation = Simulation::new(&scenario, 1)?.with_num_frames(2);
-/// let first = simulation.next_frame().expect("two frames").expect("no reading, no error");
+/// let first = simulation.next_item().expect("two frames").expect("no reading, no error");
 /// assert_eq!(first.frame.image.width(), 320);
 /// # Ok::<(), visloc_sim::ScenarioError>(())
 /// ```
@@ -252,12 +252,12 @@ impl Simulation {
     }
 }
 
-impl FrameSource for Simulation {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl Source<SourceFrame> for Simulation {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         let turn = self.turn;
         self.turn = (turn + 1) % (1 + self.further.len());
         if let Some(further) = turn.checked_sub(1) {
-            return self.further[further].next_frame();
+            return self.further[further].next_item();
         }
         if self.ready.is_empty() && self.next < self.states.len() {
             self.draw_batch();
@@ -265,8 +265,9 @@ impl FrameSource for Simulation {
         self.ready.pop_front().map(Ok)
     }
 
-    fn num_frames(&self) -> Option<usize> {
-        Some(self.states.len() * (1 + self.further.len()))
+    fn status(&self) -> SourceStatus<'_> {
+        let num_items = Some(self.states.len() * (1 + self.further.len()));
+        SourceStatus { num_items, ..SourceStatus::default() }
     }
 }
 

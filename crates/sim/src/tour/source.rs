@@ -6,8 +6,8 @@ use rand::RngExt as _;
 use rayon::prelude::*;
 use thiserror::Error;
 use visloc_core::{
-    CameraPose, CameraTrajectory, GrayFrame, GrayImage, ImageSource, RngTree, SourceError, Timestamp,
-    geom::Camera,
+    CameraPose, CameraTrajectory, GrayFrame, GrayImage, ImageSource, RngTree, Source, SourceError,
+    SourceStatus, Timestamp, geom::Camera,
 };
 
 use super::{
@@ -67,7 +67,7 @@ impl Stamp {
 /// use visloc_core::ImageSource;
 /// use visloc_sim::CameraTour;
 /// let mut tour = CameraTour::new("room", 1)?.with_size((160, 120))?;
-/// let first = tour.next_image().expect("400 images").expect("no reading, no error");
+/// let first = tour.next_item().expect("400 images").expect("no reading, no error");
 /// assert_eq!((first.image.width(), tour.truth().poses().len()), (160, 400));
 /// # Ok::<(), visloc_sim::TourError>(())
 /// ```
@@ -240,15 +240,17 @@ impl ImageSource for CameraTour {
     fn camera(&self) -> &Camera {
         &self.camera
     }
+}
 
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>> {
+impl Source<GrayFrame> for CameraTour {
+    fn next_item(&mut self) -> Option<Result<GrayFrame, SourceError>> {
         if self.ready.is_empty() && self.next < self.stamps.len() {
             self.draw_batch();
         }
         self.ready.pop_front().map(Ok)
     }
 
-    fn num_images(&self) -> Option<usize> {
-        Some(self.stamps.len())
+    fn status(&self) -> SourceStatus<'_> {
+        SourceStatus { num_items: Some(self.stamps.len()), ..SourceStatus::default() }
     }
 }

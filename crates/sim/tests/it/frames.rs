@@ -1,11 +1,11 @@
 //! What a simulation delivers.
 
-use visloc_core::{FrameSource, GroundContact, SourceFrame};
+use visloc_core::{GroundContact, Source, SourceFrame};
 use visloc_sim::{Scenario, Simulation};
 use visloc_world::Map;
 
 fn frames(simulation: &mut Simulation) -> Vec<SourceFrame> {
-    std::iter::from_fn(|| simulation.next_frame()).map(Result::unwrap).collect()
+    std::iter::from_fn(|| simulation.next_item()).map(Result::unwrap).collect()
 }
 
 /// A scenario with tiny pictures, for tests of everything but the pictures.
@@ -54,7 +54,7 @@ fn same_seed_gives_the_same_bits_on_any_number_of_threads() {
 fn frames_have_regular_stamps_and_their_number_can_be_cut_and_extended() {
     let scenario = small("still");
     let simulation = Simulation::new(&scenario, 1).unwrap();
-    assert_eq!(simulation.num_frames(), Some(200));
+    assert_eq!(simulation.status().num_items, Some(200));
     let all = frames(&mut simulation.with_num_frames(203));
     assert_eq!(all.len(), 203);
     assert_eq!(all[0].frame.at.nanos(), 1_700_000_000_000_000_000);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3};
 use visloc_core::{
-    FrameSource, RngTree,
+    RngTree, Source,
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, World, nao},
 };
 use visloc_sim::{Color, FieldLook, Label, LabelImage, Renderer, Scenario, Scene, Shot, Simulation};
@@ -97,7 +97,7 @@ fn every_frame_of_a_simulation_has_labels_in_any_order() {
     let scenario = Scenario::load("crowd").unwrap();
     let mut simulation = Simulation::new(&scenario, 1).unwrap().with_num_frames(3);
     let last = simulation.labels(2).unwrap();
-    while simulation.next_frame().is_some() {}
+    while simulation.next_item().is_some() {}
     assert_eq!(simulation.labels(2), Some(last));
     assert_eq!(simulation.labels(3), None);
 }
@@ -109,7 +109,7 @@ fn the_head_looks_where_the_mean_pan_says() {
     let mut yaw_deg = |pan_mean_deg| {
         scenario.robot.head.pan_mean_deg = pan_mean_deg;
         let mut simulation = Simulation::new(&scenario, 1).unwrap().with_num_frames(1);
-        let frame = simulation.next_frame().unwrap().unwrap().frame;
+        let frame = simulation.next_item().unwrap().unwrap().frame;
         let ahead = frame.robot_from_camera.rotate(&nalgebra::Vector3::z());
         ahead.y.atan2(ahead.x).to_degrees()
     };

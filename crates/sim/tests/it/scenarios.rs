@@ -1,6 +1,6 @@
 //! Scenario files and their mistakes.
 
-use visloc_core::{FrameSource, geom::Distortion};
+use visloc_core::{Source, geom::Distortion};
 use visloc_sim::{BUILT_IN_SCENARIOS, Factor, Scenario, ScenarioError, Simulation};
 
 #[test]
@@ -99,7 +99,7 @@ fn the_camera_has_any_lens_of_a_camera_file() {
                 distortion = [0.0, 0.0, 0.0, 0.0]\n";
     let mut simulation =
         Simulation::new(&Scenario::parse("wide", text).unwrap(), 1).unwrap().with_num_frames(1);
-    let frame = simulation.next_frame().unwrap().unwrap().frame;
+    let frame = simulation.next_item().unwrap().unwrap().frame;
     assert_eq!((frame.camera.distortion(), frame.image.width()), (Distortion::KannalaBrandt([0.0; 4]), 160));
     let (least, most) = (frame.image.data().iter().min().unwrap(), frame.image.data().iter().max().unwrap());
     assert!(most - least > 50);
@@ -128,7 +128,7 @@ fn factors_change_what_is_seen_or_told_and_follow_the_seed() {
         scenario.camera.focal_px = [60.0; 2];
         scenario.camera.center_px = [39.5, 19.5];
         let mut simulation = Simulation::new(&scenario, 3).unwrap().with_num_frames(6);
-        let frame = std::iter::from_fn(|| simulation.next_frame()).last().unwrap().unwrap().frame;
+        let frame = std::iter::from_fn(|| simulation.next_item()).last().unwrap().unwrap().frame;
         (frame.image.into_raw(), frame.robot_from_camera)
     };
     let plain = sixth("tour-2024");

@@ -2,7 +2,7 @@
 
 use std::{path::Path, sync::Arc};
 
-use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, geom::Camera};
+use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, Source, geom::Camera};
 use visloc_sim::CameraTour;
 
 use crate::{
@@ -82,7 +82,7 @@ impl Images {
             Ok((images, head))
         };
         let num_ahead = if is_live { 0 } else { NUM_AHEAD };
-        let (feed, (camera, truth)) = Feed::start(opened, |images| images.next_image(), num_ahead)?;
+        let (feed, (camera, truth)) = Feed::start(opened, |images| images.next_item(), num_ahead)?;
         Ok((Self::Fed(camera, feed), truth))
     }
 
@@ -108,7 +108,7 @@ impl Images {
                 truth = Some(tour.truth());
             }
         }
-        let next = match tour.next_image() {
+        let next = match tour.next_item() {
             Some(Ok(frame)) => Fed::Item(frame),
             Some(Err(error)) => Fed::Failed(error),
             None => Fed::End,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::{Value, json};
-use visloc_core::{Clock, Frame, FrameSource, SourceFrame, Truth, settings::Overrides};
+use visloc_core::{Clock, Frame, Source, SourceFrame, Truth, settings::Overrides};
 use visloc_locate::{
     PipelineConfig, StartPrior,
     lineup::{Lineup, RunSettings},
@@ -28,7 +28,7 @@ const MAX_STEP_SECS: f64 = 0.5;
 /// A source that has been opened.
 pub struct OpenRun {
     /// The frames.
-    pub frames: Box<dyn FrameSource>,
+    pub frames: Box<dyn Source<SourceFrame>>,
     /// The map that they belong to.
     pub map: Map,
 }
@@ -135,7 +135,7 @@ impl SourceSession {
 fn start(open: &FramesOpener, is_live: bool, seed: u64) -> Result<(Feed<SourceFrame>, Map), StudioError> {
     let open = Arc::clone(open);
     let opened = move || open(seed).map(|run| (run.frames, run.map));
-    Feed::start(opened, |frames| frames.next_frame(), if is_live { 0 } else { NUM_AHEAD })
+    Feed::start(opened, |frames| frames.next_item(), if is_live { 0 } else { NUM_AHEAD })
 }
 
 impl Session for SourceSession {

@@ -3,7 +3,7 @@
 use std::{fs, path::Path};
 
 use serde_json::{Value, json};
-use visloc_core::{Clock, FrameSource as _};
+use visloc_core::{Clock, Source as _};
 use visloc_io::bag::{BagReader, BagTopics};
 use visloc_studio::{
     Message, Session,
@@ -60,7 +60,7 @@ fn other_tools_can_read_a_recording() {
     assert_eq!((count("/studio/scene"), count("/studio/image"), count("/studio/state")), (1, 5, 5));
     let mut bag = BagReader::open(&path, BagTopics::default()).unwrap();
     let mut frames = 0;
-    while let Some(frame) = bag.next_frame() {
+    while let Some(frame) = bag.next_item() {
         let frame = frame.unwrap();
         assert!(frame.frame.odometry.is_some() && frame.truth.is_some());
         frames += 1;

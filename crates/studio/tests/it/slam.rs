@@ -3,7 +3,7 @@
 use std::{path::Path, sync::Arc};
 
 use serde_json::json;
-use visloc_core::{Clock, ImageSource};
+use visloc_core::{Clock, ImageSource, Source};
 use visloc_sim::CameraTour;
 use visloc_slam::{Slam, SlamConfig};
 use visloc_studio::{
@@ -233,7 +233,7 @@ fn images_of_any_source_are_followed_to_their_end() {
 fn taught() -> Arc<VisualMap> {
     let mut tour = CameraTour::new("room", 1).unwrap().with_frames(0, 120, 2);
     let mut slam = Slam::new(tour.camera(), &SlamConfig::default(), 1).unwrap();
-    while let Some(frame) = tour.next_image() {
+    while let Some(frame) = tour.next_item() {
         let frame = frame.unwrap();
         slam.add_frame(frame.at, frame.image).unwrap();
     }

@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use nalgebra::{Rotation3, Vector3};
 use visloc_core::{
-    Frame, FrameSource, GroundContact, PictureSource, RgbImage, SourceFrame, Timestamp, Truth,
+    Frame, GroundContact, RgbImage, Source, SourceFrame, Timestamp, Truth,
     geom::{Camera, Distortion, PlanarPose, Rigid3},
 };
 use visloc_io::{
@@ -221,19 +221,19 @@ pub fn read_bag(path: &Path) {
     let topics = BagTopics::default();
     if let Ok(mut bag) = BagReader::open(path, topics.clone()) {
         let mut last = None;
-        while let Some(next) = bag.next_frame() {
+        while let Some(next) = bag.next_item() {
             let Ok(SourceFrame { frame, .. }) = next else { continue };
             assert!(last.is_none_or(|last| last < frame.at), "time increases");
             assert!(frame.odometry.is_none_or(|pose| pose.is_finite()), "finite odometry");
             last = Some(frame.at);
         }
-        assert!(bag.next_frame().is_none(), "the end stays the end");
+        assert!(bag.next_item().is_none(), "the end stays the end");
     }
     if let Ok(mut messages) = BagMessages::open(path) {
         while messages.next_message().is_some() {}
     }
     if let Ok(mut pictures) = BagPictures::open(path, &topics) {
-        while pictures.next_picture().is_some() {}
+        while pictures.next_item().is_some() {}
     }
 }
 

@@ -1,6 +1,6 @@
 //! Runs all settings of the switches on the same images.
 
-use visloc_core::{FrameSource, RngTree, SourceFrame};
+use visloc_core::{RngTree, Source, SourceFrame};
 use visloc_locate::{
     PipelineConfig,
     vision::{FeatureKind, Percept, field::FilterSwitches},
@@ -50,7 +50,7 @@ pub(super) fn measure(name: &'static str, seed: u64) -> Result<SceneResult, Expe
         let mut simulation = simulation.map_err(|error| failed(error.to_string()))?;
         let mut settings = Settings::new(&simulation, seeds)?;
         let mut index = 0;
-        while let Some(next) = simulation.next_frame() {
+        while let Some(next) = simulation.next_item() {
             let next = next.map_err(|error| failed(error.to_string()))?;
             if let Some(labels) = simulation.labels(index) {
                 settings.look(&next, &labels, &mut result)?;

@@ -4,7 +4,7 @@
 mod borders;
 
 use serde_json::json;
-use visloc_core::{FrameSource, RngTree};
+use visloc_core::{RngTree, Source};
 use visloc_locate::vision::office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors, SegmentDetector};
 use visloc_sim::{LightFade, Scenario, Simulation};
 use visloc_world::Map;
@@ -128,7 +128,7 @@ fn measure(
         let mut analyzers: Vec<_> = analyzers.collect::<Result<_, _>>().map_err(|error| failed(&error))?;
         let mut rng = seeds.stream("analysis", 0);
         let mut index = 0;
-        while let Some(next) = simulation.next_frame() {
+        while let Some(next) = simulation.next_item() {
             let next = next.map_err(|error| failed(&error))?;
             let labels =
                 simulation.labels(index).filter(|_| next.truth.is_some_and(|truth| truth.height_m == 0.0));

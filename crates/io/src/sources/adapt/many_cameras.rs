@@ -1,6 +1,6 @@
 //! Several cameras of one robot.
 
-use visloc_core::{FrameSource, SkippedInput, SourceError, SourceFrame};
+use visloc_core::{SkippedInput, Source, SourceError, SourceFrame, SourceStatus};
 
 /// The frames of several cameras in the order of their stamps; of those with the same stamp, that of the first camera first.
 pub struct ManyCameras {
@@ -12,7 +12,7 @@ pub struct ManyCameras {
 }
 
 struct OneCamera {
-    frames: Box<dyn FrameSource>,
+    frames: Box<dyn Source<SourceFrame>>,
     next: Option<SourceFrame>,
     has_ended: bool,
     /// How much of what it left out is known.
@@ -22,7 +22,7 @@ struct OneCamera {
 impl ManyCameras {
     /// From one source for each camera. All see the same robot; `in_common` are the origins, for instance topics, of what they read all.
     #[must_use]
-    pub fn new(sources: Vec<Box<dyn FrameSource>>, in_common: Vec<String>) -> Self {
+    pub fn new(sources: Vec<Box<dyn Source<SourceFrame>>>, in_common: Vec<String>) -> Self {
         let camera = |frames| OneCamera { frames, next: None, has_ended: false, num_skipped: 0 };
         Self {
             cameras: sources.into_iter().map(camera).collect(),
@@ -38,7 +38,7 @@ impl ManyCameras {
             if camera.next.is_some() || camera.has_ended {
                 continue;
             }
-            match camera.frames.next_frame() {
+            match camera.frames.next_item() {
                 Some(Ok(mut next)) => {
                     next.frame.camera_index = index;
                     camera.next = Some(next);
@@ -49,7 +49,7 @@ impl ManyCameras {
                 }
                 None => camera.has_ended = true,
             }
-            let skipped = camera.frames.skipped();
+            let skipped = camera.frames.status().skipped;
             let is_new = |input: &&SkippedInput| index == 0 || !self.in_common.contains(&input.origin);
             self.skipped.extend(skipped.iter().skip(camera.num_skipped).filter(is_new).cloned());
             camera.num_skipped = skipped.len();
@@ -57,8 +57,8 @@ impl ManyCameras {
     }
 }
 
-impl FrameSource for ManyCameras {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+impl Source<SourceFrame> for ManyCameras {
+    fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
         self.read_on();
         let waiting = self.cameras.iter_mut().filter(|camera| camera.next.is_some());
         let earliest = waiting.min_by_key(|camera| camera.next.as_ref().map(|next| next.frame.at));
@@ -66,12 +66,9 @@ impl FrameSource for ManyCameras {
         next.map(Ok).or_else(|| self.error.take().map(Err))
     }
 
-    fn num_frames(&self) -> Option<usize> {
-        self.cameras.iter().map(|camera| camera.frames.num_frames()).sum()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.skipped
+    fn status(&self) -> SourceStatus<'_> {
+        let num_items = self.cameras.iter().map(|camera| camera.frames.status().num_items).sum();
+        SourceStatus { num_items, skipped: &self.skipped, ..SourceStatus::default() }
     }
 }
 
@@ -87,8 +84,8 @@ mod tests {
     /// Frames at these times, then maybe an error.
     struct Times(Vec<f64>, bool);
 
-    impl FrameSource for Times {
-        fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
+    impl Source<SourceFrame> for Times {
+        fn next_item(&mut self) -> Option<Result<SourceFrame, SourceError>> {
             if self.0.is_empty() {
                 let error = SourceError::Broken { origin: "bag".into(), reason: "cut off".into() };
                 return std::mem::take(&mut self.1).then_some(Err(error));
@@ -98,20 +95,20 @@ mod tests {
             Some(Ok(SourceFrame { frame: Frame::new(at, RgbImage::new(1, 1), camera, mount), truth: None }))
         }
 
-        fn num_frames(&self) -> Option<usize> {
-            Some(self.0.len())
+        fn status(&self) -> SourceStatus<'_> {
+            SourceStatus { num_items: Some(self.0.len()), ..SourceStatus::default() }
         }
     }
 
     #[test]
     fn frames_come_in_order_of_time_and_an_error_at_the_end() {
-        let sources: Vec<Box<dyn FrameSource>> =
+        let sources: Vec<Box<dyn Source<SourceFrame>>> =
             vec![Box::new(Times(vec![1.0, 2.0, 3.0], false)), Box::new(Times(vec![0.5, 1.0, 1.5], true))];
         let mut cameras = ManyCameras::new(sources, Vec::new());
-        assert_eq!(cameras.num_frames(), Some(6));
+        assert_eq!(cameras.status().num_items, Some(6));
         let mut seen = Vec::new();
         let error = loop {
-            match cameras.next_frame() {
+            match cameras.next_item() {
                 Some(Ok(next)) => {
                     seen.push((next.frame.at.secs_since(Timestamp::default()), next.frame.camera_index))
                 }
@@ -120,6 +117,6 @@ mod tests {
         };
         assert_eq!(seen, [(0.5, 1), (1.0, 0), (1.0, 1), (1.5, 1), (2.0, 0), (3.0, 0)]);
         assert!(matches!(error, Some(Err(_))));
-        assert!(cameras.next_frame().is_none());
+        assert!(cameras.next_item().is_none());
     }
 }

@@ -1,17 +1,45 @@
 //! What a source cannot deliver, made of what it can.
 
-mod calibrated;
-mod from_frames;
-mod gray;
+mod convert;
 mod many_cameras;
 mod ranged;
-mod skipped;
+mod same_size;
 mod until_stopped;
 
-pub use calibrated::{CalibratedFrames, CalibratedImages};
-pub(crate) use calibrated::{frames_of_pictures, images_of_gray, images_of_pictures};
-pub(crate) use from_frames::{FramePictures, PicturesOfImages};
-pub(crate) use gray::{GrayOf, GrayStream};
+use visloc_core::{GrayFrame, Picture, Timestamp};
+
+pub(crate) use convert::{
+    frames_of_pictures, gray_of_frames, images_of_gray, images_of_pictures, pictures_of_frames,
+    pictures_of_images, with_camera,
+};
 pub use many_cameras::ManyCameras;
-pub(crate) use ranged::Ranged;
 pub use until_stopped::UntilStopped;
+
+/// An image with its time.
+trait Shot {
+    fn at(&self) -> Timestamp;
+
+    /// Width and height, pixels.
+    fn size_px(&self) -> (u32, u32);
+}
+
+impl Shot for Picture {
+    fn at(&self) -> Timestamp {
+        self.at
+    }
+
+    fn size_px(&self) -> (u32, u32) {
+        (self.image.width(), self.image.height())
+    }
+}
+
+impl Shot for GrayFrame {
+    fn at(&self) -> Timestamp {
+        self.at
+    }
+
+    #[allow(clippy::cast_possible_truncation)]
+    fn size_px(&self) -> (u32, u32) {
+        (self.image.width() as u32, self.image.height() as u32)
+    }
+}

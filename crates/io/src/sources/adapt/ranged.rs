@@ -1,13 +1,13 @@
 //! A part of a source.
 
-use visloc_core::{GrayFrame, Picture, PictureSource, SkippedInput, SourceError, Timestamp};
+use visloc_core::{Source, SourceError, SourceStatus, Timestamp};
 
-use super::GrayStream;
+use super::Shot;
 use crate::sequence::{Bound, SequenceRange};
 
 /// The pictures or gray images in a range.
-pub(crate) struct Ranged<P> {
-    inner: P,
+pub(super) struct Ranged<T> {
+    inner: Box<dyn Source<T>>,
     range: SequenceRange,
     first_at: Option<Timestamp>,
     last_at: Option<Timestamp>,
@@ -23,8 +23,8 @@ enum Verdict {
     End,
 }
 
-impl<P> Ranged<P> {
-    pub(crate) fn new(inner: P, range: SequenceRange) -> Self {
+impl<T> Ranged<T> {
+    pub(super) fn new(inner: Box<dyn Source<T>>, range: SequenceRange) -> Self {
         Self { inner, range, first_at: None, last_at: None, num_seen: 0, num_inside: 0 }
     }
 
@@ -56,29 +56,8 @@ impl<P> Ranged<P> {
         if is_wanted { Verdict::Take } else { Verdict::Leave }
     }
 
-    /// The next item in the range.
-    fn next_of<T>(
-        &mut self,
-        num_images: Option<usize>,
-        mut next: impl FnMut(&mut P) -> Option<Result<T, SourceError>>,
-        at: impl Fn(&T) -> Timestamp,
-    ) -> Option<Result<T, SourceError>> {
-        while !self.is_over(num_images) {
-            let item = match next(&mut self.inner)? {
-                Ok(item) => item,
-                Err(error) => return Some(Err(error)),
-            };
-            match self.judge(at(&item)) {
-                Verdict::Take => return Some(Ok(item)),
-                Verdict::Leave => {}
-                Verdict::End => return None,
-            }
-        }
-        None
-    }
-
     /// Why no image came, as the end of a sentence: what the source has beside what was asked for.
-    pub(crate) fn why_none(&self) -> String {
+    pub(super) fn why_none(&self) -> String {
         if self.range == SequenceRange::default() {
             return String::new();
         }
@@ -89,65 +68,45 @@ impl<P> Ranged<P> {
         };
         format!(" in the range that was asked for{has}")
     }
-
-    fn number(&self, number: Option<usize>) -> Option<usize> {
-        number.filter(|_| self.range == SequenceRange::default())
-    }
 }
 
-impl<P: PictureSource> PictureSource for Ranged<P> {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-        self.next_of(self.inner.num_pictures(), P::next_picture, |picture| picture.at)
+impl<T: Shot> Source<T> for Ranged<T> {
+    fn next_item(&mut self) -> Option<Result<T, SourceError>> {
+        let num_images = self.inner.status().num_items;
+        while !self.is_over(num_images) {
+            let item = match self.inner.next_item()? {
+                Ok(item) => item,
+                Err(error) => return Some(Err(error)),
+            };
+            match self.judge(item.at()) {
+                Verdict::Take => return Some(Ok(item)),
+                Verdict::Leave => {}
+                Verdict::End => return None,
+            }
+        }
+        None
     }
 
-    fn original(&self) -> Option<&[u8]> {
-        self.inner.original()
-    }
-
-    fn num_pictures(&self) -> Option<usize> {
-        self.number(self.inner.num_pictures())
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
-    }
-}
-
-impl GrayStream for Ranged<Box<dyn GrayStream>> {
-    fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        self.next_of(self.inner.num_images(), |stream| stream.next_gray(), |frame| frame.at)
-    }
-
-    fn num_images(&self) -> Option<usize> {
-        self.number(self.inner.num_images())
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
+    fn status(&self) -> SourceStatus<'_> {
+        let status = self.inner.status();
+        let num_items = status.num_items.filter(|_| self.range == SequenceRange::default());
+        SourceStatus { num_items, ..status }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use visloc_core::RgbImage;
+    use visloc_core::{Picture, RgbImage};
 
     use super::*;
 
     struct Numbers(u32);
 
-    impl PictureSource for Numbers {
-        fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
+    impl Source<Picture> for Numbers {
+        fn next_item(&mut self) -> Option<Result<Picture, SourceError>> {
             self.0 += 1;
             let at = Timestamp::from_secs(10.0 + 0.5 * f64::from(self.0 - 1));
-            (self.0 <= 10).then(|| Ok(Picture { at, image: RgbImage::new(self.0, 1) }))
+            (self.0 <= 10).then(|| Ok(Picture { at, image: RgbImage::new(self.0, 1), file: None }))
         }
     }
 
@@ -156,8 +115,8 @@ mod tests {
         let numbers = |start: &str, end: Option<&str>, stride| {
             let end = end.map(|end| end.parse().unwrap());
             let range = SequenceRange { start: start.parse().unwrap(), end, stride };
-            let mut ranged = Ranged::new(Numbers(0), range);
-            let next = || Some((ranged.next_picture()?.unwrap().image.width() - 1).to_string());
+            let mut ranged = Ranged::new(Box::new(Numbers(0)), range);
+            let next = || Some((ranged.next_item()?.unwrap().image.width() - 1).to_string());
             std::iter::from_fn(next).collect::<String>()
         };
         assert_eq!(numbers("0", None, 1), "0123456789");

@@ -1,9 +1,6 @@
 //! A source that ends when the program is asked to stop.
 
-use visloc_core::{
-    FrameSource, GrayFrame, ImageSource, Picture, PictureSource, SkippedInput, SourceError, SourceFrame,
-    Timestamp, geom::Camera,
-};
+use visloc_core::{ImageSource, Source, SourceError, SourceStatus, geom::Camera};
 
 use crate::sources::Host;
 
@@ -34,16 +31,15 @@ impl<S> UntilStopped<S> {
         }
         is_stopped
     }
+}
 
-    fn next_of<T>(
-        &mut self,
-        next: impl FnOnce(&mut S) -> Option<Result<T, SourceError>>,
-    ) -> Option<Result<T, SourceError>> {
+impl<T, S: Source<T>> Source<T> for UntilStopped<S> {
+    fn next_item(&mut self) -> Option<Result<T, SourceError>> {
         if self.is_stopped() {
             return None;
         }
         // Ctrl-C reaches the program that decodes a video as well; that this breaks off is no fault of the video.
-        match next(&mut self.inner) {
+        match self.inner.next_item() {
             Some(Ok(item)) => {
                 self.host.note_begin();
                 Some(Ok(item))
@@ -51,85 +47,29 @@ impl<S> UntilStopped<S> {
             ended => ended.filter(|_| !self.is_stopped()),
         }
     }
-}
 
-impl FrameSource for UntilStopped<Box<dyn FrameSource>> {
-    fn next_frame(&mut self) -> Option<Result<SourceFrame, SourceError>> {
-        self.next_of(|inner| inner.next_frame())
-    }
-
-    fn num_frames(&self) -> Option<usize> {
-        self.inner.num_frames()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
-    }
-
-    fn received_at(&self) -> Option<Timestamp> {
-        self.inner.received_at()
+    fn status(&self) -> SourceStatus<'_> {
+        self.inner.status()
     }
 }
 
-impl ImageSource for UntilStopped<Box<dyn ImageSource>> {
+impl<S: ImageSource> ImageSource for UntilStopped<S> {
     fn camera(&self) -> &Camera {
         self.inner.camera()
-    }
-
-    fn next_image(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        self.next_of(|inner| inner.next_image())
-    }
-
-    fn num_images(&self) -> Option<usize> {
-        self.inner.num_images()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
-    }
-}
-
-impl PictureSource for UntilStopped<Box<dyn PictureSource>> {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-        self.next_of(|inner| inner.next_picture())
-    }
-
-    fn original(&self) -> Option<&[u8]> {
-        self.inner.original()
-    }
-
-    fn num_pictures(&self) -> Option<usize> {
-        self.inner.num_pictures()
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        self.inner.skipped()
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.inner.num_dropped()
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use visloc_core::RgbImage;
+    use visloc_core::{Picture, RgbImage, Timestamp};
 
     use super::*;
 
     struct Endless;
 
-    impl PictureSource for Endless {
-        fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-            Some(Ok(Picture { at: Timestamp::default(), image: RgbImage::new(1, 1) }))
+    impl Source<Picture> for Endless {
+        fn next_item(&mut self) -> Option<Result<Picture, SourceError>> {
+            Some(Ok(Picture { at: Timestamp::default(), image: RgbImage::new(1, 1), file: None }))
         }
     }
 
@@ -137,12 +77,11 @@ mod tests {
     fn a_stopped_source_has_ended_and_only_a_live_one_is_complete() {
         for is_live in [false, true] {
             let host = Host::silent();
-            let mut source: UntilStopped<Box<dyn PictureSource>> =
-                UntilStopped::of_kind(Box::new(Endless), &host, is_live);
+            let mut source = UntilStopped::of_kind(Endless, &host, is_live);
             assert!(!host.has_begun());
-            assert!(source.next_picture().is_some() && host.has_begun() && !host.was_interrupted());
+            assert!(source.next_item().is_some() && host.has_begun() && !host.was_interrupted());
             host.stop();
-            assert!(source.next_picture().is_none());
+            assert!(source.next_item().is_none());
             assert_eq!(host.was_interrupted(), !is_live);
         }
     }

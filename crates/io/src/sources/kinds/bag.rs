@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use visloc_core::{FrameSource, PictureSource, files, geom::Camera as CameraModel};
+use visloc_core::{Source, SourceFrame, files, geom::Camera as CameraModel};
 
 use super::{SourceKind, Way, always_usable, has_extension, video::is_video};
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
             Start, Stride, Topics, TruthTopic, Urdf,
         },
         SourcesError,
-        adapt::{FramePictures, ManyCameras, images_of_gray, images_of_pictures},
+        adapt::{ManyCameras, gray_of_frames, images_of_gray, images_of_pictures, with_camera},
         open::Request,
     },
     urdf::{RobotDescription, read_robot_description},
@@ -103,7 +103,8 @@ fn frames(request: &Request<'_>) -> Result<OpenFrames, SourcesError> {
         let in_common = TopicRole::ALL.into_iter().filter(|role| !of_camera.contains(role));
         let mut in_common: Vec<_> = in_common.map(|role| topics.name(role).to_owned()).collect();
         in_common.push(TopicRole::RobotDescription.meaning().to_owned());
-        let sources = readers.into_iter().map(|reader| Box::new(reader) as Box<dyn FrameSource>).collect();
+        let sources =
+            readers.into_iter().map(|reader| Box::new(reader) as Box<dyn Source<SourceFrame>>).collect();
         return Ok(OpenFrames {
             frames: Box::new(ManyCameras::new(sources, in_common)),
             map: None,
@@ -141,7 +142,7 @@ fn given_camera(
     let calibration = read_calibration(path)?;
     let topics = BagTopics { camera_info: String::new(), ..request.topics() };
     let mut pictures = BagPictures::open(request.address.rest(), &topics)?;
-    let first = pictures.next_picture().ok_or_else(|| request.empty(String::new()))??;
+    let first = pictures.next_item().ok_or_else(|| request.empty(String::new()))??;
     let size_px = (first.image.width(), first.image.height());
     Ok(Some(fit_calibration(&calibration, size_px, path, warnings)?))
 }
@@ -149,9 +150,9 @@ fn given_camera(
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     // A file that cannot be read is told here: below, whatever stands in the way of a robot only means that there is none.
     given_robot(request)?;
-    if let Some((frames, warnings)) = robot(request) {
-        let calibration = (Calibration::of(frames.camera()), request.address.rest().into());
-        return images_of_gray(request, Box::new(frames), Some(calibration), warnings);
+    if let Some((camera, frames, warnings)) = robot(request) {
+        let calibration = (Calibration::of(&camera), request.address.rest().into());
+        return images_of_gray(request, gray_of_frames(frames), Some(calibration), warnings);
     }
     let of_robot = [
         (SourceOption::Mount, request.options.mount.is_some()),
@@ -166,13 +167,13 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     images_of_pictures(request, pictures(request)?)
 }
 
-/// The camera of a robot with odometry. `None` if the recording has no such robot: its images are those of any camera.
-fn robot(request: &Request<'_>) -> Option<(FramePictures, Vec<String>)> {
+/// The camera of a robot with odometry, and its frames. `None` if the recording has no such robot: its images are those of any camera.
+fn robot(request: &Request<'_>) -> Option<(CameraModel, Box<dyn Source<SourceFrame>>, Vec<String>)> {
     let mut warnings = Vec::new();
     let bag = reader(request, &mut warnings).ok()?;
     let has_odometry = bag.available_topics().iter().any(|topic| topic.topic == bag.topics().odometry);
-    let frames = FramePictures::new(Box::new(bag)).filter(|_| has_odometry)?;
-    Some((frames.ok()?, warnings))
+    let (camera, frames) = with_camera(Box::new(bag)).filter(|_| has_odometry)?.ok()?;
+    Some((camera, frames, warnings))
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{ImageSource, PictureSource};
+use visloc_core::{ImageSource, Picture, Source, SourceFrame};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TEAM, TOURS};
 
 use super::{SourceKind, Way, always_usable, claims_nothing};
@@ -12,7 +12,7 @@ use crate::{
         OpenFrames, OpenImages, OpenPictures, SourceAddress,
         SourceOption::{End, Scale, Seed, Start, Stride, Threads},
         SourcesError,
-        adapt::{FramePictures, PicturesOfImages, images_of_gray},
+        adapt::{gray_of_frames, images_of_gray, pictures_of_frames, pictures_of_images, with_camera},
         address::nearest,
         open::Request,
     },
@@ -117,20 +117,22 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
         return tour(request);
     }
     let (frames, calibration) = robot(request)?;
-    images_of_gray(request, Box::new(frames), Some(calibration), Vec::new())
+    images_of_gray(request, gray_of_frames(frames), Some(calibration), Vec::new())
 }
 
-/// A robot's camera and its calibration.
-fn robot(request: &Request<'_>) -> Result<(FramePictures, (Calibration, PathBuf)), SourcesError> {
+/// A robot's frames and the calibration of its camera.
+type Robot = (Box<dyn Source<SourceFrame>>, (Calibration, PathBuf));
+
+/// Opens the simulated robot.
+fn robot(request: &Request<'_>) -> Result<Robot, SourcesError> {
     let simulation = simulation(request)?;
     if !simulation.scenario().more_cameras.is_empty() {
         return request
             .cannot("expected a robot with one camera here, found a scenario with [[more_cameras]]");
     }
-    let frames = FramePictures::new(Box::new(simulation));
-    let frames = frames.ok_or_else(|| request.empty(String::new()))??;
-    let calibration = Calibration::of(frames.camera());
-    Ok((frames, (calibration, request.argument().into())))
+    let opened = with_camera(Box::new(simulation));
+    let (camera, frames) = opened.ok_or_else(|| request.empty(String::new()))??;
+    Ok((frames, (Calibration::of(&camera), request.argument().into())))
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -158,13 +160,13 @@ fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
     check_name(request)?;
-    let (pictures, calibration): (Box<dyn PictureSource>, _) = if is_tour(request.address.rest()) {
+    let (pictures, calibration): (Box<dyn Source<Picture>>, _) = if is_tour(request.address.rest()) {
         let images = tour(request)?.images;
         let calibration = (Calibration::of(images.camera()), request.argument().into());
-        (Box::new(PicturesOfImages(images)), calibration)
+        (pictures_of_images(images), calibration)
     } else {
         let (frames, calibration) = robot(request)?;
-        (Box::new(frames), calibration)
+        (pictures_of_frames(frames), calibration)
     };
     Ok(OpenPictures { pictures, calibration: Some(calibration), warnings: Vec::new() })
 }

@@ -1,7 +1,8 @@
 //! Videos and cameras as sources of pictures.
 
 use visloc_core::{
-    GrayFrame, GrayImage, Picture, PictureSource, RgbImage, SkippedInput, SourceError, Timestamp,
+    GrayFrame, GrayImage, Mapped, Picture, RgbImage, SkippedInput, Source, SourceError, SourceStatus,
+    Timestamp,
 };
 
 use super::{
@@ -9,7 +10,7 @@ use super::{
     live::LiveVideo,
     pipe::{PipeImage, VideoPipe},
 };
-use crate::sources::{Host, SourceOptions, SourcesError, adapt::GrayStream};
+use crate::sources::{Host, SourceOptions, SourcesError};
 
 /// A video or a camera, opened for gray or for color images.
 struct Video {
@@ -28,8 +29,15 @@ pub(super) fn open_color(
     input: &FfmpegInput,
     options: &SourceOptions,
     host: &Host,
-) -> Result<Box<dyn PictureSource>, SourcesError> {
-    Ok(Box::new(Color(Video::open(input, options, host, Pixels::Color)?)))
+) -> Result<Box<dyn Source<Picture>>, SourcesError> {
+    let video = Video::open(input, options, host, Pixels::Color)?;
+    Ok(Box::new(Mapped::new(Box::new(video), |(at, image)| {
+        let image = match image {
+            PnmImage::Color(image) => image,
+            PnmImage::Gray(image) => in_color(&image),
+        };
+        Ok(Picture { at, image, file: None })
+    })))
 }
 
 /// Opens a video or a camera for gray images.
@@ -37,8 +45,15 @@ pub(super) fn open_gray(
     input: &FfmpegInput,
     options: &SourceOptions,
     host: &Host,
-) -> Result<Box<dyn GrayStream>, SourcesError> {
-    Ok(Box::new(Gray(Video::open(input, options, host, Pixels::Gray)?)))
+) -> Result<Box<dyn Source<GrayFrame>>, SourcesError> {
+    let video = Video::open(input, options, host, Pixels::Gray)?;
+    Ok(Box::new(Mapped::new(Box::new(video), |(at, image)| {
+        let image = match image {
+            PnmImage::Gray(image) => image,
+            PnmImage::Color(image) => GrayImage::from_rgb(&image),
+        };
+        Ok(GrayFrame::new(at, image))
+    })))
 }
 
 impl Video {
@@ -58,8 +73,10 @@ impl Video {
         };
         Ok(Self { argument: input.argument.clone(), feed, skipped: Vec::new() })
     }
+}
 
-    fn next(&mut self) -> Option<Result<(Timestamp, PnmImage), SourceError>> {
+impl Source<(Timestamp, PnmImage)> for Video {
+    fn next_item(&mut self) -> Option<Result<(Timestamp, PnmImage), SourceError>> {
         let (pipe, rate_hz, has_own_times, last_at) = match &mut self.feed {
             Feed::Live(live) => return live.next_image(),
             Feed::Recorded { pipe, rate_hz, has_own_times, last_at } => {
@@ -95,57 +112,12 @@ impl Video {
         }
     }
 
-    fn num_dropped(&self) -> usize {
-        match &self.feed {
+    fn status(&self) -> SourceStatus<'_> {
+        let num_dropped = match &self.feed {
             Feed::Live(live) => live.num_dropped(),
             Feed::Recorded { .. } => 0,
-        }
-    }
-}
-
-struct Color(Video);
-
-impl PictureSource for Color {
-    fn next_picture(&mut self) -> Option<Result<Picture, SourceError>> {
-        Some(self.0.next()?.map(|(at, image)| Picture {
-            at,
-            image: match image {
-                PnmImage::Color(image) => image,
-                PnmImage::Gray(image) => in_color(&image),
-            },
-        }))
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.0.skipped
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.0.num_dropped()
-    }
-}
-
-struct Gray(Video);
-
-impl GrayStream for Gray {
-    fn next_gray(&mut self) -> Option<Result<GrayFrame, SourceError>> {
-        let gray = |image| match image {
-            PnmImage::Gray(image) => image,
-            PnmImage::Color(image) => GrayImage::from_rgb(&image),
         };
-        Some(self.0.next()?.map(|(at, image)| GrayFrame::new(at, gray(image))))
-    }
-
-    fn num_images(&self) -> Option<usize> {
-        None
-    }
-
-    fn skipped(&self) -> &[SkippedInput] {
-        &self.0.skipped
-    }
-
-    fn num_dropped(&self) -> usize {
-        self.0.num_dropped()
+        SourceStatus { skipped: &self.skipped, num_dropped, ..SourceStatus::default() }
     }
 }
 

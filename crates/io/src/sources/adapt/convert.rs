@@ -1,0 +1,116 @@
+//! Frames of a robot, gray images and pictures, made of each other.
+
+use std::path::PathBuf;
+
+use visloc_core::{
+    CalibratedImages, Frame, GrayFrame, GrayImage, ImageSource, Mapped, Picture, PutBack, Source,
+    SourceError, SourceFrame, geom::Camera,
+};
+
+use super::{Shot, ranged::Ranged, same_size::SameSize};
+use crate::{
+    image_codec::resize_gray,
+    sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
+    sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request, video::in_color},
+};
+
+/// The camera of the first frame, and all frames; `None` if there is none.
+pub(crate) fn with_camera(
+    mut frames: Box<dyn Source<SourceFrame>>,
+) -> Option<Result<(Camera, Box<dyn Source<SourceFrame>>), SourceError>> {
+    let first = frames.next_item()?;
+    Some(first.map(|first| {
+        let camera = first.frame.camera;
+        (camera, Box::new(PutBack::new(first, frames)) as Box<dyn Source<SourceFrame>>)
+    }))
+}
+
+/// The gray images of a robot's camera, with what its odometry says of it.
+pub(crate) fn gray_of_frames(frames: Box<dyn Source<SourceFrame>>) -> Box<dyn Source<GrayFrame>> {
+    Box::new(Mapped::new(frames, |frame| Ok(GrayFrame::of_robot(frame))))
+}
+
+/// The pictures of a robot's camera.
+pub(crate) fn pictures_of_frames(frames: Box<dyn Source<SourceFrame>>) -> Box<dyn Source<Picture>> {
+    Box::new(Mapped::new(frames, |SourceFrame { frame, .. }| {
+        Ok(Picture { at: frame.at, image: frame.image, file: None })
+    }))
+}
+
+/// Gray images as pictures.
+pub(crate) fn pictures_of_images(images: Box<dyn ImageSource>) -> Box<dyn Source<Picture>> {
+    Box::new(Mapped::new(images, |frame| {
+        Ok(Picture { at: frame.at, image: in_color(&frame.image), file: None })
+    }))
+}
+
+/// Images for SLAM from pictures; the calibration is the user's or the source's.
+pub(crate) fn images_of_pictures(
+    request: &Request<'_>,
+    open: OpenPictures,
+) -> Result<OpenImages, SourcesError> {
+    let gray = Mapped::new(open.pictures, |picture| {
+        Ok(GrayFrame::new(picture.at, GrayImage::from_rgb(&picture.image)))
+    });
+    images_of_gray(request, Box::new(gray), open.calibration, open.warnings)
+}
+
+/// Images for SLAM from gray ones; the calibration is the user's or the source's.
+pub(crate) fn images_of_gray(
+    request: &Request<'_>,
+    gray: Box<dyn Source<GrayFrame>>,
+    calibration: Option<(Calibration, PathBuf)>,
+    mut warnings: Vec<String>,
+) -> Result<OpenImages, SourcesError> {
+    let scale = request.options.scale();
+    let (mut camera, images) = calibrated(request, gray, calibration, &mut warnings)?;
+    if let Err(reason) = check_scaled(&camera, scale) {
+        return request.cannot(reason);
+    }
+    if scale != 1.0 {
+        camera = camera.scaled(scale);
+    }
+    let images = Mapped::new(images, move |frame: GrayFrame| {
+        let image = resize_gray(frame.image, camera.size_px());
+        Ok(GrayFrame { image, ..frame })
+    });
+    let images = CalibratedImages::new(camera, Box::new(images));
+    Ok(OpenImages { images: Box::new(images), truth: None, warnings })
+}
+
+/// Frames for localization from pictures: those of a robot of which nothing is known but where its camera is. The camera's place is the
+/// user's, the calibration the user's or the source's.
+pub(crate) fn frames_of_pictures(
+    request: &Request<'_>,
+    open: OpenPictures,
+) -> Result<OpenFrames, SourcesError> {
+    let OpenPictures { pictures, calibration, mut warnings } = open;
+    let mount =
+        request.options.mount.ok_or_else(|| SourcesError::NoMount { argument: request.argument() })?;
+    let (camera, pictures) = calibrated(request, pictures, calibration, &mut warnings)?;
+    let robot_from_camera = mount.robot_from_camera();
+    let frames = Mapped::new(pictures, move |Picture { at, image, .. }| {
+        Ok(SourceFrame { frame: Frame::new(at, image, camera, robot_from_camera), truth: None })
+    });
+    Ok(OpenFrames { frames: Box::new(frames), map: None, warnings })
+}
+
+/// The camera of the first image of the range that was asked for, and the images of that size.
+fn calibrated<T: Shot + 'static>(
+    request: &Request<'_>,
+    images: Box<dyn Source<T>>,
+    calibration: Option<(Calibration, PathBuf)>,
+    warnings: &mut Vec<String>,
+) -> Result<(Camera, Box<dyn Source<T>>), SourcesError> {
+    let (calibration, path) = match &request.options.camera {
+        Some(path) => (read_calibration(path)?, path.clone()),
+        None => calibration.ok_or_else(|| SourcesError::NoCamera { argument: request.argument() })?,
+    };
+    let mut images = Ranged::new(images, request.options.range);
+    let first = images.next_item();
+    let first = first.ok_or_else(|| request.empty(images.why_none()))??;
+    let size_px = first.size_px();
+    let camera = fit_calibration(&calibration, size_px, &path, warnings)?;
+    let images = SameSize::new(Box::new(PutBack::new(first, Box::new(images))), size_px, request.argument());
+    Ok((camera, Box::new(images)))
+}
