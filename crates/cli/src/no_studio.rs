@@ -26,9 +26,6 @@ pub enum Steering {}
 
 impl Steering {
     /// Nothing is driven.
-    ///
-    /// # Errors
-    /// If somebody is to drive.
     pub fn of(args: &DriveArgs, _: &str, _: &SourceOptions) -> Result<Option<Self>> {
         if args.allow_drive {
             bail!("--allow-drive: this visloc was built without the studio; build with --features studio");
@@ -37,9 +34,6 @@ impl Steering {
     }
 
     /// Never called.
-    ///
-    /// # Errors
-    /// Never.
     pub fn simulated(&self, _: &str, _: &SourceOptions) -> Result<Option<OpenSource>> {
         match *self {}
     }
@@ -50,17 +44,11 @@ pub struct Show;
 
 impl Show {
     /// Shows a run to nobody.
-    ///
-    /// # Errors
-    /// If somebody is to see it.
     pub fn open(args: &BroadcastArgs, _: Option<&Steering>, _: &str) -> Result<Self> {
         check(args).map(|()| Self)
     }
 
     /// There is nothing to complete.
-    ///
-    /// # Errors
-    /// Never.
     pub fn finish(self) -> Result<()> {
         Ok(())
     }
@@ -75,9 +63,6 @@ pub enum MapShow {}
 
 impl MapShow {
     /// Says what is missing.
-    ///
-    /// # Errors
-    /// If somebody is to see the run.
     pub fn open(
         args: &BroadcastArgs,
         _: Option<&Steering>,
@@ -105,9 +90,6 @@ impl MapShow {
     }
 
     /// Never called.
-    ///
-    /// # Errors
-    /// Never.
     pub fn finish(self) -> Result<()> {
         match self {}
     }
@@ -133,17 +115,11 @@ pub enum SlamShow {}
 
 impl SlamShow {
     /// Says what is missing.
-    ///
-    /// # Errors
-    /// If somebody is to see the run.
     pub fn open(args: &BroadcastArgs, _: Option<&Steering>, _: &Shown<'_>) -> Result<Option<Self>> {
         check(args).map(|()| None)
     }
 
     /// Never called.
-    ///
-    /// # Errors
-    /// Never.
     pub fn finish(self) -> Result<()> {
         match self {}
     }

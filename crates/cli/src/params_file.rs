@@ -21,9 +21,6 @@ const NODE: &str = "visloc";
 const TABLES: [(&str, &str); 2] = [("config", ""), ("pipeline", "pipeline.")];
 
 /// The words of the command line, with those of a file of parameters behind the name of the command, and the file; what was typed wins.
-///
-/// # Errors
-/// If the file cannot be read, or names no option or has a value that none can have.
 pub fn with_params_file(command: &Command, words: Vec<OsString>) -> Result<(Vec<OsString>, Option<PathBuf>)> {
     let Ok(matches) = command.clone().ignore_errors(true).try_get_matches_from(&words) else {
         return Ok((words, None));

@@ -21,9 +21,6 @@ const FAR_M: f64 = 2.0;
 pub const OF_PIPELINE: &str = "pipeline.";
 
 /// Text of a file.
-///
-/// # Errors
-/// If it cannot be read; the error names it.
 pub fn read_text(path: &Path) -> Result<String> {
     files::read_text(path).with_context(|| format!("{}: cannot read it", path.display()))
 }
@@ -110,9 +107,6 @@ impl SlamJob {
 }
 
 /// Parameters of everything but the algorithm: a file, and the options of `--set` that are meant for it.
-///
-/// # Errors
-/// If the file cannot be read or has a mistake; the error names file and line.
 pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineConfig> {
     let options = set.iter().filter_map(|option| option.trim_start().strip_prefix(OF_PIPELINE));
     Layers::new(PipelineConfig::default(), path)?.with(options, OF_PIPELINE, |_| None)
@@ -122,9 +116,6 @@ pub fn pipeline_config(path: Option<&Path>, set: &[String]) -> Result<PipelineCo
 const OF_FEATURES: [&str; 2] = ["analysis.max_line_borders", "analysis.max_goal_borders"];
 
 /// Refuses options of the pipeline that change nothing in this map and with these features.
-///
-/// # Errors
-/// The first of them, and why.
 pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice) -> Result<()> {
     for option in set {
         let Some(key) = option.trim_start().strip_prefix(OF_PIPELINE) else { continue };
@@ -150,9 +141,6 @@ pub fn refuse_without_effect(set: &[String], map: &Map, features: FeatureChoice)
 }
 
 /// Names of topics that were asked for.
-///
-/// # Errors
-/// If the file cannot be read or has a mistake; the error names file and line.
 pub fn topic_options(args: &TopicArgs) -> Result<TopicOptions> {
     Ok(TopicOptions {
         all: args.topics.as_deref().map(from_toml::<BagTopics>).transpose()?,
@@ -167,19 +155,12 @@ pub fn topic_options(args: &TopicArgs) -> Result<TopicOptions> {
 }
 
 /// Parameters of SLAM for a job: a preset, then the file, then single options.
-///
-/// # Errors
-/// If there is no such preset, the file cannot be read, or a parameter is unknown, out of range or not used; the error names file and
-/// line, or the option.
 pub fn slam_config(args: &SlamParametersArgs, job: SlamJob) -> Result<SlamConfig> {
     let preset = SlamConfig::preset(&args.preset).context("--preset")?;
     slam_config_over(preset, args.config.as_deref(), &args.set, job)
 }
 
 /// As [`slam_config`], over given parameters.
-///
-/// # Errors
-/// As there.
 pub fn slam_config_over(
     given: SlamConfig,
     config: Option<&Path>,
@@ -195,9 +176,6 @@ pub fn slam_config_over(
 }
 
 /// Parameters of an algorithm as TOML: those of a file, and single options over them; nothing if there are none.
-///
-/// # Errors
-/// If the file cannot be read, or one of both is no TOML.
 pub fn algorithm_toml(config: Option<&Path>, set: &[String]) -> Result<Option<String>> {
     let text = config.map(read_text).transpose()?;
     let options = set.iter().filter(|option| !option.trim_start().starts_with(OF_PIPELINE));
@@ -238,9 +216,6 @@ fn setting(option: &str) -> Result<(String, toml::Value)> {
 }
 
 /// Settings of a file, laid over the usual ones.
-///
-/// # Errors
-/// If the file cannot be read or has a mistake; the error names file and line.
 pub fn from_toml<T: Settings + Default>(path: &Path) -> Result<T> {
     let text = read_text(path)?;
     overlay(&T::default(), &text).map_err(|error| in_file(path, &error))
@@ -252,9 +227,6 @@ fn in_file(path: &Path, error: &SettingsError) -> anyhow::Error {
 }
 
 /// What is known about the start, from the options given; nothing if there are none.
-///
-/// # Errors
-/// If the map has no halves or side lines, or if options cannot go together.
 pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
     for start in starts {
         if let StartArg::Pose { world_from_robot: PlanarPose { x_m, y_m, .. }, .. } = start {
@@ -286,9 +258,6 @@ pub fn start_prior(starts: &[StartArg], map: &Map) -> Result<StartPrior> {
 }
 
 /// A place so far from the map that nothing of it can be seen is a mistake. `typed` is what was typed before its numbers.
-///
-/// # Errors
-/// If it is; the error says where the map is.
 pub fn refuse_far_from(map: &Map, (x_m, y_m): (f64, f64), typed: &str) -> Result<()> {
     let (low, high) = match map {
         Map::Field(field) => {

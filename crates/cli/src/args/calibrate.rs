@@ -68,9 +68,6 @@ pub struct PatternArgs {
 
 impl PatternArgs {
     /// The board, checked.
-    ///
-    /// # Errors
-    /// If there is no such board, or an option belongs to the other kind of board.
     pub fn board(&self) -> Result<Board, BoardError> {
         let (columns, rows) = self.size;
         self.refuse_other_pattern()?;

@@ -42,9 +42,6 @@ use crate::{
 const MAX_POINTS: usize = 300;
 
 /// Does the runs that are not there yet, and returns what did not work, with the reason.
-///
-/// # Errors
-/// If a result cannot be written.
 pub fn measure_accuracy(plan: &Plan<'_>, store: &Store) -> Result<Vec<(String, String)>> {
     let progress = Progress::runs();
     let missing: Vec<Vec<&Run<'_>>> = plan

@@ -112,9 +112,6 @@ impl From {
 
 impl Claims {
     /// The claims that are part of the program.
-    ///
-    /// # Errors
-    /// Never, if the tests have passed.
     pub fn built_in() -> Result<Self> {
         toml::from_str(TEXT).context("claims.toml")
     }

@@ -58,9 +58,6 @@ impl Recording {
 }
 
 /// All recordings with a truth below some folders, and the simulator's; and lines about what looks like a recording and is none.
-///
-/// # Errors
-/// If a folder is not there.
 pub fn find(folders: &[&Path], claims: &Claims) -> Result<(Vec<Recording>, Vec<String>)> {
     let mut search = Search { claims, recordings: Vec::new(), unused: Vec::new(), visited: BTreeSet::new() };
     for folder in folders {

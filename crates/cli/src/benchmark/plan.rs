@@ -57,9 +57,6 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// The runs on some recordings. `program` says which program does them.
-    ///
-    /// # Errors
-    /// If a scenario of the simulator cannot be used.
     pub fn new(claims: &Claims, recordings: &'a [Recording], limits: &Limits, program: &str) -> Result<Self> {
         let mut plan = Self { accuracy: Vec::new(), times: Vec::new() };
         let mut seen: Vec<&str> = Vec::new();

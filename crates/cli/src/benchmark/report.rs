@@ -74,9 +74,6 @@ fn source_line(figure: &Figure) -> String {
 }
 
 /// Writes `report.md`, `report.csv` and `report.html`.
-///
-/// # Errors
-/// If a file cannot be written.
 pub fn save(folder: &Path, claims: &Claims, rows: &[Row<'_>], account: &Account) -> Result<()> {
     let texts = [
         ("report.csv", for_programs(rows).csv()),

@@ -66,9 +66,6 @@ impl Store {
     }
 
     /// Writes a result.
-    ///
-    /// # Errors
-    /// If that is not possible.
     pub fn add(&self, cell: &Cell) -> Result<()> {
         let (path, text) = (self.path(&cell.key), serde_json::to_string_pretty(cell)?);
         files::replace(&path, text + "\n").with_context(|| format!("{}: cannot write it", path.display()))
@@ -80,9 +77,6 @@ impl Store {
     }
 
     /// All results that are there, of whatever program.
-    ///
-    /// # Errors
-    /// If the folder cannot be read, holds none, or holds something else.
     pub fn all(&self) -> Result<Vec<Cell>> {
         let place = || format!("{}: expected the results of a benchmark", self.folder.display());
         let entries = fs::read_dir(&self.folder).with_context(place)?;

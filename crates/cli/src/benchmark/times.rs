@@ -25,9 +25,6 @@ use crate::{host::host, run::Progress, say::one_line};
 const WAIT: Duration = Duration::from_millis(10);
 
 /// Does the runs that are not there yet, and returns what did not work, with the reason.
-///
-/// # Errors
-/// If a result cannot be written.
 pub fn measure_times(plan: &Plan<'_>, store: &Store) -> Result<Vec<(String, String)>> {
     let progress = Progress::runs();
     let mut failures = Vec::new();

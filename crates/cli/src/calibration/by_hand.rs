@@ -40,9 +40,6 @@ struct Input {
 }
 
 /// The page as one file that needs nothing else.
-///
-/// # Errors
-/// If image, map or camera cannot be read.
 pub fn by_hand_page(image: &Path, map: &str, start: &Start<'_>) -> Result<String> {
     let place = || image.display().to_string();
     let pixels = read_gray_image(image).with_context(place)?;

@@ -19,9 +19,6 @@ pub struct Detected {
 }
 
 /// Looks for the board in every picture. Pictures of another size than most are left out.
-///
-/// # Errors
-/// If no picture can be read.
 pub fn find_boards(board: &Board, images: &[NamedImage]) -> Result<Detected> {
     type Outcome = Result<((usize, usize), Result<ViewInput, String>), String>;
     let look = |image: &NamedImage| -> Outcome {

@@ -17,9 +17,6 @@ const ARROW: f64 = 0.02;
 const CLOUD: (u32, f64) = (440, 5.0);
 
 /// Draws all pictures into a folder; `worst` is the picture with the largest residuals.
-///
-/// # Errors
-/// If one cannot be written.
 pub fn draw(
     folder: &Path,
     found: &Calibration,

@@ -113,9 +113,6 @@ fn quality(found: &Calibration) -> Quality {
 }
 
 /// The camera's own file, with its quality.
-///
-/// # Errors
-/// Never, as far as is known.
 pub fn camera_toml(found: &Calibration) -> Result<String> {
     #[derive(Serialize)]
     struct File {

@@ -53,9 +53,6 @@ impl NamedImage {
     }
 
     /// Reads it.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub fn read(&self) -> Result<GrayImage> {
         match &self.pixels {
             Pixels::File(path) => Ok(read_gray_image(path)?),
@@ -65,9 +62,6 @@ impl NamedImage {
 }
 
 /// The pictures of a folder by name, a single one, or some of those of any other source.
-///
-/// # Errors
-/// If there is no such source or it has no pictures.
 pub fn open_images(source: &str) -> Result<Vec<NamedImage>> {
     let path = Path::new(source);
     if path.is_file() && is_image(path) {

@@ -27,9 +27,6 @@ const RECORDING_STARTS: [&[u8]; 4] = [b"\x89MCAP", b"SQLite format 3\0", b"#ROSB
 
 impl Claims {
     /// Refuses outputs that would harm an input, another output or a recording, or that cannot be written. Creates nothing.
-    ///
-    /// # Errors
-    /// The first of them, with both arguments or with what the system says.
     pub fn check(&self) -> Result<()> {
         for (number, output) in self.outputs.iter().enumerate() {
             for input in &self.inputs {

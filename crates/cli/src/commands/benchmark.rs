@@ -20,9 +20,6 @@ use crate::{
 const MAX_LETTERS: usize = 300;
 
 /// Runs the command.
-///
-/// # Errors
-/// If a folder is not there or cannot be written, or if nothing of what is asked for could be measured.
 pub fn execute(args: &BenchmarkArgs) -> Result<()> {
     let watch = Stopwatch::start();
     let baseline = args.baseline.as_deref().map(|folder| Store::new(folder).all()).transpose()?;

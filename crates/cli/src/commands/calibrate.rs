@@ -18,9 +18,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If the pictures cannot be read, do not show the board or do not determine the camera, or a file cannot be written.
 pub fn execute(args: &CalibrateArgs) -> Result<()> {
     let board = args.pattern.board()?;
     stop_at_signals();

@@ -61,9 +61,6 @@ impl Spectator for Collector {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// If an input cannot be used or the drive tells too little.
 pub fn execute(args: &CalibrateRobotArgs) -> Result<()> {
     prepare(&args.source)?;
     let mut correction = read_correction(&args.corrections)?;

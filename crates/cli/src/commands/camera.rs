@@ -21,9 +21,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If a file cannot be read or written, or the board has impossible dimensions.
 pub fn execute(args: &CameraArgs) -> Result<()> {
     match &args.command {
         CameraCommand::Convert { input, output, format } => convert(input, output, *format),

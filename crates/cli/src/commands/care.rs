@@ -10,9 +10,6 @@ use super::visual_map::{largest, nobody};
 use crate::{claims::Identity, say, slam::load_map};
 
 /// Makes one map of two.
-///
-/// # Errors
-/// If one cannot be read, they show no common place, or the map cannot be written.
 pub fn merge(path: &Path, other_path: &Path, out: &Path, seed: u64) -> Result<()> {
     let (map, other) = (load_map(path)?, load_map(other_path)?);
     if Identity::of(path).is(&Identity::of(other_path)) {
@@ -46,9 +43,6 @@ pub fn merge(path: &Path, other_path: &Path, out: &Path, seed: u64) -> Result<()
 }
 
 /// Makes a map smaller.
-///
-/// # Errors
-/// If it cannot be read or the smaller one not be written.
 pub fn trim(path: &Path, keyframes: usize, out: &Path) -> Result<()> {
     let mut map = load_map(path)?;
     let id = largest(&map, path)?;

@@ -26,9 +26,6 @@ struct FindingReport {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// If a file cannot be read, or the calibration is wrong for these images.
 pub fn execute(args: &CheckCameraArgs) -> Result<()> {
     let camera = read_camera(&args.camera)?;
     let mut images = Vec::new();

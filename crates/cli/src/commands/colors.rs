@@ -32,9 +32,6 @@ struct AnalysisSection {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// If an image cannot be read, the sizes differ, or a class has too few labels.
 pub fn execute(args: &ColorsArgs) -> Result<()> {
     let image = read_image(&args.image).with_context(|| args.image.display().to_string())?;
     let labels = read_image(&args.labels).with_context(|| args.labels.display().to_string())?;

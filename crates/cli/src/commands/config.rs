@@ -12,9 +12,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If there is nothing of that name.
 pub fn execute(args: &ConfigArgs) -> Result<()> {
     let ConfigCommand::Show { name } = &args.command;
     let text = match name.as_str() {

@@ -15,9 +15,6 @@ use crate::{
 };
 
 /// Copies the messages of a bag.
-///
-/// # Errors
-/// If the bag cannot be read or the new one not be written. A bag that ends with damage leaves a complete one until there.
 pub fn execute(source: &str, out: &Path) -> Result<()> {
     prepare(source)?;
     let path = SourceAddress::parse(source)?.rest();

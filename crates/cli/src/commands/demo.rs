@@ -31,9 +31,6 @@ const ALGORITHMS: [(&str, &str, FeatureChoice); 2] = [
 ];
 
 /// Runs the command.
-///
-/// # Errors
-/// If the scenario cannot be used or a file not be written.
 pub fn execute(args: &DemoArgs) -> Result<()> {
     match args.kind {
         DemoKind::Field => on_the_field(args),

@@ -22,9 +22,6 @@ use crate::{
 const PICTURE_EVERY: usize = 100;
 
 /// Runs the demo.
-///
-/// # Errors
-/// If there is no such tour or a file cannot be written.
 pub fn execute(args: &DemoArgs) -> Result<()> {
     let (name, out) = (args.scenario(), args.out());
     let mut tour = CameraTour::new(name, args.seed.value())?.with_threads(args.threads.count());

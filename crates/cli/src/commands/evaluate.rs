@@ -17,9 +17,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If a file cannot be read or written, or the two have no time in common.
 pub fn execute(args: &EvaluateArgs) -> Result<()> {
     if evaluate_camera::is_meant(args) {
         if args.map.is_some() {

@@ -43,9 +43,6 @@ fn is_table_of_robot(path: &Path) -> bool {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// If a file cannot be read or written, the two have no time in common, or they cannot be aligned.
 pub fn execute(args: &EvaluateArgs) -> Result<()> {
     for (path, other) in [(&args.truth, &args.estimate), (&args.estimate, &args.truth)] {
         if is_table_of_robot(path) {

@@ -13,9 +13,6 @@ use crate::args::{Cli, Command};
 use crate::studio;
 
 /// Does what the command line asks for.
-///
-/// # Errors
-/// Whatever stops the command, with the place where it happened.
 pub fn execute(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Demo(args) => demo::execute(&args),

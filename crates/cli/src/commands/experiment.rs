@@ -39,9 +39,6 @@ const NUM_RUNS: u64 = 100;
 const NUM_ROBOCUP_RUNS: (u64, u64) = (20, 2);
 
 /// Runs the command.
-///
-/// # Errors
-/// If a run is impossible, or a folder holds something else or cannot be written.
 pub fn execute(args: &ExperimentArgs) -> Result<()> {
     match &args.command {
         ExperimentCommand::Symmetry(args) => {

@@ -28,9 +28,6 @@ use crate::{
 const JPEG_QUALITY: u8 = 90;
 
 /// Runs the command.
-///
-/// # Errors
-/// If the source cannot be opened or a file not be written. A source that ends with an error leaves all images until there.
 pub fn execute(args: &ExtractArgs) -> Result<()> {
     let stride = args.every as usize;
     let mut options = SourceOptions {

@@ -32,9 +32,6 @@ const PEAK_SHARE: f64 = 0.95;
 const MAX_PEAKS: usize = 8;
 
 /// Runs the command.
-///
-/// # Errors
-/// If an input cannot be used or an output not be written.
 pub fn execute(args: &LikelihoodArgs) -> Result<()> {
     let mut config = match &args.pipeline {
         // Simulated views are those of the documents.

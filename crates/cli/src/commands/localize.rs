@@ -31,10 +31,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If an input cannot be used, an output not be written, or the bag is cut off: then all results until there are
-/// written first.
 pub fn execute(args: &LocalizeArgs) -> Result<()> {
     if in_map::is_wanted(args) {
         return in_map::execute(args, honored_by_outputs(args));

@@ -66,9 +66,6 @@ impl From<&PhotoPose> for PoseReport {
 const ABOUT_SURE: f64 = 0.4;
 
 /// Runs the command.
-///
-/// # Errors
-/// If an input cannot be used or an output not be written.
 pub fn execute(args: &LocateArgs) -> Result<()> {
     let config = pipeline_config(args.pipeline.as_deref(), &[])?;
     let map = Map::load(&args.map)?;

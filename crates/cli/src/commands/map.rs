@@ -16,9 +16,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If there is no such map or it has a mistake.
 pub fn execute(args: &MapArgs) -> Result<()> {
     match &args.command {
         MapCommand::Check { map, plots, json } => {
@@ -105,9 +102,6 @@ fn draw(folder: &Path, map: &Map) -> Result<()> {
 }
 
 /// Prints name and size of every built-in map.
-///
-/// # Errors
-/// Never, unless a built-in map is broken.
 pub fn list() -> Result<()> {
     for (name, text) in BUILT_IN_MAPS {
         match Map::parse(name, text)? {

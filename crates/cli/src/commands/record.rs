@@ -27,10 +27,6 @@ struct Recorded {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// If the source cannot be opened or the bag not be written. A source that ends with an error leaves a complete bag until
-/// there.
 pub fn execute(args: &RecordArgs) -> Result<()> {
     if is_copied(args)? {
         return convert::execute(&args.source, &args.out);

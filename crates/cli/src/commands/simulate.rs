@@ -19,9 +19,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If the scenario cannot be used or the bag not be written.
 pub fn execute(args: &SimulateArgs) -> Result<()> {
     let Some(scenario) = args.scenario() else { return list() };
     let bag = &args.out.as_deref().map_or_else(|| default_bag(scenario), Path::to_path_buf);

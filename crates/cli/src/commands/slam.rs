@@ -29,9 +29,6 @@ use crate::{
 const PICTURE_EVERY: usize = 50;
 
 /// Runs the command.
-///
-/// # Errors
-/// If the sequence cannot be opened, a parameter is wrong or an output cannot be written.
 pub fn execute(args: &SlamArgs) -> Result<()> {
     if let Some(points) = &args.points {
         refuse_name_of_map(points)?;

@@ -20,9 +20,6 @@ struct KindReport {
 }
 
 /// Runs the command.
-///
-/// # Errors
-/// None that can happen.
 pub fn execute(args: &SourcesArgs) -> Result<()> {
     let options = SourceOptions { ffmpeg: Some(args.ffmpeg.to_path_buf()), ..SourceOptions::default() };
     let kinds: Vec<KindReport> = KINDS.iter().map(|kind| report(kind, &options)).collect();

@@ -11,9 +11,6 @@ use crate::{
 };
 
 /// Runs the command.
-///
-/// # Errors
-/// If a simulation is impossible or a file cannot be written.
 pub fn execute(args: &StudyArgs) -> Result<()> {
     let progress = Progress::message("looks from many poses; some studies take a minute or two");
     let outcome = Study::from(args.study).conduct(args.seed.value());

@@ -49,9 +49,6 @@ struct SessionFindings {
 }
 
 /// Says what a map has.
-///
-/// # Errors
-/// If it cannot be read or an output not be written.
 pub fn info(path: &Path, plots: Option<&Path>, json: &JsonArg) -> Result<()> {
     let opened = load(path).with_context(|| path.display().to_string())?;
     let map = &opened.map;
@@ -151,17 +148,11 @@ pub fn nobody() -> SessionCamera {
 }
 
 /// The map that has most keyframes.
-///
-/// # Errors
-/// If there is none.
 pub fn largest(map: &VisualMap, path: &Path) -> Result<MapId> {
     map.largest().ok_or_else(|| anyhow!("{}: expected a map with keyframes, found none", path.display()))
 }
 
 /// Gives a map the frame and the meters of known places.
-///
-/// # Errors
-/// If an input cannot be used, they do not fix the map, or the map cannot be written.
 pub fn align(args: &MapAlignArgs) -> Result<()> {
     let mut map = load_map(&args.map)?;
     let id = largest(&map, &args.map)?;
@@ -242,9 +233,6 @@ pub struct Wanted<'a> {
 }
 
 /// Writes a map for other programs.
-///
-/// # Errors
-/// If it cannot be read or an output not be written.
 pub fn export(path: &Path, wanted: &Wanted<'_>) -> Result<()> {
     let all = [wanted.points, wanted.colmap, wanted.nerfstudio, wanted.floor];
     if all.iter().all(Option::is_none) {

@@ -30,9 +30,6 @@ use crate::{
 };
 
 /// Finds a camera in a map of SLAM. The options of the source that outputs honor are given.
-///
-/// # Errors
-/// If an input cannot be used or an output not be written.
 pub fn execute(args: &LocalizeArgs, honored_elsewhere: Vec<SourceOption>) -> Result<()> {
     refuse_others(args)?;
     let name = args.map.as_deref().unwrap_or_default();

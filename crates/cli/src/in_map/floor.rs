@@ -7,9 +7,6 @@ use visloc_core::FloorPicture;
 use visloc_vmap::{ScaleSource, VisualMap};
 
 /// The floor of the largest map, if that has meaning; the path is for errors.
-///
-/// # Errors
-/// If the map is not in meters with z up, or nothing of it stands in a robot's way.
 pub fn floor_of(path: &Path, map: &VisualMap) -> Result<FloorPicture> {
     let is_known = |id| map.is_level(id) && map.scale(id).source != ScaleSource::Unknown;
     let Some(id) = map.largest().filter(|id| is_known(*id)) else {

@@ -35,9 +35,6 @@ pub enum MapFrames {
 impl MapFrames {
     /// Opens a source, with a robot if it has one, and the camera's true way if that is known. A simulated robot goes where others
     /// drive it, if they may.
-    ///
-    /// # Errors
-    /// If the source cannot be used.
     pub fn open(
         name: &str,
         steering: Option<&Steering>,

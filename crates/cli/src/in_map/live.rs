@@ -31,9 +31,6 @@ pub struct MapLive {
 
 impl MapLive {
     /// Joins the network. Maps that other programs name lie beside that of `--map`.
-    ///
-    /// # Errors
-    /// If there is none.
     pub fn open(
         domain_id: u16,
         frames: ResultFrames,

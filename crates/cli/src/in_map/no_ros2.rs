@@ -11,9 +11,6 @@ pub enum MapLive {}
 
 impl MapLive {
     /// Says what is missing.
-    ///
-    /// # Errors
-    /// Always.
     pub fn open(_: u16, _: ResultFrames, _: (&str, Option<&VisualMap>)) -> Result<Self> {
         bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }

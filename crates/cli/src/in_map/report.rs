@@ -168,9 +168,6 @@ pub fn trajectory(records: &[MapRecord]) -> Vec<CameraPose> {
 }
 
 /// Writes a line for each image in which something is known.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write_estimates(path: &Path, records: &[MapRecord]) -> Result<()> {
     let write = || -> std::io::Result<()> {
         let mut out = NewFile::create(path)?;
@@ -205,9 +202,6 @@ pub fn write_estimates(path: &Path, records: &[MapRecord]) -> Result<()> {
 }
 
 /// Draws the way over the map, from above and aside.
-///
-/// # Errors
-/// If a picture cannot be written.
 pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) -> Result<()> {
     let Some(largest) = map.largest() else { return Ok(()) };
     let is_up = map.is_level(largest);

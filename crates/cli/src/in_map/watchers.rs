@@ -39,9 +39,6 @@ pub struct Watchers {
 
 impl Watchers {
     /// Opens what the user asks for; topics also if the source is one itself.
-    ///
-    /// # Errors
-    /// If one cannot be opened, or has nothing to tell.
     pub fn open(
         args: &LocalizeArgs,
         steering: Option<&Steering>,

@@ -89,9 +89,6 @@ impl CameraReport {
 }
 
 /// Draws the errors over time, and both trajectories along two axes.
-///
-/// # Errors
-/// If a picture cannot be written.
 pub fn camera_pictures(
     folder: &Path,
     title: &str,

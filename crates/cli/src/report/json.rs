@@ -231,9 +231,6 @@ pub struct SimulateReport {
 }
 
 /// Writes a report.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn save_json(path: &Path, report: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(report).context("cannot write the numbers as JSON")?;
     write_text(path, &format!("{text}\n"))

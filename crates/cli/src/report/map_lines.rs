@@ -6,9 +6,6 @@ use anyhow::{Result, bail};
 use visloc_world::{Map, field::Field, office::Office};
 
 /// The lines of a map through points of the world, meters.
-///
-/// # Errors
-/// If the map is of a kind that has none.
 pub fn map_lines(map: &Map) -> Result<Vec<Vec<[f64; 3]>>> {
     match map {
         Map::Field(field) => Ok(field_lines(field)),

@@ -12,9 +12,6 @@ use super::map_lines;
 const PIECE_M: f64 = 0.05;
 
 /// Draws what of the map is seen from a place.
-///
-/// # Errors
-/// If the map is of a kind without lines.
 pub fn draw_overlay(photo: &Photo, map: &Map, pose: &PhotoPose, title: String) -> Result<Picture> {
     let mut lines = Vec::new();
     for line in map_lines(map)? {

@@ -42,9 +42,6 @@ pub struct RunPictures<'a> {
 
 impl RunPictures<'_> {
     /// Draws all pictures into a folder. Returns the files' names without their ending.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
     pub fn save(&self, folder: &Path) -> Result<Vec<PathBuf>> {
         let mut saved = Vec::new();
         if let Some(map) = self.map {

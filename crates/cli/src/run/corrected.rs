@@ -10,9 +10,6 @@ use super::write_text;
 use crate::{args::CorrectionArgs, say, settings::from_toml};
 
 /// The source with the corrections that the arguments name.
-///
-/// # Errors
-/// If a file cannot be read or has impossible values.
 pub fn corrected(
     inner: Box<dyn Source<SourceFrame>>,
     args: &CorrectionArgs,
@@ -42,9 +39,6 @@ pub fn with_correction(
 }
 
 /// The corrections of the file that the arguments name; none without a file.
-///
-/// # Errors
-/// If the file cannot be read or has impossible values.
 pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
     let Some(path) = &args.robot else { return Ok(RobotCorrection::default()) };
     let robot: RobotCorrection = from_toml(path)?;
@@ -53,9 +47,6 @@ pub fn read_correction(args: &CorrectionArgs) -> Result<RobotCorrection> {
 }
 
 /// Writes corrections for later runs.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write_correction(path: &Path, robot: &RobotCorrection, writer: &str) -> Result<()> {
     let head = format!(
         "# What is always wrong with this robot, for visloc localize --robot. Written by {writer}.\n"

@@ -39,9 +39,6 @@ pub struct LiveOutput {
 
 impl LiveOutput {
     /// Joins the network, and publishes the map if it is given.
-    ///
-    /// # Errors
-    /// If there is none.
     pub fn open(
         domain_id: u16,
         base_frame: &str,

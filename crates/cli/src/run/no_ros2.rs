@@ -21,9 +21,6 @@ pub enum LiveOutput {}
 
 impl LiveOutput {
     /// Says what is missing.
-    ///
-    /// # Errors
-    /// Always.
     pub fn open(_: u16, _: &str, team: Option<&TeamSettings<'_>>, _: Option<&FloorPicture>) -> Result<Self> {
         let what = match team {
             Some(team) => format!("--team {} --number {} on {}", team.name, team.number, team.map.name()),

@@ -39,9 +39,6 @@ struct GrowingFile {
 
 impl OutputFiles {
     /// Creates the files that are wanted, and their folders.
-    ///
-    /// # Errors
-    /// If one cannot be created.
     pub fn create(trajectory: Option<&Path>, estimates: Option<&Path>) -> Result<Self> {
         let mut files = Self {
             trajectory: trajectory.map(GrowingFile::create).transpose()?,
@@ -76,9 +73,6 @@ impl OutputFiles {
     }
 
     /// Gives the files their names.
-    ///
-    /// # Errors
-    /// If one could not be written.
     pub fn finish(&mut self) -> Result<()> {
         let mut saving = Saving::default();
         let files = [&mut self.trajectory, &mut self.estimates].map(Option::take);
@@ -109,9 +103,6 @@ impl GrowingFile {
 }
 
 /// Writes a whole file, and makes its folder.
-///
-/// # Errors
-/// If that is not possible.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     files::write(path, text).with_context(|| format!("{}: cannot write it", path.display()))
 }
@@ -135,9 +126,6 @@ fn csv_line(record: &FrameRecord) -> String {
 }
 
 /// Refuses a folder that has anything in it: many files are written into it, and somebody's own would be mixed with them.
-///
-/// # Errors
-/// If there is such a folder, or nobody can tell.
 pub fn expect_new_folder(path: &Path) -> Result<()> {
     let has_entries = match fs::read_dir(path) {
         Ok(mut entries) => entries.next().is_some(),

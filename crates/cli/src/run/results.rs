@@ -42,9 +42,6 @@ pub struct BagOutput {
 
 impl BagOutput {
     /// Starts the bag; topics and frames of the input keep their names.
-    ///
-    /// # Errors
-    /// If the file cannot be made.
     pub fn create(path: &Path, topics: &BagTopics) -> Result<Self> {
         let frames = ResultFrames { base: topics.base_frame.clone(), ..ResultFrames::default() };
         Ok(Self {
@@ -55,9 +52,6 @@ impl BagOutput {
     }
 
     /// Completes the bag.
-    ///
-    /// # Errors
-    /// If it could not be written.
     pub fn finish(self) -> Result<()> {
         match self.fault {
             Some(fault) => Err(fault.into()),

@@ -31,9 +31,6 @@ pub struct RosDriver {
 
 impl RosDriver {
     /// Joins the network. Nothing is said before somebody drives.
-    ///
-    /// # Errors
-    /// If there is no network, or a name is none.
     pub fn start(
         domain_id: u16,
         topics: &DriveTopics,

@@ -110,9 +110,6 @@ pub struct Runner {
 
 impl Runner {
     /// An algorithm that knows nothing yet.
-    ///
-    /// # Errors
-    /// If there is no such algorithm or a parameter is wrong.
     pub fn new(map: &Map, settings: &RunnerSettings<'_>) -> Result<Self> {
         let RunnerSettings { algorithm, algorithm_toml, pipeline, start, seed } = settings;
         // A mistake is told with its line in the user's own text.
@@ -200,9 +197,6 @@ impl Runner {
     }
 
     /// Completes the output files.
-    ///
-    /// # Errors
-    /// If one could not be written.
     pub fn finish(&mut self) -> Result<()> {
         self.files.finish()
     }

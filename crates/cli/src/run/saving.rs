@@ -29,9 +29,6 @@ impl Saving {
     }
 
     /// Whether all could be saved.
-    ///
-    /// # Errors
-    /// All that failed, in one line.
     pub fn end(mut self) -> Result<()> {
         match self.failures.len() {
             0 => Ok(()),

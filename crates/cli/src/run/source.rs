@@ -27,9 +27,6 @@ pub struct OpenSource {
 }
 
 /// Options of a source from those of the command line.
-///
-/// # Errors
-/// If `ROS_DOMAIN_ID` is no number.
 pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceOptions> {
     let mount = args.camera_height.map(|height_m| Mount {
         height_m,
@@ -68,9 +65,6 @@ fn usual_domain_id(args: &SourceArgs) -> Result<u16> {
 }
 
 /// Refuses options of a source where none is opened.
-///
-/// # Errors
-/// If there is one that nobody else honors.
 #[cfg(any(feature = "experiments", feature = "studio"))]
 pub fn refuse_source_options(options: &SourceOptions, reason: &str) -> Result<()> {
     let is_spare = |option: &visloc_io::sources::SourceOption| !options.honored_elsewhere.contains(option);
@@ -81,9 +75,6 @@ pub fn refuse_source_options(options: &SourceOptions, reason: &str) -> Result<()
 }
 
 /// Opens a source for localization, and loads the map.
-///
-/// # Errors
-/// If the source or the map cannot be used.
 pub fn open_source(name: &str, map: Option<&str>, options: &SourceOptions) -> Result<OpenSource> {
     let given_map = map.map(Map::load).transpose()?;
     let is_simulated = name.starts_with("sim:");
@@ -97,9 +88,6 @@ pub fn open_source(name: &str, map: Option<&str>, options: &SourceOptions) -> Re
 }
 
 /// Sources end with Ctrl-C, and the results are kept.
-///
-/// # Errors
-/// If there is no such source.
 pub fn prepare(name: &str) -> Result<()> {
     SourceAddress::parse(name)?;
     stop_source_at_signals();
@@ -115,9 +103,6 @@ pub fn until_stopped(
 }
 
 /// Starts the simulation of a scenario; it ends with Ctrl-C as other sources do (see [`until_stopped`]).
-///
-/// # Errors
-/// If the scenario cannot be used.
 pub fn simulation(
     scenario: &str,
     seed: u64,

@@ -57,9 +57,6 @@ pub struct TeamReport {
 
 impl TeamOutput {
     /// Joins the topics of a team.
-    ///
-    /// # Errors
-    /// If there is no network, or the name cannot be that of a topic.
     pub fn open(settings: &NodeSettings, team: &str, number: u8, map: &Map) -> Result<Self> {
         let is_name = team.starts_with(|c: char| c.is_ascii_alphabetic())
             && team.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');

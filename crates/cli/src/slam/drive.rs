@@ -145,9 +145,6 @@ impl Lookers<'_> {
 }
 
 /// Runs over all images of a source.
-///
-/// # Errors
-/// If a parameter is out of range. What is wrong with the images is part of the result.
 pub fn run(
     source: &mut dyn ImageSource,
     config: &SlamConfig,

@@ -16,9 +16,6 @@ use super::{POSE_TOLERANCE_SECS, map_file};
 use crate::{args::SlamArgs, run::Progress, say};
 
 /// Makes the map of `--save` from the images that have a pose in a file.
-///
-/// # Errors
-/// If an input cannot be used, fewer than two images have a pose, they have no landmark in common, or the map cannot be written.
 pub fn map_given_poses(
     args: &SlamArgs,
     config: &SlamConfig,

@@ -16,9 +16,6 @@ use crate::{
 };
 
 /// Opens what the arguments name; `driven` opens the robot instead that carries the camera, if others may drive it.
-///
-/// # Errors
-/// If there is no such source, or no camera can be made of its calibration.
 pub fn open_input(
     args: &SlamArgs,
     driven: impl FnOnce(&SourceOptions) -> Result<Option<OpenSource>>,

@@ -57,9 +57,6 @@ struct SlamSaved {
 
 impl SlamLive {
     /// Joins the network. What the run begins with is extended by it when it is saved.
-    ///
-    /// # Errors
-    /// If there is no network.
     pub fn open(domain_id: u16, args: &SlamArgs, began_with: Option<&VisualMap>) -> Result<Self> {
         let args = SlamSaved {
             points: args.points.as_deref().map(PathBuf::from),

@@ -15,9 +15,6 @@ pub fn is_map_of_slam(name: &str) -> bool {
 }
 
 /// Reads a map, and tells what is damaged.
-///
-/// # Errors
-/// If it is no map that can be used.
 pub fn load_map(path: &Path) -> Result<VisualMap> {
     let opened = load(path).with_context(|| path.display().to_string())?;
     for damage in &opened.damages {
@@ -27,9 +24,6 @@ pub fn load_map(path: &Path) -> Result<VisualMap> {
 }
 
 /// Writes the map of a run, which may have begun with another one, and of whose maps one may have a unit that somebody has told.
-///
-/// # Errors
-/// If it cannot be written.
 pub fn save_map(
     path: &Path,
     args: &SlamArgs,
@@ -55,9 +49,6 @@ pub(super) fn session((source, seed): (&str, u64), num_images: usize) -> Session
 }
 
 /// Writes a map, and says how large it is.
-///
-/// # Errors
-/// If it cannot be written.
 pub(super) fn write(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result<()> {
     save(path, map, own).with_context(|| path.display().to_string())?;
     let (num, num_bytes) = (map.map.all_keyframes().count(), fs::metadata(path).map_or(0, |file| file.len()));

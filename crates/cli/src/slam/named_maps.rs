@@ -19,9 +19,6 @@ impl NamedMaps {
     }
 
     /// The file of a name, with or without `.vmap`; without a name the usual one.
-    ///
-    /// # Errors
-    /// If there is no usual one, or the name leads elsewhere.
     pub fn path(&self, name: &str) -> Result<PathBuf, String> {
         if name.is_empty() {
             let missing =

@@ -13,9 +13,6 @@ pub enum SlamLive {}
 
 impl SlamLive {
     /// Says what is missing.
-    ///
-    /// # Errors
-    /// Always.
     pub fn open(_: u16, _: &SlamArgs, _: Option<&VisualMap>) -> Result<Self> {
         bail!("--publish-ros: this visloc was built without ROS 2; build with --features ros2")
     }

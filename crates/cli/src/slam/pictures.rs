@@ -64,9 +64,6 @@ impl FramePictures {
     }
 
     /// Whether all could be written.
-    ///
-    /// # Errors
-    /// Why one could not.
     pub fn finish(self) -> Result<()> {
         self.fault.map_or(Ok(()), |fault| Err(fault.into()))
     }
@@ -96,9 +93,6 @@ fn in_color(image: &GrayImage) -> RgbImage {
 }
 
 /// Draws the trajectory with the map, over the truth if that is known, and the course of errors, matches and times.
-///
-/// # Errors
-/// If a picture cannot be written.
 pub fn draw(
     folder: &Path,
     title: &str,

@@ -15,9 +15,6 @@ const PYRAMID_SHARE: f64 = 0.06;
 /// Writes converged landmarks as points, in the gray of the image that they were made from, with the number of keyframes that
 /// see each; after them each keyframe as a pyramid: five points (the camera's center and the corners of its image) and
 /// eight edges, in a color of their own.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write_ply(path: &Path, map: &Map, camera: &Camera, unit: &str) -> Result<()> {
     files::write(path, ply_text(map, camera, unit).as_bytes()).with_context(|| path.display().to_string())
 }

@@ -68,9 +68,6 @@ impl SlamRecord {
 }
 
 /// Writes one line for each frame.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write_log(path: &Path, records: &[SlamRecord]) -> Result<()> {
     let write = || -> std::io::Result<()> {
         let mut out = NewFile::create(path)?;

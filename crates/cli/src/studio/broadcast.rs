@@ -59,9 +59,6 @@ struct Watched {
 
 impl Broadcast {
     /// Opens what the user asks for.
-    ///
-    /// # Errors
-    /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs, steering: Option<&Steering>) -> Result<Self> {
         let wheel = steering.map(|steering| Arc::clone(steering.wheel()));
         let open = |address| publish(address, args.token.clone(), wheel.clone());
@@ -160,9 +157,6 @@ impl Broadcast {
     }
 
     /// Ends the recording.
-    ///
-    /// # Errors
-    /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
         if let Some(recording) = self.recording {
             recording.finish()?;
@@ -199,18 +193,12 @@ fn still(shown: &Update, update: Update) -> Option<Update> {
 }
 
 /// A file for what somebody who watches asks to save. Its name comes from here.
-///
-/// # Errors
-/// If no file can be made.
 pub fn new_saved_file(what: &str, extension: &str) -> Result<PathBuf> {
     new_file(Path::new(FOLDER), what, extension).with_context(|| FOLDER.to_owned())
 }
 
 impl Recording {
     /// Creates a file, and its folder.
-    ///
-    /// # Errors
-    /// If that is not possible, or this program was built without such files.
     pub fn create(path: &Path) -> Result<Self> {
         let is_for_rerun = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rrd"));
         Ok(match is_for_rerun {
@@ -221,9 +209,6 @@ impl Recording {
 
     /// Appends an update of a moment, seconds since the first frame, and what the algorithms were given for it, which files for Rerun
     /// leave out.
-    ///
-    /// # Errors
-    /// If the disk is full or the like.
     pub fn add(&mut self, update: &Update, secs: f64, input: Option<&Input<'_>>) -> Result<()> {
         match self {
             Self::Studio(recorder) => recorder.add(update, secs, input)?,
@@ -233,9 +218,6 @@ impl Recording {
     }
 
     /// Ends the file.
-    ///
-    /// # Errors
-    /// If the disk is full or the like.
     pub fn finish(self) -> Result<()> {
         match self {
             Self::Studio(recorder) => recorder.finish()?,

@@ -42,9 +42,6 @@ use crate::{
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Runs the command, until it is interrupted.
-///
-/// # Errors
-/// If the address is taken, or what is to be shown cannot be opened.
 pub fn execute(args: &StudioArgs) -> Result<()> {
     if let Some(target) = &args.export {
         let [source] = &args.replay[..] else {

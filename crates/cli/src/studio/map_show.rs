@@ -25,9 +25,6 @@ pub struct MapShow {
 
 impl MapShow {
     /// Shows a run to whom the user asks for; `None` if to nobody.
-    ///
-    /// # Errors
-    /// If the file cannot be created or nobody can listen at the address.
     pub fn open(
         args: &BroadcastArgs,
         steering: Option<&Steering>,
@@ -111,9 +108,6 @@ impl MapShow {
     }
 
     /// Ends the recording.
-    ///
-    /// # Errors
-    /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
     }

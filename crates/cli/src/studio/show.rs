@@ -22,18 +22,12 @@ pub struct Show {
 
 impl Show {
     /// Shows a run to whom the user asks for.
-    ///
-    /// # Errors
-    /// If the file cannot be created or nobody can listen at the address.
     pub fn open(args: &BroadcastArgs, steering: Option<&Steering>, title: &str) -> Result<Self> {
         let broadcast = Broadcast::open(args, steering)?;
         Ok(Self { broadcast, viewer: RunViewer::new(title) })
     }
 
     /// Ends the recording.
-    ///
-    /// # Errors
-    /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
     }

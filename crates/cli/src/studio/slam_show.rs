@@ -41,9 +41,6 @@ pub struct SlamShow {
 
 impl SlamShow {
     /// Shows a run of a camera to whom the user asks for; `None` if to nobody.
-    ///
-    /// # Errors
-    /// If the file cannot be created or nobody can listen at the address.
     pub fn open(
         args: &BroadcastArgs,
         steering: Option<&Steering>,
@@ -60,9 +57,6 @@ impl SlamShow {
     }
 
     /// Ends the recording.
-    ///
-    /// # Errors
-    /// If anything went wrong on the way.
     pub fn finish(self) -> Result<()> {
         self.broadcast.finish()
     }

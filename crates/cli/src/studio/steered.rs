@@ -25,9 +25,6 @@ pub(super) enum Asked {
 
 impl Steered {
     /// A run with these parameters.
-    ///
-    /// # Errors
-    /// If the parameters cannot be shown.
     pub fn new(title: &str, config: &SlamConfig, seed: u64, is_in_map: bool) -> Result<Self> {
         Ok(Self { title: title.to_owned(), settings: SlamSettings::of(config)?, seed, is_in_map })
     }

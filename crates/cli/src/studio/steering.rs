@@ -27,9 +27,6 @@ pub struct Steering {
 
 impl Steering {
     /// What moves the robot of a source, if the user lets others drive.
-    ///
-    /// # Errors
-    /// If nothing moves there, or there is no network.
     pub fn of(args: &DriveArgs, source: &str, options: &SourceOptions) -> Result<Option<Self>> {
         if !args.allow_drive {
             return Ok(None);
@@ -58,9 +55,6 @@ impl Steering {
     }
 
     /// Opens a simulated robot that goes where it is driven, and nowhere by itself, with the map that it walks on; `None` for others.
-    ///
-    /// # Errors
-    /// If there is no such scenario.
     pub fn simulated(&self, source: &str, options: &SourceOptions) -> Result<Option<OpenSource>> {
         if !self.is_simulated {
             return Ok(None);
