@@ -1,238 +1,72 @@
 //! Definitions of the messages that are written (`ros2msg`), complete with everything they contain, so that any tool
 //! can decode a recording from the file alone.
 
-/// One message definition: its name without `msg/`, its fields, the definitions it contains directly.
-struct Definition {
-    name: &'static str,
-    fields: &'static str,
-    parts: &'static [&'static Definition],
-}
-
-const TIME: Definition =
-    Definition { name: "builtin_interfaces/Time", fields: "int32 sec\nuint32 nanosec\n", parts: &[] };
-const HEADER: Definition = Definition {
-    name: "std_msgs/Header",
-    fields: "builtin_interfaces/Time stamp\nstring frame_id\n",
-    parts: &[&TIME],
-};
-const POINT: Definition =
-    Definition { name: "geometry_msgs/Point", fields: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
-const VECTOR3: Definition =
-    Definition { name: "geometry_msgs/Vector3", fields: "float64 x\nfloat64 y\nfloat64 z\n", parts: &[] };
-const QUATERNION: Definition = Definition {
-    name: "geometry_msgs/Quaternion",
-    fields: "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n",
-    parts: &[],
-};
-const POSE: Definition = Definition {
-    name: "geometry_msgs/Pose",
-    fields: "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
-    parts: &[&POINT, &QUATERNION],
-};
-const TWIST: Definition = Definition {
-    name: "geometry_msgs/Twist",
-    fields: "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
-    parts: &[&VECTOR3],
-};
-const TRANSFORM: Definition = Definition {
-    name: "geometry_msgs/Transform",
-    fields: "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
-    parts: &[&VECTOR3, &QUATERNION],
-};
-const POSE_WITH_COVARIANCE: Definition = Definition {
-    name: "geometry_msgs/PoseWithCovariance",
-    fields: "geometry_msgs/Pose pose\nfloat64[36] covariance\n",
-    parts: &[&POSE],
-};
-const TWIST_WITH_COVARIANCE: Definition = Definition {
-    name: "geometry_msgs/TwistWithCovariance",
-    fields: "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
-    parts: &[&TWIST],
-};
-const TRANSFORM_STAMPED: Definition = Definition {
-    name: "geometry_msgs/TransformStamped",
-    fields: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
-    parts: &[&HEADER, &TRANSFORM],
-};
-const REGION_OF_INTEREST: Definition = Definition {
-    name: "sensor_msgs/RegionOfInterest",
-    fields: "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n",
-    parts: &[],
-};
-const DIMENSION: Definition = Definition {
-    name: "std_msgs/MultiArrayDimension",
-    fields: "string label\nuint32 size\nuint32 stride\n",
-    parts: &[],
-};
-const LAYOUT: Definition = Definition {
-    name: "std_msgs/MultiArrayLayout",
-    fields: "std_msgs/MultiArrayDimension[] dim\nuint32 data_offset\n",
-    parts: &[&DIMENSION],
-};
-
-const POSE_STAMPED: Definition = Definition {
-    name: "geometry_msgs/PoseStamped",
-    fields: "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
-    parts: &[&HEADER, &POSE],
-};
-const KEY_VALUE: Definition =
-    Definition { name: "diagnostic_msgs/KeyValue", fields: "string key\nstring value\n", parts: &[] };
-const DIAGNOSTIC_STATUS: Definition = Definition {
-    name: "diagnostic_msgs/DiagnosticStatus",
-    fields: "byte level\nstring name\nstring message\nstring hardware_id\ndiagnostic_msgs/KeyValue[] values\n",
-    parts: &[&KEY_VALUE],
-};
-const POINT_FIELD: Definition = Definition {
-    name: "sensor_msgs/PointField",
-    fields: "string name\nuint32 offset\nuint8 datatype\nuint32 count\n",
-    parts: &[],
-};
-
-const MESSAGES: [(&str, Definition); 17] = [
-    (
-        "sensor_msgs/msg/CompressedImage",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nstring format\nuint8[] data\n",
-            parts: &[&HEADER],
-        },
-    ),
-    (
-        "sensor_msgs/msg/Image",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 \
-                     step\nuint8[] data\n",
-            parts: &[&HEADER],
-        },
-    ),
-    (
-        "sensor_msgs/msg/CameraInfo",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n\
-                     float64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\nuint32 binning_y\n\
-                     sensor_msgs/RegionOfInterest roi\n",
-            parts: &[&HEADER, &REGION_OF_INTEREST],
-        },
-    ),
-    (
-        "nav_msgs/msg/Odometry",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
-                     geometry_msgs/TwistWithCovariance twist\n",
-            parts: &[&HEADER, &POSE_WITH_COVARIANCE, &TWIST_WITH_COVARIANCE],
-        },
-    ),
-    (
-        "tf2_msgs/msg/TFMessage",
-        Definition {
-            name: "",
-            fields: "geometry_msgs/TransformStamped[] transforms\n",
-            parts: &[&TRANSFORM_STAMPED],
-        },
-    ),
-    (
-        "sensor_msgs/msg/JointState",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
-            parts: &[&HEADER],
-        },
-    ),
-    (
-        "sensor_msgs/msg/Imu",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-                     geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-                     geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n",
-            parts: &[&HEADER, &QUATERNION, &VECTOR3],
-        },
-    ),
-    ("std_msgs/msg/String", Definition { name: "", fields: "string data\n", parts: &[] }),
-    ("std_msgs/msg/Bool", Definition { name: "", fields: "bool data\n", parts: &[] }),
-    (
-        "std_msgs/msg/Float64MultiArray",
-        Definition {
-            name: "",
-            fields: "std_msgs/MultiArrayLayout layout\nfloat64[] data\n",
-            parts: &[&LAYOUT],
-        },
-    ),
-    (
-        "geometry_msgs/msg/PoseStamped",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ngeometry_msgs/Pose pose\n",
-            parts: &[&HEADER, &POSE],
-        },
-    ),
-    (
-        "geometry_msgs/msg/PoseWithCovarianceStamped",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose\n",
-            parts: &[&HEADER, &POSE_WITH_COVARIANCE],
-        },
-    ),
-    (
-        "geometry_msgs/msg/PoseArray",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
-            parts: &[&HEADER, &POSE],
-        },
-    ),
-    (
-        "nav_msgs/msg/Path",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n",
-            parts: &[&HEADER, &POSE_STAMPED],
-        },
-    ),
-    ("std_msgs/msg/Float64", Definition { name: "", fields: "float64 data\n", parts: &[] }),
-    (
-        "diagnostic_msgs/msg/DiagnosticArray",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
-            parts: &[&HEADER, &DIAGNOSTIC_STATUS],
-        },
-    ),
-    (
-        "sensor_msgs/msg/PointCloud2",
-        Definition {
-            name: "",
-            fields: "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool \
-                     is_bigendian\nuint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense\n",
-            parts: &[&HEADER, &POINT_FIELD],
-        },
-    ),
+/// Message types that are written and what they contain, without `msg/`, with their fields.
+#[rustfmt::skip]
+const TYPES: [(&str, &str); 34] = [
+    ("sensor_msgs/CompressedImage", "std_msgs/Header header; string format; uint8[] data"),
+    ("sensor_msgs/Image", "std_msgs/Header header; uint32 height; uint32 width; string encoding; uint8 is_bigendian; uint32 step; uint8[] data"),
+    ("sensor_msgs/CameraInfo", "std_msgs/Header header; uint32 height; uint32 width; string distortion_model; float64[] d; float64[9] k; float64[9] r; float64[12] p; uint32 binning_x; uint32 binning_y; sensor_msgs/RegionOfInterest roi"),
+    ("nav_msgs/Odometry", "std_msgs/Header header; string child_frame_id; geometry_msgs/PoseWithCovariance pose; geometry_msgs/TwistWithCovariance twist"),
+    ("tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms"),
+    ("sensor_msgs/JointState", "std_msgs/Header header; string[] name; float64[] position; float64[] velocity; float64[] effort"),
+    ("sensor_msgs/Imu", "std_msgs/Header header; geometry_msgs/Quaternion orientation; float64[9] orientation_covariance; geometry_msgs/Vector3 angular_velocity; float64[9] angular_velocity_covariance; geometry_msgs/Vector3 linear_acceleration; float64[9] linear_acceleration_covariance"),
+    ("std_msgs/String", "string data"),
+    ("std_msgs/Bool", "bool data"),
+    ("std_msgs/Float64MultiArray", "std_msgs/MultiArrayLayout layout; float64[] data"),
+    ("geometry_msgs/PoseWithCovarianceStamped", "std_msgs/Header header; geometry_msgs/PoseWithCovariance pose"),
+    ("geometry_msgs/PoseArray", "std_msgs/Header header; geometry_msgs/Pose[] poses"),
+    ("nav_msgs/Path", "std_msgs/Header header; geometry_msgs/PoseStamped[] poses"),
+    ("std_msgs/Float64", "float64 data"),
+    ("diagnostic_msgs/DiagnosticArray", "std_msgs/Header header; diagnostic_msgs/DiagnosticStatus[] status"),
+    ("sensor_msgs/PointCloud2", "std_msgs/Header header; uint32 height; uint32 width; sensor_msgs/PointField[] fields; bool is_bigendian; uint32 point_step; uint32 row_step; uint8[] data; bool is_dense"),
+    ("builtin_interfaces/Time", "int32 sec; uint32 nanosec"),
+    ("std_msgs/Header", "builtin_interfaces/Time stamp; string frame_id"),
+    ("geometry_msgs/Point", "float64 x; float64 y; float64 z"),
+    ("geometry_msgs/Vector3", "float64 x; float64 y; float64 z"),
+    ("geometry_msgs/Quaternion", "float64 x; float64 y; float64 z; float64 w"),
+    ("geometry_msgs/Pose", "geometry_msgs/Point position; geometry_msgs/Quaternion orientation"),
+    ("geometry_msgs/Twist", "geometry_msgs/Vector3 linear; geometry_msgs/Vector3 angular"),
+    ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation; geometry_msgs/Quaternion rotation"),
+    ("geometry_msgs/PoseWithCovariance", "geometry_msgs/Pose pose; float64[36] covariance"),
+    ("geometry_msgs/TwistWithCovariance", "geometry_msgs/Twist twist; float64[36] covariance"),
+    ("geometry_msgs/TransformStamped", "std_msgs/Header header; string child_frame_id; geometry_msgs/Transform transform"),
+    ("sensor_msgs/RegionOfInterest", "uint32 x_offset; uint32 y_offset; uint32 height; uint32 width; bool do_rectify"),
+    ("std_msgs/MultiArrayDimension", "string label; uint32 size; uint32 stride"),
+    ("std_msgs/MultiArrayLayout", "std_msgs/MultiArrayDimension[] dim; uint32 data_offset"),
+    ("geometry_msgs/PoseStamped", "std_msgs/Header header; geometry_msgs/Pose pose"),
+    ("diagnostic_msgs/KeyValue", "string key; string value"),
+    ("diagnostic_msgs/DiagnosticStatus", "byte level; string name; string message; string hardware_id; diagnostic_msgs/KeyValue[] values"),
+    ("sensor_msgs/PointField", "string name; uint32 offset; uint8 datatype; uint32 count"),
 ];
 
 /// Definition of a message type with all it contains; `None` for a type that is never written.
 #[must_use]
 pub fn definition(type_name: &str) -> Option<String> {
-    let (_, message) = MESSAGES.iter().find(|(name, _)| *name == type_name)?;
+    let name = type_name.replacen("/msg/", "/", 1);
+    let (_, fields) = TYPES.iter().find(|(known, _)| *known == name)?;
     let mut parts = Vec::new();
-    collect(message, &mut parts);
-    let mut text = message.fields.to_string();
-    for part in parts {
-        let line = "=".repeat(80);
-        text.push_str(&format!("{line}\nMSG: {}\n{}", part.name, part.fields));
+    collect(fields, &mut parts);
+    let mut text = lines(fields);
+    for (name, fields) in parts {
+        text.push_str(&format!("{}\nMSG: {name}\n{}", "=".repeat(80), lines(fields)));
     }
     Some(text)
 }
 
-/// Every definition below `definition`, each once.
-fn collect(definition: &Definition, parts: &mut Vec<&'static Definition>) {
-    for part in definition.parts {
-        if parts.iter().all(|known| known.name != part.name) {
-            parts.push(part);
-            collect(part, parts);
+/// One line for each field.
+fn lines(fields: &str) -> String {
+    fields.split("; ").map(|field| format!("{field}\n")).collect()
+}
+
+/// Every type in these fields and below, each once.
+fn collect(fields: &str, parts: &mut Vec<(&'static str, &'static str)>) {
+    for field in fields.split("; ") {
+        let of_field = field.split([' ', '[']).next();
+        let part = TYPES.iter().find(|(name, _)| Some(*name) == of_field);
+        if let Some(part) = part.filter(|part| !parts.contains(part)) {
+            parts.push(*part);
+            collect(part.1, parts);
         }
     }
 }
@@ -247,7 +81,7 @@ mod tests {
         let readable = TopicRole::ALL.iter().flat_map(|role| role.type_names()).copied();
         // A type of ROS 1 is never written; its recordings have the definition.
         let readable = readable.filter(|name| *name != "tf/msg/tfMessage");
-        for type_name in readable.chain(MESSAGES.iter().map(|(name, _)| *name)) {
+        for type_name in readable.chain(TYPES.iter().map(|(name, _)| *name)) {
             let text = definition(type_name).unwrap();
             for line in text.lines().filter(|line| line.contains('/') && !line.starts_with("MSG: ")) {
                 let part = line.split([' ', '[']).next().unwrap();
