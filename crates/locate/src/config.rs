@@ -27,6 +27,15 @@ pub enum ConfigError {
         /// What was expected and found.
         reason: String,
     },
+    /// A value that its type does not allow.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A limit of the color table that would make no difference.
+    #[error("{key} makes no difference while the color of the carpet is learned: add source = \"table\"")]
+    NoTable {
+        /// The parameter.
+        key: &'static str,
+    },
     /// There is no such algorithm.
     #[error("unknown algorithm {name:?}; known: {known}")]
     UnknownAlgorithm {

@@ -40,8 +40,8 @@ pub use motion::{MotionConfig, MotionModel, PlanarMotion};
 pub use observation::{Landmark, ObservationModel};
 pub use pipeline::{
     FeatureChoice, ImageAnalyzer, OfficePipelineConfig, Photo, PhotoAnswer, PhotoError, PhotoPose, Pipeline,
-    PipelineBuilder, PipelineConfig, PipelineError, StepTimes, algorithm_parameters, analysis_for,
-    feature_model, locate_photo,
+    PipelineBuilder, PipelineConfig, StepTimes, algorithm_parameters, analysis_for, feature_model,
+    locate_photo,
 };
 pub use prior::{Half, HeadingPrior, PosePrior, SideLines, StartPrior};
 pub use region::Region;

@@ -4,29 +4,21 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::{GroundContact, Timestamp};
 
-use crate::{ConfigError, require};
-
 /// Parameters of the lift detector. Source: 2010 section 3.10: all sensors near zero for a configurable time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LiftConfig {
     /// A sensor below this force carries nothing, newtons.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_unloaded_n: f64,
     /// The feet must be unloaded for this long, seconds.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 60.0))]
     pub min_unloaded_secs: f64,
 }
 
 impl Default for LiftConfig {
     fn default() -> Self {
         Self { max_unloaded_n: 1.0, min_unloaded_secs: 0.1 }
-    }
-}
-
-impl LiftConfig {
-    pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        require(self.max_unloaded_n > 0.0, "lift.max_unloaded_n", "a force above 0", self.max_unloaded_n)?;
-        let secs = self.min_unloaded_secs;
-        require((0.0..60.0).contains(&secs), "lift.min_unloaded_secs", "0 to 60", secs)
     }
 }
 

@@ -24,23 +24,32 @@ pub struct MotionConfig {
     /// Correction of the systematic error, true motion over measured motion, for forward, sideways and turning.
     pub correction: [f64; 3],
     /// Standard deviation of the position noise, meters per meter of motion.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub noise_m_per_m: f64,
     /// Standard deviation of the position noise, meters per radian of turning.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub noise_m_per_rad: f64,
     /// Standard deviation of the heading noise, radians per radian of turning.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub noise_rad_per_rad: f64,
     /// Standard deviation of the heading noise, radians per meter of motion.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub noise_rad_per_m: f64,
     /// Standard deviation of the position noise of a step without odometry, and of a second in which images show nothing, meters.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub blind_noise_m: f64,
     /// Standard deviation of the heading noise of a step without odometry, and of a second in which images show nothing, radians.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub blind_noise_rad: f64,
     /// A smaller motion counts as standing, meters.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub min_motion_m: f64,
     /// A smaller turn counts as standing, radians.
+    #[schemars(range(min = 0.0, max = 10.0))]
     pub min_turn_rad: f64,
     /// A larger motion between two images is a jump of the odometry and is not believed, meters; per second if they are farther apart
     /// than that.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_motion_m: f64,
 }
 
@@ -62,23 +71,11 @@ impl Default for MotionConfig {
 }
 
 impl MotionConfig {
+    /// A list has no range of its own.
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        for value in self.correction {
-            require((0.2..=5.0).contains(&value), "motion.correction", "factors from 0.2 to 5", value)?;
-        }
-        for (key, value) in [
-            ("motion.noise_m_per_m", self.noise_m_per_m),
-            ("motion.noise_m_per_rad", self.noise_m_per_rad),
-            ("motion.noise_rad_per_rad", self.noise_rad_per_rad),
-            ("motion.noise_rad_per_m", self.noise_rad_per_m),
-            ("motion.blind_noise_m", self.blind_noise_m),
-            ("motion.blind_noise_rad", self.blind_noise_rad),
-            ("motion.min_motion_m", self.min_motion_m),
-            ("motion.min_turn_rad", self.min_turn_rad),
-        ] {
-            require((0.0..=10.0).contains(&value), key, "0 to 10", value)?;
-        }
-        require(self.max_motion_m > 0.0, "motion.max_motion_m", "a length above 0", self.max_motion_m)
+        let is_near_one = |factor: &f64| (0.2..=5.0).contains(factor);
+        let found = format!("{:?}", self.correction);
+        require(self.correction.iter().all(is_near_one), "motion.correction", "factors from 0.2 to 5", found)
     }
 }
 

@@ -10,18 +10,25 @@ use crate::{ConfigError, require};
 #[serde(deny_unknown_fields, default)]
 pub struct ReliabilityConfig {
     /// Likelihood above which the reliability grows (`P_max`).
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub high_likelihood: f64,
     /// Likelihood below which it shrinks (`P_min`).
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub low_likelihood: f64,
     /// Quality above which an image counts as good.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub high_quality: f64,
     /// Quality below which an image changes nothing, unless it does not fit: then it counts as one that shows nothing.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub low_quality: f64,
     /// Largest change by a good image.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub max_step: f64,
     /// Largest change by a poor image.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub min_step: f64,
     /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds. The documents keep it.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub blind_secs: f64,
 }
 
@@ -48,25 +55,8 @@ impl ReliabilityConfig {
     }
 
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        for (key, value) in [
-            ("reliability.high_likelihood", self.high_likelihood),
-            ("reliability.low_likelihood", self.low_likelihood),
-            ("reliability.high_quality", self.high_quality),
-            ("reliability.low_quality", self.low_quality),
-            ("reliability.max_step", self.max_step),
-            ("reliability.min_step", self.min_step),
-        ] {
-            require((0.0..1.0).contains(&value), key, "at least 0 and below 1", value)?;
-        }
-        let secs = self.blind_secs;
-        require(secs > 0.0 && secs <= 1e6, "reliability.blind_secs", "above 0, at most 1000000", secs)?;
-        require(self.low_likelihood > 0.0, "reliability.low_likelihood", "above 0", self.low_likelihood)?;
-        require(
-            self.low_likelihood <= self.high_likelihood,
-            "reliability.low_likelihood",
-            "at most high_likelihood",
-            self.low_likelihood,
-        )
+        let low = self.low_likelihood;
+        require(low <= self.high_likelihood, "reliability.low_likelihood", "at most high_likelihood", low)
     }
 }
 

@@ -10,15 +10,15 @@ use visloc_core::{
     PlanarTrajectory, Source, SourceError, SourceFrame, StampedPose,
     eval::{EstimateSample, Evaluation, EvaluationOptions, evaluate},
 };
-use visloc_locate::{FeatureChoice, Pipeline, PipelineConfig, PipelineError};
+use visloc_locate::{ConfigError, FeatureChoice, Pipeline, PipelineConfig};
 use visloc_world::Map;
 
 /// A run that could not be carried out.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// The pipeline could not be built.
+    /// A parameter is wrong.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Config(#[from] ConfigError),
     /// The simulation could not be built.
     #[error(transparent)]
     Simulation(#[from] visloc_sim::ScenarioError),

@@ -101,8 +101,8 @@ pub use visloc_core::{
 #[cfg(feature = "io")]
 pub use visloc_io as io;
 pub use visloc_locate::{
-    self as locate, ALGORITHMS, Algorithm, Estimate, FeatureChoice, Half, Hypothesis, LOCALIZED_RELIABILITY,
-    Pipeline, PipelineBuilder, PipelineConfig, PipelineError, PosePrior, Region, StartPrior,
+    self as locate, ALGORITHMS, Algorithm, ConfigError, Estimate, FeatureChoice, Half, Hypothesis,
+    LOCALIZED_RELIABILITY, Pipeline, PipelineBuilder, PipelineConfig, PosePrior, Region, StartPrior,
 };
 #[cfg(feature = "sim")]
 pub use visloc_sim as sim;

@@ -69,10 +69,17 @@ impl<'a> Node<'a> {
         Some(self.schema.node(self.properties()?.get(key)?))
     }
 
-    /// Least and largest value, if the type says both.
+    /// Least and largest value, if the type says both: `#[schemars(range(min = .., max = ..))]`, or
+    /// `#[schemars(extend("exclusiveMinimum" = ..))]` and `"exclusiveMaximum"` for bounds that are no values themselves.
     pub fn range(&self) -> Option<Range> {
-        let bound = |key| self.outer.get(key).or_else(|| self.inner.get(key)).and_then(Value::as_f64);
-        Some(Range { least: bound("minimum")?, most: bound("maximum")? })
+        let number = |key| self.outer.get(key).or_else(|| self.inner.get(key)).and_then(Value::as_f64);
+        let (above, below) = (number("exclusiveMinimum"), number("exclusiveMaximum"));
+        Some(Range {
+            least: above.or_else(|| number("minimum"))?,
+            most: below.or_else(|| number("maximum"))?,
+            is_above: above.is_some(),
+            is_below: below.is_some(),
+        })
     }
 
     /// Why a key that one might expect below this one is none: `#[schemars(extend("x-no-keys" = {"key": "reason"}))]`.
@@ -142,23 +149,34 @@ impl fmt::Display for Condition<'_> {
     }
 }
 
-/// Numbers that a value can be, both ends included.
+/// Numbers that a value can be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Range {
     pub least: f64,
     pub most: f64,
+    /// Whether the least is none of them.
+    is_above: bool,
+    /// Whether the largest is none of them.
+    is_below: bool,
 }
 
 impl Range {
     /// Whether a value is inside; NaN is not.
     pub fn contains(self, value: f64) -> bool {
-        (self.least..=self.most).contains(&value)
+        let is_inside = (self.least..=self.most).contains(&value);
+        is_inside && !(self.is_above && value == self.least) && !(self.is_below && value == self.most)
     }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} to {}", self.least, self.most)
+        let Self { least, most, .. } = self;
+        match (self.is_above, self.is_below) {
+            (false, false) => write!(f, "{least} to {most}"),
+            (true, false) => write!(f, "above {least}, at most {most}"),
+            (false, true) => write!(f, "at least {least}, below {most}"),
+            (true, true) => write!(f, "above {least} and below {most}"),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use visloc_core::{
     Frame, RngTree, Truth,
     geom::{PlanarPose, angle},
 };
-use visloc_locate::{Estimate, FeatureChoice, Pipeline, PipelineConfig, PipelineError, Region, StartPrior};
+use visloc_locate::{ConfigError, Estimate, FeatureChoice, Pipeline, PipelineConfig, Region, StartPrior};
 use visloc_world::Map;
 
 use super::{
@@ -72,7 +72,7 @@ pub(super) struct Track {
 }
 
 impl Track {
-    pub(super) fn new(map: &Map, contender: &Contender, rng: RngTree) -> Result<Self, PipelineError> {
+    pub(super) fn new(map: &Map, contender: &Contender, rng: RngTree) -> Result<Self, ConfigError> {
         let config = PipelineConfig { features: contender.features, ..PipelineConfig::default() };
         let half_m = match map {
             Map::Field(field) => field.half_carpet_m(),

@@ -3,16 +3,13 @@
 use thiserror::Error;
 use visloc_core::settings::SettingsError;
 
-use crate::{ConfigError, PipelineError, vision::AnalysisError};
+use crate::{ConfigError, vision::AnalysisError};
 
 /// Why algorithms cannot run so.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum LineupError {
-    /// An algorithm cannot be built.
-    #[error(transparent)]
-    Pipeline(Box<PipelineError>),
-    /// A parameter is wrong.
+    /// An algorithm cannot be built, or a parameter is wrong.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// Parameters cannot be read or written.
@@ -41,12 +38,6 @@ pub enum LineupError {
         /// What was asked for.
         found: String,
     },
-}
-
-impl From<PipelineError> for LineupError {
-    fn from(error: PipelineError) -> Self {
-        Self::Pipeline(Box::new(error))
-    }
 }
 
 impl LineupError {

@@ -2,9 +2,10 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use visloc_core::settings::check_ranges;
 
 use super::Outcomes;
-use crate::{ConfigError, MotionConfig, require};
+use crate::{ConfigError, MotionConfig};
 
 /// What is done against runs of observations without a landmark. The source names the trouble as open work: such
 /// observations raise the belief of many states, and the robot recovers slowly afterwards.
@@ -12,14 +13,18 @@ use crate::{ConfigError, MotionConfig, require};
 #[serde(deny_unknown_fields, default)]
 pub struct Remedy {
     /// Weight of the first observation of a run, 0 to 1: the power to which its likelihood is raised.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub first_weight: f64,
     /// Each further one weighs this share of the one before, 0 to 1. A whole run weighs at most
     /// first_weight / (1 - decay) observations, since it mostly says the same thing again and again.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub decay: f64,
     /// How often a landmark that should be seen is hidden, 0 to 1: for an observation without a landmark, this share of the
     /// likelihood is the same for all states.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub hidden: f64,
     /// Share of the belief that goes back to all states alike with each action, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub floor: f64,
 }
 
@@ -28,18 +33,6 @@ impl Remedy {
     #[must_use]
     pub fn none() -> Self {
         Self { first_weight: 1.0, decay: 1.0, hidden: 0.0, floor: 0.0 }
-    }
-
-    fn check(&self) -> Result<(), ConfigError> {
-        for (key, value) in [
-            ("remedy.first_weight", self.first_weight),
-            ("remedy.decay", self.decay),
-            ("remedy.hidden", self.hidden),
-            ("remedy.floor", self.floor),
-        ] {
-            require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
-        }
-        Ok(())
     }
 }
 
@@ -57,23 +50,30 @@ pub struct KnownStart {
     pub is_known: bool,
     /// Position in the map, meters.
     #[schemars(extend("x-only-if" = "is_known = true"))]
+    #[schemars(range(min = -1000000.0, max = 1000000.0))]
     pub x_m: f64,
     /// Position in the map, meters.
     #[schemars(extend("x-only-if" = "is_known = true"))]
+    #[schemars(range(min = -1000000.0, max = 1000000.0))]
     pub y_m: f64,
     /// Heading in the map, degrees.
     #[schemars(extend("x-only-if" = "is_known = true"))]
+    #[schemars(range(min = -1000000.0, max = 1000000.0))]
     pub yaw_deg: f64,
     /// Probability of the state there, or of all states of a start prior together. Source: section 4.3, 0.8.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub probability: f64,
     /// After a lift, this share of the belief is put around the last pose that could be relied on, 0 to 1: somebody may
     /// have set the robot back. 0 forgets it.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub keep_old_pose_share: f64,
     /// Spread around that pose, meters.
     #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
+    #[schemars(range(min = 0.0, max = 360.0))]
     pub old_pose_spread_m: f64,
     /// Spread around its heading, degrees.
     #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
+    #[schemars(range(min = 0.0, max = 360.0))]
     pub old_pose_spread_deg: f64,
 }
 
@@ -97,22 +97,31 @@ impl Default for KnownStart {
 #[serde(deny_unknown_fields, default)]
 pub struct ExpectedViewConfig {
     /// Poses spread over each state that stand for it. The source takes 50 captures in each state.
+    #[schemars(range(min = 1, max = 1000))]
     pub samples_per_state: usize,
     /// Share of the landmarks in view that are detected.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub detection: f64,
     /// A visible area at which half of that is detected, pixels of an image 320 pixels wide.
+    #[schemars(range(max = 10000.0), extend("exclusiveMinimum" = 0.0))]
     pub weak_area_px: f64,
     /// Probability of seeing a landmark where none is.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub false_alarm: f64,
     /// Standard deviation of the bearing of the centroid, degrees.
+    #[schemars(range(max = 10000.0), extend("exclusiveMinimum" = 0.0))]
     pub bearing_sigma_deg: f64,
     /// Standard deviation of the logarithm of the area.
+    #[schemars(range(max = 10000.0), extend("exclusiveMinimum" = 0.0))]
     pub log_area_sigma: f64,
     /// Share of detections that can be anything, for instance half hidden.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub outlier: f64,
     /// An image is taken for new evidence if the robot acted, or the camera turned by this, degrees.
+    #[schemars(range(min = 0.0, max = 360.0))]
     pub new_view_deg: f64,
     /// Power to which the likelihood of an image is raised, 0 to 1: images share their errors.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub weight: f64,
 }
 
@@ -132,43 +141,18 @@ impl Default for ExpectedViewConfig {
     }
 }
 
-impl ExpectedViewConfig {
-    fn check(&self) -> Result<(), ConfigError> {
-        let samples = self.samples_per_state;
-        require((1..=1000).contains(&samples), "view.samples_per_state", "1 to 1000", samples)?;
-        for (key, value) in [
-            ("view.detection", self.detection),
-            ("view.false_alarm", self.false_alarm),
-            ("view.outlier", self.outlier),
-        ] {
-            require(value > 0.0 && value < 1.0, key, "above 0 and below 1", value)?;
-        }
-        for (key, value) in [
-            ("view.weak_area_px", self.weak_area_px),
-            ("view.bearing_sigma_deg", self.bearing_sigma_deg),
-            ("view.log_area_sigma", self.log_area_sigma),
-        ] {
-            require(value > 0.0 && value <= 1e4, key, "above 0, at most 10000", value)?;
-        }
-        require(
-            (0.0..=360.0).contains(&self.new_view_deg),
-            "view.new_view_deg",
-            "0 to 360",
-            self.new_view_deg,
-        )?;
-        require(self.weight > 0.0 && self.weight <= 1.0, "view.weight", "above 0, at most 1", self.weight)
-    }
-}
-
 /// Parameters of Markov localization.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MarkovConfig {
     /// Side of a tile, meters. Source: section 4.1, 0.5.
+    #[schemars(range(min = 0.05, max = 10.0))]
     pub tile_m: f64,
     /// Headings of each tile. Source: section 4.1, 4; 8 is its future work.
+    #[schemars(range(min = 1, max = 360))]
     pub num_headings: usize,
     /// Carpet at the border of the map that has no tiles, meters. Source: tiles cover the field up to its lines.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub border_m: f64,
     /// Whether the answer is the middle of the most probable state, as published, or the mean of the belief around it.
     pub is_mean: bool,
@@ -176,6 +160,7 @@ pub struct MarkovConfig {
     /// is added to it. The source looks at one state alone.
     pub counts_neighbors: bool,
     /// While images show nothing, the reliability falls to 37 % (1/e) in this time, seconds. The source keeps it.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub blind_secs: f64,
     /// The start.
     pub start: KnownStart,
@@ -214,32 +199,13 @@ impl MarkovConfig {
         Self { num_headings: 4, is_mean: false, counts_neighbors: false, ..Self::default() }
     }
 
-    /// Checks the ranges of all values.
+    /// Checks the ranges of all values, and those that must go together.
     ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        require((0.05..=10.0).contains(&self.tile_m), "tile_m", "0.05 to 10", self.tile_m)?;
-        require((1..=360).contains(&self.num_headings), "num_headings", "1 to 360", self.num_headings)?;
-        require((0.0..=100.0).contains(&self.border_m), "border_m", "0 to 100", self.border_m)?;
-        let secs = self.blind_secs;
-        require(secs > 0.0 && secs <= 1e6, "blind_secs", "above 0, at most 1000000", secs)?;
-        let start = &self.start;
-        let is_place = [start.x_m, start.y_m, start.yaw_deg].iter().all(|v| v.is_finite());
-        require(is_place, "start", "finite numbers", format!("{start:?}"))?;
-        let known = start.probability;
-        require(known > 0.0 && known <= 1.0, "start.probability", "above 0, at most 1", known)?;
-        let kept = start.keep_old_pose_share;
-        require((0.0..=1.0).contains(&kept), "start.keep_old_pose_share", "0 to 1", kept)?;
-        for (key, value) in [
-            ("start.old_pose_spread_m", start.old_pose_spread_m),
-            ("start.old_pose_spread_deg", start.old_pose_spread_deg),
-        ] {
-            require((0.0..=360.0).contains(&value), key, "0 to 360", value)?;
-        }
+        check_ranges(self)?;
         self.outcomes.check()?;
-        self.remedy.check()?;
-        self.view.check()?;
         self.motion.check()
     }
 }

@@ -4,32 +4,27 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::geom::{PlanarPose, weighted_pose_statistics};
 
-use crate::{ConfigError, Hypothesis, require};
+use crate::Hypothesis;
 
 /// When two particles stand for the same place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ClusterConfig {
     /// Largest distance from the group's best particle, meters.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_distance_m: f64,
     /// Largest difference of the heading, radians; wraps at +-pi.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_turn_rad: f64,
     /// At most so many groups; what is left joins none. With 0 nothing is grouped and there are no hypotheses, which saves
     /// time; the estimate's covariance is then that of the particles it is the mean of.
+    #[schemars(range(min = 0, max = 1000))]
     pub max_clusters: usize,
 }
 
 impl Default for ClusterConfig {
     fn default() -> Self {
         Self { max_distance_m: 0.6, max_turn_rad: 0.5, max_clusters: 12 }
-    }
-}
-
-impl ClusterConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        require(self.max_distance_m > 0.0, "clusters.max_distance_m", "above 0", self.max_distance_m)?;
-        require(self.max_turn_rad > 0.0, "clusters.max_turn_rad", "above 0", self.max_turn_rad)?;
-        require(self.max_clusters <= 1000, "clusters.max_clusters", "0 to 1000", self.max_clusters)
     }
 }
 

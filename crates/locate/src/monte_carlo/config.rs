@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use visloc_core::settings::check_ranges;
 
 use super::{
     ClusterConfig, EstimateConfig, EstimateKind, InjectionConfig, InjectionSource, Resampling,
@@ -15,17 +16,21 @@ use crate::{ConfigError, MotionConfig, ReliabilityConfig, require};
 pub struct InitializationConfig {
     /// Share of the first particles whose heading is aimed at something seen; the rest has any heading. The documents
     /// have 0 in section 4.1.1 of 2017, which allows both.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub aimed_share: f64,
     /// Without a prior the filter waits this many images for an informative one before it starts.
     pub max_wait: u32,
     /// After a lift this share of the particles is put around the last pose that could be relied on: somebody may have
     /// set the robot back. 0 forgets it.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub keep_old_pose_share: f64,
     /// Spread around that pose, meters.
     #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub old_pose_noise_m: f64,
     /// Spread around its heading, radians.
     #[schemars(extend("x-only-if" = "keep_old_pose_share > 0"))]
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub old_pose_noise_rad: f64,
 }
 
@@ -46,14 +51,18 @@ impl Default for InitializationConfig {
 #[serde(deny_unknown_fields, default)]
 pub struct NoiseConfig {
     /// Standard deviation of x and y, meters.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub position_m: f64,
     /// Standard deviation of the heading, radians.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub heading_rad: f64,
     /// The noise grows by this much for each 0.1 that the estimate's likelihood lies below `fit_likelihood`: a poor fit
     /// searches wider. The documents have 0.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub growth: f64,
     /// Likelihood of a good fit, from which on the noise is smallest.
     #[schemars(extend("x-only-if" = "growth > 0"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub fit_likelihood: f64,
 }
 
@@ -68,9 +77,11 @@ impl Default for NoiseConfig {
 #[serde(deny_unknown_fields, default)]
 pub struct RestartConfig {
     /// While every particle is below this likelihood (0: never) ...
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub min_likelihood: f64,
     /// ... for this many images that say something, the filter starts anew, anywhere on the map.
     #[schemars(extend("x-only-if" = "min_likelihood > 0"))]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub after: u32,
 }
 
@@ -85,11 +96,14 @@ impl Default for RestartConfig {
 #[serde(deny_unknown_fields, default)]
 pub struct MonteCarloConfig {
     /// How many particles, at most if the number follows a rule. Source: 2010 section 5.1.4, 200.
+    #[schemars(range(min = 2, max = 10_000_000))]
     pub num_particles: usize,
     /// Share of the particles that survive unchanged, 0 for the classic filter. Source: 2010 section 5.1.4, 0.1.
+    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 1.0))]
     pub elite_share: f64,
     /// A particle's weight is its likelihood to this power; 1 in the documents, where a particle that explains the
     /// image weighs hardly more than one that does not.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub weight_exponent: f64,
     /// From this many particles on they are weighed on all processors, with the same result bit by bit. Two processors are
     /// 1.9 times as fast from 512 on with images, at half a microsecond a particle; with a world that is a formula of a few
@@ -186,46 +200,16 @@ impl MonteCarloConfig {
         Self { num_particles: 3000, sample_size, ..Self::systematic() }
     }
 
-    /// Checks the ranges of all values.
+    /// Checks the ranges of all values, and those that must go together.
     ///
     /// # Errors
     /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        let count = self.num_particles;
-        require((2..=10_000_000).contains(&count), "num_particles", "2 to 10000000", count)?;
-        let elite = self.elite_share;
-        require((0.0..1.0).contains(&elite), "elite_share", "at least 0 and below 1", elite)?;
-        let exponent = self.weight_exponent;
-        require(exponent > 0.0 && exponent <= 1000.0, "weight_exponent", "above 0, at most 1000", exponent)?;
-        for (key, value) in [
-            ("noise.position_m", self.noise.position_m),
-            ("noise.heading_rad", self.noise.heading_rad),
-            ("noise.growth", self.noise.growth),
-            ("initialization.old_pose_noise_m", self.initialization.old_pose_noise_m),
-            ("initialization.old_pose_noise_rad", self.initialization.old_pose_noise_rad),
-        ] {
-            require((0.0..=100.0).contains(&value), key, "0 to 100", value)?;
-        }
-        for (key, value) in [
-            ("noise.fit_likelihood", self.noise.fit_likelihood),
-            ("initialization.aimed_share", self.initialization.aimed_share),
-            ("initialization.keep_old_pose_share", self.initialization.keep_old_pose_share),
-            ("restart.min_likelihood", self.restart.min_likelihood),
-        ] {
-            require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
-        }
-        require(self.restart.after > 0, "restart.after", "at least 1", self.restart.after)?;
-        self.resampling.check()?;
+        check_ranges(self)?;
+        let kept = self.sample_size.min_per_hypothesis;
+        let has_groups = kept == 0 || self.clusters.max_clusters > 0;
+        require(has_groups, "sample_size.min_per_hypothesis", "0 if clusters.max_clusters is 0", kept)?;
         self.injection.check()?;
-        self.sample_size.check()?;
-        self.estimate.check()?;
-        self.clusters.check()?;
-        require(
-            self.sample_size.min_per_hypothesis == 0 || self.clusters.max_clusters > 0,
-            "sample_size.min_per_hypothesis",
-            "0 if clusters.max_clusters is 0",
-            self.sample_size.min_per_hypothesis,
-        )?;
         self.motion.check()?;
         self.reliability.check()
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use visloc_core::geom::weighted_pose_statistics;
 
 use super::{ClusterConfig, Clusters, Particles, share, weights::to_f64};
-use crate::{ConfigError, Estimate, require};
+use crate::Estimate;
 
 /// What the answer is the mean of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -25,6 +25,7 @@ pub struct EstimateConfig {
     /// What it is the mean of.
     pub kind: EstimateKind,
     /// Share of the particles that count as the best, at least one particle.
+    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub share: f64,
 }
 
@@ -35,10 +36,6 @@ impl Default for EstimateConfig {
 }
 
 impl EstimateConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        require(self.share > 0.0 && self.share <= 1.0, "estimate.share", "above 0, at most 1", self.share)
-    }
-
     /// How many of so many particles are the best.
     pub(super) fn num_best(&self, count: usize) -> usize {
         share(self.share, count).max(1).min(count)

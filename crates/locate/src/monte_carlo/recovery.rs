@@ -35,15 +35,19 @@ impl InjectionSource {
 #[serde(deny_unknown_fields, default)]
 pub struct InjectionConfig {
     /// Largest share of random particles; 0 switches them off.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub max_share: f64,
     /// Smallest share of random particles, at all times; the documents have 0.
     #[schemars(extend("x-only-if" = "max_share > 0"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub min_share: f64,
     /// How fast the slow average follows. Source: 2017 section 2.1.4, 0.05.
     #[schemars(extend("x-only-if" = "max_share > 0"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub alpha_slow: f64,
     /// How fast the fast average follows. Source: 2017 section 2.1.4, 0.4.
     #[schemars(extend("x-only-if" = "max_share > 0"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub alpha_fast: f64,
     /// Whether random particles are left out of the mean likelihood in the image after they were put in. Deviation, the
     /// documents count them: many random particles then lower the mean, which calls for still more of them.
@@ -69,26 +73,9 @@ impl Default for InjectionConfig {
 
 impl InjectionConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        for (key, value) in [
-            ("injection.max_share", self.max_share),
-            ("injection.min_share", self.min_share),
-            ("injection.alpha_slow", self.alpha_slow),
-            ("injection.alpha_fast", self.alpha_fast),
-        ] {
-            require((0.0..=1.0).contains(&value), key, "0 to 1", value)?;
-        }
-        require(
-            self.min_share <= self.max_share,
-            "injection.min_share",
-            "at most injection.max_share",
-            self.min_share,
-        )?;
-        require(
-            self.alpha_slow <= self.alpha_fast,
-            "injection.alpha_slow",
-            "at most injection.alpha_fast",
-            self.alpha_slow,
-        )
+        let (share, slow) = (self.min_share, self.alpha_slow);
+        require(share <= self.max_share, "injection.min_share", "at most injection.max_share", share)?;
+        require(slow <= self.alpha_fast, "injection.alpha_slow", "at most injection.alpha_fast", slow)
     }
 }
 

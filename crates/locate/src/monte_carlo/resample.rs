@@ -5,8 +5,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::Rng;
 
-use crate::{ConfigError, require};
-
 /// When survivors are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -28,6 +26,7 @@ pub struct ResamplingConfig {
     pub trigger: ResamplingTrigger,
     /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
     #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub min_effective_share: f64,
 }
 
@@ -38,11 +37,6 @@ impl Default for ResamplingConfig {
 }
 
 impl ResamplingConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let share = self.min_effective_share;
-        require((0.0..=1.0).contains(&share), "resampling.min_effective_share", "0 to 1", share)
-    }
-
     /// Whether it is time to draw.
     pub(super) fn is_due(&self, effective_share: f64) -> bool {
         match self.trigger {

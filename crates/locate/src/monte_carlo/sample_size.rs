@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use visloc_core::geom::PlanarPose;
 
 use super::weights::to_f64;
-use crate::{ConfigError, require};
 
 /// Rule for the number of particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -30,24 +29,30 @@ pub struct SampleSizeConfig {
     pub rule: SampleSizeRule,
     /// Largest Kullback-Leibler distance (epsilon). Source: Thrun, Burgard, Fox 2005, section 8.3.7, 0.05.
     #[schemars(extend("x-only-if" = "rule = kld"))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub max_error: f64,
     /// Probability of a larger distance; the formula takes the normal quantile of `1 - delta`. Source: same, 0.01.
     #[schemars(extend("x-only-if" = "rule = kld"))]
+    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
     pub delta: f64,
     /// Size of a bin, meters.
     #[schemars(extend("x-only-if" = "rule = kld"))]
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub bin_m: f64,
     /// Size of a bin, radians. Bins wrap at +-pi.
     #[schemars(extend("x-only-if" = "rule = kld"))]
+    #[schemars(range(min = 0.001, max = 1000.0))]
     pub bin_rad: f64,
     /// Never fewer particles than this.
     #[schemars(extend("x-only-if" = "rule = kld"))]
+    #[schemars(range(min = 2, max = 10_000_000))]
     pub min_particles: usize,
     /// Particles that each hypothesis keeps, under either rule; 0 leaves it to chance. A hypothesis that gets more
     /// particles than its probability has them with smaller weights, so that the belief does not change.
     pub min_per_hypothesis: usize,
     /// Hypotheses below this probability keep nothing.
     #[schemars(extend("x-only-if" = "min_per_hypothesis > 0"))]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub min_probability: f64,
 }
 
@@ -63,20 +68,6 @@ impl Default for SampleSizeConfig {
             min_per_hypothesis: 0,
             min_probability: 0.02,
         }
-    }
-}
-
-impl SampleSizeConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        for (key, value) in [("sample_size.max_error", self.max_error), ("sample_size.delta", self.delta)] {
-            require(value > 0.0 && value < 1.0, key, "above 0 and below 1", value)?;
-        }
-        for (key, value) in [("sample_size.bin_m", self.bin_m), ("sample_size.bin_rad", self.bin_rad)] {
-            require(value > 0.001 && value < 1000.0, key, "above 0.001 and below 1000", value)?;
-        }
-        require(self.min_particles >= 2, "sample_size.min_particles", "at least 2", self.min_particles)?;
-        let probability = self.min_probability;
-        require((0.0..=1.0).contains(&probability), "sample_size.min_probability", "0 to 1", probability)
     }
 }
 

@@ -3,7 +3,7 @@
 use visloc_core::{Clock, RngTree};
 use visloc_world::Map;
 
-use super::{Pipeline, PipelineConfig, PipelineError, algorithm_on};
+use super::{ConfigError, Pipeline, PipelineConfig, algorithm_on};
 use crate::{Algorithm, StartPrior};
 
 /// Settings of a [`Pipeline`].
@@ -83,7 +83,7 @@ impl<'a> PipelineBuilder<'a> {
     ///
     /// # Errors
     /// If there is no such algorithm or a parameter is unknown or out of its range.
-    pub fn build(self) -> Result<Pipeline, PipelineError> {
+    pub fn build(self) -> Result<Pipeline, ConfigError> {
         let algorithm = match self.algorithm {
             Choice::Made(algorithm) => *algorithm,
             Choice::Named { name, toml } => algorithm_on(self.map, name, self.config.features, toml)?,

@@ -7,8 +7,10 @@ pub use builder::PipelineBuilder;
 pub use photo::{Photo, PhotoAnswer, PhotoError, PhotoPose, locate_photo};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
-use visloc_core::{Clock, Frame, Rng, RngTree, settings::Parameter};
+use visloc_core::{
+    Clock, Frame, Rng, RngTree,
+    settings::{Parameter, check_ranges},
+};
 use visloc_world::{
     Map,
     field::{Field, GoalColor},
@@ -29,8 +31,8 @@ use crate::{
     vision::{
         AnalysisError, Percept,
         color::{ColorConfig, ColorSource, GoalColors},
-        field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalysisConfigError, FieldAnalyzer},
-        office::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeAnalyzer, OfficeColors},
+        field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalyzer},
+        office::{OfficeAnalysisConfig, OfficeAnalyzer, OfficeColors},
     },
 };
 
@@ -60,14 +62,14 @@ impl PipelineConfig {
         Self { analysis, ..Self::default() }
     }
 
-    /// Checks the parameters of all parts that every map has; the others are checked when the parts of the map are built.
+    /// Checks the ranges of all values, and those that must go together.
     ///
     /// # Errors
-    /// If one is out of its range.
+    /// The first value out of its range.
     pub fn check(&self) -> Result<(), ConfigError> {
-        self.lift.check()?;
-        self.refinement.check()?;
-        self.office.refinement.check()
+        check_ranges(self)?;
+        self.refinement.reliability.check()?;
+        self.office.refinement.reliability.check()
     }
 }
 
@@ -104,21 +106,6 @@ pub enum FeatureChoice {
     Rich,
 }
 
-/// A pipeline that cannot be built.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum PipelineError {
-    /// The algorithm or one of its parameters.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// A parameter of the image analysis.
-    #[error(transparent)]
-    Analysis(#[from] FieldAnalysisConfigError),
-    /// A parameter of the image analysis inside a building.
-    #[error(transparent)]
-    OfficeAnalysis(#[from] OfficeAnalysisConfigError),
-}
-
 /// The image analysis of the map's kind of world.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -134,7 +121,7 @@ impl ImageAnalyzer {
     ///
     /// # Errors
     /// If a parameter is out of its range, or the map is of a kind that has none.
-    pub fn new(map: &Map, config: &PipelineConfig) -> Result<Self, PipelineError> {
+    pub fn new(map: &Map, config: &PipelineConfig) -> Result<Self, ConfigError> {
         match map {
             Map::Field(field) => {
                 let analyzer = FieldAnalyzer::new(analysis_for(field, config))?;
@@ -215,7 +202,7 @@ impl Pipeline {
         config: &PipelineConfig,
         rng: RngTree,
         clock: Clock,
-    ) -> Result<Self, PipelineError> {
+    ) -> Result<Self, ConfigError> {
         config.check()?;
         let parts = WorldParts::new(map, config)?;
         let mut localizer = algorithm.build(parts.model)?;
@@ -343,7 +330,7 @@ struct Rich {
 }
 
 impl WorldParts {
-    fn new(map: &Map, config: &PipelineConfig) -> Result<Self, PipelineError> {
+    fn new(map: &Map, config: &PipelineConfig) -> Result<Self, ConfigError> {
         match map {
             Map::Field(field) => Self::of_field(field, config),
             Map::Office(office) => Self::of_office(office, config),
@@ -351,7 +338,7 @@ impl WorldParts {
         }
     }
 
-    fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, PipelineError> {
+    fn of_field(field: &Field, config: &PipelineConfig) -> Result<Self, ConfigError> {
         let model = FieldObservationModel::new(field, &config.observation)?;
         let rich = || Rich {
             config: config.refinement,
@@ -362,7 +349,7 @@ impl WorldParts {
         Ok(Self { model: Box::new(model), rich })
     }
 
-    fn of_office(office: &Office, config: &PipelineConfig) -> Result<Self, PipelineError> {
+    fn of_office(office: &Office, config: &PipelineConfig) -> Result<Self, ConfigError> {
         let model = OfficeObservationModel::new(office, &config.office.observation)?;
         let rich = || Rich {
             config: config.office.refinement,
@@ -378,15 +365,15 @@ impl WorldParts {
 ///
 /// # Errors
 /// If the map is of a kind that has no such model.
-pub fn feature_model(map: &Map, config: &PipelineConfig) -> Result<Box<dyn FeatureModel>, PipelineError> {
+pub fn feature_model(map: &Map, config: &PipelineConfig) -> Result<Box<dyn FeatureModel>, ConfigError> {
     let config = PipelineConfig { features: FeatureChoice::Rich, ..*config };
     let rich = WorldParts::new(map, &config)?.rich;
     rich.map(|rich| rich.features).ok_or_else(|| unknown_kind(map))
 }
 
-fn unknown_kind(map: &Map) -> PipelineError {
+fn unknown_kind(map: &Map) -> ConfigError {
     let (expected, found) = ("a field or a building", map.name().to_owned());
-    ConfigError::Value { key: "map".to_owned(), expected, found }.into()
+    ConfigError::Value { key: "map".to_owned(), expected, found }
 }
 
 /// The colors that the image analysis looks for.

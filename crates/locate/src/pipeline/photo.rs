@@ -8,7 +8,7 @@ use visloc_core::{
 };
 use visloc_world::Map;
 
-use super::{FeatureChoice, ImageAnalyzer, PipelineConfig, PipelineError, WorldParts, unknown_kind};
+use super::{ConfigError, FeatureChoice, ImageAnalyzer, PipelineConfig, WorldParts, unknown_kind};
 use crate::{
     observation::features::CameraState,
     refine::{RefinementConfig, SingleImage},
@@ -85,7 +85,7 @@ pub struct PhotoAnswer {
 pub enum PhotoError {
     /// Map or parameters.
     #[error(transparent)]
-    Pipeline(#[from] PipelineError),
+    Config(#[from] ConfigError),
     /// The photo is not of its camera's size.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
@@ -102,7 +102,7 @@ pub fn locate_photo(
     rng: RngTree,
 ) -> Result<PhotoAnswer, PhotoError> {
     let config = PipelineConfig { features: FeatureChoice::Rich, ..*config };
-    config.check().map_err(PipelineError::from)?;
+    config.check()?;
     let rich = WorldParts::new(map, &config)?.rich.ok_or_else(|| unknown_kind(map))?;
     let mounts = supposed_mounts(photo);
     let (all, each) = (EFFORT_FOR_ALL, EFFORT_FOR_EACH);

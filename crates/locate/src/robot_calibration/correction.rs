@@ -3,7 +3,12 @@
 use nalgebra::{Rotation3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::geom::{CameraFrame, PlanarPose, Rigid3, Robot};
+use visloc_core::{
+    geom::{CameraFrame, PlanarPose, Rigid3, Robot},
+    settings::check_ranges,
+};
+
+use crate::{ConfigError, require};
 
 /// What to change of what a robot reports. A file names only what differs from nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -20,10 +25,13 @@ pub struct RobotCorrection {
 #[serde(deny_unknown_fields, default)]
 pub struct MountCorrection {
     /// It looks so much farther down, degrees.
+    #[schemars(range(min = -45.0, max = 45.0))]
     pub pitch_down_deg: f64,
     /// It is turned clockwise about its axis by so much more, degrees: the right side of the image is lower.
+    #[schemars(range(min = -45.0, max = 45.0))]
     pub roll_clockwise_deg: f64,
     /// It is so much higher, meters.
+    #[schemars(range(min = -10.0, max = 10.0))]
     pub height_m: f64,
 }
 
@@ -34,6 +42,7 @@ pub struct OdometryCorrection {
     /// Factors of the reported motion ahead, to the left, and of the reported turn.
     pub scale: [f64; 3],
     /// Turn to the left for each reported meter that the odometry does not know of, degrees.
+    #[schemars(range(min = -360.0, max = 360.0))]
     pub drift_deg_per_m: f64,
 }
 
@@ -49,20 +58,16 @@ impl RobotCorrection {
     ///
     /// # Errors
     /// The first value out of its range.
-    pub fn check(&self) -> Result<(), crate::ConfigError> {
-        let camera = &self.camera;
-        for (key, value, limit) in [
-            ("camera.pitch_down_deg", camera.pitch_down_deg, 45.0),
-            ("camera.roll_clockwise_deg", camera.roll_clockwise_deg, 45.0),
-            ("camera.height_m", camera.height_m, 10.0),
-            ("odometry.drift_deg_per_m", self.odometry.drift_deg_per_m, 360.0),
-        ] {
-            crate::require(value.abs() <= limit, key, "a small correction", value)?;
-        }
-        for scale in self.odometry.scale {
-            crate::require((0.1..=10.0).contains(&scale), "odometry.scale", "0.1 to 10", scale)?;
-        }
-        Ok(())
+    pub fn check(&self) -> Result<(), ConfigError> {
+        check_ranges(self)?;
+        let is_possible = |factor: &f64| (0.1..=10.0).contains(factor);
+        let scale = self.odometry.scale;
+        require(
+            scale.iter().all(is_possible),
+            "odometry.scale",
+            "factors from 0.1 to 10",
+            format!("{scale:?}"),
+        )
     }
 }
 

@@ -3,33 +3,42 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{ConfigError, require};
-
 /// What is known of robots that tell each other what they see.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TeamConfig {
     /// Messages a second.
+    #[schemars(range(min = 0.1, max = 30.0))]
     pub messages_per_sec: f64,
     /// A robot that has been silent for so long has left, seconds.
+    #[schemars(range(min = 0.1, max = 60.0))]
     pub silence_secs: f64,
     /// Probability that a detector sees a robot or ball that is in view.
+    #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1.0))]
     pub detection: f64,
     /// False sightings for each image.
+    #[schemars(range(min = 1e-6, max = 10.0))]
     pub false_per_image: f64,
     /// Sightings within this time resemble each other: together they count as one, seconds.
+    #[schemars(range(min = 0.01, max = 60.0))]
     pub correlation_secs: f64,
     /// What sightings have told of who is where falls to one half in this time, seconds.
+    #[schemars(range(min = 0.1, max = 1e6))]
     pub forget_secs: f64,
     /// Probability that a robot is not wrong about the half that it is sure of, nor lies.
+    #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1.0))]
     pub honesty: f64,
     /// Probability of a half from which on it counts as decided.
+    #[schemars(extend("exclusiveMinimum" = 0.5, "exclusiveMaximum" = 1.0))]
     pub decided: f64,
     /// How fast robots move where their motion is not known, meters per second.
+    #[schemars(range(min = 0.0, max = 20.0))]
     pub robot_m_per_s: f64,
     /// How fast the ball moves, meters per second.
+    #[schemars(range(min = 0.0, max = 50.0))]
     pub ball_m_per_s: f64,
     /// By how much the time between two robots' clocks may be wrong, seconds.
+    #[schemars(range(min = 0.0, max = 5.0))]
     pub clock_secs: f64,
 }
 
@@ -48,30 +57,5 @@ impl Default for TeamConfig {
             ball_m_per_s: 0.5,
             clock_secs: 0.1,
         }
-    }
-}
-
-impl TeamConfig {
-    pub(super) fn check(&self) -> Result<(), ConfigError> {
-        for (key, value, least, most) in [
-            ("team.messages_per_sec", self.messages_per_sec, 0.1, 30.0),
-            ("team.silence_secs", self.silence_secs, 0.1, 60.0),
-            ("team.false_per_image", self.false_per_image, 1e-6, 10.0),
-            ("team.correlation_secs", self.correlation_secs, 0.01, 60.0),
-            ("team.forget_secs", self.forget_secs, 0.1, 1e6),
-            ("team.robot_m_per_s", self.robot_m_per_s, 0.0, 20.0),
-            ("team.ball_m_per_s", self.ball_m_per_s, 0.0, 50.0),
-            ("team.clock_secs", self.clock_secs, 0.0, 5.0),
-        ] {
-            require((least..=most).contains(&value), key, "a value within its range", value)?;
-        }
-        for (key, value) in [
-            ("team.detection", self.detection),
-            ("team.honesty", self.honesty),
-            ("team.decided", self.decided),
-        ] {
-            require(value > 0.5 && value < 1.0, key, "above 0.5 and below 1", value)?;
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! One robot's view of its team.
 
-use visloc_core::{Timestamp, geom::PlanarPose};
+use visloc_core::{Timestamp, geom::PlanarPose, settings::check_ranges};
 use visloc_world::Map;
 
 use super::{
@@ -103,7 +103,7 @@ impl TeamFilter {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(config: TeamConfig, member: Member, map: &Map) -> Result<Self, ConfigError> {
-        config.check()?;
+        check_ranges(&config)?;
         let own = Mate::new(member.number, member.session);
         Ok(Self {
             symmetry: Symmetry::of(map),

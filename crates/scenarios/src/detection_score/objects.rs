@@ -41,8 +41,7 @@ impl DetectionScores {
         let mut team = TeamSimulation::new(&scenario, 5, TRUTH, seed)?;
         let Map::Field(field) = team.map().clone() else { return Ok(()) };
         let analysis = analysis_for(&field, &PipelineConfig::default());
-        let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig { detect_objects: true, ..analysis })
-            .map_err(visloc_locate::PipelineError::from)?;
+        let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig { detect_objects: true, ..analysis })?;
         let mut rng = RngTree::new(seed).stream("analysis", 0);
         for _ in 0..num_images {
             for seen in team.step() {

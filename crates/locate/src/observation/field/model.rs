@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use visloc_core::{
     Rng,
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle},
+    settings::check_ranges,
 };
 use visloc_world::field::Field;
 
@@ -18,7 +19,6 @@ use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable}
 use crate::{
     ConfigError, ObservationModel, Region,
     observation::Landmark,
-    require,
     vision::{FeatureKind, Percept, px_tolerance},
 };
 
@@ -28,19 +28,13 @@ use crate::{
 pub struct FieldModelConfig {
     /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 to 640 px wide; in smaller and larger ones
     /// in proportion. Source: 2010 equation 4.1, 50.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_distance_px: f64,
 }
 
 impl Default for FieldModelConfig {
     fn default() -> Self {
         Self { max_distance_px: 50.0 }
-    }
-}
-
-impl FieldModelConfig {
-    pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        let d = self.max_distance_px;
-        require(d > 0.0 && d.is_finite(), "observation.max_distance_px", "above 0", d)
     }
 }
 
@@ -104,7 +98,7 @@ impl FieldObservationModel {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(field: &Field, config: &FieldModelConfig) -> Result<Self, ConfigError> {
-        config.check()?;
+        check_ranges(config)?;
         Ok(Self {
             config: *config,
             max_distance_px: config.max_distance_px,

@@ -4,7 +4,7 @@
 //! tests compare it with.
 
 use nalgebra::{Matrix3x4, Point2, Vector4};
-use visloc_core::geom::PlanarPose;
+use visloc_core::{geom::PlanarPose, settings::check_ranges};
 use visloc_world::field::Field;
 
 use super::model::{FieldModelConfig, FieldTables, combine, projection};
@@ -29,7 +29,7 @@ impl DrawnFieldModel {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(field: &Field, config: &FieldModelConfig) -> Result<Self, ConfigError> {
-        config.check()?;
+        check_ranges(config)?;
         Ok(Self { max_distance_px: config.max_distance_px, tables: FieldTables::new(field) })
     }
 

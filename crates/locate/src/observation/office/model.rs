@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3x4, Point2, Point3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use visloc_core::{Rng, geom::PlanarPose};
+use visloc_core::{Rng, geom::PlanarPose, settings::check_ranges};
 use visloc_world::office::Office;
 
 use super::{
@@ -17,7 +17,6 @@ use super::{
 use crate::{
     ConfigError, ObservationModel, Region,
     observation::field::projection,
-    require,
     vision::{FeatureKind, Percept},
 };
 
@@ -27,23 +26,16 @@ use crate::{
 pub struct OfficeModelConfig {
     /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
     /// 50; places that look alike differ by a few pixels, and a smaller distance tells them apart sooner.
+    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub max_distance_px: f64,
     /// Lines that are farther away are not looked at, meters.
+    #[schemars(range(min = 0.5, max = 100.0))]
     pub range_m: f64,
 }
 
 impl Default for OfficeModelConfig {
     fn default() -> Self {
         Self { max_distance_px: 15.0, range_m: 13.0 }
-    }
-}
-
-impl OfficeModelConfig {
-    pub(crate) fn check(&self) -> Result<(), ConfigError> {
-        let d = self.max_distance_px;
-        require(d > 0.0 && d.is_finite(), "office.observation.max_distance_px", "above 0", d)?;
-        let range = self.range_m;
-        require((0.5..=100.0).contains(&range), "office.observation.range_m", "0.5 to 100", range)
     }
 }
 
@@ -80,7 +72,7 @@ impl OfficeObservationModel {
     /// # Errors
     /// If a parameter is out of its range.
     pub fn new(office: &Office, config: &OfficeModelConfig) -> Result<Self, ConfigError> {
-        config.check()?;
+        check_ranges(config)?;
         Ok(Self {
             config: *config,
             sights: Arc::new(Sights::new(office, config.range_m)),

@@ -2,19 +2,24 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
+
+use crate::ConfigError;
 
 /// One colored class: a range of hue, and how colorful and bright a pixel must be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HueRange {
     /// Start of the range on the color circle, degrees (red 0, yellow 60, green 120, blue 240).
+    #[schemars(range(min = 0.0, max = 360.0))]
     pub from_deg: f64,
     /// End of the range, degrees; may be below `from_deg` to cross 0.
+    #[schemars(range(min = 0.0, max = 360.0))]
     pub to_deg: f64,
     /// Least saturation, 0 (gray) to 1 (pure).
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub min_saturation: f64,
     /// Least brightness (largest of red, green, blue), 0 to 255.
+    #[schemars(range(min = 0.0, max = 255.0))]
     pub min_brightness: f64,
 }
 
@@ -79,10 +84,13 @@ pub struct ColorConfig {
     pub orange: HueRange,
     /// The carpet's own color is learned from the ground near the robot. A green whose shares of red and green in the sum of its
     /// three levels differ from the carpet's by more than this is something else, 0 to 1; 1 to take every green for carpet.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub carpet_tolerance: f64,
     /// A line's pixels are at most this colorful, 0 to 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub white_max_saturation: f64,
     /// A line is at least this many times as bright as the carpet beside it.
+    #[schemars(range(min = 1.0, max = 10.0))]
     pub white_over_green: f64,
 }
 
@@ -107,29 +115,6 @@ impl Default for ColorConfig {
     }
 }
 
-/// A color calibration that cannot be used.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum ColorConfigError {
-    /// A value that no color has.
-    #[error("colors: {key}: expected {expected}, found {found}")]
-    Value {
-        /// The parameter.
-        key: String,
-        /// What is allowed.
-        expected: &'static str,
-        /// What was given.
-        found: f64,
-    },
-    /// A limit of the table that would make no difference.
-    #[error(
-        "colors: {key} makes no difference while the color of the carpet is learned: add source = \"table\""
-    )]
-    NoTable {
-        /// The parameter.
-        key: &'static str,
-    },
-}
-
 impl ColorConfig {
     /// Fixed classes, as in the documents.
     #[must_use]
@@ -146,23 +131,11 @@ impl ColorConfig {
         }
     }
 
-    /// Checks the ranges of all values.
+    /// Refuses limits of the table that would make no difference.
     ///
     /// # Errors
-    /// The first value out of its range.
-    pub fn check(&self) -> Result<(), ColorConfigError> {
-        let classes =
-            [("green", self.green), ("yellow", self.yellow), ("blue", self.blue), ("orange", self.orange)];
-        for (name, class) in classes {
-            let key = |part: &str| format!("{name}.{part}");
-            within(key("from_deg"), class.from_deg, 0.0, 360.0, "0 to 360")?;
-            within(key("to_deg"), class.to_deg, 0.0, 360.0, "0 to 360")?;
-            within(key("min_saturation"), class.min_saturation, 0.0, 1.0, "0 to 1")?;
-            within(key("min_brightness"), class.min_brightness, 0.0, 255.0, "0 to 255")?;
-        }
-        within("carpet_tolerance".to_owned(), self.carpet_tolerance, 0.0, 1.0, "0 to 1")?;
-        within("white_max_saturation".to_owned(), self.white_max_saturation, 0.0, 1.0, "0 to 1")?;
-        within("white_over_green".to_owned(), self.white_over_green, 1.0, 10.0, "1 to 10")?;
+    /// The first of them.
+    pub fn check(&self) -> Result<(), ConfigError> {
         let (table, is_learned) = (Self::table(), self.source == ColorSource::Learned);
         let changed = [
             ("green", self.green != table.green),
@@ -171,20 +144,10 @@ impl ColorConfig {
             ("white_over_green", self.white_over_green != table.white_over_green),
         ];
         match changed.into_iter().find(|(_, is_changed)| is_learned && *is_changed) {
-            Some((key, _)) => Err(ColorConfigError::NoTable { key }),
+            Some((key, _)) => Err(ConfigError::NoTable { key }),
             None => Ok(()),
         }
     }
-}
-
-fn within(
-    key: String,
-    found: f64,
-    low: f64,
-    high: f64,
-    expected: &'static str,
-) -> Result<(), ColorConfigError> {
-    if (low..=high).contains(&found) { Ok(()) } else { Err(ColorConfigError::Value { key, expected, found }) }
 }
 
 /// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
@@ -214,7 +177,7 @@ mod tests {
         let mut config = ColorConfig { white_over_green: 1.2, ..ColorConfig::table() };
         assert_eq!(config.check(), Ok(()));
         config.source = ColorSource::Learned;
-        assert_eq!(config.check(), Err(ColorConfigError::NoTable { key: "white_over_green" }));
+        assert_eq!(config.check(), Err(ConfigError::NoTable { key: "white_over_green" }));
         assert_eq!(ColorConfig::default().check(), Ok(()));
     }
 
@@ -249,7 +212,7 @@ mod tests {
         config.blue.min_saturation = 1.5;
         assert_eq!(
             config.check().unwrap_err().to_string(),
-            "colors: blue.min_saturation: expected 0 to 1, found 1.5"
+            "blue.min_saturation: expected 0 to 1, found 1.5"
         );
     }
 }

@@ -8,7 +8,7 @@ use visloc_core::{
 };
 
 use super::{
-    FieldAnalysisConfig, FieldAnalysisConfigError, FieldEnd, GoalBlob, Obstacle,
+    FieldAnalysisConfig, FieldEnd, GoalBlob, Obstacle,
     blobs::{BlobFinder, Ground},
     carpet::Carpet,
     edges::{Edge, edges_of_runs},
@@ -18,11 +18,14 @@ use super::{
     obstacles::ObstacleFinder,
     scan::{Direction, Run, ScanLine, horizon_row, layout, scan_line},
 };
-use crate::vision::{
-    AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
-    blur_px,
-    color::{ColorClass, ColorTable},
-    px_in,
+use crate::{
+    ConfigError,
+    vision::{
+        AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
+        blur_px,
+        color::{ColorClass, ColorTable},
+        px_in,
+    },
 };
 
 /// Obstacles and goals reach so far beyond what was found of them, pixels of an image 320 px wide.
@@ -54,7 +57,7 @@ impl FieldAnalyzer {
     ///
     /// # Errors
     /// If a parameter is out of its range.
-    pub fn new(config: FieldAnalysisConfig) -> Result<Self, FieldAnalysisConfigError> {
+    pub fn new(config: FieldAnalysisConfig) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self::with_checked(config))
     }

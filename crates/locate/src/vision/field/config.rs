@@ -2,10 +2,13 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
+use visloc_core::settings::check_ranges;
 
 use super::features::FeatureDetectionConfig;
-use crate::vision::color::{ColorConfig, ColorConfigError, GoalColors};
+use crate::{
+    ConfigError, require,
+    vision::color::{ColorConfig, GoalColors},
+};
 
 /// Which filters run. The documents switch each one on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -66,29 +69,38 @@ pub struct FieldAnalysisConfig {
     /// Which filters run.
     pub filters: FilterSwitches,
     /// Distance of the vertical scan lines, pixels; in the far part of the image there are twice as many.
+    #[schemars(range(min = 1, max = 100))]
     pub column_step_px: u32,
     /// Distance of the horizontal scan lines at the horizon, pixels; grows towards the bottom.
+    #[schemars(range(min = 1, max = 100))]
     pub min_row_step_px: u32,
     /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
+    #[schemars(range(min = 1, max = 100))]
     pub max_row_step_px: u32,
     /// Width of the field's lines, meters. No key: the map says it.
     #[serde(skip)]
     pub line_width_m: f64,
     /// A run is too thin for a line below this share of the thickness that its distance demands.
     #[schemars(extend("x-only-if" = "filters.too_thin = true"))]
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_thickness_share: f64,
     /// A goal's border is upright if it moves sideways by at most this many pixels a row.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_post_slope: f64,
     /// Of the eight pixels around one, this many must have its color; with learned colors, lines thinner than three pixels go on to both
     /// sides instead. Source: 2010 section 4.2, 3.
     #[schemars(extend("x-only-if" = "filters.isolated = true"))]
+    #[schemars(range(min = 0, max = 8))]
     pub min_neighbors: u32,
     /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
     /// 4.2, 6 m.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_line_distance_m: f64,
     /// Pixels nearer than this are dropped, meters. Source: 2010 section 4.2, 15 cm.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub own_body_distance_m: f64,
     /// Columns in which the end of the field is looked for, pixels. Source: 2010 section 4.2, 10.
+    #[schemars(range(min = 1, max = 100))]
     pub field_end_step_px: u32,
     /// Least height of a goal blob, pixels.
     pub min_blob_height_px: u32,
@@ -99,17 +111,22 @@ pub struct FieldAnalysisConfig {
     #[serde(skip)]
     pub goal_colors: GoalColors,
     /// A filled blob that is more than this many times as wide as high is a board, not a goal.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_filled_blob_aspect: f64,
     /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_obstacle_height_m: f64,
     /// Least width of an obstacle, meters.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_obstacle_width_m: f64,
     /// So many line pixels make an image informative without any goal; 0 for never. If it is not set, never on a field with colored
     /// goals (source: 2010 section 5.2.1), and 10 on one without, which has nothing else.
     pub min_informative_lines: Option<usize>,
     /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_line_pixels: usize,
     /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_goal_pixels: usize,
     /// How many line pixels the refinement of the pose gets; 0 for none.
     pub max_line_borders: usize,
@@ -157,70 +174,22 @@ impl Default for FieldAnalysisConfig {
     }
 }
 
-/// Parameters that cannot work.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum FieldAnalysisConfigError {
-    /// In the color classes.
-    #[error(transparent)]
-    Colors(#[from] ColorConfigError),
-    /// In the rest.
-    #[error("analysis: {key}: expected {expected}, found {found}")]
-    Value {
-        /// The parameter.
-        key: &'static str,
-        /// What is allowed.
-        expected: &'static str,
-        /// What was given.
-        found: f64,
-    },
-}
-
 impl FieldAnalysisConfig {
-    /// Checks the ranges of all values.
+    /// Checks the ranges of all values, and those that the map says.
     ///
     /// # Errors
     /// The first value out of its range.
-    pub fn check(&self) -> Result<(), FieldAnalysisConfigError> {
+    pub fn check(&self) -> Result<(), ConfigError> {
+        check_ranges(self)?;
         self.colors.check()?;
-        let steps = [
-            ("column_step_px", self.column_step_px),
-            ("min_row_step_px", self.min_row_step_px),
-            ("max_row_step_px", self.max_row_step_px),
-            ("field_end_step_px", self.field_end_step_px),
-        ];
-        for (key, found) in steps {
-            if !(1..=100).contains(&found) {
-                return Err(value(key, "1 to 100", f64::from(found)));
-            }
-        }
-        if self.min_neighbors > 8 {
-            return Err(value("min_neighbors", "0 to 8", f64::from(self.min_neighbors)));
-        }
         let lengths = [
             ("line_width_m", self.line_width_m),
-            ("min_thickness_share", self.min_thickness_share),
-            ("max_post_slope", self.max_post_slope),
-            ("max_line_distance_m", self.max_line_distance_m),
-            ("own_body_distance_m", self.own_body_distance_m),
             ("goal_height_m", self.goal_height_m),
-            ("max_filled_blob_aspect", self.max_filled_blob_aspect),
-            ("min_obstacle_height_m", self.min_obstacle_height_m),
-            ("min_obstacle_width_m", self.min_obstacle_width_m),
             ("ball_diameter_m", self.ball_diameter_m),
         ];
         for (key, found) in lengths.into_iter().chain(self.composite.lengths()) {
-            if !(found > 0.0 && found.is_finite()) {
-                return Err(value(key, "a number above 0", found));
-            }
-        }
-        if self.max_line_pixels == 0 || self.max_goal_pixels == 0 {
-            return Err(value("max_line_pixels, max_goal_pixels", "at least 1", 0.0));
+            require(found > 0.0 && found.is_finite(), key, "a number above 0", found)?;
         }
         Ok(())
     }
-}
-
-fn value(key: &'static str, expected: &'static str, found: f64) -> FieldAnalysisConfigError {
-    FieldAnalysisConfigError::Value { key, expected, found }
 }

@@ -17,7 +17,7 @@ mod scan;
 
 pub use analyzer::FieldAnalyzer;
 pub use blobs::GoalBlob;
-pub use config::{FieldAnalysisConfig, FieldAnalysisConfigError, FilterSwitches};
+pub use config::{FieldAnalysisConfig, FilterSwitches};
 pub use features::FeatureDetectionConfig;
 pub use field_end::FieldEnd;
 pub use obstacles::Obstacle;

@@ -5,15 +5,18 @@ use rand::RngExt;
 use visloc_core::{
     Frame, Rng,
     geom::{Horizon, Plane},
+    settings::check_ranges,
 };
 
 use super::{
-    ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig,
-    OfficeAnalysisConfigError, OfficeColors, OfficeTable, SegmentDetector, fusion::fuse, grid::Grid,
-    label::label, light::LightColor,
+    ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig, OfficeColors,
+    OfficeTable, SegmentDetector, fusion::fuse, grid::Grid, label::label, light::LightColor,
 };
-use crate::vision::{
-    AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+use crate::{
+    ConfigError,
+    vision::{
+        AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+    },
 };
 
 /// Rows above the horizon that are still looked at, so that an edge at the horizon is seen whole, pixels.
@@ -41,11 +44,8 @@ impl OfficeAnalyzer {
     ///
     /// # Errors
     /// If a parameter is out of its range.
-    pub fn new(
-        config: OfficeAnalysisConfig,
-        colors: &OfficeColors,
-    ) -> Result<Self, OfficeAnalysisConfigError> {
-        config.check()?;
+    pub fn new(config: OfficeAnalysisConfig, colors: &OfficeColors) -> Result<Self, ConfigError> {
+        check_ranges(&config)?;
         Ok(Self::with_checked(config, OfficeTable::new(colors), LightColor::white(colors)))
     }
 

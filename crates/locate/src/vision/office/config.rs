@@ -2,7 +2,6 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 /// How straight edges are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -42,36 +41,50 @@ pub struct OfficeAnalysisConfig {
     /// How straight edges are found.
     pub detector: SegmentDetector,
     /// Least step of brightness across an edge, 0 to 255.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_step: f64,
     /// Shortest straight edge before lines are joined, pixels.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_segment_px: f64,
     /// Shortest line after lines are joined, pixels.
     #[schemars(extend("x-only-if" = "filters.short = true"))]
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_line_px: f64,
     /// Lines of one kind are joined over a gap of this size, pixels.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_gap_px: f64,
     /// A door's edge may lean by this much, degrees.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_lean_deg: f64,
     /// A border of the floor leans from the upright by at least this much, degrees: the sides of things that stand on the
     /// floor do not. A wall at the camera's height above the floor to one side leans by 45 degrees.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_floor_lean_deg: f64,
     /// Gray counts as wall beside the floor from this share of the floor's brightness on: darker things stand on the floor.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub min_wall_share: f64,
     /// Share of a new image in the running estimate of the light's color, 0 to 1; with 0 the light is taken for white.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub light_follow: f64,
     /// What is farther away than this is dropped, meters.
+    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
     pub max_distance_m: f64,
     /// Side of the cells of the grid at the horizon, pixels.
+    #[schemars(range(min = 1.0, max = 1000.0))]
     pub min_cell_px: f64,
     /// Side of the cells at the lower border of the image, pixels.
+    #[schemars(range(min = 1.0, max = 1000.0))]
     pub max_cell_px: f64,
     /// Most pixels of doors.
     #[schemars(extend("x-only-if" = "filters.random_discard = true"))]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_door_pixels: usize,
     /// Most pixels of the floor's border.
     #[schemars(extend("x-only-if" = "filters.random_discard = true"))]
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_floor_pixels: usize,
     /// From so many pixels of doors on an image has full quality.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub full_quality_pixels: usize,
     /// Which filters are on.
     pub filters: OfficeFilters,
@@ -97,52 +110,5 @@ impl Default for OfficeAnalysisConfig {
             full_quality_pixels: 16,
             filters: OfficeFilters::default(),
         }
-    }
-}
-
-/// A parameter that no image analysis can have.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[error("office analysis: {key}: expected {expected}, found {found}")]
-pub struct OfficeAnalysisConfigError {
-    key: &'static str,
-    expected: &'static str,
-    found: f64,
-}
-
-impl OfficeAnalysisConfig {
-    /// Checks the ranges of all values.
-    ///
-    /// # Errors
-    /// The first value out of its range.
-    pub fn check(&self) -> Result<(), OfficeAnalysisConfigError> {
-        let lengths = [
-            ("min_step", self.min_step),
-            ("min_segment_px", self.min_segment_px),
-            ("min_line_px", self.min_line_px),
-            ("max_gap_px", self.max_gap_px),
-            ("max_lean_deg", self.max_lean_deg),
-            ("min_floor_lean_deg", self.min_floor_lean_deg),
-            ("min_wall_share", self.min_wall_share),
-            ("max_distance_m", self.max_distance_m),
-        ];
-        for (key, found) in lengths {
-            if !(found > 0.0 && found.is_finite()) {
-                return Err(OfficeAnalysisConfigError { key, expected: "a number above 0", found });
-            }
-        }
-        if !(0.0..=1.0).contains(&self.light_follow) {
-            let (key, found) = ("light_follow", self.light_follow);
-            return Err(OfficeAnalysisConfigError { key, expected: "0 to 1", found });
-        }
-        for (key, found) in [("min_cell_px", self.min_cell_px), ("max_cell_px", self.max_cell_px)] {
-            if !(1.0..=1000.0).contains(&found) {
-                return Err(OfficeAnalysisConfigError { key, expected: "1 to 1000", found });
-            }
-        }
-        if self.max_door_pixels == 0 || self.max_floor_pixels == 0 || self.full_quality_pixels == 0 {
-            let key = "max_door_pixels, max_floor_pixels, full_quality_pixels";
-            return Err(OfficeAnalysisConfigError { key, expected: "at least 1", found: 0.0 });
-        }
-        Ok(())
     }
 }

@@ -20,7 +20,7 @@ mod segments;
 
 pub use analyzer::OfficeAnalyzer;
 pub use colors::{OfficeColors, OfficeTable, SurfaceClass};
-pub use config::{OfficeAnalysisConfig, OfficeAnalysisConfigError, OfficeFilters, SegmentDetector};
+pub use config::{OfficeAnalysisConfig, OfficeFilters, SegmentDetector};
 pub use contours::ContourDetector;
 pub use label::Labelled;
 pub use segment::EdgeSegment;
