@@ -34,10 +34,4 @@ impl Region {
             rng.random_range(-std::f64::consts::PI..std::f64::consts::PI),
         )
     }
-
-    /// The diagonal, meters.
-    #[must_use]
-    pub fn diagonal_m(&self) -> f64 {
-        (self.max_x_m - self.min_x_m).hypot(self.max_y_m - self.min_y_m)
-    }
 }

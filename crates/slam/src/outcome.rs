@@ -42,7 +42,7 @@ pub enum FrameError {
 }
 
 /// What the system knows about where the camera is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub enum TrackingState {
     /// There is no map yet, and why.
     Starting(StartWait),
@@ -51,11 +51,12 @@ pub enum TrackingState {
     /// The image shows too little of the map; the robot's odometry carries the pose on.
     Carried,
     /// The camera is lost in its map.
+    #[default]
     Lost,
 }
 
 /// What became of a frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct FrameOutcome {
     /// What the system knows now.
     pub state: TrackingState,
@@ -86,28 +87,6 @@ pub struct FrameOutcome {
     pub features: Vec<(nalgebra::Point2<f64>, bool)>,
     /// What the mapper has finished: in sequence this very frame, with threads earlier ones.
     pub mapped: Vec<Mapped>,
-}
-
-impl FrameOutcome {
-    /// Of a frame that nothing is known of yet.
-    pub(crate) fn new() -> Self {
-        Self {
-            state: TrackingState::Lost,
-            camera_from_world: None,
-            covariance: None,
-            map: None,
-            matches: (0, 0),
-            fixed: Vec::new(),
-            fixed_tried: Vec::new(),
-            num_fixed_searched: 0,
-            refusal: None,
-            is_relocalized: false,
-            rivals: None,
-            tracking: StageTimes::default(),
-            features: Vec::new(),
-            mapped: Vec::new(),
-        }
-    }
 }
 
 /// What the mapper did with a frame.

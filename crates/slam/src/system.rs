@@ -137,13 +137,13 @@ impl Slam {
 
     /// Measures times with a clock.
     pub fn set_clock(&mut self, clock: Clock) {
-        self.front_end.set_clock(clock);
+        self.front_end.clock = clock;
     }
 
     /// The camera as it is known now.
     #[must_use]
     pub fn camera(&self) -> &Camera {
-        self.front_end.camera()
+        &self.front_end.camera
     }
 
     /// How far the first radial coefficient of the lens, as the map tells it, is from the calibration; 0 as long as the map agrees
@@ -152,37 +152,37 @@ impl Slam {
     pub fn lens_change(&self) -> f64 {
         let coefficient =
             |camera: &Camera| camera.distortion().coefficients().first().copied().unwrap_or(0.0);
-        coefficient(self.front_end.camera()) - coefficient(self.front_end.calibrated())
+        coefficient(&self.front_end.camera) - coefficient(&self.front_end.calibrated)
     }
 
     /// The camera as calibrated and as it is known now.
     #[must_use]
     pub fn session_camera(&self) -> SessionCamera {
-        SessionCamera { calibrated: *self.front_end.calibrated(), camera: *self.front_end.camera() }
+        SessionCamera { calibrated: self.front_end.calibrated, camera: self.front_end.camera }
     }
 
     /// The map so far, as tracking sees it.
     #[must_use]
     pub fn map(&self) -> &Map {
-        self.front_end.map()
+        &self.front_end.map
     }
 
     /// All frames so far that are remembered.
     #[must_use]
     pub fn frames(&self) -> &[FramePose] {
-        self.front_end.frames().poses()
+        self.front_end.frames.poses()
     }
 
     /// From now on only the poses of the newest frames are remembered, at least so many of them, so that memory does not
     /// grow with time. All are by default.
     pub fn remember_frames(&mut self, least: usize) {
-        self.front_end.remember_frames(least);
+        self.front_end.frames.remember(least);
     }
 
     /// Whether there were frames that are no longer remembered.
     #[must_use]
     pub fn has_forgotten_frames(&self) -> bool {
-        self.front_end.frames().has_forgotten()
+        self.front_end.frames.has_forgotten()
     }
 
     /// Poses of all frames that have one, with all corrections of the map so far.
@@ -204,7 +204,7 @@ impl Slam {
     /// hardly moved.
     #[must_use]
     pub fn metric_scale(&self, map: MapId) -> Option<MetricScale> {
-        MetricScale::of_map(self.front_end.map(), map)
+        MetricScale::of_map(&self.front_end.map, map)
     }
 
     /// Takes the next frame.

@@ -10,7 +10,6 @@ mod cluster;
 mod config;
 mod estimator;
 mod filter;
-mod noise;
 mod particles;
 mod recovery;
 mod resample;

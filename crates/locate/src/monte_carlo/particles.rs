@@ -1,13 +1,13 @@
 //! The particles: motion and weights.
 
+use rand::{Rng as _, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
 #[cfg(feature = "parallel")]
 use rayon::prelude::*;
 use visloc_core::{Rng, geom::PlanarPose};
 
-use super::{
-    noise::NoiseBlock,
-    weights::{Weights, to_f64},
-};
+use super::weights::{Weights, to_f64};
 use crate::{ObservationModel, PlanarMotion};
 
 /// Particles weighed by one thread at a time: long enough, at half a microsecond each, to be worth a thread's while.
@@ -82,12 +82,6 @@ impl Particles {
         self.weights.relative()
     }
 
-    /// Likelihoods so far that were not a number, and were taken for 0.
-    #[must_use]
-    pub fn num_invalid(&self) -> u64 {
-        self.weights.num_invalid()
-    }
-
     /// How many equally weighted particles would say as much, over their number.
     #[must_use]
     pub fn effective_share(&self) -> f64 {
@@ -124,13 +118,15 @@ impl Particles {
             }
             return;
         }
-        let mut block = NoiseBlock::new(rng);
+        // Several times cheaper than the localizer's own, and its stream is the same on every platform.
+        let mut draws = Xoshiro256PlusPlus::seed_from_u64(rng.next_u64());
+        let mut unit = || -> f64 { StandardNormal.sample(&mut draws) };
         for pose in others {
             let moved = if has_step { pose.compose(&step) } else { *pose };
-            let x_m = moved.x_m + position_m * block.unit();
-            let y_m = moved.y_m + position_m * block.unit();
+            let x_m = moved.x_m + position_m * unit();
+            let y_m = moved.y_m + position_m * unit();
             *pose = if heading_rad > 0.0 {
-                PlanarPose::new(x_m, y_m, moved.yaw_rad + heading_rad * block.unit())
+                PlanarPose::new(x_m, y_m, moved.yaw_rad + heading_rad * unit())
             } else {
                 PlanarPose { x_m, y_m, yaw_rad: moved.yaw_rad }
             };

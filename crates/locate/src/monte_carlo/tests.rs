@@ -363,7 +363,6 @@ fn broken_likelihoods_are_survived() {
         let estimate = filter.step(&input, &mut run.rng);
         assert!(estimate.world_from_robot.is_finite() && estimate.reliability == 0.0);
     }
-    assert_eq!(filter.particles().num_invalid(), 300);
     assert!(filter.particles().poses().iter().all(PlanarPose::is_finite));
 }
 

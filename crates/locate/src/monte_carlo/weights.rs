@@ -13,7 +13,6 @@ pub(super) struct Weights {
     /// Weights over the largest weight.
     relative: Vec<f64>,
     total: f64,
-    num_invalid: u64,
 }
 
 impl Weights {
@@ -40,7 +39,6 @@ impl Weights {
         self.log.resize(log_likelihoods.len(), 0.0);
         for (log, likelihood) in self.log.iter_mut().zip(log_likelihoods) {
             if likelihood.is_nan() {
-                self.num_invalid += 1;
                 *likelihood = f64::NEG_INFINITY;
             }
             // A weight of zero stays zero, whatever comes: minus infinity plus infinity is not a number.
@@ -86,11 +84,6 @@ impl Weights {
     pub fn effective_sample_size(&self) -> f64 {
         let squares: f64 = self.relative.iter().map(|w| w * w).sum();
         self.total * self.total / squares
-    }
-
-    /// Likelihoods so far that were not a number.
-    pub fn num_invalid(&self) -> u64 {
-        self.num_invalid
     }
 }
 
@@ -141,10 +134,9 @@ mod tests {
     }
 
     #[test]
-    fn not_a_number_is_no_weight_and_counted() {
+    fn not_a_number_is_no_weight() {
         let w = weights(vec![f64::NAN, 0.0, f64::NAN, 0.0], 1.0);
         assert_eq!(normalized(&w), [0.0, 0.5, 0.0, 0.5]);
-        assert_eq!(w.num_invalid(), 2);
         assert_eq!(normalized(&weights(vec![f64::NAN; 2], 1.0)), [0.5; 2]);
     }
 

@@ -30,8 +30,6 @@ pub(super) struct Placement {
     pub probability: f64,
     /// Number of the robot that sees it.
     pub by: u8,
-    /// How many robots agree on it.
-    pub num_witnesses: usize,
 }
 
 impl Placement {
@@ -84,18 +82,13 @@ impl Search<'_> {
         }
         let best = *all.iter().max_by(|a, b| a.probability.total_cmp(&b.probability))?;
         let mut joined = best;
-        let mut witnesses = vec![best.by];
         for other in all.iter().filter(|other| other.by != best.by) {
             let Some(other) = self.on_side_of(&joined, other) else { continue };
             let place = (joined.position, joined.covariance);
             if let Some(fused) = covariance_intersection(place, (other.position, other.covariance)) {
                 (joined.position, joined.covariance) = fused;
-                witnesses.push(other.by);
             }
         }
-        witnesses.sort_unstable();
-        witnesses.dedup();
-        joined.num_witnesses = witnesses.len();
         joined.heading = self.heading(&joined);
         Some(joined)
     }
@@ -141,7 +134,6 @@ impl Search<'_> {
             heading: None,
             probability,
             by: robot.number,
-            num_witnesses: 1,
         })
     }
 

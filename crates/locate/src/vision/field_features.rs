@@ -4,6 +4,7 @@
 //! camera has it: half a degree of error there moves a point 3 m away by 0.15 m. Pixels are free of lens distortion.
 
 use nalgebra::Point2;
+use visloc_world::field::GoalColor;
 
 /// All composite features of one image.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -127,17 +128,6 @@ pub struct PenaltyMark {
     pub at_px: Point2<f64>,
 }
 
-/// Color of a goal post.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PostColor {
-    /// Of the yellow goal.
-    Yellow,
-    /// Of the blue goal.
-    Blue,
-    /// Of either goal of a field with white goals.
-    White,
-}
-
 /// Which post of its goal, for somebody who looks at the goal from the field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PostSide {
@@ -151,7 +141,7 @@ pub enum PostSide {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoalPost {
     /// Of which goal.
-    pub color: PostColor,
+    pub color: GoalColor,
     /// Direction of its axis, radians from ahead to the left.
     pub bearing_rad: f64,
     /// Where its axis meets the ground, if its foot is in the image.

@@ -13,6 +13,9 @@ mod image_look;
 pub mod office;
 mod percept;
 
+use nalgebra::{Point2, Point3};
+use visloc_core::{Frame, geom::Plane};
+
 /// Pixels of an image of this width in a pixel of an image 320 px wide, for which lengths in images are given.
 pub(crate) fn px_scale(width_px: u32) -> f64 {
     f64::from(width_px) / 320.0
@@ -36,10 +39,17 @@ pub(crate) fn px_in(width_px: u32, px: u32) -> u32 {
     ((f64::from(px) * px_scale(width_px)).round() as u32).max(1)
 }
 
+/// Distance along the ground from the robot to what a pixel shows of it, meters; `None` above the horizon.
+pub(crate) fn ground_distance_m(frame: &Frame, px: &Point2<f64>) -> Option<f64> {
+    let direction = frame.robot_from_camera.rotate(&frame.camera.bearing(px));
+    let eye = Point3::from(*frame.robot_from_camera.translation());
+    let point = Plane::ground().intersect_ray(&eye, &direction)?;
+    Some(point.x.hypot(point.y))
+}
+
 pub use detected_object::{DetectedObject, ObjectKind};
 pub use field_features::{
-    CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostColor,
-    PostSide,
+    CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, LineSegment, PenaltyMark, PostSide,
 };
 pub use image_look::ImageLook;
 pub use percept::{

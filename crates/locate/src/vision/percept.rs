@@ -1,9 +1,10 @@
 //! What the analysis of one image found.
 
 use nalgebra::{Point2, Vector2};
+use rand::RngExt;
 use thiserror::Error;
 use visloc_core::{
-    Timestamp,
+    Frame, Rng, Timestamp,
     geom::{Camera, CameraFrame, Rigid3, Robot},
 };
 
@@ -208,6 +209,36 @@ pub struct Percept {
 }
 
 impl Percept {
+    /// Begins with a frame, as if nothing were seen in it.
+    pub(super) fn begin(&mut self, frame: &Frame) -> Result<(), AnalysisError> {
+        let found_px = (frame.image.width(), frame.image.height());
+        if found_px != frame.camera.size_px() {
+            return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
+        }
+        self.at = frame.at;
+        (self.camera_index, self.camera) = (frame.camera_index, frame.camera);
+        self.robot_from_camera = frame.robot_from_camera;
+        self.pixels.clear();
+        self.borders.clear();
+        self.dropped.clear();
+        Ok(())
+    }
+
+    /// Keeps at most so many of these pixels, chosen at random; the others are among the dropped ones. `None` keeps all.
+    pub(super) fn keep(&mut self, pixels: &mut Vec<FeaturePixel>, most: Option<usize>, rng: &mut Rng) {
+        if let Some(most) = most.filter(|most| pixels.len() > *most) {
+            for i in 0..most {
+                let other = rng.random_range(i..pixels.len());
+                pixels.swap(i, other);
+            }
+            let reason = DropReason::RandomDiscard;
+            let dropped = |pixel: &FeaturePixel| DroppedPixel { px: pixel.px, kind: pixel.kind, reason };
+            self.dropped.extend(pixels[most..].iter().map(dropped));
+            pixels.truncate(most);
+        }
+        self.pixels.extend_from_slice(pixels);
+    }
+
     /// How many pixels a filter dropped.
     #[must_use]
     pub fn num_dropped(&self, reason: DropReason) -> usize {

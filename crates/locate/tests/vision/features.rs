@@ -6,9 +6,10 @@ use nalgebra::Point2;
 use rand::RngExt;
 use visloc_core::{RgbImage, RngTree, geom::angle};
 use visloc_locate::vision::{
-    FieldFeatures, JunctionKind, PostColor, PostSide,
+    FieldFeatures, JunctionKind, PostSide,
     field::{FeatureDetectionConfig, FieldAnalysisConfig, FieldAnalyzer},
 };
+use visloc_world::field::GoalColor;
 
 use crate::painter::{BLUE, GRAY, GREEN, Painter, WHITE, carpet, carpet_with_line, fill};
 
@@ -151,7 +152,7 @@ fn posts_stand_where_they_are_and_the_bar_tells_the_side() {
     fill(&mut image, left..right, 0..12, BLUE);
     let features = detect(&painter, image);
     let [post] = features.posts[..] else { panic!("{features:?}") };
-    assert_eq!((post.color, post.side), (PostColor::Blue, Some(PostSide::Left)));
+    assert_eq!((post.color, post.side), (GoalColor::Blue, Some(PostSide::Left)));
     let base = post.base_in_robot.unwrap();
     assert!((base - Point2::new(2.0, 0.4)).norm() < 0.1, "{post:?}");
     assert!((post.bearing_rad - base.y.atan2(base.x)).abs() < 0.02);
@@ -166,7 +167,7 @@ fn white_posts_are_looked_for_on_fields_that_have_them() {
     let config = FeatureDetectionConfig { has_white_goals: true, ..FeatureDetectionConfig::default() };
     let features = detect_with(&painter, image, config);
     let [post] = features.posts[..] else { panic!("{features:?}") };
-    assert_eq!(post.color, PostColor::White);
+    assert_eq!(post.color, GoalColor::White);
 }
 
 #[test]

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 use visloc_core::geom::angle;
-use visloc_locate::vision::{GoalPost, PostColor, PostSide};
-use visloc_world::field::{Goal, GoalColor};
+use visloc_locate::vision::{GoalPost, PostSide};
+use visloc_world::field::Goal;
 
 use super::{TOLERANCE_PX, counts::DetectionScore, scene::Scene};
 
@@ -17,18 +17,13 @@ impl Scene<'_> {
     }
 
     fn is_post(&self, post: &GoalPost, goal: &Goal, at: &Point2<f64>) -> bool {
-        let color = match goal.color {
-            GoalColor::Yellow => PostColor::Yellow,
-            GoalColor::Blue => PostColor::Blue,
-            GoalColor::White => PostColor::White,
-        };
         let in_robot = self.truth.inverse().transform(at);
         let bearing_rad = in_robot.y.atan2(in_robot.x);
         let is_near = |base: &Point2<f64>| {
             let px = self.reported_px(base);
             px.is_some_and(|px| self.off_px(&px, at) < TOLERANCE_PX)
         };
-        color == post.color
+        goal.color == post.color
             && angle::difference(post.bearing_rad, bearing_rad).abs() < TOLERANCE_RAD
             && post.base_in_robot.as_ref().is_none_or(is_near)
     }

@@ -52,14 +52,14 @@ pub(crate) enum Keeping {
 /// The tracking side of the system.
 #[derive(Debug)]
 pub(crate) struct FrontEnd {
-    camera: Camera,
+    pub camera: Camera,
     /// The camera as it was at first.
-    calibrated: Camera,
+    pub calibrated: Camera,
     config: SlamConfig,
     rng: Rng,
-    clock: Clock,
+    pub clock: Clock,
     /// The map as tracking sees it.
-    map: Map,
+    pub map: Map,
     /// Grows with every map that is started and when all are given up.
     epoch: usize,
     initializer: Initializer,
@@ -69,7 +69,7 @@ pub(crate) struct FrontEnd {
     /// Frames that the map and an earlier one know, of which the mapper has not been told.
     crossings: Vec<Crossing>,
     rule: KeyframeRule,
-    frames: FrameLog,
+    pub frames: FrameLog,
     phase: Phase,
     num_bad: usize,
     started_at: usize,
@@ -146,30 +146,6 @@ impl FrontEnd {
         front_end
     }
 
-    pub fn set_clock(&mut self, clock: Clock) {
-        self.clock = clock;
-    }
-
-    pub fn camera(&self) -> &Camera {
-        &self.camera
-    }
-
-    pub fn calibrated(&self) -> &Camera {
-        &self.calibrated
-    }
-
-    pub fn remember_frames(&mut self, least: usize) {
-        self.frames.remember(least);
-    }
-
-    pub fn map(&self) -> &Map {
-        &self.map
-    }
-
-    pub fn frames(&self) -> &FrameLog {
-        &self.frames
-    }
-
     /// Poses of all frames that have one, with all corrections of the map so far.
     pub fn trajectory(&self) -> Vec<TrajectoryPose> {
         let pose = |frame: &FramePose| {
@@ -209,7 +185,7 @@ impl FrontEnd {
             .map(|odom_from_camera| OdomPose { odom_from_camera, stretch });
         self.frames.push(FramePose { odometry, ..FramePose::unknown(at) });
         let incoming = Incoming { number: self.number(), at, pyramid: &pyramid, odometry };
-        let mut outcome = FrameOutcome::new();
+        let mut outcome = FrameOutcome::default();
         let job = match self.phase {
             Phase::Starting => self.start(&incoming, &mut outcome, &mut timer),
             Phase::Tracking => self.track(&incoming, &mut outcome, &mut timer),

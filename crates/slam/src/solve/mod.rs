@@ -11,7 +11,7 @@ pub use bundle::{
     Bundle, BundleLens, BundleMotion, BundleObservation, BundleReport, BundleSettings, BundleTie,
 };
 pub use pose::{
-    PoseObservation, PosePrior, RansacSettings, RobustPose, State, pose_covariance, refine_pose, refine_turn,
+    PoseObservation, PosePrior, Rejection, RobustPose, State, pose_covariance, refine_pose, refine_turn,
     robust_pose,
 };
 pub use skyline::Skyline;

@@ -151,23 +151,22 @@ impl PosePrior {
     }
 }
 
-/// How outliers are found.
+/// Size of a sample.
+const SAMPLE_SIZE: usize = 5;
+/// Probability of one sample without outliers.
+const CONFIDENCE: f64 = 0.99;
+/// Largest squared whitened residual of an inlier: three standard deviations.
+const INLIER_CHI2: f64 = 9.0;
+/// Factor on the residual (not squared) within which outliers get a second chance.
+const RESCUE_FACTOR: f64 = 2.0;
+
+/// How outliers are found. With neither nothing is rejected.
 #[derive(Debug, Clone, Copy)]
-pub struct RansacSettings {
-    /// Whether hypotheses are drawn at all.
-    pub is_enabled: bool,
-    /// Whether observations are weighed by how well they fit. Without both nothing is rejected.
+pub struct Rejection {
+    /// Most hypotheses that are drawn, if any are.
+    pub max_hypotheses: Option<usize>,
+    /// Whether observations are weighed by how well they fit.
     pub has_robust_weights: bool,
-    /// Size of a sample.
-    pub sample_size: usize,
-    /// Probability of one sample without outliers.
-    pub confidence: f64,
-    /// Most hypotheses.
-    pub max_hypotheses: usize,
-    /// Largest squared whitened residual of an inlier.
-    pub inlier_chi2: f64,
-    /// Factor on the residual (not squared) within which outliers get a second chance.
-    pub rescue_factor: f64,
 }
 
 /// A pose with the observations that agree.
@@ -266,17 +265,18 @@ pub fn refine_turn(
 pub fn robust_pose(
     start: &CameraFromWorld,
     prior: Option<&PosePrior>,
-    (observations, settings): (&[PoseObservation], &RansacSettings),
+    (observations, rejection): (&[PoseObservation], Rejection),
     rng: &mut Rng,
 ) -> RobustPose {
     let start = &State::new(start);
-    if !settings.is_enabled && !settings.has_robust_weights {
+    let Rejection { max_hypotheses, has_robust_weights } = rejection;
+    if max_hypotheses.is_none() && !has_robust_weights {
         let pose = refine_pose(start, prior, observations, |_| true, f64::INFINITY, 10).pose;
         let num_inliers = observations.len();
         return RobustPose { camera_from_world: pose, is_inlier: vec![true; num_inliers], num_inliers };
     }
-    let limit = settings.inlier_chi2;
-    let cutoff = if settings.has_robust_weights { 2.0 * limit.sqrt() } else { f64::INFINITY };
+    let limit = INLIER_CHI2;
+    let cutoff = if has_robust_weights { 2.0 * limit.sqrt() } else { f64::INFINITY };
     // Wide first: the start may be off by several pixels.
     let wide = refine_pose(start, prior, observations, |_| true, 4.0 * cutoff, 5);
     let mut best = refine_pose(&wide, prior, observations, |_| true, cutoff, 5);
@@ -286,11 +286,11 @@ pub fn robust_pose(
     if start_count > best_count {
         (best, best_count) = (at_start, start_count);
     }
-    if settings.is_enabled && observations.len() >= 2 * settings.sample_size {
+    if let Some(most) = max_hypotheses.filter(|_| observations.len() >= 2 * SAMPLE_SIZE) {
         let mut drawn = 0;
-        while drawn < needed_hypotheses(settings, best_count as f64 / observations.len() as f64) {
+        while drawn < needed_hypotheses(best_count as f64 / observations.len() as f64).min(most) {
             drawn += 1;
-            let sample = draw(settings.sample_size, observations.len(), rng);
+            let sample = draw(SAMPLE_SIZE, observations.len(), rng);
             let pose = refine_pose(start, prior, observations, |i| sample.contains(&i), f64::INFINITY, 5);
             let count = count_inliers(&pose, observations, limit);
             if count > best_count {
@@ -300,17 +300,17 @@ pub fn robust_pose(
     }
     let is_inlier = mark(&best, observations, limit);
     let pose = refine_pose(&best, prior, observations, |i| is_inlier[i], cutoff, 5);
-    let is_rescued = mark(&pose, observations, limit * settings.rescue_factor.powi(2));
+    let is_rescued = mark(&pose, observations, limit * RESCUE_FACTOR.powi(2));
     let pose = refine_pose(&pose, prior, observations, |i| is_rescued[i], cutoff, 10);
     let is_inlier = mark(&pose, observations, limit);
     let num_inliers = is_inlier.iter().filter(|is_inlier| **is_inlier).count();
     RobustPose { camera_from_world: pose.pose, is_inlier, num_inliers }
 }
 
-fn needed_hypotheses(settings: &RansacSettings, inlier_ratio: f64) -> usize {
-    let all_good = inlier_ratio.clamp(1e-3, 1.0 - 1e-9).powi(settings.sample_size as i32);
-    let needed = (1.0 - settings.confidence).ln() / (1.0 - all_good).ln();
-    (needed.ceil() as usize).min(settings.max_hypotheses)
+fn needed_hypotheses(inlier_ratio: f64) -> usize {
+    let all_good = inlier_ratio.clamp(1e-3, 1.0 - 1e-9).powi(SAMPLE_SIZE as i32);
+    let needed = (1.0 - CONFIDENCE).ln() / (1.0 - all_good).ln();
+    needed.ceil() as usize
 }
 
 /// Different indices, in order of drawing.
@@ -343,15 +343,7 @@ mod tests {
     use super::*;
     use crate::lie::{exp, log};
 
-    const SETTINGS: RansacSettings = RansacSettings {
-        is_enabled: true,
-        has_robust_weights: true,
-        sample_size: 5,
-        confidence: 0.99,
-        max_hypotheses: 100,
-        inlier_chi2: 5.991,
-        rescue_factor: 2.0,
-    };
+    const REJECTION: Rejection = Rejection { max_hypotheses: Some(100), has_robust_weights: true };
 
     fn scene(seed: u64, outliers: f64) -> (CameraFromWorld, Vec<PoseObservation>) {
         let mut rng = RngTree::new(seed).stream("scene", 0);
@@ -381,7 +373,7 @@ mod tests {
             let (truth, observations) = scene(seed, 0.4);
             let start = moved(&Vector6::new(0.03, 0.02, -0.03, 0.02, 0.01, 0.02), &truth);
             let mut rng = RngTree::new(seed).stream("ransac", 0);
-            let found = robust_pose(&start, None, (&observations, &SETTINGS), &mut rng);
+            let found = robust_pose(&start, None, (&observations, REJECTION), &mut rng);
             let error = log(&(found.camera_from_world * truth.inverse())).norm();
             assert!(error < 0.01, "seed {seed}: {error}");
             assert!((60..=85).contains(&found.num_inliers), "{}", found.num_inliers);
@@ -391,20 +383,19 @@ mod tests {
     #[test]
     fn without_samples_and_weights_every_outlier_counts() {
         let (truth, observations) = scene(3, 0.4);
-        let settings =
-            |is_enabled, has_robust_weights| RansacSettings { is_enabled, has_robust_weights, ..SETTINGS };
-        let find = |settings: RansacSettings| {
+        let find = |max_hypotheses, has_robust_weights| {
+            let rejection = Rejection { max_hypotheses, has_robust_weights };
             let found = robust_pose(
                 &truth,
                 None,
-                (&observations, &settings),
+                (&observations, rejection),
                 &mut RngTree::new(3).stream("ransac", 0),
             );
             (log(&(found.camera_from_world * truth.inverse())).norm(), found.num_inliers)
         };
-        let (error, num_inliers) = find(settings(false, false));
+        let (error, num_inliers) = find(None, false);
         assert!(error > 0.01 && num_inliers == observations.len(), "{error} {num_inliers}");
-        assert!(find(settings(true, false)).0 < 0.01 && find(settings(false, true)).0 < 0.01);
+        assert!(find(Some(100), false).0 < 0.01 && find(None, true).0 < 0.01);
     }
 
     #[test]
@@ -459,7 +450,7 @@ mod tests {
         }
         let start = moved(&Vector6::new(0.01, -0.01, 0.01, 0.002, 0.002, 0.0), &truth);
         let mut rng = RngTree::new(5).stream("ransac", 0);
-        let found = robust_pose(&start, None, (&observations, &SETTINGS), &mut rng);
+        let found = robust_pose(&start, None, (&observations, REJECTION), &mut rng);
         let error = (found.camera_from_world.translation() - truth.translation()).norm();
         assert!(error < 0.04, "{error}");
     }
@@ -468,7 +459,7 @@ mod tests {
     fn nothing_to_see_leaves_the_pose() {
         let (truth, _) = scene(1, 0.0);
         let mut rng = RngTree::new(1).stream("ransac", 0);
-        let found = robust_pose(&truth, None, (&[], &SETTINGS), &mut rng);
+        let found = robust_pose(&truth, None, (&[], REJECTION), &mut rng);
         assert_eq!(found.num_inliers, 0);
         assert!(log(&(found.camera_from_world * truth.inverse())).norm() < 1e-9);
     }

@@ -23,7 +23,7 @@ use crate::{
     map::{Correction, KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, scaled},
     mapping::{DepthFilter, adjust_all, corner_covariance, corners_in_two_passes},
     odometry::{CameraMotion, OdomPose, motion_deviations},
-    solve::{BundleMotion, PoseObservation, RansacSettings, robust_pose},
+    solve::{BundleMotion, PoseObservation, Rejection, robust_pose},
     track::{Feature, Frame, Incoming, RotationAligner, focal_px, whitening},
 };
 
@@ -423,15 +423,7 @@ impl Initializer {
         for (id, track) in landmarks {
             landmark_of[*track] = Some(*id);
         }
-        let ransac = RansacSettings {
-            is_enabled: false,
-            has_robust_weights: true,
-            sample_size: 5,
-            confidence: 0.99,
-            max_hypotheses: 0,
-            inlier_chi2: 9.0,
-            rescue_factor: 2.0,
-        };
+        let rejection = Rejection { max_hypotheses: None, has_robust_weights: true };
         let mut pose = CameraFromWorld::identity();
         let mut poses = Vec::new();
         let (_, before_last) =
@@ -444,7 +436,7 @@ impl Initializer {
                 landmark.is_alive().then(|| PoseObservation::of_point(landmark.point_in_world, ray, weight))
             };
             let observations: Vec<PoseObservation> = places.iter().filter_map(observation).collect();
-            let robust = robust_pose(&pose, None, (&observations, &ransac), rng);
+            let robust = robust_pose(&pose, None, (&observations, rejection), rng);
             if robust.num_inliers * 2 >= observations.len()
                 && robust.num_inliers >= self.config.tracking.min_matches
             {

@@ -27,15 +27,6 @@ pub struct AlignFeature {
     pub point: Vector3<f64>,
 }
 
-/// Which levels are aligned, and how long.
-#[derive(Debug, Clone, Copy)]
-pub struct AlignSchedule {
-    /// Coarsest and finest level.
-    pub levels: (usize, usize),
-    /// Most iterations on each level.
-    pub max_iterations: usize,
-}
-
 /// What an alignment found.
 #[derive(Debug, Clone, Copy)]
 pub struct ImageAlignment {
@@ -93,9 +84,9 @@ impl<'a> AlignReference<'a> {
         &mut self,
         current: &Pyramid,
         start: &Rigid3<CameraFrame, CameraFrame>,
-        schedule: &AlignSchedule,
+        levels: (usize, usize),
+        max_iterations: usize,
     ) -> ImageAlignment {
-        let AlignSchedule { levels, max_iterations } = *schedule;
         let (camera, pyramid, features) = (self.camera, self.pyramid, self.features);
         let mut motion = *start;
         let mut result =

@@ -9,7 +9,7 @@ mod search;
 mod tracker;
 mod turn;
 
-pub use align_images::{AlignFeature, AlignReference, AlignSchedule, ImageAlignment};
+pub use align_images::{AlignFeature, AlignReference, ImageAlignment};
 pub use frame::{Feature, Frame, FrameWork, Incoming};
 pub use local_map::{LocalMap, collect_local_map};
 pub use matcher::{Found, Matcher, whitening};

@@ -6,8 +6,8 @@ use nalgebra::{Matrix6, Rotation3, Vector2};
 use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use super::{
-    AlignFeature, AlignReference, AlignSchedule, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher,
-    MotionModel, RotationAligner, collect_local_map, matcher::whitening, only_turned, search::Search,
+    AlignFeature, AlignReference, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
+    RotationAligner, collect_local_map, matcher::whitening, only_turned, search::Search,
 };
 use crate::{
     config::{FeatureConfig, TrackingConfig},
@@ -16,7 +16,7 @@ use crate::{
     odometry::{CameraMotion, motion_deviations},
     orb::Recognition,
     patch::AlignLimits,
-    solve::{PoseObservation, PosePrior, RansacSettings, pose_covariance, robust_pose},
+    solve::{PoseObservation, PosePrior, Rejection, pose_covariance, robust_pose},
 };
 
 /// When the alignment of a landmark's patch counts.
@@ -126,13 +126,6 @@ impl Tracker {
         self.last = Some(frame);
     }
 
-    /// Goes on from a frame whose pose is known, with the motion from an earlier one.
-    pub fn restart_moving(&mut self, earlier: &Frame, frame: Frame) {
-        let motion = frame.camera_from_world * earlier.camera_from_world.inverse();
-        self.motion.update(&motion, frame.at.secs_since(earlier.at));
-        self.last = Some(frame);
-    }
-
     /// Takes over another unit of length: all of the last motion times a factor.
     pub(crate) fn scale_motion(&mut self, factor: f64) {
         self.motion.scale(factor);
@@ -232,8 +225,7 @@ impl Tracker {
         let by_images = Rigid3::new(turned, *expected.translation());
         let mut reference = AlignReference::new(&self.camera, &last.pyramid, &features);
         let mut align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
-            let schedule = AlignSchedule { levels, max_iterations: self.config.max_align_iterations };
-            reference.align(pyramid, start, &schedule)
+            reference.align(pyramid, start, levels, self.config.max_align_iterations)
         };
         // The start that fits better on the coarsest level goes on to the finer ones.
         let coarse = (COARSEST_LEVEL, COARSEST_LEVEL - 1);
@@ -282,7 +274,7 @@ impl Tracker {
             let moved = last_odometry.motion_to(&odometry)?;
             Some(PosePrior::new(moved * last.camera_from_world, motion_deviations(&moved)))
         });
-        let robust = robust_pose(predicted, prior.as_ref(), (&observations, &self.ransac()), work.rng);
+        let robust = robust_pose(predicted, prior.as_ref(), (&observations, self.rejection()), work.rng);
         let mut features = search.features;
         let mut keep = robust.is_inlier.iter();
         features.retain(|_| *keep.next().unwrap_or(&false));
@@ -327,15 +319,10 @@ impl Tracker {
         }
     }
 
-    fn ransac(&self) -> RansacSettings {
-        RansacSettings {
-            is_enabled: self.config.reject_outliers,
+    fn rejection(&self) -> Rejection {
+        Rejection {
+            max_hypotheses: self.config.reject_outliers.then_some(self.config.max_hypotheses),
             has_robust_weights: self.config.robust_weights,
-            sample_size: 5,
-            confidence: 0.99,
-            max_hypotheses: self.config.max_hypotheses,
-            inlier_chi2: 9.0,
-            rescue_factor: 2.0,
         }
     }
 

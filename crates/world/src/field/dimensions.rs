@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::MapError;
 
 /// Color of a goal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GoalColor {
     /// Yellow.

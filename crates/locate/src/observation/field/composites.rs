@@ -12,7 +12,7 @@ use rand::RngExt;
 use visloc_core::{Rng, geom::PlanarPose};
 use visloc_world::field::{Field, GoalColor};
 
-use crate::vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostColor, PostSide};
+use crate::vision::{CenterCircle, FieldFeatures, GoalPost, Junction, JunctionKind, PostSide};
 
 /// How often the seen side of a post is believed.
 const SIDE_IS_RIGHT: f64 = 0.9;
@@ -22,7 +22,7 @@ const POST_GAP_TOLERANCE: f64 = 0.35;
 /// A post of the map.
 #[derive(Debug, Clone, Copy)]
 struct MapPost {
-    color: PostColor,
+    color: GoalColor,
     at: Point2<f64>,
     /// Seen from the field.
     side: PostSide,
@@ -43,15 +43,10 @@ impl CompositePlaces {
         let mark_x = d.length_m / 2.0 - d.penalty_mark_from_goal_line_m;
         let junctions = field.junctions();
         let posts = field.goals().iter().flat_map(|goal| {
-            let color = match goal.color {
-                GoalColor::Yellow => PostColor::Yellow,
-                GoalColor::Blue => PostColor::Blue,
-                GoalColor::White => PostColor::White,
-            };
             // Who looks from the field towards +x has +y on the left.
             let left_y = goal.post_y_m.copysign(goal.x_m);
             [(left_y, PostSide::Left), (-left_y, PostSide::Right)].map(|(y, side)| MapPost {
-                color,
+                color: goal.color,
                 at: Point2::new(goal.x_m, y),
                 side,
             })
@@ -216,7 +211,7 @@ mod tests {
         let (marks, lines) = (vec![mark], vec![line(&truth)]);
         expect_found(&FieldFeatures { marks, lines, ..FieldFeatures::default() }, &truth);
         let base = |y: f64| GoalPost {
-            color: PostColor::Blue,
+            color: GoalColor::Blue,
             bearing_rad: 0.0,
             base_in_robot: Some(seen(&Point2::new(-3.0, y))),
             foot_px: Point2::origin(),
@@ -233,7 +228,7 @@ mod tests {
         let (places, mut rng) = (CompositePlaces::new(&field()), RngTree::new(2).stream("suggest", 0));
         assert_eq!(places.suggest(&FieldFeatures::default(), &mut rng), None);
         let post = GoalPost {
-            color: PostColor::White,
+            color: GoalColor::White,
             bearing_rad: 0.0,
             base_in_robot: Some(Point2::new(1.0, 0.0)),
             foot_px: Point2::origin(),

@@ -1,15 +1,12 @@
 //! The analysis of one image, step by step.
 
-use nalgebra::{Point2, Point3};
-use rand::RngExt;
-use visloc_core::{
-    Frame, Rng,
-    geom::{Camera, CameraFrame, Horizon, Plane, Rigid3, Robot},
-};
+use nalgebra::Point2;
+use visloc_core::{Frame, Rng, geom::Horizon};
+use visloc_world::field::GoalColor;
 
 use super::{
     FieldAnalysisConfig, FieldEnd, GoalBlob, Obstacle,
-    blobs::{BlobFinder, Ground},
+    blobs::{BlobFinder, Feet},
     carpet::Carpet,
     edges::{Edge, edges_of_runs},
     features::{self, FeatureDetector},
@@ -21,10 +18,9 @@ use super::{
 use crate::{
     ConfigError,
     vision::{
-        AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, PostColor,
-        blur_px,
+        AnalysisError, BorderPixel, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept, blur_px,
         color::{ColorClass, ColorTable},
-        px_in,
+        ground_distance_m, px_in,
     },
 };
 
@@ -94,19 +90,15 @@ impl FieldAnalyzer {
     /// # Errors
     /// If the image has another size than its camera calibration.
     pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
-        let found_px = (frame.image.width(), frame.image.height());
-        if found_px != frame.camera.size_px() {
-            return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
-        }
+        self.percept.begin(frame)?;
         let horizon = Horizon::new(&frame.camera, &frame.robot_from_camera);
-        let ground = GroundView::new(frame);
-        let ground_m = |x, y| ground.distance_m(&Point2::new(f64::from(x), f64::from(y)));
+        let ground_m = |x, y| ground_distance_m(frame, &Point2::new(f64::from(x), f64::from(y)));
         self.carpet.look(&frame.image, &mut self.table, ground_m);
         self.scan(frame, &horizon);
         self.filter(frame, &horizon);
         self.find_features(frame);
         self.find_objects(frame);
-        self.keep_some(frame, rng);
+        self.keep_some(rng);
         Ok(&self.percept)
     }
 
@@ -143,7 +135,6 @@ impl FieldAnalyzer {
         self.features.clear();
         let composite = &self.config.composite;
         let white = self.table.white_threshold(self.carpet.luma());
-        let ground = GroundView::new(frame);
         let (focal_px, scale) = (camera.focal_px().0, f64::from(blur_px(image.width())));
         for line in &self.lines {
             let carpet_luma = self.carpet.luma_at(line.pixel(line.from).1, image.height());
@@ -161,25 +152,23 @@ impl FieldAnalyzer {
                     }
                 }
                 Direction::Vertical => {
-                    let distance = |px: &Point2<f64>| ground.distance_m(px);
+                    let distance = |px: &Point2<f64>| ground_distance_m(frame, px);
                     self.obstacles.add_column(&self.config, line, &self.runs, (focal_px, scale), distance);
                 }
             }
         }
         let step = px_in(image.width(), self.config.field_end_step_px);
         self.field_end.find(image, &self.table, step, horizon_row(horizon, camera.size_px()));
-        let feet = Feet { frame, table: &self.table, ground: &ground, diameter_m: composite.post_diameter_m };
+        let feet = Feet { frame, table: &self.table, diameter_m: composite.post_diameter_m };
         self.blobs.finish(&self.config, camera.size_px(), &self.field_end, &feet);
         self.obstacles.finish(&self.config, (focal_px, scale), &self.field_end);
     }
 
     fn filter(&mut self, frame: &Frame, horizon: &Horizon) {
-        self.percept.dropped.clear();
         self.line_pixels.clear();
         self.goal_pixels.clear();
         self.line_borders.clear();
         self.goal_borders.clear();
-        let ground = GroundView::new(frame);
         let view = features::GroundView::new(frame, &self.table);
         for edge in &self.edges {
             let is_line = edge.kind == FeatureKind::FieldLine;
@@ -191,9 +180,9 @@ impl FieldAnalyzer {
             }
             let ideal_px = frame.camera.ideal_px(&edge.px);
             let reason = if is_line {
-                self.line_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
+                self.line_drop_reason(frame, edge, horizon.is_above(&ideal_px))
             } else {
-                self.goal_drop_reason(frame, &ground, edge, horizon.is_above(&ideal_px))
+                self.goal_drop_reason(frame, edge, horizon.is_above(&ideal_px))
             };
             if let Some(reason) = reason {
                 self.percept.dropped.push(DroppedPixel { px: edge.px, kind: edge.kind, reason });
@@ -224,7 +213,7 @@ impl FieldAnalyzer {
         let margin = px_in(frame.image.width(), MARGIN_PX);
         let is_goal = |color, px| {
             let kind =
-                if color == PostColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
+                if color == GoalColor::Yellow { FeatureKind::YellowGoal } else { FeatureKind::BlueGoal };
             blobs.is_in_valid_blob(kind, px, margin)
         };
         let view = features::GroundView::new(frame, table);
@@ -249,19 +238,13 @@ impl FieldAnalyzer {
         }
     }
 
-    fn line_drop_reason(
-        &self,
-        frame: &Frame,
-        ground: &GroundView,
-        edge: &Edge,
-        is_above: bool,
-    ) -> Option<DropReason> {
+    fn line_drop_reason(&self, frame: &Frame, edge: &Edge, is_above: bool) -> Option<DropReason> {
         let switches = &self.config.filters;
         if switches.isolated && self.is_isolated(frame, edge) {
             return Some(DropReason::Isolated);
         }
         // Without a ground point a line pixel is of no use, so this part of the filter has no switch.
-        let distance_m = if is_above { None } else { ground.distance_m(&edge.px) };
+        let distance_m = if is_above { None } else { ground_distance_m(frame, &edge.px) };
         let Some(distance_m) = distance_m else { return Some(DropReason::BeyondHorizon) };
         if switches.too_thin
             && f64::from(edge.run_px) < self.min_thickness_px(frame, edge.direction, distance_m)
@@ -282,13 +265,7 @@ impl FieldAnalyzer {
         (switches.obstacles && in_obstacle()).then_some(DropReason::InObstacle)
     }
 
-    fn goal_drop_reason(
-        &self,
-        frame: &Frame,
-        ground: &GroundView,
-        edge: &Edge,
-        is_above: bool,
-    ) -> Option<DropReason> {
+    fn goal_drop_reason(&self, frame: &Frame, edge: &Edge, is_above: bool) -> Option<DropReason> {
         let switches = &self.config.filters;
         let is_post_or_bar = match edge.direction {
             Direction::Horizontal => edge.is_upright,
@@ -301,7 +278,7 @@ impl FieldAnalyzer {
             return Some(DropReason::Isolated);
         }
         let is_near = |d: f64| d < self.config.own_body_distance_m;
-        if switches.own_body && ground.distance_m(&edge.px).is_some_and(is_near) {
+        if switches.own_body && ground_distance_m(frame, &edge.px).is_some_and(is_near) {
             return Some(DropReason::OwnBody);
         }
         let margin = px_in(frame.image.width(), MARGIN_PX);
@@ -353,32 +330,15 @@ impl FieldAnalyzer {
     }
 
     /// Random discard and quality.
-    fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
+    fn keep_some(&mut self, rng: &mut Rng) {
         let Self { percept, config, line_pixels, goal_pixels, line_borders, goal_borders, blobs, .. } = self;
         blobs.perceived(&mut percept.blobs);
-        percept.at = frame.at;
-        (percept.camera_index, percept.camera) = (frame.camera_index, frame.camera);
-        percept.robot_from_camera = frame.robot_from_camera;
-        percept.pixels.clear();
-        percept.borders.clear();
         thin_out(line_borders, config.max_line_borders, &mut percept.borders);
         thin_out(goal_borders, config.max_goal_borders, &mut percept.borders);
         for (pixels, max) in
             [(&mut *line_pixels, config.max_line_pixels), (&mut *goal_pixels, config.max_goal_pixels)]
         {
-            if config.filters.random_discard && pixels.len() > max {
-                for i in 0..max {
-                    let other = rng.random_range(i..pixels.len());
-                    pixels.swap(i, other);
-                }
-                percept.dropped.extend(pixels[max..].iter().map(|pixel| DroppedPixel {
-                    px: pixel.px,
-                    kind: pixel.kind,
-                    reason: DropReason::RandomDiscard,
-                }));
-                pixels.truncate(max);
-            }
-            percept.pixels.extend_from_slice(pixels);
+            percept.keep(pixels, config.filters.random_discard.then_some(max), rng);
         }
         let min_lines = config.min_informative_lines.unwrap_or(0);
         let lines_suffice = min_lines > 0 && line_pixels.len() >= min_lines;
@@ -400,51 +360,4 @@ fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> 
         if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }
     };
     part(0.2, 0.2, num_lines, config.max_line_pixels) + part(0.2, 0.4, num_goals, config.max_goal_pixels)
-}
-
-/// Where feet of goals are judged.
-struct Feet<'a> {
-    frame: &'a Frame,
-    table: &'a ColorTable,
-    ground: &'a GroundView,
-    /// Of a post.
-    diameter_m: f64,
-}
-
-impl Ground for Feet<'_> {
-    fn is_carpet_below(&self, (x, y): (u32, u32), reach: u32) -> bool {
-        let image = &self.frame.image;
-        // A foot at the lower border of the image cannot be judged.
-        y + reach >= image.height()
-            || (y..=y + reach).any(|y| {
-                let [r, g, b] = image.get(x, y);
-                self.table.class(r, g, b) == ColorClass::Green
-            })
-    }
-
-    fn post_width_px(&self, (x, y): (u32, u32)) -> Option<f64> {
-        let distance_m = self.ground.distance_m(&Point2::new(f64::from(x), f64::from(y)))?;
-        let slant_m = distance_m.hypot(self.frame.robot_from_camera.translation().z);
-        Some(self.frame.camera.focal_px().0 * self.diameter_m / slant_m)
-    }
-}
-
-/// Distance of the ground seen at a pixel.
-struct GroundView {
-    camera: Camera,
-    robot_from_camera: Rigid3<Robot, CameraFrame>,
-}
-
-impl GroundView {
-    fn new(frame: &Frame) -> Self {
-        Self { camera: frame.camera, robot_from_camera: frame.robot_from_camera }
-    }
-
-    /// Distance along the ground from the robot, meters; `None` above the horizon.
-    fn distance_m(&self, px: &Point2<f64>) -> Option<f64> {
-        let direction = self.robot_from_camera.rotate(&self.camera.bearing(px));
-        let eye = Point3::from(*self.robot_from_camera.translation());
-        let point = Plane::ground().intersect_ray(&eye, &direction)?;
-        Some(point.x.hypot(point.y))
-    }
 }

@@ -1,13 +1,18 @@
 //! Blobs of goal colors: connected runs of neighboring scan rows.
 
 use nalgebra::Point2;
+use visloc_core::Frame;
 
 use super::{
     FieldAnalysisConfig, FieldEnd,
     edges::Edge,
     scan::{Run, ScanLine},
 };
-use crate::vision::{FeatureKind, PerceivedBlob, color::ColorClass, px_in};
+use crate::vision::{
+    FeatureKind, PerceivedBlob,
+    color::{ColorClass, ColorTable},
+    ground_distance_m, px_in,
+};
 
 /// A connected patch of a goal's color.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,13 +67,32 @@ pub(super) struct BlobFinder {
     blob_of_root: Vec<Option<usize>>,
 }
 
-/// What a goal's foot has around it.
-pub(super) trait Ground {
+/// Where feet of goals are judged.
+pub(super) struct Feet<'a> {
+    pub frame: &'a Frame,
+    pub table: &'a ColorTable,
+    /// Of a post.
+    pub diameter_m: f64,
+}
+
+impl Feet<'_> {
     /// Whether there is carpet below a pixel, within so many pixels.
-    fn is_carpet_below(&self, px: (u32, u32), reach: u32) -> bool;
+    fn is_carpet_below(&self, (x, y): (u32, u32), reach: u32) -> bool {
+        let image = &self.frame.image;
+        // A foot at the lower border of the image cannot be judged.
+        y + reach >= image.height()
+            || (y..=y + reach).any(|y| {
+                let [r, g, b] = image.get(x, y);
+                self.table.class(r, g, b) == ColorClass::Green
+            })
+    }
 
     /// How wide a post is that stands at a pixel; `None` if no ground is seen there.
-    fn post_width_px(&self, px: (u32, u32)) -> Option<f64>;
+    fn post_width_px(&self, (x, y): (u32, u32)) -> Option<f64> {
+        let distance_m = ground_distance_m(self.frame, &Point2::new(f64::from(x), f64::from(y)))?;
+        let slant_m = distance_m.hypot(self.frame.robot_from_camera.translation().z);
+        Some(self.frame.camera.focal_px().0 * self.diameter_m / slant_m)
+    }
 }
 
 /// A goal stands on the goal line: carpet comes within so many pixels below its foot at least, in an image 320 px wide.
@@ -126,7 +150,7 @@ impl BlobFinder {
         config: &FieldAnalysisConfig,
         size_px: (u32, u32),
         field_end: &FieldEnd,
-        ground: &impl Ground,
+        feet: &Feet<'_>,
     ) {
         self.join(size_px);
         self.measure_rows();
@@ -140,8 +164,8 @@ impl BlobFinder {
             blob.is_valid = blob.height() >= min_height
                 && is_goal_shaped(config, blob)
                 && f64::from(foot.1) >= field_end.row_px(f64::from(foot.0))
-                && has_posts(config, blob, f64::from(*width_px), ground.post_width_px(*foot), size_px)
-                && ground.is_carpet_below(*foot, reach);
+                && has_posts(config, blob, f64::from(*width_px), feet.post_width_px(*foot), size_px)
+                && feet.is_carpet_below(*foot, reach);
         }
     }
 

@@ -1,12 +1,7 @@
 //! The analysis of one image, step by step.
 
-use nalgebra::{Point2, Point3, Vector2};
-use rand::RngExt;
-use visloc_core::{
-    Frame, Rng,
-    geom::{Horizon, Plane},
-    settings::check_ranges,
-};
+use nalgebra::{Point2, Vector2};
+use visloc_core::{Frame, Rng, geom::Horizon, settings::check_ranges};
 
 use super::{
     ContourDetector, EdgeSegment, GradientDetector, Labelled, OfficeAnalysisConfig, OfficeColors,
@@ -16,6 +11,7 @@ use crate::{
     ConfigError,
     vision::{
         AnalysisError, BorderPixel, DoorSide, DropReason, DroppedPixel, FeatureKind, FeaturePixel, Percept,
+        ground_distance_m,
     },
 };
 
@@ -75,16 +71,12 @@ impl OfficeAnalyzer {
     /// # Errors
     /// If the image has another size than its camera calibration.
     pub fn analyze(&mut self, frame: &Frame, rng: &mut Rng) -> Result<&Percept, AnalysisError> {
-        let found_px = (frame.image.width(), frame.image.height());
-        if found_px != frame.camera.size_px() {
-            return Err(AnalysisError::Size { at: frame.at, expected_px: frame.camera.size_px(), found_px });
-        }
-        let scale = (f64::from(found_px.0) / 320.0).max(1.0);
+        self.percept.begin(frame)?;
+        let scale = (f64::from(frame.image.width()) / 320.0).max(1.0);
         let view = View::new(frame);
-        self.percept.dropped.clear();
         self.find_lines(frame, &view, scale);
         self.collect_pixels(&view, scale);
-        self.keep_some(frame, rng);
+        self.keep_some(rng);
         Ok(&self.percept)
     }
 
@@ -181,7 +173,8 @@ impl OfficeAnalyzer {
                 let ideal_px = view.frame.camera.ideal_px(&px);
                 let pixel = FeaturePixel { px, ideal_px, kind };
                 let is_above = view.horizon.is_above(&ideal_px);
-                let is_far = || !view.distance_m(&px).is_some_and(|d| d <= config.max_distance_m);
+                let is_far =
+                    || !ground_distance_m(view.frame, &px).is_some_and(|d| d <= config.max_distance_m);
                 let is_dropped = if kind.is_door_edge() {
                     config.filters.horizon && is_above
                 } else {
@@ -200,28 +193,13 @@ impl OfficeAnalyzer {
     }
 
     /// Random discard and quality.
-    fn keep_some(&mut self, frame: &Frame, rng: &mut Rng) {
+    fn keep_some(&mut self, rng: &mut Rng) {
         let Self { percept, config, doors, floor, .. } = self;
-        percept.at = frame.at;
-        (percept.camera_index, percept.camera) = (frame.camera_index, frame.camera);
-        percept.robot_from_camera = frame.robot_from_camera;
-        percept.pixels.clear();
-        percept.borders.clear();
         let found = doors.len() + floor.len();
         let thinning = found.div_ceil(MAX_BORDERS).max(1);
         percept.borders.extend(doors.iter().chain(floor.iter()).step_by(thinning).map(border));
         for (pixels, max) in [(&mut *doors, config.max_door_pixels), (&mut *floor, config.max_floor_pixels)] {
-            if config.filters.random_discard && pixels.len() > max {
-                for i in 0..max {
-                    let other = rng.random_range(i..pixels.len());
-                    pixels.swap(i, other);
-                }
-                let reason = DropReason::RandomDiscard;
-                let dropped = |pixel: &FeaturePixel| DroppedPixel { px: pixel.px, kind: pixel.kind, reason };
-                percept.dropped.extend(pixels[max..].iter().map(dropped));
-                pixels.truncate(max);
-            }
-            percept.pixels.extend_from_slice(pixels);
+            percept.keep(pixels, config.filters.random_discard.then_some(max), rng);
         }
         #[allow(clippy::cast_precision_loss)]
         let share = doors.len() as f64 / config.full_quality_pixels as f64;
@@ -274,13 +252,5 @@ impl<'a> View<'a> {
         let ray = |px: &Point2<f64>| self.frame.robot_from_camera.rotate(&self.frame.camera.bearing(px));
         let normal = ray(&segment.start).cross(&ray(&segment.end));
         (normal.z.abs() / normal.norm().max(1e-12)).min(1.0).asin().to_degrees()
-    }
-
-    /// Distance along the ground from the robot, meters; `None` above the horizon.
-    fn distance_m(&self, px: &Point2<f64>) -> Option<f64> {
-        let direction = self.frame.robot_from_camera.rotate(&self.frame.camera.bearing(px));
-        let eye = Point3::from(*self.frame.robot_from_camera.translation());
-        let point = Plane::ground().intersect_ray(&eye, &direction)?;
-        Some(point.x.hypot(point.y))
     }
 }

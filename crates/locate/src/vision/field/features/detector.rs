@@ -1,6 +1,7 @@
 //! All detectors, with the buffers that they keep from image to image.
 
 use nalgebra::Point2;
+use visloc_world::field::GoalColor;
 
 use super::{
     chains::Chains,
@@ -14,7 +15,7 @@ use super::{
     white_posts::{PostSize, WhitePostFinder},
 };
 use crate::vision::{
-    BorderPixel, FieldFeatures, PostColor,
+    BorderPixel, FieldFeatures,
     field::{
         FieldAnalysisConfig, FieldEnd,
         edges::Edge,
@@ -65,7 +66,7 @@ impl FeatureDetector {
         view: &GroundView,
         config: &FieldAnalysisConfig,
         field_end: &FieldEnd,
-        is_goal: impl Fn(PostColor, (u32, u32)) -> bool,
+        is_goal: impl Fn(GoalColor, (u32, u32)) -> bool,
         out: &mut FieldFeatures,
     ) {
         out.clear();

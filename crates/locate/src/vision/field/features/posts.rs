@@ -1,13 +1,14 @@
 //! Goal posts: upright runs of one color and of the width of a post at the distance of its foot.
 
 use nalgebra::{Point2, Vector2};
+use visloc_world::field::GoalColor;
 
 use super::{
     line_fit::LineFit,
     view::{GroundView, Seen},
 };
 use crate::vision::{
-    GoalPost, PostColor, PostSide,
+    GoalPost, PostSide,
     color::ColorClass,
     field::{
         FieldEnd,
@@ -134,7 +135,7 @@ impl PostFinder {
         view: &GroundView,
         field_end: &FieldEnd,
         post_diameter_m: f64,
-        is_goal: impl Fn(PostColor, (u32, u32)) -> bool,
+        is_goal: impl Fn(GoalColor, (u32, u32)) -> bool,
         out: &mut Vec<GoalPost>,
     ) {
         for column in &self.columns {
@@ -156,7 +157,7 @@ impl Column {
         if self.num < MIN_ROWS || height_px < MIN_ASPECT * width_px {
             return None;
         }
-        let color = if self.class == ColorClass::Yellow { PostColor::Yellow } else { PostColor::Blue };
+        let color = if self.class == ColorClass::Yellow { GoalColor::Yellow } else { GoalColor::Blue };
         let axis = self.fit.line();
         // The raw pixels of the axis; a post is so short that a lens hardly bends it.
         let at_row = |row: f64| {

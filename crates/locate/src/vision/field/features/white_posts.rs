@@ -2,10 +2,11 @@
 //! whose two borders go on upright as far as a post is high.
 
 use nalgebra::{Point2, Point3, Vector2};
+use visloc_world::field::GoalColor;
 
 use super::view::{GroundView, Seen};
 use crate::vision::{
-    BorderPixel, FeatureKind, GoalPost, PostColor,
+    BorderPixel, FeatureKind, GoalPost,
     color::ColorClass,
     field::scan::{Run, ScanLine},
 };
@@ -170,7 +171,7 @@ impl WhiteRun {
         let columns = [bar.column_at(foot.y), bar.column_at(top_row)];
         let found = Found {
             post: GoalPost {
-                color: PostColor::White,
+                color: GoalColor::White,
                 bearing_rad: ahead.y.atan2(ahead.x),
                 base_in_robot: Some(front + ahead * (size.diameter_m / 2.0)),
                 foot_px,
