@@ -3,7 +3,10 @@
 use nalgebra::{Matrix3x4, Point2, Vector3};
 use visloc_core::geom::PlanarPose;
 
-use crate::{observation::Landmark, vision::Percept};
+use crate::{
+    observation::{Landmark, projection::projection},
+    vision::Percept,
+};
 
 /// Area and middle of what is visible of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,17 +32,10 @@ const NEAR_M: f64 = 0.15;
 impl CameraView {
     pub fn new(percept: &Percept) -> Self {
         let camera = &percept.camera;
-        let ((fx, fy), (cx, cy)) = (camera.focal_px(), camera.center_px());
-        let camera_from_robot = percept.robot_from_camera.inverse();
-        let (rotation, translation) = (camera_from_robot.rotation(), camera_from_robot.translation());
-        let calibration = nalgebra::Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
-        let mut extrinsic = Matrix3x4::zeros();
-        extrinsic.fixed_view_mut::<3, 3>(0, 0).copy_from(rotation);
-        extrinsic.fixed_view_mut::<3, 1>(0, 3).copy_from(translation);
         let (width, height) = camera.size_px();
         Self {
-            ideal_from_robot: calibration * extrinsic,
-            focal_px: fx,
+            ideal_from_robot: projection(camera, &percept.robot_from_camera),
+            focal_px: camera.focal_px().0,
             size_px: (f64::from(width), f64::from(height)),
         }
     }

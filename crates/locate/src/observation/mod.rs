@@ -4,6 +4,7 @@ mod edge;
 pub mod features;
 pub mod field;
 pub mod office;
+pub(crate) mod projection;
 
 use nalgebra::Point2;
 use visloc_core::{Rng, geom::PlanarPose};

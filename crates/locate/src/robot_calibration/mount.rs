@@ -33,13 +33,6 @@ const INDEPENDENT_PIXELS: f64 = 12.0;
 /// Parameters: tilt about the camera's x and z, radians; height, meters. The turn about y is left out: it is the robot's heading.
 type Mount = Vector3<f64>;
 
-/// One border pixel of a view.
-struct Row {
-    error_px: f64,
-    by_pose: Vector3<f64>,
-    by_mount: Vector3<f64>,
-}
-
 /// Normal equations of one view, its pose taken out.
 struct Reduced {
     hessian: Matrix3<f64>,
@@ -124,24 +117,6 @@ fn residuals(
     found
 }
 
-fn rows(
-    view: &MappedView,
-    pose: &Vector3<f64>,
-    mount: &Mount,
-    gate_px: f64,
-    model: &mut dyn FeatureModel,
-) -> Vec<Row> {
-    let row = |residual: Residual| {
-        let j = residual.jacobian;
-        Row {
-            error_px: residual.error_px,
-            by_pose: Vector3::new(j[0], j[1], j[2]),
-            by_mount: Vector3::new(j[3], j[5], j[6]),
-        }
-    };
-    residuals(view, pose, mount, gate_px, model).into_iter().flatten().map(row).collect()
-}
-
 fn reduce(
     view: &MappedView,
     pose: &Vector3<f64>,
@@ -149,19 +124,18 @@ fn reduce(
     gate_px: f64,
     model: &mut dyn FeatureModel,
 ) -> Reduced {
-    let rows = rows(view, pose, mount, gate_px, model);
     let (mut hessian, mut gradient) = (SMatrix::<f64, 6, 6>::zeros(), SVector::<f64, 6>::zeros());
     let (mut total, mut squares) = (0.0, (0.0, 0.0));
-    for row in &rows {
+    for residual in residuals(view, pose, mount, gate_px, model).into_iter().flatten() {
+        let error_px = residual.error_px;
         // Geman and McClure's weight, as in the tracks.
-        let weight = (1.0 + (3.0 * row.error_px / gate_px).powi(2)).powi(-2);
-        let mut j = SVector::<f64, 6>::zeros();
-        j.fixed_rows_mut::<3>(0).copy_from(&row.by_pose);
-        j.fixed_rows_mut::<3>(3).copy_from(&row.by_mount);
+        let weight = (1.0 + (3.0 * error_px / gate_px).powi(2)).powi(-2);
+        // The turn about y is the robot's heading.
+        let j = SVector::<f64, 6>::from_fn(|i, _| residual.jacobian[[0, 1, 2, 3, 5, 6][i]]);
         hessian += j * j.transpose() * weight;
-        gradient -= j * (weight * row.error_px);
+        gradient -= j * (weight * error_px);
         total += weight;
-        squares.0 += weight * row.error_px.powi(2);
+        squares.0 += weight * error_px.powi(2);
         squares.1 += weight;
     }
     let scale = (INDEPENDENT_PIXELS / total.max(1e-9)).min(1.0);

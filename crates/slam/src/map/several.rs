@@ -139,24 +139,9 @@ impl Map {
 
     /// Appends a map that has just been started and goes on with it.
     pub fn append(&mut self, started: &Self) -> Offsets {
-        let offsets = self.offsets();
-        self.active = MapId(self.num_maps);
-        self.num_maps += 1;
-        for keyframe in started.keyframes.iter() {
-            self.keyframes.push(Keyframe {
-                map: self.active,
-                landmarks: keyframe.landmarks.iter().map(|id| offsets.landmark(*id)).collect(),
-                turned_from: keyframe.turned_from.map(|id| offsets.keyframe(id)),
-                ..keyframe.clone()
-            });
-        }
-        for landmark in started.landmarks.iter() {
-            let mut observations = landmark.observations.clone();
-            for observation in &mut observations {
-                observation.keyframe = offsets.keyframe(observation.keyframe);
-            }
-            self.landmarks.push(Landmark { observations, ..landmark.clone() });
-        }
+        let offsets = self.append_all(started);
+        self.active = MapId(offsets.maps);
+        self.num_maps = offsets.maps + 1;
         offsets
     }
 

@@ -135,13 +135,17 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
 }
 
 pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {
-    let mut camera_of = vec![None; map.num_keyframe_ids()];
-    let mut bundle = Bundle::default();
-    let mut index = Index { keyframes: free.to_vec(), landmarks: Vec::new() };
+    let mut all = Collection {
+        map,
+        bundle: Bundle::default(),
+        index: Index { keyframes: free.to_vec(), landmarks: Vec::new() },
+        camera_of: vec![None; map.num_keyframe_ids()],
+        num_free: free.len(),
+    };
     for (i, id) in free.iter().enumerate() {
-        camera_of[id.index()] = Some(i);
-        bundle.cameras.push(*map.keyframe(*id).camera_from_world());
-        bundle.is_free.push(true);
+        all.camera_of[id.index()] = Some(i);
+        all.bundle.cameras.push(*map.keyframe(*id).camera_from_world());
+        all.bundle.is_free.push(true);
     }
     let mut is_listed = vec![false; map.num_landmark_ids()];
     for id in free.iter().flat_map(|keyframe| &map.keyframe(*keyframe).landmarks) {
@@ -150,13 +154,13 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
         if !is_usable || std::mem::replace(&mut is_listed[id.index()], true) {
             continue;
         }
-        let point = index.landmarks.len();
-        index.landmarks.push(*id);
-        bundle.points.push(landmark.point_in_world);
+        let point = all.index.landmarks.len();
+        all.index.landmarks.push(*id);
+        all.bundle.points.push(landmark.point_in_world);
         for observation in &landmark.observations {
             let keyframe = observation.keyframe;
-            let camera = camera_of_keyframe(map, keyframe, &mut bundle, &mut index, &mut camera_of);
-            bundle.observations.push(BundleObservation {
+            let camera = all.camera(keyframe);
+            all.bundle.observations.push(BundleObservation {
                 point,
                 camera,
                 ray: Vector2::new(observation.ray.x, observation.ray.y),
@@ -164,9 +168,10 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
             });
         }
     }
-    tie_turned(map, &mut bundle, &mut index, &mut camera_of);
-    add_odometry(map, &mut bundle, &mut index, &mut camera_of);
-    add_crossings(map, &mut bundle, &mut index, &mut camera_of);
+    all.tie_turned();
+    all.add_odometry();
+    all.add_crossings();
+    let Collection { mut bundle, index, .. } = all;
     fix_gauge(&mut bundle, &index);
     (bundle, index)
 }
@@ -179,81 +184,79 @@ fn focal_of(map: &Map, keyframe: KeyframeId, own_focal_px: f64) -> f64 {
 /// Distance of two keyframes between which the camera only turned, share of the depth of the scene.
 const TURN_SIGMA: f64 = 0.001;
 
-/// Holds keyframes together between which the camera only turned; their landmarks may say little of where they are.
-fn tie_turned(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
-    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
-    for (id, _) in map.keyframes() {
-        let Some(other) = map.turned_from(id) else { continue };
-        let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
-        if !is_free(id) && !is_free(other) {
-            continue;
-        }
-        let [first, second] = [id, other].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
-        let sigma = TURN_SIGMA * map.depth_of(other).or_else(|| map.depth_of(id)).unwrap_or(1.0);
-        bundle.ties.push(BundleTie { cameras: (first, second), sigma });
-    }
+/// A bundle while it is collected.
+struct Collection<'a> {
+    map: &'a Map,
+    bundle: Bundle,
+    index: Index,
+    /// Index in the bundle of each keyframe of the map.
+    camera_of: Vec<Option<usize>>,
+    /// The first so many may move.
+    num_free: usize,
 }
 
-/// Holds keyframes together by odometry: each with the one before, and with the last one from which it is so far away that the length
-/// of the way is sure. Without the second kind the unit of length would drift.
-fn add_odometry(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
-    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
-    let known: Vec<(KeyframeId, OdomPose)> =
-        map.keyframes().filter_map(|(id, keyframe)| Some((id, keyframe.odometry?))).collect();
-    for (i, (id, odometry)) in known.iter().enumerate() {
-        let before = known[..i].iter().rev();
-        let motions = before.map_while(|(id, pose)| Some((*id, pose.motion_to(odometry)?)));
-        let far = motions.clone().find(|(_, motion)| motion.translation().norm() >= SURE_WAY_M);
-        for (other, second_from_first) in motions.take(1).chain(far) {
-            let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
-            if !is_free(*id) && !is_free(other) {
-                continue;
+impl Collection<'_> {
+    /// Index of a keyframe; one that is not there yet joins and stays where it is.
+    fn camera(&mut self, id: KeyframeId) -> usize {
+        *self.camera_of[id.index()].get_or_insert_with(|| {
+            self.index.keyframes.push(id);
+            self.bundle.cameras.push(*self.map.keyframe(id).camera_from_world());
+            self.bundle.is_free.push(false);
+            self.index.keyframes.len() - 1
+        })
+    }
+
+    /// Indices of two keyframes; `None` if neither may move.
+    fn pair(&mut self, first: KeyframeId, second: KeyframeId) -> Option<(usize, usize)> {
+        let is_free =
+            |id: KeyframeId| self.camera_of[id.index()].is_some_and(|camera| camera < self.num_free);
+        (is_free(first) || is_free(second)).then(|| (self.camera(first), self.camera(second)))
+    }
+
+    /// Holds keyframes together between which the camera only turned; their landmarks may say little of where they are.
+    fn tie_turned(&mut self) {
+        let map = self.map;
+        for (id, _) in map.keyframes() {
+            let Some(other) = map.turned_from(id) else { continue };
+            let Some(cameras) = self.pair(id, other) else { continue };
+            let sigma = TURN_SIGMA * map.depth_of(other).or_else(|| map.depth_of(id)).unwrap_or(1.0);
+            self.bundle.ties.push(BundleTie { cameras, sigma });
+        }
+    }
+
+    /// Holds keyframes together by odometry: each with the one before, and with the last one from which it is so far away that the
+    /// length of the way is sure. Without the second kind the unit of length would drift.
+    fn add_odometry(&mut self) {
+        let known: Vec<(KeyframeId, OdomPose)> =
+            self.map.keyframes().filter_map(|(id, keyframe)| Some((id, keyframe.odometry?))).collect();
+        for (i, (id, odometry)) in known.iter().enumerate() {
+            let before = known[..i].iter().rev();
+            let motions = before.map_while(|(id, pose)| Some((*id, pose.motion_to(odometry)?)));
+            let far = motions.clone().find(|(_, motion)| motion.translation().norm() >= SURE_WAY_M);
+            for (other, second_from_first) in motions.take(1).chain(far) {
+                let Some(cameras) = self.pair(other, *id) else { continue };
+                let deviations = motion_deviations(&second_from_first);
+                self.bundle.motions.push(BundleMotion { cameras, second_from_first, deviations });
             }
-            let [first, second] =
-                [other, *id].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
-            let deviations = motion_deviations(&second_from_first);
-            bundle.motions.push(BundleMotion { cameras: (first, second), second_from_first, deviations });
         }
     }
-}
 
-/// Holds parts of the map together that were maps of their own, where both know the same frame.
-fn add_crossings(map: &Map, bundle: &mut Bundle, index: &mut Index, camera_of: &mut [Option<usize>]) {
-    let num_free = bundle.is_free.iter().filter(|is_free| **is_free).count();
-    for crossing in map.crossings() {
-        let Crossing { before, after } = crossing;
-        let is_free = |id: KeyframeId| camera_of[id.index()].is_some_and(|camera| camera < num_free);
-        if !is_free(before.keyframe) && !is_free(after.keyframe) {
-            continue;
+    /// Holds parts of the map together that were maps of their own, where both know the same frame.
+    fn add_crossings(&mut self) {
+        for crossing in self.map.crossings() {
+            let Crossing { before, after } = crossing;
+            let Some(cameras) = self.pair(before.keyframe, after.keyframe) else { continue };
+            let variances = crossing.covariance().diagonal();
+            let [along, about] = [0, 3].map(|first| variances.fixed_rows::<3>(first).mean().sqrt());
+            // The frame may be far from the keyframe that hears of its turn.
+            let lever = about * after.camera_from_keyframe.translation().norm();
+            self.bundle.motions.push(BundleMotion {
+                cameras,
+                second_from_first: after.camera_from_keyframe.inverse() * before.camera_from_keyframe,
+                deviations: (along.hypot(lever), about),
+            });
         }
-        let [first, second] =
-            [before.keyframe, after.keyframe].map(|id| camera_of_keyframe(map, id, bundle, index, camera_of));
-        let variances = crossing.covariance().diagonal();
-        let [along, about] = [0, 3].map(|first| variances.fixed_rows::<3>(first).mean().sqrt());
-        // The frame may be far from the keyframe that hears of its turn.
-        let lever = about * after.camera_from_keyframe.translation().norm();
-        bundle.motions.push(BundleMotion {
-            cameras: (first, second),
-            second_from_first: after.camera_from_keyframe.inverse() * before.camera_from_keyframe,
-            deviations: (along.hypot(lever), about),
-        });
     }
-}
-
-/// Index of a keyframe in a bundle; one that is not in it yet joins it and stays where it is.
-fn camera_of_keyframe(
-    map: &Map,
-    id: KeyframeId,
-    bundle: &mut Bundle,
-    index: &mut Index,
-    camera_of: &mut [Option<usize>],
-) -> usize {
-    *camera_of[id.index()].get_or_insert_with(|| {
-        index.keyframes.push(id);
-        bundle.cameras.push(*map.keyframe(id).camera_from_world());
-        bundle.is_free.push(false);
-        index.keyframes.len() - 1
-    })
 }
 
 /// A bundle whose keyframes may all move is held at the oldest of them.

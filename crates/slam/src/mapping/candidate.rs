@@ -3,13 +3,13 @@
 use nalgebra::{Matrix2, Point3};
 use visloc_core::geom::Camera;
 
-use super::{DepthFilter, EpipolarSearch, View};
+use super::{DepthFilter, EpipolarSearch};
 use crate::{
     config::{FeatureConfig, MappingConfig},
     feature::{Corner, CornerGrid, CornerSearch, detect_corners, detect_corners_twice, gradient_noise},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
-    track::Found,
+    track::{Found, Matcher},
 };
 
 /// How far above the noise of the image the score of a weak corner must be.
@@ -109,12 +109,12 @@ pub fn corner_covariance(level: usize) -> Matrix2<f64> {
     Matrix2::identity() * (SIGMA_PX * f64::from(1_u32 << level)).powi(2)
 }
 
-/// Measures a candidate in a view and tells where it was found.
-pub fn measure(map: &mut Map, id: LandmarkId, view: &View<'_>) -> Option<Found> {
-    let search = view.search(map, map.landmark(id));
+/// Measures a candidate in an image and tells where it was found.
+pub fn measure(map: &mut Map, id: LandmarkId, matcher: &Matcher<'_>) -> Option<Found> {
+    let search = matcher.search_epipolar(map, map.landmark(id));
     let landmark = map.landmark_mut(id);
     match search {
-        EpipolarSearch::OutOfView | EpipolarSearch::NoBaseline => None,
+        EpipolarSearch::Unseen => None,
         EpipolarSearch::Missed => {
             landmark.filter.add_miss();
             landmark.num_missed += 1;

@@ -4,36 +4,18 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use visloc_core::geom::{Camera, CameraFrame, Rigid3};
 
 use crate::{
-    image::{Pyramid, level_from_px},
-    lie::CameraFromWorld,
+    image::level_from_px,
     map::{Landmark, Map},
     orb::{OrbSearch, Recognition},
     patch::{AlignLimits, SearchPatch, Template},
     track::{Found, Matcher},
 };
 
-/// An image with its pose, to look for candidates in.
-#[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
-    /// The camera.
-    pub camera: &'a Camera,
-    /// The image.
-    pub pyramid: &'a Pyramid,
-    /// Its pose.
-    pub camera_from_world: CameraFromWorld,
-    /// Levels on which landmarks are searched.
-    pub num_levels: usize,
-    /// How landmarks are recognized.
-    pub recognition: Recognition,
-}
-
 /// What a search for a candidate found.
 #[derive(Debug, Clone, Copy)]
 pub enum EpipolarSearch {
-    /// The candidate is not in view.
-    OutOfView,
-    /// The two views are too near to each other to learn anything.
-    NoBaseline,
+    /// The candidate is not in view, or from too near its host to learn anything.
+    Unseen,
     /// It should be in view and was not found.
     Missed,
     /// It was found.
@@ -57,26 +39,26 @@ const MAX_STEPS: usize = 150;
 /// Length of a segment up to which alignment alone finds the place, pixels of the level.
 const SHORT_PX: f64 = 3.0;
 
-impl View<'_> {
+impl Matcher<'_> {
     /// Looks for a candidate within two standard deviations of its inverse depth.
     #[must_use]
-    pub fn search(&self, map: &Map, candidate: &Landmark) -> EpipolarSearch {
+    pub fn search_epipolar(&self, map: &Map, candidate: &Landmark) -> EpipolarSearch {
         let host = candidate.host();
         let motion = self.camera_from_world * map.keyframe(host.keyframe).camera_from_world().inverse();
         let line = Line::new(self.camera, &motion, &host.ray);
         let (far, near) = candidate.filter.interval();
         let mean = candidate.filter.inverse_depth();
-        let Some(slope) = line.slope(mean) else { return EpipolarSearch::OutOfView };
-        let matcher = self.matcher();
+        let Some(slope) = line.slope(mean) else { return EpipolarSearch::Unseen };
+        let matcher = Self { limits: LIMITS, ..*self };
         if matcher.project(&candidate.point_in_world).is_none() && line.num_inside(far, near) == 0 {
-            return EpipolarSearch::OutOfView;
+            return EpipolarSearch::Unseen;
         }
         // A measurement worse than what is known is not worth a search.
         if USUAL_SIGMA_PX > 1.5 * slope * candidate.filter.standard_deviation() {
-            return EpipolarSearch::NoBaseline;
+            return EpipolarSearch::Unseen;
         }
         let Some((template, warp)) = matcher.template(map, candidate) else {
-            return EpipolarSearch::OutOfView;
+            return EpipolarSearch::Unseen;
         };
         let level = warp.current_level;
         let is_short = line.length_px(far, near).is_some_and(|px| px < SHORT_PX * f64::from(1_u32 << level));
@@ -103,17 +85,6 @@ impl View<'_> {
         EpipolarSearch::Found { found, inverse_depth, standard_deviation: sigma_px / slope }
     }
 
-    fn matcher(&self) -> Matcher<'_> {
-        Matcher {
-            camera: self.camera,
-            pyramid: self.pyramid,
-            camera_from_world: self.camera_from_world,
-            limits: LIMITS,
-            num_levels: self.num_levels,
-            recognition: self.recognition,
-        }
-    }
-
     /// The corner near the segment that looks most like the candidate; pixel of level 0.
     fn best_corner_on_line(
         &self,
@@ -122,7 +93,7 @@ impl View<'_> {
         line: &Line<'_>,
         (far, near): (f64, f64),
     ) -> Option<Point2<f64>> {
-        let descriptor = self.matcher().descriptor(map, candidate, search)?;
+        let descriptor = self.descriptor(map, candidate, search)?;
         let px: Vec<Point2<f64>> = line
             .steps(far, near, PIECE_PX)
             .filter_map(|inverse_depth| line.px(inverse_depth))

@@ -3,7 +3,6 @@
 use visloc_core::geom::Camera;
 
 use super::{
-    View,
     adjust::AdjustReport,
     adjust_local,
     candidate::{Verdict, add_candidates, judge, measure, new_corners},
@@ -97,7 +96,7 @@ impl Mapper {
     /// Measures the candidates in a frame that does not become a keyframe.
     pub fn add_frame(&mut self, map: &mut Map, frame: &Frame) -> MappingReport {
         let mut candidates = std::mem::take(&mut self.candidates);
-        let view = self.view(frame);
+        let matcher = self.matcher(&frame.pyramid, frame.camera_from_world);
         let center = frame.camera_from_world.inverse();
         let center = (*center.translation()).into();
         let mut promoted = Vec::new();
@@ -105,7 +104,7 @@ impl Mapper {
             if map.landmark(*id).state != LandmarkState::Candidate {
                 return false;
             }
-            if measure(map, *id, &view).is_none() && map.landmark(*id).num_missed == 0 {
+            if measure(map, *id, &matcher).is_none() && map.landmark(*id).num_missed == 0 {
                 return true;
             }
             match judge(map, *id, &center, &self.config.mapping) {
@@ -172,16 +171,6 @@ impl Mapper {
         report
     }
 
-    fn view<'a>(&'a self, frame: &'a Frame) -> View<'a> {
-        View {
-            camera: &self.camera,
-            pyramid: &frame.pyramid,
-            camera_from_world: frame.camera_from_world,
-            num_levels: self.config.features.search_levels,
-            recognition: self.config.features.recognition(),
-        }
-    }
-
     fn matcher<'a>(
         &'a self,
         pyramid: &'a crate::image::Pyramid,
@@ -243,15 +232,10 @@ impl Mapper {
                 let keyframe = map.keyframe(*other);
                 let Some(pyramid) = keyframe.pyramid() else { continue };
                 let camera = *keyframe.camera(&self.camera);
-                let view = View {
-                    camera: &camera,
-                    pyramid: &pyramid,
-                    camera_from_world: *keyframe.camera_from_world(),
-                    num_levels: config.features.search_levels,
-                    recognition: config.features.recognition(),
-                };
+                let there = self.matcher(&pyramid, *keyframe.camera_from_world());
+                let matcher = Matcher { camera: &camera, ..there };
                 let other_center = *keyframe.center_in_world();
-                match measure(map, candidate, &view) {
+                match measure(map, candidate, &matcher) {
                     Some(found) => map.add_observation(candidate, found.in_keyframe(*other)),
                     None => num_missed += 1,
                 }

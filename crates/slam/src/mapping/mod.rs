@@ -14,7 +14,7 @@ pub use adjust::{AdjustReport, WholeAdjustment, adjust_all, adjust_local};
 pub(crate) use candidate::{corner_covariance, corners_in_two_passes};
 pub use cull::{Thinned, thin};
 pub use depth_filter::DepthFilter;
-pub use epipolar::{EpipolarSearch, View};
+pub use epipolar::EpipolarSearch;
 pub use given::GivenViews;
 pub use keyframes::{KeyframeDecision, KeyframeRule};
 pub use mapper::{Mapper, MappingReport};

@@ -10,6 +10,5 @@ mod suggest;
 mod table;
 
 pub use features::FieldFeatureModel;
-pub(in crate::observation) use model::projection;
 pub use model::{FieldModelConfig, FieldObservationModel};
 pub use reference::DrawnFieldModel;

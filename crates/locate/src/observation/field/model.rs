@@ -4,13 +4,13 @@
 //! `goal.rs`), and a pixel's distance is capped at `max_distance_px`
 //! before the mean is taken, so that one wrong pixel cannot outvote all others.
 
-use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, Vector2};
+use nalgebra::{Matrix3x4, Point2, Point3, Vector2};
 use rand::RngExt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::{
     Rng,
-    geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, angle},
+    geom::{PlanarPose, angle},
     settings::check_ranges,
 };
 use visloc_world::field::Field;
@@ -18,7 +18,10 @@ use visloc_world::field::Field;
 use super::{goal::GoalSilhouette, outline::ground_outlines, table::NearestTable};
 use crate::{
     ConfigError, ObservationModel, Region,
-    observation::Landmark,
+    observation::{
+        Landmark,
+        projection::{combine, moved_to, projection},
+    },
     vision::{FeatureKind, Percept, px_tolerance},
 };
 
@@ -250,32 +253,6 @@ impl ObservationModel for FieldObservationModel {
     }
 }
 
-/// Likelihood from the sums of pixel distances of lines and of goals (2010 equations 4.1 and 4.2).
-#[allow(clippy::cast_precision_loss)]
-pub(super) fn combine(max_distance_px: f64, lines: (f64, usize), goals: (f64, usize)) -> f64 {
-    let of = |(sum, count): (f64, usize)| (1.0 - sum / (count as f64 * max_distance_px)).max(0.0);
-    match (lines.1, goals.1) {
-        (0, 0) => 0.0,
-        (_, 0) => of(lines),
-        (0, _) => of(goals),
-        _ => 0.5 * (of(lines) + of(goals)),
-    }
-}
-
-/// Projection of points of the robot frame to homogeneous undistorted pixels.
-pub(in crate::observation) fn projection(
-    camera: &Camera,
-    robot_from_camera: &Rigid3<Robot, CameraFrame>,
-) -> Matrix3x4<f64> {
-    let camera_from_robot = robot_from_camera.inverse();
-    let ((fx, fy), (cx, cy)) = (camera.focal_px(), camera.center_px());
-    let intrinsics = Matrix3::new(fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0);
-    let mut pose = Matrix3x4::zeros();
-    pose.fixed_view_mut::<3, 3>(0, 0).copy_from(camera_from_robot.rotation());
-    pose.set_column(3, camera_from_robot.translation());
-    intrinsics * pose
-}
-
 /// What is seen from a pose: worked out once for each pose, used for each pixel.
 #[derive(Debug, Clone, Copy)]
 struct View {
@@ -292,15 +269,7 @@ impl View {
     fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Self {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let (x, y) = (pose.x_m, pose.y_m);
-        let mut ideal_from_world = *ideal_from_robot;
-        for r in 0..3 {
-            let (a, b) = (ideal_from_robot[(r, 0)], ideal_from_robot[(r, 1)]);
-            let (turned_a, turned_b) = (a * cos - b * sin, a * sin + b * cos);
-            ideal_from_world[(r, 0)] = turned_a;
-            ideal_from_world[(r, 1)] = turned_b;
-            ideal_from_world[(r, 3)] -= turned_a * x + turned_b * y;
-        }
-        Self { x, y, sin, cos, ideal_from_world }
+        Self { x, y, sin, cos, ideal_from_world: moved_to(pose, ideal_from_robot) }
     }
 
     #[inline]

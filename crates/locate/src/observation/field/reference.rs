@@ -7,9 +7,10 @@ use nalgebra::{Matrix3x4, Point2, Vector4};
 use visloc_core::{geom::PlanarPose, settings::check_ranges};
 use visloc_world::field::Field;
 
-use super::model::{FieldModelConfig, FieldTables, combine, projection};
+use super::model::{FieldModelConfig, FieldTables};
 use crate::{
     ConfigError,
+    observation::projection::{combine, projection},
     vision::{FeatureKind, Percept, px_tolerance},
 };
 

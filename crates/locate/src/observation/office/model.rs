@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     ConfigError, ObservationModel, Region,
-    observation::field::projection,
+    observation::projection::{combine, projection},
     vision::{FeatureKind, Percept},
 };
 
@@ -200,14 +200,7 @@ impl ObservationModel for OfficeObservationModel {
             return 0.0;
         }
         let [doors, floor] = self.distances(world_from_robot);
-        #[allow(clippy::cast_precision_loss)]
-        let of = |(sum, count): (f64, usize)| (1.0 - sum / (count as f64 * self.max_distance_px)).max(0.0);
-        match (doors.1, floor.1) {
-            (0, 0) => 0.0,
-            (_, 0) => of(doors),
-            (0, _) => of(floor),
-            _ => 0.5 * (of(doors) + of(floor)),
-        }
+        combine(self.max_distance_px, doors, floor)
     }
 
     fn region(&self) -> Region {

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, RowVector4, Vector2};
 use visloc_core::geom::PlanarPose;
 
 use super::lines::TheoreticalLine;
-use crate::observation::edge::Eye;
+use crate::observation::{edge::Eye, projection::moved_to};
 
 /// What is nearer to the camera's plane than this is cut off, meters.
 const NEAR_M: f64 = 0.05;
@@ -22,19 +22,11 @@ impl View {
     pub fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>, eye_in_robot: &Point3<f64>) -> Self {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let (x, y) = (pose.x_m, pose.y_m);
-        let mut ideal_from_world = *ideal_from_robot;
-        for r in 0..3 {
-            let (a, b) = (ideal_from_robot[(r, 0)], ideal_from_robot[(r, 1)]);
-            let (turned_a, turned_b) = (a * cos - b * sin, a * sin + b * cos);
-            ideal_from_world[(r, 0)] = turned_a;
-            ideal_from_world[(r, 1)] = turned_b;
-            ideal_from_world[(r, 3)] -= turned_a * x + turned_b * y;
-        }
         let eye = Vector2::new(
             cos * eye_in_robot.x - sin * eye_in_robot.y,
             sin * eye_in_robot.x + cos * eye_in_robot.y,
         );
-        Self { eye: Point2::new(x, y) + eye, ideal_from_world }
+        Self { eye: Point2::new(x, y) + eye, ideal_from_world: moved_to(pose, ideal_from_robot) }
     }
 
     /// What the camera of a state sees, its tilt included.
