@@ -1,10 +1,9 @@
 //! Follows one camera without a map: `cargo run --release -p visloc --example slam -- [FOLDER OF IMAGES]`
 
 use std::path::PathBuf;
-use visloc_core::Source;
 
 use visloc::{
-    ImageSource, Slam, SlamConfig,
+    ImageSource, Slam, SlamConfig, Source,
     io::sequence::{SequenceOptions, open_sequence},
 };
 

@@ -1,10 +1,9 @@
 //! Teaches a place and finds another camera in it: `cargo run --release -p visloc --example teach -- [FOLDER] [OTHER FOLDER]`
 
 use std::path::PathBuf;
-use visloc_core::Source;
 
 use visloc::{
-    GrayFrame, ImageSource, Slam, SlamConfig,
+    GrayFrame, ImageSource, Slam, SlamConfig, Source,
     io::sequence::{Sequence, SequenceOptions, open_sequence},
     vmap::{MapLocalizer, Session, VisualMap},
 };

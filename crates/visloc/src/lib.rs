@@ -43,7 +43,7 @@
 //! ```
 //! # #[cfg(feature = "vmap")]
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use visloc::{GrayFrame, ImageSource, Slam, SlamConfig, io::sequence::{SequenceOptions, open_sequence}, vmap};
+//! use visloc::{GrayFrame, ImageSource, Slam, SlamConfig, Source, io::sequence::{SequenceOptions, open_sequence}, vmap};
 //!
 //! # let folder = tempfile::tempdir()?;
 //! # let (walk, room) = (concat!(env!("CARGO_MANIFEST_DIR"), "/../../testdata/desk-clip"), folder.path().join("room.vmap"));
