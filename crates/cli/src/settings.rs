@@ -97,7 +97,9 @@ impl SlamJob {
         let of_new_maps = ["start", "relocation.new_map_secs"];
         match self {
             Self::Extend if is_of(&of_new_maps) => Some("no new map is started"),
-            Self::Locate if is_of(&of_new_maps) || is_of(&["mapping"]) => Some("the map stays as it is"),
+            Self::Locate if is_of(&of_new_maps) || is_of(&["mapping", "relocation.close_loops"]) => {
+                Some("the map stays as it is")
+            }
             Self::MapGivenPoses if !is_of(&["features", "mapping.max_new_candidates"]) => Some(
                 "the poses are known; only features and mapping.max_new_candidates are used with --poses",
             ),

@@ -38,8 +38,11 @@ fn cut() -> (Camera, Vec<GrayImage>) {
 }
 
 fn run(schedule: Schedule) -> (Slam, Vec<FrameOutcome>, Vec<Meeting>) {
+    run_with(SlamConfig::default(), schedule)
+}
+
+fn run_with(mut config: SlamConfig, schedule: Schedule) -> (Slam, Vec<FrameOutcome>, Vec<Meeting>) {
     let (camera, images) = cut();
-    let mut config = SlamConfig::default();
     // The clip is short: keyframes have to be near to each other.
     config.mapping.max_shift_ratio = 0.02;
     // The desk would be recognized at once from its other side: here more of it has to be seen again.
@@ -68,6 +71,15 @@ fn a_lost_camera_starts_another_map_and_both_become_one() {
     assert!(trajectory.iter().all(|pose| pose.map == trajectory[0].map), "one map in the end");
     assert!(trajectory.len() > 85, "{}", trajectory.len());
     assert_eq!(slam.map().maps().len(), 1);
+}
+
+#[test]
+fn maps_stay_apart_where_loops_are_not_closed() {
+    let mut config = SlamConfig::default();
+    config.relocation.close_loops = false;
+    let (slam, _, meetings) = run_with(config, Schedule::Sequential);
+    assert!(meetings.is_empty(), "{meetings:?}");
+    assert_eq!(slam.map().maps().len(), 2);
 }
 
 #[test]

@@ -258,7 +258,7 @@ fn options_that_a_job_of_slam_does_not_use_are_refused() {
     let jobs: [(&[&str], &[&str], &str); 3] = [
         (
             &["slam", "sim:room", "--end", "5", "--load", "room.vmap", "--fixed"],
-            &["start.min_points=60", "mapping.lost_ratio=0.5", "relocation.new_map_secs=3"],
+            &["start.min_points=60", "mapping.lost_ratio=0.5", "relocation.close_loops=false"],
             "tracking.max_matches=100",
         ),
         (

@@ -117,6 +117,9 @@ impl Recognizer {
     pub fn look(&mut self, map: &mut Map, keyframe: KeyframeId, timer: &mut StageTimer) -> Option<Meeting> {
         self.describe(map, keyframe);
         timer.end("describe");
+        if !self.config.relocation.close_loops {
+            return None;
+        }
         let revisit = self.revisit.add(map, keyframe);
         if let RevisitStep::Began(_) | RevisitStep::GoesOn = revisit {
             self.adjust_later(map);

@@ -215,6 +215,9 @@ pub struct RelocationConfig {
     /// Time after a loss from which on a new map is started if the camera is not recognized, seconds.
     #[schemars(range(min = 0.0, max = 1_000_000.0))]
     pub new_map_secs: f64,
+    /// Whether places that are seen again close loops and join maps. Without it only a camera that is lost is recognized, and the way
+    /// drifts as that of odometry does.
+    pub close_loops: bool,
 }
 
 impl Default for FeatureConfig {
@@ -308,7 +311,7 @@ impl Default for MappingConfig {
 
 impl Default for RelocationConfig {
     fn default() -> Self {
-        Self { max_tries: 6, min_matches: 20, new_map_secs: 1.0 }
+        Self { max_tries: 6, min_matches: 20, new_map_secs: 1.0, close_loops: true }
     }
 }
 
