@@ -41,6 +41,14 @@ impl GrayImage {
         Self { width: image.width() as usize, height: image.height() as usize, data }
     }
 
+    /// A gray image in color: three equal channels.
+    #[must_use]
+    pub fn to_rgb(&self) -> RgbImage {
+        let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
+        let data = self.data.iter().flat_map(|gray| [*gray; 3]).collect();
+        RgbImage::from_raw(side(self.width), side(self.height), data).unwrap_or_default()
+    }
+
     /// Width, pixels.
     #[inline]
     #[must_use]

@@ -9,18 +9,18 @@ use visloc_core::RgbImage;
 const MAX_SIDE_PX: usize = 16_384;
 
 /// Pixels as they come from a camera or a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RawImage<'a> {
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RawImage {
     /// Width and height, pixels.
     pub size_px: (u32, u32),
     /// Order and kind of the values, such as `rgb8` or `bayer_rggb8`.
-    pub encoding: &'a str,
+    pub encoding: String,
     /// Bytes from the start of a row to the start of the next.
     pub step: u32,
     /// Whether values of 16 bits have their high byte first.
     pub is_big_endian: bool,
     /// All rows.
-    pub data: &'a [u8],
+    pub data: Vec<u8>,
 }
 
 /// How values make pixels.
@@ -75,8 +75,8 @@ const ENCODINGS: [(&str, Layout, usize); 27] = [
 ///
 /// # Errors
 /// If the encoding is not known, or rows or bytes are missing: what was expected and what was found.
-pub fn decode(image: &RawImage<'_>) -> Result<RgbImage, String> {
-    let &RawImage { encoding, data, .. } = image;
+pub fn decode(image: &RawImage) -> Result<RgbImage, String> {
+    let RawImage { encoding, data, .. } = image;
     let (_, layout, value_bytes) =
         *ENCODINGS.iter().find(|(name, ..)| *name == encoding).ok_or_else(|| unknown(encoding))?;
     let (width, height, step) = (image.size_px.0 as usize, image.size_px.1 as usize, image.step as usize);
@@ -219,8 +219,8 @@ fn rgb_of_yuv(y: u8, u: u8, v: u8) -> [u8; 3] {
 mod tests {
     use super::*;
 
-    fn raw<'a>(size_px: (u32, u32), encoding: &'a str, step: u32, data: &'a [u8]) -> RawImage<'a> {
-        RawImage { size_px, encoding, step, is_big_endian: false, data }
+    fn raw(size_px: (u32, u32), encoding: &str, step: u32, data: &[u8]) -> RawImage {
+        RawImage { size_px, encoding: encoding.to_owned(), step, is_big_endian: false, data: data.to_vec() }
     }
 
     #[test]

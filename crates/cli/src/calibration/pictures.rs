@@ -148,9 +148,7 @@ fn distances(found: &Calibration) -> Picture {
 
 /// One picture with its corners, rows joined in their order.
 fn corners(found: &Calibration, name: &str, gray: &GrayImage) -> Picture {
-    let rgb: Vec<u8> = gray.data().iter().flat_map(|v| [*v; 3]).collect();
-    let (width, height) = found.camera.size_px();
-    let image = RgbImage::from_raw(width, height, rgb).unwrap_or_default();
+    let image = gray.to_rgb();
     let seen = found.views.iter().find(|view| view.name == name).map_or(&[][..], |view| &view.corners);
     let rms_px = found.views.iter().find(|view| view.name == name).map_or(0.0, visloc_calib::View::rms_px);
     let chain = ImageLine {
@@ -158,7 +156,7 @@ fn corners(found: &Calibration, name: &str, gray: &GrayImage) -> Picture {
         color: Color::ORANGE,
         points_px: places(seen.iter()),
     };
-    let size = (f64::from(width) / 280.0).max(4.0);
+    let size = (f64::from(found.camera.size_px().0) / 280.0).max(4.0);
     image_picture(&ImagePicture {
         title: format!("The board in {name}"),
         subtitle: format!(

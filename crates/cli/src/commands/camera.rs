@@ -7,7 +7,7 @@ use visloc_calib::{
     Board,
     render::{RenderSettings, random_pose, render},
 };
-use visloc_core::{RgbImage, RngTree, files};
+use visloc_core::{RngTree, files};
 use visloc_io::{
     camera_file::{CameraFormat, read_camera, write_camera},
     image_codec::encode_png,
@@ -86,10 +86,8 @@ fn render_pictures(camera: &Path, board: &Board, count: u32, folder: &Path, seed
             anyhow!("the camera cannot see this board as a whole: is its focal length right?")
         })?;
         let gray = render(board, &camera, &pose, &RenderSettings::default(), &mut rng);
-        let rgb = gray.data().iter().flat_map(|v| [*v; 3]).collect();
-        let image = RgbImage::from_raw(camera.size_px().0, camera.size_px().1, rgb)?;
         let path = folder.join(format!("{index:03}.png"));
-        files::replace(&path, encode_png(&image)?).with_context(|| path.display().to_string())?;
+        files::replace(&path, encode_png(&gray.to_rgb())?).with_context(|| path.display().to_string())?;
     }
     say::line!("{count} pictures: {}", folder.display());
     Ok(())

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use visloc_core::{
-    CameraTrajectory, GrayImage, RgbImage,
+    CameraTrajectory, GrayImage,
     eval::camera::{AbsoluteError, associate},
 };
 use visloc_plot::{
@@ -49,7 +49,7 @@ impl FramePictures {
         let picture = image_picture(&ImagePicture {
             title: format!("frame {number}"),
             subtitle: state_words(outcome),
-            image: in_color(image),
+            image: image.to_rgb(),
             enlargement: 1,
             dots: vec![
                 dots(true, "landmarks", Color::BLUISH_GREEN),
@@ -85,11 +85,6 @@ fn state_words(outcome: &FrameOutcome) -> String {
         TrackingState::Carried => format!("carried by odometry, {counts}"),
         TrackingState::Lost => "lost in the map".to_owned(),
     }
-}
-
-fn in_color(image: &GrayImage) -> RgbImage {
-    let data = image.data().iter().flat_map(|v| [*v; 3]).collect();
-    RgbImage::from_raw(image.width() as u32, image.height() as u32, data).unwrap_or_default()
 }
 
 /// Draws the trajectory with the map, over the truth if that is known, and the course of errors, matches and times.

@@ -36,20 +36,7 @@ pub enum ImagePayload {
     /// A JPEG or PNG file.
     Compressed(Vec<u8>),
     /// Rows of pixels.
-    Raw {
-        /// Width, pixels.
-        width: u32,
-        /// Height, pixels.
-        height: u32,
-        /// Order of the channels, such as rgb8; [`raw_image`] knows which.
-        encoding: String,
-        /// Bytes from the start of a row to the start of the next.
-        step: u32,
-        /// Whether values of 16 bits have their high byte first.
-        is_big_endian: bool,
-        /// All rows.
-        data: Vec<u8>,
-    },
+    Raw(RawImage),
 }
 
 /// Pose of one frame in another at a time.
@@ -148,9 +135,9 @@ impl RosMessage {
                 Ok(encoded_image(message.header, ImagePayload::Compressed(message.data)))
             }
             Self::Image(messages::Image { header, height, width, encoding, is_bigendian, step, data }) => {
-                let is_big_endian = is_bigendian != 0;
-                let payload = ImagePayload::Raw { width, height, encoding, step, is_big_endian, data };
-                Ok(encoded_image(header, payload))
+                let (size_px, is_big_endian) = ((width, height), is_bigendian != 0);
+                let raw = RawImage { size_px, encoding, step, is_big_endian, data };
+                Ok(encoded_image(header, ImagePayload::Raw(raw)))
             }
             Self::CameraInfo(info) => {
                 camera_of(&info).map(|(at, camera)| SensorMessage::CameraInfo(at, camera))
@@ -345,15 +332,7 @@ impl EncodedImage {
     pub fn decode(&self) -> Result<RgbImage, String> {
         match &self.payload {
             ImagePayload::Compressed(bytes) => image_codec::decode(bytes).map_err(|error| error.to_string()),
-            ImagePayload::Raw { width, height, encoding, step, is_big_endian, data } => {
-                raw_image::decode(&RawImage {
-                    size_px: (*width, *height),
-                    encoding,
-                    step: *step,
-                    is_big_endian: *is_big_endian,
-                    data,
-                })
-            }
+            ImagePayload::Raw(image) => raw_image::decode(image),
         }
     }
 }

@@ -132,7 +132,7 @@ impl BagPictures {
                     self.num_used += 1;
                     let file = match image.payload {
                         ImagePayload::Compressed(bytes) => Some(bytes),
-                        ImagePayload::Raw { .. } => None,
+                        ImagePayload::Raw(_) => None,
                     };
                     return Some(Ok(Picture { at: image.at, image: pixels, file }));
                 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use serde_json::Value;
-use visloc_core::{GrayImage, RgbImage};
+use visloc_core::GrayImage;
 use visloc_io::image_codec::encode_jpeg;
 
 use crate::{MessageBuilder, MessageError, MessageKind, StudioError, Update};
@@ -67,9 +67,6 @@ impl SlamMoment {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn jpeg(pixels: &GrayImage) -> Result<Vec<u8>, StudioError> {
-    let data = pixels.data().iter().flat_map(|value| [*value; 3]).collect();
-    let image = RgbImage::from_raw(pixels.width() as u32, pixels.height() as u32, data).unwrap_or_default();
-    Ok(encode_jpeg(&image, JPEG_QUALITY)?)
+    Ok(encode_jpeg(&pixels.to_rgb(), JPEG_QUALITY)?)
 }

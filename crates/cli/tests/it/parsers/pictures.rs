@@ -4,6 +4,7 @@ use visloc_core::{RgbImage, Timestamp};
 use visloc_io::{
     bag::{EncodedImage, ImagePayload},
     image_codec::{decode, decode_gray, encode_jpeg, encode_png},
+    raw_image::RawImage,
     sources::read_pnm,
 };
 
@@ -70,14 +71,13 @@ pub fn raw_seeds() -> Vec<Vec<u8>> {
 
 pub fn raw(bytes: &[u8]) {
     let [encoding, w0, w1, h0, h1, s0, s1, s2, s3, data @ ..] = bytes else { return };
-    let payload = ImagePayload::Raw {
-        width: u32::from(u16::from_le_bytes([*w0, *w1])),
-        height: u32::from(u16::from_le_bytes([*h0, *h1])),
+    let payload = ImagePayload::Raw(RawImage {
+        size_px: (u32::from(u16::from_le_bytes([*w0, *w1])), u32::from(u16::from_le_bytes([*h0, *h1]))),
         encoding: ENCODINGS[usize::from(*encoding) % ENCODINGS.len()].to_owned(),
         step: u32::from_le_bytes([*s0, *s1, *s2, *s3]),
         is_big_endian: *encoding >= 128,
         data: data.to_vec(),
-    };
+    });
     let _ = EncodedImage { at: Timestamp::default(), frame_id: String::new(), payload }.decode();
 }
 

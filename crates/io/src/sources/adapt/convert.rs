@@ -11,7 +11,7 @@ use super::{Shot, ranged::Ranged, same_size::SameSize};
 use crate::{
     image_codec::resize_gray,
     sequence::{Calibration, check_scaled, fit_calibration, read_calibration},
-    sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request, video::in_color},
+    sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request},
 };
 
 /// The camera of the first frame, and all frames; `None` if there is none.
@@ -40,7 +40,7 @@ pub(crate) fn pictures_of_frames(frames: Box<dyn Source<SourceFrame>>) -> Box<dy
 /// Gray images as pictures.
 pub(crate) fn pictures_of_images(images: Box<dyn ImageSource>) -> Box<dyn Source<Picture>> {
     Box::new(Mapped::new(images, |frame| {
-        Ok(Picture { at: frame.at, image: in_color(&frame.image), file: None })
+        Ok(Picture { at: frame.at, image: frame.image.to_rgb(), file: None })
     }))
 }
 

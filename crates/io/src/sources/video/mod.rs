@@ -13,6 +13,5 @@ mod pnm;
 
 pub(crate) use ffmpeg::{FfmpegInput, ffmpeg_problem};
 pub(crate) use open::{Decoded, frames, images, pictures};
-pub(crate) use pictures::in_color;
 pub(crate) use pnm::Pixels;
 pub use pnm::{PnmImage, read_pnm};

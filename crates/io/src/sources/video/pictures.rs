@@ -1,8 +1,7 @@
 //! Videos and cameras as sources of pictures.
 
 use visloc_core::{
-    GrayFrame, GrayImage, Mapped, Picture, RgbImage, SkippedInput, Source, SourceError, SourceStatus,
-    Timestamp,
+    GrayFrame, GrayImage, Mapped, Picture, SkippedInput, Source, SourceError, SourceStatus, Timestamp,
 };
 
 use super::{
@@ -34,7 +33,7 @@ pub(super) fn open_color(
     Ok(Box::new(Mapped::new(Box::new(video), |(at, image)| {
         let image = match image {
             PnmImage::Color(image) => image,
-            PnmImage::Gray(image) => in_color(&image),
+            PnmImage::Gray(image) => image.to_rgb(),
         };
         Ok(Picture { at, image, file: None })
     })))
@@ -119,12 +118,4 @@ impl Source<(Timestamp, PnmImage)> for Video {
         };
         SourceStatus { skipped: &self.skipped, num_dropped, ..SourceStatus::default() }
     }
-}
-
-/// A gray image with three equal channels.
-#[allow(clippy::cast_possible_truncation)]
-pub(crate) fn in_color(image: &GrayImage) -> RgbImage {
-    let data = image.data().iter().flat_map(|gray| [*gray; 3]).collect();
-    let (width, height) = (image.width() as u32, image.height() as u32);
-    RgbImage::from_raw(width, height, data).unwrap_or_else(|_| RgbImage::new(width, height))
 }
