@@ -191,7 +191,7 @@ fn options_of_the_pipeline_that_change_nothing_are_refused() {
         ("sim:still", "rich", "refinement = { evidence_per_image = 3 }"),
         ("sim:still", "rich", "refinement.evidence_per_image=3"),
         ("sim:still", "rich", "refinement.evidence_deadband=0.1"),
-        ("sim:still", "rich", "refinement.max_evidence_difference=3"),
+        ("sim:still", "rich", "refinement.max_evidence_difference=0.5"),
         ("sim:still", "rich", "refinement.max_bend_evidence=3"),
         ("sim:still", "rich", "refinement.evidence_kept=0.5"),
         ("sim:still", "rich", "refinement.stale_evidence_kept=0.5"),
