@@ -1,9 +1,7 @@
 //! Unknown keys, with what was probably meant, and numbers out of their range.
 
-use toml::{
-    Table, Value,
-    de::{DeTable, DeValue},
-};
+use serde_json::{Map, Value};
+use toml::de::{DeTable, DeValue};
 
 use crate::settings::{SettingsError, schema::Node};
 
@@ -49,14 +47,24 @@ fn out_of_range(written: &str, known: Node<'_>, path: &str) -> Option<String> {
 }
 
 /// Refuses the first number that is out of range.
-pub(crate) fn check_values(table: &Table, known: Node<'_>, path: &str) -> Result<(), SettingsError> {
-    for (name, value) in table {
+pub(crate) fn check_values(
+    values: &Map<String, Value>,
+    known: Node<'_>,
+    path: &str,
+) -> Result<(), SettingsError> {
+    for (name, value) in values {
         let Some(inner) = known.get(name) else { continue };
         let path = joined(path, name);
-        if let Value::Table(below) = value {
-            check_values(below, inner, &path)?;
-        }
-        if let Some(reason) = out_of_range(&value.to_string(), inner, &path) {
+        let reason = match value {
+            Value::Object(below) => {
+                check_values(below, inner, &path)?;
+                None
+            }
+            // JSON has no word for NaN and infinity.
+            Value::Null if inner.is_number() => out_of_range("NaN", inner, &path),
+            other => out_of_range(&other.to_string(), inner, &path),
+        };
+        if let Some(reason) = reason {
             return Err(SettingsError { line: None, reason });
         }
     }

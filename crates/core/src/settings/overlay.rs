@@ -46,9 +46,9 @@ pub fn lay<T: Settings>(defaults: &T, text: &str) -> Result<T, SettingsError> {
 /// # Errors
 /// If a number is out of its range; the error names the key.
 pub fn check_ranges<T: Settings>(values: &T) -> Result<(), SettingsError> {
-    let refused = |error: String| SettingsError { line: None, reason: error };
-    let table = toml::Table::try_from(values).map_err(|error| refused(error.to_string()))?;
-    keys::check_values(&table, Schema::of::<T>().root(), "")
+    let values = serde_json::to_value(values)
+        .map_err(|error| SettingsError { line: None, reason: error.to_string() })?;
+    values.as_object().map_or(Ok(()), |values| keys::check_values(values, Schema::of::<T>().root(), ""))
 }
 
 /// Where a text sets a value.

@@ -69,6 +69,11 @@ impl<'a> Node<'a> {
         Some(self.schema.node(self.properties()?.get(key)?))
     }
 
+    /// Whether the value is always a number: one that need not be there is not.
+    pub fn is_number(&self) -> bool {
+        self.inner.get("type").is_some_and(|kind| kind == "number")
+    }
+
     /// Least and largest value, if the type says both: `#[schemars(range(min = .., max = ..))]`, or
     /// `#[schemars(extend("exclusiveMinimum" = ..))]` and `"exclusiveMaximum"` for bounds that are no values themselves.
     pub fn range(&self) -> Option<Range> {

@@ -20,6 +20,7 @@ struct Color {
     /// Start, degrees.
     from_deg: f64,
     /// End, degrees.
+    #[schemars(range(max = 360.0), extend("exclusiveMinimum" = 0.0))]
     to_deg: f64,
 }
 
@@ -91,6 +92,12 @@ fn numbers_out_of_range_are_refused() {
     assert!(check_ranges(&example()).is_ok());
     let error = check_ranges(&Example { iterations: 2000, ..example() }).unwrap_err().to_string();
     assert_eq!(error, "iterations: expected 1 to 1000, found 2000");
+    let with_end = |to_deg| Example { green: Color { from_deg: 85.0, to_deg }, ..example() };
+    assert!(check_ranges(&with_end(360.0)).is_ok());
+    for (to_deg, found) in [(0.0, "0.0"), (361.0, "361.0"), (f64::NAN, "NaN"), (f64::INFINITY, "NaN")] {
+        let error = check_ranges(&with_end(to_deg)).unwrap_err().to_string();
+        assert_eq!(error, format!("green.to_deg: expected above 0, at most 360, found {found}"));
+    }
 }
 
 #[test]

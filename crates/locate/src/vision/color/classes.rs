@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use visloc_core::settings::check_ranges;
 
 use crate::ConfigError;
 
@@ -131,11 +132,12 @@ impl ColorConfig {
         }
     }
 
-    /// Refuses limits of the table that would make no difference.
+    /// Checks the ranges of all values, and refuses limits of the table that would make no difference.
     ///
     /// # Errors
     /// The first of them.
     pub fn check(&self) -> Result<(), ConfigError> {
+        check_ranges(self)?;
         let (table, is_learned) = (Self::table(), self.source == ColorSource::Learned);
         let changed = [
             ("green", self.green != table.green),
