@@ -117,9 +117,7 @@ pub(crate) fn office_lamps(office: &Office, unevenness: f32, rng: &mut Rng) -> V
 fn lamp_places(office: &Office) -> Vec<Point2<f64>> {
     let mut free: Vec<(f64, Point2<f64>)> = spots(office, 0.25)
         .into_iter()
-        .map(|spot| {
-            (office.walls().iter().map(|wall| distance_m(wall, &spot)).fold(f64::MAX, f64::min), spot)
-        })
+        .map(|spot| (office.walls().iter().map(|wall| wall.distance_m(&spot)).fold(f64::MAX, f64::min), spot))
         .collect();
     // Stable: places equally far from the walls keep their order along the building.
     free.sort_by(|a, b| (b.0 * 8.0).round().total_cmp(&(a.0 * 8.0).round()));
@@ -152,12 +150,6 @@ fn has_floor(office: &Office, corner: &Point2<f64>) -> bool {
             office.free_space().contains(corner.x + 0.25 * i as f64 + 0.12, corner.y + 0.25 * j as f64 + 0.12)
         })
     })
-}
-
-fn distance_m(wall: &Wall, spot: &Point2<f64>) -> f64 {
-    let along = wall.end - wall.start;
-    let t = ((spot - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-    (spot - (wall.start + along * t)).norm()
 }
 
 fn color(color: SurfaceColor) -> Color {
