@@ -15,7 +15,7 @@ use super::{
     diagnosis::MapCounters,
     frames::MapFrames,
     report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
-    watchers::{MapWish, Watchers},
+    watchers::{MapView, MapWish, Watchers},
 };
 use crate::{
     args::LocalizeArgs,
@@ -141,7 +141,8 @@ fn run(
                 let secs = thread_cpu_secs() - started;
                 run.records.push(MapRecord { at, estimate, secs });
                 run.counters.count(&frame, localizer, &config);
-                watchers.look((map, truth), localizer, &frame, frames.status().num_dropped);
+                let num_dropped = frames.status().num_dropped;
+                watchers.look(&MapView { map, truth, localizer, frame: &frame, num_dropped });
             }
             Err(reason) => run.skipped.push(SkippedInput {
                 at: Some(at),

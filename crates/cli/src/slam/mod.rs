@@ -6,9 +6,6 @@ mod history;
 mod input;
 #[cfg(feature = "ros2")]
 mod live;
-#[cfg(not(feature = "ros2"))]
-#[path = "no_ros2.rs"]
-mod live;
 mod map_file;
 #[cfg(feature = "ros2")]
 mod named_maps;
@@ -22,9 +19,8 @@ pub use drive::{Lookers, MapWay, Restart, RunOptions, SlamAudience, SlamRun, Sla
 pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
-pub use live::SlamLive;
 #[cfg(feature = "ros2")]
-pub use live::landmark_cloud;
+pub use live::{landmark_cloud, open_slam_live};
 pub use map_file::{is_map_of_slam, load_map, save_map};
 #[cfg(feature = "ros2")]
 pub use named_maps::NamedMaps;
@@ -33,3 +29,6 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::{POSE_TOLERANCE_SECS, SlamReport};
+
+#[cfg(not(feature = "ros2"))]
+pub use crate::no_ros2::open_slam_live;

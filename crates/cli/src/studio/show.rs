@@ -10,28 +10,23 @@ use super::{
     steering::Steering,
 };
 use crate::{
-    args::BroadcastArgs,
+    args::LocalizeArgs,
     run::{FrameView, Runner, Spectator, write_text},
 };
 
 /// A spectator that shows what it sees to others.
-pub struct Show {
+struct Show {
     broadcast: Broadcast,
     viewer: RunViewer,
 }
 
+/// Shows a run to whom the user asks for; `None` if to nobody.
+pub fn open_show(args: &LocalizeArgs, steering: Option<&Steering>) -> Result<Option<Box<dyn Spectator>>> {
+    let Some(broadcast) = Broadcast::open(&args.broadcast, steering)? else { return Ok(None) };
+    Ok(Some(Box::new(Show { broadcast, viewer: RunViewer::new(&args.source) })))
+}
+
 impl Show {
-    /// Shows a run to whom the user asks for.
-    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>, title: &str) -> Result<Self> {
-        let broadcast = Broadcast::open(args, steering)?;
-        Ok(Self { broadcast, viewer: RunViewer::new(title) })
-    }
-
-    /// Ends the recording.
-    pub fn finish(self) -> Result<()> {
-        self.broadcast.finish()
-    }
-
     /// The notice that answers a command.
     fn obey(&self, command: &Command, runner: &mut Runner) -> Result<Option<String>> {
         if matches!(command, Command::Save {}) {
@@ -96,5 +91,9 @@ impl Spectator for Show {
             }
         }
         self.viewer.next_frame();
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.broadcast.finish()
     }
 }
