@@ -23,7 +23,7 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     stop_at_signals();
     let images = open_images(&args.source)?;
     let detected = find_boards(&board, &images)?;
-    let config = CalibrationConfig::new(args.model.lens());
+    let config = CalibrationConfig::new(args.model);
     let found = calibrate(&board, detected.size_px, &detected.views, &config)
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);

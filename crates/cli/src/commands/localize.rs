@@ -37,7 +37,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     }
     let mut pipeline = pipeline_config(args.pipeline.as_deref(), &args.set)?;
     if let Some(features) = args.features {
-        pipeline.features = features.choice();
+        pipeline.features = features;
     }
     pipeline.analysis.detect_objects |= args.team.is_some();
     let algorithm_toml = algorithm_toml(args.config.as_deref(), &args.set)?;

@@ -13,7 +13,7 @@ use visloc_vmap::VisualMap;
 use visloc_world::BUILT_IN_MAPS;
 
 use crate::{
-    args::{ScheduleArg, SlamArgs},
+    args::SlamArgs,
     report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
@@ -123,8 +123,7 @@ fn run_options(args: &SlamArgs, is_driven: bool) -> Result<RunOptions<'static>> 
     // A live source does not wait for the mapping, nor does who drives.
     let is_live = is_driven || SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
-        Some(ScheduleArg::Sequential) => Schedule::Sequential,
-        Some(ScheduleArg::Threaded) => Schedule::Threaded,
+        Some(schedule) => schedule,
         None if is_live => Schedule::Threaded,
         None => Schedule::Sequential,
     };
