@@ -51,8 +51,9 @@ impl Scene {
                 }
                 let middle = ((corner.x + TILE_M / 2.0) as f32, (corner.y + TILE_M / 2.0) as f32);
                 let size = (TILE_M as f32, TILE_M as f32);
-                self.add_painted(Shape::level(middle, size, 0.0), &floor, FLOOR_PX_PER_M, rng);
-                self.label_last(Label::Floor);
+                let shape = Shape::level(middle, size, 0.0);
+                let paint = self.add_paint(&shape, &floor, FLOOR_PX_PER_M, rng);
+                self.add_labelled(shape, paint, Label::Floor);
                 let shape = Shape::Quad {
                     corner: Point3::new(corner.x as f32, corner.y as f32, height_m),
                     right: Vector3::new(TILE_M as f32, 0.0, 0.0),
@@ -76,8 +77,9 @@ impl Scene {
         };
         let mut i = 0.0;
         while i < pieces {
-            self.add_painted(Shape::upright(at(i), at(i + 1.0), 0.0, height_m), &paint, WALL_PX_PER_M, rng);
-            self.label_last(Label::Wall);
+            let shape = Shape::upright(at(i), at(i + 1.0), 0.0, height_m);
+            let texture = self.add_paint(&shape, &paint, WALL_PX_PER_M, rng);
+            self.add_labelled(shape, texture, Label::Wall);
             i += 1.0;
         }
     }
@@ -92,10 +94,8 @@ impl Scene {
             _ => Paint::flat(Color::from_hex(0x24_2628)),
         };
         let shape = Shape::upright(at(door.left), at(door.right), 0.0, door.height_m as f32);
-        self.add_painted(shape, &paint, DOOR_PX_PER_M, rng);
-        if !door.is_open {
-            self.label_last(Label::Door);
-        }
+        let texture = self.add_paint(&shape, &paint, DOOR_PX_PER_M, rng);
+        self.add_labelled(shape, texture, if door.is_open { Label::Other } else { Label::Door });
     }
 }
 
