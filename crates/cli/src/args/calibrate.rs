@@ -20,11 +20,7 @@ pub enum PatternArg {
 
 /// Lenses.
 const LENSES: &[(&str, LensModel, &str)] = &[
-    (
-        "radtan",
-        LensModel::RadialTangential,
-        "Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses",
-    ),
+    ("radtan", LensModel::RadialTangential, "Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses"),
     ("radtan4", LensModel::RadialTangential4, "Radial-tangential without k3"),
     (
         "kannala-brandt",

@@ -187,11 +187,7 @@ pub struct SlamStudyArgs {
 const FEATURES: &[(&str, &[FeatureChoice], &str)] = &[
     ("rich", &[FeatureChoice::Rich], "All border pixels refine what the algorithm finds"),
     ("pixels", &[FeatureChoice::Pixels], "Twenty pixels, as in the documents"),
-    (
-        "both",
-        &[FeatureChoice::Rich, FeatureChoice::Pixels],
-        "Every algorithm plays with each of them",
-    ),
+    ("both", &[FeatureChoice::Rich, FeatureChoice::Pixels], "Every algorithm plays with each of them"),
 ];
 
 /// Arguments of `visloc experiment merge`.

@@ -35,9 +35,7 @@ use clap::{Parser, Subcommand};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use drive::DriveArgs;
 #[cfg(feature = "experiments")]
-pub use experiment::{
-    ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
-};
+pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand};
 #[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};

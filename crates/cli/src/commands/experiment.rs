@@ -22,10 +22,7 @@ use visloc_experiments::{
 use visloc_locate::Algorithm;
 
 use crate::{
-    args::{
-        ExperimentArgs, ExperimentCommand, InputName, MergeArgs, RobocupArgs, RunsArgs,
-        SlamStudyArgs,
-    },
+    args::{ExperimentArgs, ExperimentCommand, InputName, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
     host::{host, stop_at_signals},
     report::{SkippedReport, save_json},
     run::{Progress, Saving},

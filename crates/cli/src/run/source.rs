@@ -4,9 +4,7 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{Source, SourceFrame, geom::Mount};
-use visloc_io::{
-    sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames},
-};
+use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 

@@ -40,25 +40,20 @@ impl Show {
             write_text(&path, std::str::from_utf8(&text).context("trajectory")?)?;
             return Ok(Some(format!("saved on the robot: {}", path.display())));
         }
-        let refused = |what: &str, expected: &str, found: String| StudioError::Command {
-            what: what.to_owned(),
-            expected: expected.to_owned(),
-            found,
-        };
         match command {
             Command::Reset { seed } => runner.lineup_mut().reset(*seed)?,
             Command::Algorithms { names } if names.len() != 1 => {
                 let expected = "one: this run writes the results of one";
-                return Err(refused("algorithms", expected, names.len().to_string()).into());
+                return Err(StudioError::command("algorithms", expected, names.len()).into());
             }
             command if tuning::obey(runner.lineup_mut(), command)? => {}
             Command::Drive { .. } | Command::Head { .. } => {
                 let expected = "a robot that others may drive: it runs with --allow-drive";
-                return Err(refused("driving", expected, "one that moves by itself".to_owned()).into());
+                return Err(StudioError::command("driving", expected, "one that moves by itself").into());
             }
             command => {
                 let expected = "one for a run: parameters, reset, forget, save, pause";
-                return Err(refused("command", expected, command.name()).into());
+                return Err(StudioError::command("command", expected, command.name()).into());
             }
         }
         let is_reset = matches!(command, Command::Reset { .. } | Command::Forget {});
