@@ -17,7 +17,7 @@ use visloc_slam::{
 };
 use visloc_vmap::{ScaleSource, VisualMap, save};
 
-use super::{NamedMaps, Restart, SlamRecord, SlamWatcher, load_map, map_file, write_ply};
+use super::{NamedMaps, SlamRecord, SlamWatcher, drive::Restart, load_map, map_file, write_ply};
 use crate::{
     args::SlamArgs,
     run::{obeyed, publish_settings},

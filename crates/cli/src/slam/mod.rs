@@ -15,7 +15,7 @@ mod ply;
 mod record;
 mod report;
 
-pub use drive::{Lookers, MapWay, Restart, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
+pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
 pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
