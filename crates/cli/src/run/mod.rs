@@ -23,7 +23,7 @@ mod team;
 pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
 #[cfg(feature = "ros2")]
-pub use live::{TF_AHEAD_SECS, node_settings, obeyed, open_live, publish_settings};
+pub use live::{TF_AHEAD_SECS, obeyed, open_live, publish_settings};
 pub use live_report::LiveReport;
 pub use one_camera::of_one_camera;
 pub use output::{OutputFiles, expect_new_folder, write_text};

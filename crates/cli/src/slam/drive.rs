@@ -183,12 +183,10 @@ pub fn run(
         }
         let restart = lookers.watcher.as_deref_mut().and_then(SlamWatcher::takes_restart);
         let wished = lookers.show.as_deref_mut().and_then(|show| show.obey(&slam));
-        let is_wished = wished.is_some();
-        if let Some(settings) = wished {
-            // Somebody who watches has other parameters or another seed in mind.
-            (config, seed) = settings;
-        }
-        if restart.is_some() || is_wished {
+        let is_new = restart.is_some() || wished.is_some();
+        // Somebody who watches has other parameters or another seed in mind.
+        (config, seed) = wished.unwrap_or((config, seed));
+        if is_new {
             loaded = restart.and_then(Restart::maps).or(loaded);
             let maps = loaded.as_deref().or(options.maps);
             history.add_mapped(num_before, &slam.finish());
