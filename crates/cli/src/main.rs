@@ -8,8 +8,6 @@ mod commands;
 mod host;
 mod in_map;
 mod live_view;
-#[cfg(not(feature = "ros2"))]
-mod no_ros2;
 mod params_file;
 mod report;
 mod run;

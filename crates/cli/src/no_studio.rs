@@ -7,9 +7,8 @@ use visloc_slam::SlamConfig;
 
 use crate::{
     args::{BroadcastArgs, DriveArgs, LocalizeArgs, SlamArgs},
-    in_map::MapWatcher,
     run::{OpenSource, Spectator},
-    slam::SlamAudience,
+    slam::{MapWatcher, SlamAudience},
 };
 
 /// Cannot be made.

@@ -15,7 +15,7 @@ use super::{
     diagnosis::MapCounters,
     frames::MapFrames,
     report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
-    watchers::{MapView, MapWish, Watchers},
+    watchers::Watchers,
 };
 use crate::{
     args::LocalizeArgs,
@@ -24,7 +24,7 @@ use crate::{
     run::{Progress, Saving, prepare, source_options},
     say,
     settings::{OF_PIPELINE, SlamJob, slam_config_over, topic_options},
-    slam::load_map,
+    slam::{MapView, MapWish, load_map},
     stopwatch::thread_cpu_secs,
     studio::Steering,
 };

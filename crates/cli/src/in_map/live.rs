@@ -13,15 +13,11 @@ use visloc_io::{
 use visloc_slam::SlamConfig;
 use visloc_vmap::VisualMap;
 
-use super::{
-    floor::floor_of,
-    results::result_sample,
-    watchers::{MapView, MapWatcher, MapWish},
-};
+use super::{floor::floor_of, results::result_sample};
 use crate::{
     host::now,
     run::{TF_AHEAD_SECS, obeyed, publish_settings},
-    slam::{NamedMaps, landmark_cloud, load_map},
+    slam::{MapView, MapWatcher, MapWish, NamedMaps, landmark_cloud, load_map},
 };
 
 /// Publishes what is known after every image.

@@ -6,6 +6,9 @@ mod floor;
 mod frames;
 #[cfg(feature = "ros2")]
 mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod live;
 mod report;
 mod results;
 mod watchers;
@@ -13,12 +16,6 @@ mod watchers;
 pub use execute::execute;
 pub use floor::floor_of;
 pub use report::{draw, is_metric, unit};
-pub use watchers::MapWatcher;
-#[cfg(feature = "studio")]
-pub use {
-    frames::MapFrame,
-    watchers::{MapView, MapWish},
-};
 
 use crate::{args::LocalizeArgs, slam::is_map_of_slam};
 

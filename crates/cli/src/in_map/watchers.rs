@@ -1,73 +1,21 @@
 //! Who looks on while a camera is found in a map: live topics, a bag, a recording, and pages.
 
 use anyhow::{Result, bail};
-use visloc_core::CameraTrajectory;
 use visloc_io::{bag::ResultFrames, sources::SourceOptions};
 use visloc_slam::SlamConfig;
-use visloc_vmap::{MapLocalizer, VisualMap};
+use visloc_vmap::VisualMap;
 
-#[cfg(feature = "ros2")]
-use super::live::open_map_live;
-use super::{
-    frames::{MapFrame, MapFrames},
-    results::result_sample,
-};
-#[cfg(not(feature = "ros2"))]
-use crate::no_ros2::open_map_live;
+use super::{frames::MapFrames, live::open_map_live, results::result_sample};
 use crate::{
     args::LocalizeArgs,
     run::{BagOutput, Saving},
     say,
+    slam::{MapView, MapWatcher, MapWish},
     studio::{Steering, open_map_show},
 };
 
 /// Frame of a camera that is on no robot, unless it has a name.
 const CAMERA_FRAME: &str = "camera_optical";
-
-/// Where a camera is to be looked for anew.
-#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "only services of ROS 2 ask for it"))]
-pub enum MapWish {
-    /// In the same map.
-    Anew,
-    /// In another one.
-    In(Box<VisualMap>),
-}
-
-/// What there is to see after a frame.
-#[cfg_attr(not(feature = "studio"), allow(dead_code))]
-pub struct MapView<'a> {
-    /// The map.
-    pub map: &'a VisualMap,
-    /// Where the camera really was.
-    pub truth: Option<&'a CameraTrajectory>,
-    /// After this frame.
-    pub localizer: &'a MapLocalizer,
-    /// The frame.
-    pub frame: &'a MapFrame,
-    /// Images of a live source that were left out so far.
-    pub num_dropped: usize,
-}
-
-/// Somebody who looks on.
-pub trait MapWatcher {
-    /// What is asked for: to look for the camera anew, maybe with other parameters and another seed. Asking settles it.
-    fn take_wish(&mut self, _config: &mut SlamConfig, _seed: &mut u64) -> Option<MapWish> {
-        None
-    }
-
-    /// Called after every frame.
-    fn look(&mut self, view: &MapView<'_>);
-
-    /// Messages that could not be sent.
-    fn num_unsent(&self) -> usize {
-        0
-    }
-
-    /// Completes what is written.
-    fn finish(self: Box<Self>) -> Result<()> {
-        Ok(())
-    }
-}
 
 impl MapWatcher for BagOutput {
     fn look(&mut self, view: &MapView<'_>) {

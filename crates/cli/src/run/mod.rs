@@ -6,6 +6,9 @@ mod corrected;
 mod drive;
 #[cfg(feature = "ros2")]
 mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod live;
 mod live_report;
 mod one_camera;
 mod output;
@@ -22,8 +25,9 @@ mod team;
 
 pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
+pub use live::open_live;
 #[cfg(feature = "ros2")]
-pub use live::{TF_AHEAD_SECS, obeyed, open_live, publish_settings};
+pub use live::{TF_AHEAD_SECS, obeyed, publish_settings};
 pub use live_report::LiveReport;
 pub use one_camera::of_one_camera;
 pub use output::{OutputFiles, expect_new_folder, write_text};
@@ -39,6 +43,3 @@ pub use source::refuse_source_options;
 pub use source::{OpenSource, open_source, prepare, simulation, source_options, until_stopped};
 #[cfg(feature = "ros2")]
 pub use team::{TeamOutput, TeamReport};
-
-#[cfg(not(feature = "ros2"))]
-pub use crate::no_ros2::open_live;

@@ -6,7 +6,11 @@ mod history;
 mod input;
 #[cfg(feature = "ros2")]
 mod live;
+#[cfg(not(feature = "ros2"))]
+#[path = "no_ros2.rs"]
+mod live;
 mod map_file;
+mod map_watcher;
 #[cfg(feature = "ros2")]
 mod named_maps;
 mod pace;
@@ -20,8 +24,10 @@ pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
 #[cfg(feature = "ros2")]
-pub use live::{landmark_cloud, open_slam_live};
+pub use live::landmark_cloud;
+pub use live::open_slam_live;
 pub use map_file::{is_map_of_slam, load_map, save_map};
+pub use map_watcher::{MapFrame, MapView, MapWatcher, MapWish};
 #[cfg(feature = "ros2")]
 pub use named_maps::NamedMaps;
 pub use pace::Pace;
@@ -29,6 +35,3 @@ pub use pictures::{FramePictures, draw};
 pub use ply::write_ply;
 pub use record::{SlamRecord, write_log};
 pub use report::{POSE_TOLERANCE_SECS, SlamReport};
-
-#[cfg(not(feature = "ros2"))]
-pub use crate::no_ros2::open_slam_live;

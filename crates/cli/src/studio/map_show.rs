@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     args::LocalizeArgs,
-    in_map::{MapFrame, MapView, MapWatcher, MapWish},
+    slam::{MapFrame, MapView, MapWatcher, MapWish},
 };
 
 /// Shows each frame to others.
