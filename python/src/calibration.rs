@@ -2,7 +2,7 @@
 
 use numpy::{IntoPyArray, PyArray2, ndarray::Array2};
 use pyo3::prelude::*;
-use visloc::calib::{self, AprilGrid, Board, CalibrationConfig, Checkerboard, LensModel, ViewInput};
+use visloc::calib::{self, AprilGrid, Board, Checkerboard, LensModel, ViewInput};
 
 use crate::{arrays::gray_image, refuse, refused, world::Camera};
 
@@ -98,8 +98,7 @@ pub fn calibrate(
                 Err(reason) => dropped.push(format!("{i}: {reason}")),
             }
         }
-        let config = CalibrationConfig::new(model);
-        let result = calib::calibrate(&board, (width, height), &views, &config).map_err(refused)?;
+        let result = calib::calibrate(&board, (width, height), &views, model).map_err(refused)?;
         dropped.extend(result.dropped.iter().map(|view| format!("{}: {}", view.name, view.reason)));
         let parameters = result.parameters.iter();
         Ok(Calibration {

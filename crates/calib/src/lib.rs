@@ -18,8 +18,7 @@ mod tags;
 
 pub use board::{AprilGrid, Board, BoardError, BoardFrame, Checkerboard};
 pub use calibrate::{
-    CalibrateError, Calibration, CalibrationConfig, DropReason, DroppedView, Parameter, SeenCorner, View,
-    ViewInput, calibrate,
+    CalibrateError, Calibration, DropReason, DroppedView, Parameter, SeenCorner, View, ViewInput, calibrate,
 };
 pub use check::{CameraCheck, Finding, SeveralCameras, Severity, check_camera, several_cameras};
 pub use coverage::{Advice, Coverage, coverage};

@@ -1,14 +1,14 @@
 //! Draws every kind of picture with made-up data of a run of 70 s with two kidnaps:
 //! `cargo run --release -p visloc-plot --example gallery -- <folder>`.
 
-use std::{env, f64::consts::PI, path::Path};
+use std::{env, path::Path};
 
 use visloc_core::geom::PlanarPose;
 use visloc_plot::{
-    Bar, BarChart, BarGroup, BarSeries, Color, CovarianceEllipse, FieldPath, FieldPicture, Grid, HeatMap,
-    Histogram, HistogramSeries, Kidnap, Mark, Panel, PathPoint, PlotError, PoseCloud, PoseMark,
-    ReferenceLine, Series, Span, SurfacePicture, TimeSeriesPicture, ValueAxis, bar_chart, field_picture,
-    heat_map, histogram, surface_picture, time_series,
+    Bar, BarChart, BarSeries, Color, FieldPath, FieldPicture, Grid, Group, HeatMap, Histogram,
+    HistogramSeries, Kidnap, Mark, Panel, PathPoint, PlotError, PoseMark, ReferenceLine, Series, Span,
+    TimeSeriesPicture, ValueAxis, bar_chart, field_picture, heat_map, histogram, surface_picture,
+    time_series,
 };
 use visloc_world::{Map, field::Field};
 
@@ -24,14 +24,13 @@ struct Sample {
 fn main() -> Result<(), PlotError> {
     let folder = env::args().nth(1).unwrap_or_else(|| "gallery".to_owned());
     let folder = Path::new(&folder);
-    let (field, modern) = (built_in_field("robocup-spl-2010"), built_in_field("robocup-spl-2024"));
+    let field = built_in_field("robocup-spl-2010");
     let run = run();
     field_picture(&field, &field_input(&run)).save(folder, "field")?;
-    field_picture(&modern, &belief_input()).save(folder, "belief")?;
     time_series(&series_input(&run)).save(folder, "time_series")?;
     time_series(&TimeSeriesPicture::default()).save(folder, "empty")?;
     heat_map(&heat_input(), Some((&field).into())).save(folder, "heat_map")?;
-    surface_picture(&surface_input(), Some(&field)).save(folder, "surface")?;
+    surface_picture(&heat_input(), Some(&field)).save(folder, "surface")?;
     bar_chart(&bar_input()).save(folder, "bars")?;
     histogram(&histogram_input(&run)).save(folder, "histogram")
 }
@@ -121,49 +120,6 @@ fn field_input(run: &[Sample]) -> FieldPicture {
     }
 }
 
-fn belief_input() -> FieldPicture {
-    let cloud = |x: f64, y: f64, yaw: f64, seed: usize| {
-        (0..120).map(move |i| {
-            let n = |j: usize| noise(seed + i * 5 + j) + noise(seed + 3000 + i * 5 + j);
-            PlanarPose::new(x + 0.2 * n(0), y + 0.15 * n(1), yaw + 0.2 * n(2))
-        })
-    };
-    FieldPicture {
-        title: "White goals: two beliefs, one robot".to_owned(),
-        subtitle: "240 particles 3 s after the start, 2-sigma ellipses".to_owned(),
-        truth: Some(FieldPath::new(
-            "truth",
-            Color::BLACK,
-            (0..60).map(|i| PlanarPose::new(1.2 + 0.02 * f64::from(i), 1.0 + 0.01 * f64::from(i), 0.5)),
-        )),
-        clouds: vec![
-            PoseCloud {
-                label: "particles".to_owned(),
-                color: Color::BLUE,
-                poses: cloud(2.4, 1.6, 0.5, 1).chain(cloud(-2.4, -1.6, 0.5 + PI, 2)).collect(),
-                arrow_length_m: 0.12,
-            },
-            PoseCloud {
-                label: "hypotheses".to_owned(),
-                color: Color::VERMILION,
-                poses: vec![PlanarPose::new(2.4, 1.6, 0.5), PlanarPose::new(-2.4, -1.6, 0.5 + PI)],
-                arrow_length_m: 0.45,
-            },
-        ],
-        ellipses: [1.0, -1.0]
-            .map(|s| CovarianceEllipse {
-                label: "2 sigma".to_owned(),
-                color: Color::VERMILION,
-                mean_m: [2.4 * s, 1.6 * s],
-                covariance_m2: [[0.03, 0.008], [0.008, 0.015]],
-                num_sigmas: 2.0,
-            })
-            .to_vec(),
-        start: Some(PlanarPose::new(1.2, 1.0, 0.5)),
-        ..FieldPicture::default()
-    }
-}
-
 fn series_input(run: &[Sample]) -> TimeSeriesPicture {
     let colors = [Color::BLUE, Color::VERMILION];
     let series = |k: usize, value: &dyn Fn(&Sample, usize) -> f64| {
@@ -245,14 +201,9 @@ fn heat_input() -> HeatMap {
     }
 }
 
-fn surface_input() -> SurfacePicture {
-    let HeatMap { title, subtitle, value_label, grid, range, marks } = heat_input();
-    SurfacePicture { title, subtitle, value_label, grid, range, marks, ..SurfacePicture::default() }
-}
-
 fn bar_input() -> BarChart {
     let bar = |value: f64, spread: f64| Bar { value, interval: Some((value - spread, value + 1.4 * spread)) };
-    let group = |label: &str, bars: Vec<Bar>| BarGroup { label: label.to_owned(), bars };
+    let group = |label: &str, values: Vec<Bar>| Group { label: label.to_owned(), values };
     let series = |label: &str, color| BarSeries { label: label.to_owned(), color };
     BarChart {
         title: "Mean position error by scenario".to_owned(),

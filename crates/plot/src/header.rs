@@ -25,7 +25,6 @@ pub(crate) enum Symbol {
     Patch(Color, f64),
     Dot(Color),
     RimmedDot(Color),
-    Arrow(Color),
     Ring(Color),
 }
 
@@ -153,11 +152,6 @@ fn draw_symbol(canvas: &mut Canvas, symbol: Symbol, left: f64, y: f64) {
         Symbol::Dot(color) => canvas.circle((middle, y), 5.0, &Paint::fill(color)),
         Symbol::RimmedDot(color) => {
             canvas.circle((middle, y), 5.0, &Paint::fill(color).outlined(Color::BLACK, 0.8));
-        }
-        Symbol::Arrow(color) => {
-            canvas.line((left + 4.0, y), (right - 8.0, y), &Paint::stroke(color, 2.0));
-            let head = [(right - 3.0, y), (right - 11.0, y - 4.5), (right - 11.0, y + 4.5)];
-            canvas.polygon(&head, &Paint::fill(color));
         }
         Symbol::Ring(color) => canvas.circle((middle, y), 5.5, &Paint::stroke(color, 2.0)),
     }

@@ -20,18 +20,18 @@ const NUM_COLORS: u32 = 64;
 
 const MISSING: Color = Color::rgb(0xcc, 0xcc, 0xcc);
 
-/// A map of values with its color bar.
+/// A map of values, as colors or as heights.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct HeatMap {
     /// Large, at the top.
     pub title: String,
     /// Below the title.
     pub subtitle: String,
-    /// Quantity and unit, beside the color bar.
+    /// Quantity and unit, beside the color bar or the vertical axis.
     pub value_label: String,
     /// The values.
     pub grid: Grid,
-    /// Values of the ends of the color bar; without it the smallest and the largest.
+    /// Values of the ends of the color bar or the vertical axis; without it the smallest and the largest.
     pub range: Option<(f64, f64)>,
     /// Poses with a name, for instance truth and estimate.
     pub marks: Vec<PoseMark>,

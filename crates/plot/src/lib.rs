@@ -31,6 +31,7 @@ mod color;
 mod error;
 mod field;
 mod font;
+mod group_chart;
 mod header;
 mod heat_map;
 mod histogram;
@@ -46,22 +47,21 @@ mod table;
 mod time_series;
 
 pub use axis::ValueAxis;
-pub use bar_chart::{Bar, BarChart, BarGroup, BarSeries, bar_chart};
+pub use bar_chart::{Bar, BarChart, bar_chart};
 pub use by_hand::{BY_HAND_PAGE, BY_HAND_SCRIPT, BY_HAND_STYLE, by_hand_page};
 pub use chart::ReferenceLine;
 pub use color::Color;
 pub use error::PlotError;
-pub use field::{
-    CovarianceEllipse, FieldPath, FieldPicture, Ground, Kidnap, PathPoint, PoseCloud, field_picture,
-};
+pub use field::{FieldPath, FieldPicture, Ground, Kidnap, PathPoint, field_picture};
+pub use group_chart::{BarSeries, Group, GroupChart};
 pub use heat_map::{Grid, HeatMap, PoseMark, heat_map};
 pub use histogram::{Histogram, HistogramSeries, histogram};
 pub use image_picture::{ImageBoxes, ImageDots, ImageLine, ImagePicture, image_picture};
 pub use picture::{Picture, is_of_series, remove_earlier};
-pub use run_chart::{RunChart, RunGroup, run_chart};
+pub use run_chart::{RunChart, run_chart};
 pub use scatter::{ScatterPicture, ScatterSeries, scatter};
 pub use space::{SpacePath, SpaceViews, space_views};
-pub use surface::{SurfacePicture, surface_picture};
+pub use surface::surface_picture;
 pub use svg::base64;
 pub use table::{Table, escaped};
 pub use time_series::{Mark, Panel, Series, SeriesStyle, Span, TimeSeriesPicture, time_series};

@@ -34,6 +34,18 @@ pub struct SpacePath {
     pub colors: Vec<Color>,
 }
 
+impl SpacePath {
+    /// A way.
+    pub fn line(label: impl Into<String>, color: Color, points: Vec<[f64; 3]>) -> Self {
+        Self { label: label.into(), color, points, ..Self::default() }
+    }
+
+    /// Points of a map.
+    pub fn cloud(label: impl Into<String>, color: Color, points: Vec<[f64; 3]>) -> Self {
+        Self { is_cloud: true, ..Self::line(label, color, points) }
+    }
+}
+
 /// Border around the paths, share of their largest extent; with a map around them a wider one.
 const BORDER: (f64, f64) = (0.08, 0.5);
 /// Share of a map's points at each end of an axis that may lie outside.

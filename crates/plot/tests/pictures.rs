@@ -8,10 +8,10 @@ use image::RgbImage;
 use resvg::usvg;
 use visloc_core::geom::PlanarPose;
 use visloc_plot::{
-    Bar, BarChart, BarGroup, BarSeries, Color, CovarianceEllipse, FieldPath, FieldPicture, Grid, HeatMap,
-    Histogram, HistogramSeries, Kidnap, Mark, Panel, PathPoint, Picture, PlotError, PoseCloud, PoseMark,
-    ReferenceLine, Series, SeriesStyle, Span, TimeSeriesPicture, ValueAxis, bar_chart, field_picture,
-    heat_map, histogram, time_series,
+    Bar, BarChart, BarSeries, Color, FieldPath, FieldPicture, Grid, Group, HeatMap, Histogram,
+    HistogramSeries, Kidnap, Mark, Panel, PathPoint, Picture, PlotError, PoseMark, ReferenceLine, Series,
+    SeriesStyle, Span, TimeSeriesPicture, ValueAxis, bar_chart, field_picture, heat_map, histogram,
+    time_series,
 };
 use visloc_world::{Map, field::Field};
 
@@ -55,19 +55,6 @@ fn every_picture(value: f64) -> Vec<Picture> {
         truth: Some(FieldPath::new("truth", Color::BLACK, [pose, PlanarPose::default(), pose])),
         kidnaps: vec![Kidnap { from: pose, to: PlanarPose::default() }; 2],
         start: Some(pose),
-        clouds: vec![PoseCloud {
-            label: label(),
-            color: Color::BLUE,
-            poses: vec![pose],
-            arrow_length_m: value,
-        }],
-        ellipses: vec![CovarianceEllipse {
-            label: label(),
-            color: Color::BLUE,
-            mean_m: [value, 0.0],
-            covariance_m2: [[value, 0.0], [0.0, value]],
-            num_sigmas: 2.0,
-        }],
         ..FieldPicture::default()
     };
     let axes = [
@@ -94,7 +81,7 @@ fn every_picture(value: f64) -> Vec<Picture> {
     let heat = HeatMap { grid, marks, range: Some((value, 1.0)), ..HeatMap::default() };
     let bars = BarChart {
         series: vec![BarSeries { label: label(), color: Color::BLUE }],
-        groups: vec![BarGroup { label: label(), bars: vec![Bar { value, interval: Some((0.0, value)) }] }],
+        groups: vec![Group { label: label(), values: vec![Bar { value, interval: Some((0.0, value)) }] }],
         references: vec![reference],
         ..BarChart::default()
     };

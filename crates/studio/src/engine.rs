@@ -1,7 +1,7 @@
 //! Runs a session: commands as they come, steps at their pace, and nothing at all while nobody watches.
 
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::mpsc::{Receiver, RecvTimeoutError},
     time::Duration,
 };
@@ -9,7 +9,7 @@ use std::{
 use serde_json::{Value, json};
 use visloc_core::Clock;
 
-use crate::{Command, Hub, Message, Session, StudioError, recording::Tape};
+use crate::{Command, Hub, Message, Scenes, Session, StudioError, recording::Tape};
 
 /// Steps that are late by more than this are not made up for, seconds.
 const MAX_LATE_SECS: f64 = 0.1;
@@ -20,37 +20,9 @@ const IDLE_SECS: f64 = 0.5;
 /// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
 const NOTICE_SECS: f64 = 2.0;
 
-/// Opens the sessions that pages can choose.
-pub trait Engine: Send {
-    /// Opens a session by its id.
-    ///
-    /// # Errors
-    /// If there is no such session or it cannot be opened.
-    fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError>;
-
-    /// Takes in a recording that has been made; the id by which it can be opened.
-    fn add_recording(&mut self, path: PathBuf) -> String;
-
-    /// Takes in a file that somebody at a page has handed over; the id by which it can be opened.
-    ///
-    /// # Errors
-    /// If it is of no known kind, or says only how others are to be opened, as a map does.
-    fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
-        Err(StudioError::input(path.display(), "nothing is opened here"))
-    }
-
-    /// Takes in a map to play on; the id by which it can be opened.
-    ///
-    /// # Errors
-    /// If it is none.
-    fn add_place(&mut self, path: &Path) -> Result<String, StudioError> {
-        Err(StudioError::input(path.display(), "nothing is opened here"))
-    }
-}
-
 /// What is shown: a session, with what the people there should know besides.
 struct Stage<'a> {
-    engine: Box<dyn Engine>,
+    scenes: Scenes,
     session: Box<dyn Session>,
     tape: Tape,
     hub: &'a Hub,
@@ -61,9 +33,9 @@ struct Stage<'a> {
     recorded: Option<Value>,
 }
 
-/// Runs until the hub is closed. A session that somebody opens takes the place of the one before. What pages record goes to `tape`.
+/// Runs a session of some scenes until the hub is closed. A session that somebody opens takes the place of the one before. What pages record goes to `tape`.
 pub fn run_engine(
-    engine: Box<dyn Engine>,
+    scenes: Scenes,
     session: Box<dyn Session>,
     tape: Tape,
     hub: &Hub,
@@ -72,7 +44,7 @@ pub fn run_engine(
 ) {
     let mut due_secs = clock.secs();
     let mut stage =
-        Stage { engine, session, tape, hub, clock, notice: None, notice_until_secs: 0.0, recorded: None };
+        Stage { scenes, session, tape, hub, clock, notice: None, notice_until_secs: 0.0, recorded: None };
     while !hub.is_closed() {
         if hub.num_viewers() == 0 {
             // Blocks without cost; a new page says hello.
@@ -129,7 +101,7 @@ impl Stage<'_> {
             Command::Hello {} => Ok(()),
             Command::Open { scene } => self.open(scene),
             Command::OpenFile { path, is_place } => {
-                let scene = if *is_place { self.engine.add_place(path) } else { self.engine.add_file(path) }?;
+                let scene = if *is_place { self.scenes.add_place(path) } else { self.scenes.add_file(path) }?;
                 self.open(&scene)
             }
             Command::Record { is_on: true } => {
@@ -147,7 +119,7 @@ impl Stage<'_> {
     }
 
     fn open(&mut self, scene: &str) -> Result<(), StudioError> {
-        let opened = self.engine.open(scene)?;
+        let opened = self.scenes.open(scene)?;
         self.stop_tape();
         self.session = opened;
         Ok(())
@@ -163,7 +135,7 @@ impl Stage<'_> {
         match ended {
             Ok(Some(path)) => {
                 let file = path.display().to_string();
-                let scene = self.engine.add_recording(path);
+                let scene = self.scenes.add_recording(path);
                 self.recorded = Some(json!({ "is_on": false, "file": file, "scene": scene }));
             }
             Ok(None) => {}

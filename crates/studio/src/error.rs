@@ -72,17 +72,13 @@ impl From<SettingsError> for StudioError {
 }
 
 impl StudioError {
-    /// A command that makes no sense here.
-    pub(crate) fn command(
-        what: impl Into<String>,
-        expected: impl Into<String>,
-        found: impl ToString,
-    ) -> Self {
+    /// A command that makes no sense here: what was to be done, what is possible, and what was asked for.
+    pub fn command(what: impl Into<String>, expected: impl Into<String>, found: impl ToString) -> Self {
         Self::Command { what: what.into(), expected: expected.into(), found: found.to_string() }
     }
 
-    /// A file or a connection that cannot be used.
-    pub(crate) fn input(origin: impl ToString, reason: impl ToString) -> Self {
+    /// A file or a connection that cannot be used, and why.
+    pub fn input(origin: impl ToString, reason: impl ToString) -> Self {
         Self::Input { origin: origin.to_string(), reason: reason.to_string() }
     }
 }

@@ -19,9 +19,6 @@ pub fn new_file(folder: &Path, stem: &str, extension: &str) -> io::Result<PathBu
 }
 
 /// The same, open to be written.
-///
-/// # Errors
-/// As [`new_file`].
 pub(crate) fn open_new_file(folder: &Path, stem: &str, extension: &str) -> io::Result<(PathBuf, File)> {
     fs::create_dir_all(folder)?;
     for number in 1..MAX_FILES {

@@ -36,9 +36,6 @@ impl Playback {
     }
 
     /// Plays, pauses or changes the pace, if a command says so; whether it was such a command.
-    ///
-    /// # Errors
-    /// If the pace is out of its range.
     pub fn handle(&mut self, command: &Command) -> Result<bool, StudioError> {
         match *command {
             Command::Play {} => self.play(),

@@ -12,7 +12,7 @@ use visloc_vmap::VisualMap;
 use visloc_world::Map;
 
 use crate::{
-    Engine, Session, StudioError,
+    Session, StudioError,
     playground::{PLACES, Playground},
     replay::Replay,
     server::{Remote, RemoteSession},
@@ -221,8 +221,12 @@ fn named<'a, T>(scene: &str, prefix: &str, all: &'a [T]) -> Option<&'a T> {
     all.get(scene.strip_prefix(prefix)?.parse::<usize>().ok()?)
 }
 
-impl Engine for Scenes {
-    fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
+impl Scenes {
+    /// Opens a session by its id.
+    ///
+    /// # Errors
+    /// If there is no such session or it cannot be opened.
+    pub fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
         if let Some(robot) = self.robot.as_ref().filter(|_| scene == ROBOT) {
             let session =
                 RemoteSession::open(robot.clone(), ROBOT, self.list(), self.clock.clone(), self.log)?;
@@ -265,7 +269,11 @@ impl Engine for Scenes {
         Ok(Box::new(Playground::new(scene, self.seed, self.clock.clone(), list)?))
     }
 
-    fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
+    /// Takes in a file that somebody at a page has handed over; the id by which it can be opened.
+    ///
+    /// # Errors
+    /// If it is of no known kind, or says only how others are to be opened, as a map does.
+    pub fn add_file(&mut self, path: &Path) -> Result<String, StudioError> {
         let open = self
             .files
             .as_ref()
@@ -280,14 +288,19 @@ impl Engine for Scenes {
         })
     }
 
-    fn add_place(&mut self, path: &Path) -> Result<String, StudioError> {
+    /// Takes in a map to play on; the id by which it can be opened.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn add_place(&mut self, path: &Path) -> Result<String, StudioError> {
         Map::load(&path.display().to_string())
             .map_err(|error| StudioError::input(path.display(), format!("no map to play on: {error}")))?;
         self.maps.push(path.to_path_buf());
         Ok(format!("{MAP}{}", self.maps.len() - 1))
     }
 
-    fn add_recording(&mut self, path: PathBuf) -> String {
+    /// Takes in a recording that has been made; the id by which it can be opened.
+    pub fn add_recording(&mut self, path: PathBuf) -> String {
         self.recordings.push(path);
         format!("{RECORDING}{}", self.recordings.len() - 1)
     }

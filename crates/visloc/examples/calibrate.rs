@@ -3,7 +3,7 @@
 
 use visloc::{
     Camera, Distortion, RngTree,
-    calib::{Board, CalibrationConfig, Checkerboard, LensModel, ViewInput, calibrate, detect, render},
+    calib::{Board, Checkerboard, LensModel, ViewInput, calibrate, detect, render},
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,8 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             views.push(ViewInput { name: format!("photo {i}"), corners: found.corners });
         }
     }
-    let config = CalibrationConfig::new(LensModel::RadialTangential);
-    let calibration = calibrate(&board, truth.size_px(), &views, &config)?;
+    let calibration = calibrate(&board, truth.size_px(), &views, LensModel::RadialTangential)?;
     println!("{} photos, residual {:.3} px", calibration.views.len(), calibration.rms_px);
     for parameter in &calibration.parameters {
         println!("{} = {:.4} +- {:.4}", parameter.name, parameter.value, parameter.standard_deviation);

@@ -192,7 +192,7 @@ fn loose_ends(office: &Office) -> Vec<[f64; 2]> {
     const MAX_SHOWN: usize = 8;
     let is_loose = |i: usize, at: &Point2<f64>| {
         let own = &office.walls()[i].origin;
-        !office.walls().iter().any(|wall| wall.origin != *own && distance_m(wall, at) < NEAR_M)
+        !office.walls().iter().any(|wall| wall.origin != *own && wall.distance_m(at) < NEAR_M)
     };
     let mut ends: Vec<[f64; 2]> = Vec::new();
     for (i, wall) in office.walls().iter().enumerate() {
@@ -207,12 +207,6 @@ fn loose_ends(office: &Office) -> Vec<[f64; 2]> {
         }
     }
     ends
-}
-
-fn distance_m(wall: &Wall, at: &Point2<f64>) -> f64 {
-    let along = wall.end - wall.start;
-    let t = ((at - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-    (at - (wall.start + along * t)).norm()
 }
 
 /// How many turns about the middle of the walls bring every wall and every door to where there is an equal one.
@@ -241,7 +235,7 @@ fn num_alike(office: &Office) -> usize {
             let (start, end) = (turned(&wall.start, *quarters), turned(&wall.end, *quarters));
             let places = [start, nalgebra::center(&start, &end), end];
             let is_on =
-                |place: &Point2<f64>| office.walls().iter().any(|other| distance_m(other, place) < 0.1);
+                |place: &Point2<f64>| office.walls().iter().any(|other| other.distance_m(place) < 0.1);
             places.iter().all(is_on)
         };
         office.doors().iter().take(MAX_COMPARED).all(door_there)

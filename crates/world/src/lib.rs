@@ -6,11 +6,13 @@ pub mod field;
 mod floor;
 mod hindrance;
 #[cfg(feature = "import")]
-pub mod import;
+mod import;
 mod load;
 pub mod office;
 
 pub use built_in::BUILT_IN_MAPS;
 pub use error::MapError;
 pub use hindrance::Hindrance;
+#[cfg(feature = "import")]
+pub use import::ImportNote;
 pub use load::Map;

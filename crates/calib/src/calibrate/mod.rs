@@ -6,4 +6,4 @@ mod run;
 
 pub use error::{CalibrateError, DropReason, DroppedView};
 pub use result::{Calibration, Parameter, SeenCorner, View};
-pub use run::{CalibrationConfig, ViewInput, calibrate};
+pub use run::{ViewInput, calibrate};

@@ -17,28 +17,13 @@ pub struct ViewInput {
     pub corners: Vec<BoardCorner>,
 }
 
-/// How to calibrate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CalibrationConfig {
-    /// The lens.
-    pub model: LensModel,
-    /// Fewest pictures.
-    pub min_views: usize,
-    /// A picture is dropped if its median residual is so many times the usual one.
-    pub view_outlier_factor: f64,
-    /// A corner is left out if its residual is so many standard deviations.
-    pub corner_outlier_sigmas: f64,
-}
-
-impl CalibrationConfig {
-    /// The usual settings for a lens.
-    #[must_use]
-    pub fn new(model: LensModel) -> Self {
-        // Of a normal distribution in the plane, 4 in a million are beyond five standard deviations.
-        Self { model, min_views: 3, view_outlier_factor: 4.0, corner_outlier_sigmas: 5.0 }
-    }
-}
-
+/// Fewest pictures.
+const MIN_VIEWS: usize = 3;
+/// A picture is dropped if its median residual is so many times the usual one.
+const VIEW_OUTLIER_FACTOR: f64 = 4.0;
+/// A corner is left out if its residual is so many standard deviations: of a normal distribution in the plane, 4 in a million are
+/// beyond.
+const CORNER_OUTLIER_SIGMAS: f64 = 5.0;
 const MIN_CORNERS: usize = 8;
 /// A picture is never dropped for a median residual below this, pixels.
 const HARMLESS_PX: f64 = 0.3;
@@ -60,7 +45,7 @@ struct Work {
     covariance: Option<nalgebra::SMatrix<f64, 9, 9>>,
 }
 
-/// Calibrates a camera from the corners of a board in several pictures of `size_px`.
+/// Calibrates a camera from the corners of a board in several pictures of `size_px`, with a lens of a model.
 ///
 /// First guess from homographies; robust refinement; pictures that do not fit are dropped, one after the other; corners that
 /// do not fit are left out; final refinement without weights, for honest standard deviations.
@@ -71,38 +56,38 @@ pub fn calibrate(
     board: &Board,
     size_px: (u32, u32),
     inputs: &[ViewInput],
-    config: &CalibrationConfig,
+    model: LensModel,
 ) -> Result<Calibration, CalibrateError> {
     board.check()?;
     let mut dropped = Vec::new();
-    let mut work = first_guess(board, size_px, inputs, config, &mut dropped)?;
+    let mut work = first_guess(board, size_px, inputs, model, &mut dropped)?;
     work.refine(100.0 * HARMLESS_PX, 60);
     work.refine(2.0, 60);
-    while let Some(worst) = work.worst_view(config.view_outlier_factor) {
+    while let Some(worst) = work.worst_view(VIEW_OUTLIER_FACTOR) {
         dropped.push(work.remove(worst));
-        if work.names.len() < config.min_views {
-            return Err(too_few(config, work.names.len(), dropped));
+        if work.names.len() < MIN_VIEWS {
+            return Err(too_few(work.names.len(), dropped));
         }
         work.refine(2.0, 60);
     }
     let sigma_px = work.robust_sigma_px();
     work.refine(2.5 * sigma_px, 100);
-    let limit_px = config.corner_outlier_sigmas * work.robust_sigma_px();
+    let limit_px = CORNER_OUTLIER_SIGMAS * work.robust_sigma_px();
     let all = work.observations.clone();
     work.keep_within(limit_px);
     work.refine(f64::INFINITY, 200);
-    work.finish(board, size_px, config, &all, dropped)
+    work.finish(board, size_px, model, &all, dropped)
 }
 
-fn too_few(config: &CalibrationConfig, found: usize, dropped: Vec<DroppedView>) -> CalibrateError {
-    CalibrateError::TooFewViews { expected: config.min_views, found, dropped }
+fn too_few(found: usize, dropped: Vec<DroppedView>) -> CalibrateError {
+    CalibrateError::TooFewViews { expected: MIN_VIEWS, found, dropped }
 }
 
 fn first_guess(
     board: &Board,
     size_px: (u32, u32),
     inputs: &[ViewInput],
-    config: &CalibrationConfig,
+    model: LensModel,
     dropped: &mut Vec<DroppedView>,
 ) -> Result<Work, CalibrateError> {
     let mut usable = Vec::new();
@@ -116,13 +101,13 @@ fn first_guess(
             usable.push((input.name.clone(), corners));
         }
     }
-    if usable.len() < config.min_views {
-        return Err(too_few(config, usable.len(), std::mem::take(dropped)));
+    if usable.len() < MIN_VIEWS {
+        return Err(too_few(usable.len(), std::mem::take(dropped)));
     }
     let observe = |c: &BoardCorner| Observation { point_in_board: board.corner_in_board(c.id), px: c.px };
     let observations: Vec<Vec<Observation>> =
         usable.iter().map(|(_, corners)| corners.iter().map(observe).collect()).collect();
-    let guess = start(config.model, size_px, &observations).ok_or(CalibrateError::NoStart)?;
+    let guess = start(model, size_px, &observations).ok_or(CalibrateError::NoStart)?;
     let mut work = Work {
         names: Vec::new(),
         ids: Vec::new(),
@@ -142,8 +127,8 @@ fn first_guess(
         work.observations.push(view);
         work.poses.push(pose);
     }
-    if work.names.len() < config.min_views {
-        return Err(too_few(config, work.names.len(), std::mem::take(dropped)));
+    if work.names.len() < MIN_VIEWS {
+        return Err(too_few(work.names.len(), std::mem::take(dropped)));
     }
     Ok(work)
 }
@@ -199,7 +184,7 @@ impl Work {
         self,
         board: &Board,
         size_px: (u32, u32),
-        config: &CalibrationConfig,
+        model: LensModel,
         all: &[Vec<Observation>],
         dropped: Vec<DroppedView>,
     ) -> Result<Calibration, CalibrateError> {
@@ -208,12 +193,12 @@ impl Work {
         let num_parameters = self.intrinsics.num_parameters() + 6 * self.poses.len();
         let freedom = (2.0 * used.len() as f64 - num_parameters as f64).max(1.0);
         let corner_noise_px = (sum / freedom).sqrt();
-        let parameters = self.parameters(config.model, corner_noise_px)?;
+        let parameters = self.parameters(model, corner_noise_px)?;
         self.check_spread(&parameters, size_px)?;
         let camera: Camera = self.intrinsics.camera(size_px).map_err(|_| CalibrateError::NoStart)?;
         Ok(Calibration {
             camera,
-            model: config.model,
+            model,
             board: *board,
             parameters,
             views: self.views(all),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Board, Calibration, CalibrationConfig, ViewInput, calibrate};
+use crate::{Board, Calibration, LensModel, ViewInput, calibrate};
 
 /// Standard deviations by which a parameter of two cameras differs: the pictures of one camera hardly ever differ by as much.
 const MOST_SIGMAS: f64 = 6.0;
@@ -27,7 +27,7 @@ pub fn several_cameras(
     board: &Board,
     size_px: (u32, u32),
     views: &[ViewInput],
-    config: &CalibrationConfig,
+    model: LensModel,
 ) -> Option<SeveralCameras> {
     let mut groups: BTreeMap<&str, Vec<ViewInput>> = BTreeMap::new();
     for view in views {
@@ -38,7 +38,7 @@ pub fn several_cameras(
     }
     let alone = groups.into_iter().filter_map(|(name, views)| {
         let found =
-            (views.len() >= LEAST_VIEWS).then(|| calibrate(board, size_px, &views, config).ok()).flatten()?;
+            (views.len() >= LEAST_VIEWS).then(|| calibrate(board, size_px, &views, model).ok()).flatten()?;
         Some((name.to_owned(), found))
     });
     let alone: Vec<(String, Calibration)> = alone.collect();

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector2;
 use visloc_calib::{
-    Board, BoardCorner, CalibrateError, Calibration, CalibrationConfig, DropReason, LensModel, ViewInput,
-    calibrate, coverage, detect,
+    Board, BoardCorner, CalibrateError, Calibration, DropReason, LensModel, ViewInput, calibrate, coverage,
+    detect,
     render::{RenderSettings, random_pose},
     several_cameras,
 };
@@ -48,7 +48,7 @@ fn errors(found: &Calibration, truth: &Camera) -> (f64, f64) {
 fn exact_corners_give_the_exact_camera() {
     for (name, board, camera, model) in cases() {
         let inputs = corners(&board, &camera, 5, 12, 0.0);
-        let found = calibrate(&board, camera.size_px(), &inputs, &CalibrationConfig::new(model)).unwrap();
+        let found = calibrate(&board, camera.size_px(), &inputs, model).unwrap();
         let (focal, center) = errors(&found, &camera);
         assert!(focal < 1e-6 && center < 1e-3, "{name}: {focal} {center} {:?}", found.parameters);
         assert!(found.rms_px < 1e-5, "{name}: {}", found.rms_px);
@@ -62,7 +62,7 @@ fn residuals_are_the_injected_noise_and_the_deviations_are_honest() {
         for seed in SEEDS {
             let noise_px = 0.1;
             let inputs = corners(&board, &camera, seed, 25, noise_px);
-            let found = calibrate(&board, camera.size_px(), &inputs, &CalibrationConfig::new(model)).unwrap();
+            let found = calibrate(&board, camera.size_px(), &inputs, model).unwrap();
             assert!(
                 (found.corner_noise_px / noise_px - 1.0).abs() < 0.1,
                 "{name}: {}",
@@ -93,7 +93,7 @@ fn rendered_pictures_give_the_camera() {
                 })
                 .collect();
             assert!(inputs.len() >= 14, "{name}: {} of 16 found", inputs.len());
-            let found = calibrate(&board, camera.size_px(), &inputs, &CalibrationConfig::new(model)).unwrap();
+            let found = calibrate(&board, camera.size_px(), &inputs, model).unwrap();
             let (focal, center) = errors(&found, &camera);
             println!(
                 "{name}, seed {seed}: focal {:.4} %, center {center:.3} px, rms {:.3} px, {} views, {} outliers",
@@ -119,8 +119,7 @@ fn a_wrong_picture_and_wrong_corners_are_left_out() {
     inputs[7].corners[5].px.x += 15.0;
     inputs[7].corners[30].px.y -= 6.0;
     inputs.push(ViewInput { name: "empty".into(), corners: Vec::new() });
-    let config = CalibrationConfig::new(LensModel::RadialTangential);
-    let found = calibrate(&CHECKERS, camera.size_px(), &inputs, &config).unwrap();
+    let found = calibrate(&CHECKERS, camera.size_px(), &inputs, LensModel::RadialTangential).unwrap();
     let dropped: Vec<&str> = found.dropped.iter().map(|view| view.name.as_str()).collect();
     assert_eq!(dropped, ["empty", "3"]);
     assert!(matches!(found.dropped[1].reason, DropReason::LargeResiduals { .. }));
@@ -132,8 +131,8 @@ fn a_wrong_picture_and_wrong_corners_are_left_out() {
 #[test]
 fn too_few_or_degenerate_pictures_say_so() {
     let camera = webcam();
-    let config = CalibrationConfig::new(LensModel::RadialTangential);
-    let run = |inputs: &[ViewInput]| calibrate(&CHECKERS, camera.size_px(), inputs, &config);
+    let run =
+        |inputs: &[ViewInput]| calibrate(&CHECKERS, camera.size_px(), inputs, LensModel::RadialTangential);
     let two = corners(&CHECKERS, &camera, 1, 2, 0.1);
     assert!(matches!(run(&two), Err(CalibrateError::TooFewViews { expected: 3, found: 2, .. })));
     // The board always flat in front of the camera.
@@ -156,11 +155,20 @@ fn too_few_or_degenerate_pictures_say_so() {
 #[test]
 fn coverage_asks_for_what_is_missing() {
     let camera = webcam();
-    let config = CalibrationConfig::new(LensModel::RadialTangential);
-    let full =
-        calibrate(&CHECKERS, camera.size_px(), &corners(&CHECKERS, &camera, 1, 40, 0.1), &config).unwrap();
-    let few =
-        calibrate(&CHECKERS, camera.size_px(), &corners(&CHECKERS, &camera, 1, 4, 0.1), &config).unwrap();
+    let full = calibrate(
+        &CHECKERS,
+        camera.size_px(),
+        &corners(&CHECKERS, &camera, 1, 40, 0.1),
+        LensModel::RadialTangential,
+    )
+    .unwrap();
+    let few = calibrate(
+        &CHECKERS,
+        camera.size_px(),
+        &corners(&CHECKERS, &camera, 1, 4, 0.1),
+        LensModel::RadialTangential,
+    )
+    .unwrap();
     let (full, few) = (coverage(&full), coverage(&few));
     assert!(full.covered > 0.9 && full.advice.len() <= 3, "{full:?}");
     assert!(few.covered < full.covered && few.advice.len() > full.advice.len(), "{few:?}");
@@ -172,14 +180,13 @@ fn pictures_of_two_cameras_are_told_by_their_names() {
     let webcam = webcam();
     let other =
         Camera::new(webcam.size_px(), webcam.focal_px(), (309.0, 249.0), webcam.distortion()).unwrap();
-    let config = CalibrationConfig::new(LensModel::RadialTangential);
     for (right, is_other) in [(&webcam, false), (&other, true)] {
         let named = |camera: &Camera, seed: u64, name: &str| -> Vec<ViewInput> {
             let views = corners(&CHECKERS, camera, seed, 13, 0.2).into_iter();
             views.map(|view| ViewInput { name: format!("in/{name}{}.png", view.name), ..view }).collect()
         };
         let views = [named(&webcam, 1, "left"), named(right, 2, "right")].concat();
-        let told = several_cameras(&CHECKERS, webcam.size_px(), &views, &config);
+        let told = several_cameras(&CHECKERS, webcam.size_px(), &views, LensModel::RadialTangential);
         assert_eq!(told.as_ref().map(|told| told.groups.concat()), is_other.then(|| "leftright".to_owned()));
         assert!(told.is_none_or(|told| matches!(told.parameter, "cx" | "cy")));
     }

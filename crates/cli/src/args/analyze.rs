@@ -3,11 +3,12 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use visloc_core::eval::camera::Step;
+use visloc_core::eval::camera::{Alignment, Step};
 
 use super::{
     InputName, InputPath, JsonArg, OutputFile, OutputFolder,
-    number::{number_in, seconds},
+    named::named,
+    number::{seconds, within},
 };
 
 /// Arguments of `visloc evaluate`.
@@ -58,15 +59,11 @@ pub enum TrajectoryKind {
 }
 
 /// How freely the estimate of a camera is moved before it is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum AlignArg {
-    /// Not at all
-    None,
-    /// Rotation and translation
-    Se3,
-    /// Rotation, translation and scale
-    Sim3,
-}
+const ALIGNMENTS: &[(&str, Alignment, &str)] = &[
+    ("none", Alignment::None, "Not at all"),
+    ("se3", Alignment::Rigid, "Rotation and translation"),
+    ("sim3", Alignment::Similarity, "Rotation, translation and scale"),
+];
 
 /// Options for cameras.
 #[derive(Debug, Clone, Args)]
@@ -76,8 +73,8 @@ pub struct CameraErrorArgs {
     #[arg(long = "as", value_name = "KIND", value_enum)]
     pub kind: Option<TrajectoryKind>,
     /// How freely the estimate may be moved [default: sim3, since one camera knows no scale]
-    #[arg(long, value_name = "HOW", value_enum)]
-    pub align: Option<AlignArg>,
+    #[arg(long, value_name = "HOW", value_parser = named(ALIGNMENTS))]
+    pub align: Option<Alignment>,
     /// Length of the motions of the relative error: poses (10) or meters (0.5m) [default: 1]
     #[arg(long, value_name = "N|METERS")]
     pub delta: Option<DeltaArg>,
@@ -88,13 +85,9 @@ pub struct CameraErrorArgs {
     #[arg(long, value_name = "SECS", value_parser = seconds)]
     pub max_diff: Option<f64>,
     /// Added to the times of the estimate, seconds [default: 0]
-    #[arg(long, value_name = "SECS", allow_hyphen_values = true, value_parser = offset)]
+    // One of the clocks may count from 1970.
+    #[arg(long, value_name = "SECS", allow_hyphen_values = true, value_parser = within(-1e10, 1e10))]
     pub offset: Option<f64>,
-}
-
-/// Seconds between two clocks, of which one may count from 1970.
-fn offset(text: &str) -> Result<f64, String> {
-    number_in(text, -1e10, 1e10)
 }
 
 impl CameraErrorArgs {

@@ -5,6 +5,7 @@ use visloc_calib::{AprilGrid, Board, BoardError, Checkerboard, LensModel};
 
 use super::{
     InputName, JsonArg, OutputFile, OutputFolder,
+    named::named,
     number::{board_side, number, whole},
 };
 
@@ -17,27 +18,16 @@ pub enum PatternArg {
     Aprilgrid,
 }
 
-/// The lens.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ModelArg {
-    /// Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses
-    Radtan,
-    /// Radial-tangential without k3
-    Radtan4,
-    /// Equidistant fisheye with k1 to k4: lenses of more than 100 degrees
-    KannalaBrandt,
-}
-
-impl ModelArg {
-    /// The lens for the solver.
-    pub fn lens(self) -> LensModel {
-        match self {
-            Self::Radtan => LensModel::RadialTangential,
-            Self::Radtan4 => LensModel::RadialTangential4,
-            Self::KannalaBrandt => LensModel::KannalaBrandt,
-        }
-    }
-}
+/// Lenses.
+const LENSES: &[(&str, LensModel, &str)] = &[
+    ("radtan", LensModel::RadialTangential, "Radial-tangential with k1, k2, p1, p2, k3: ordinary lenses"),
+    ("radtan4", LensModel::RadialTangential4, "Radial-tangential without k3"),
+    (
+        "kannala-brandt",
+        LensModel::KannalaBrandt,
+        "Equidistant fisheye with k1 to k4: lenses of more than 100 degrees",
+    ),
+];
 
 /// The board.
 #[derive(Debug, Clone, Copy, Args)]
@@ -142,8 +132,8 @@ pub struct CalibrateArgs {
     #[command(flatten)]
     pub pattern: PatternArgs,
     /// The lens
-    #[arg(long, value_enum, default_value_t = ModelArg::Radtan)]
-    pub model: ModelArg,
+    #[arg(long, value_parser = named(LENSES), default_value = "radtan")]
+    pub model: LensModel,
     /// Write the camera to this file, TOML
     #[arg(long, value_name = "FILE")]
     pub out: Option<OutputFile>,

@@ -1,11 +1,12 @@
 //! `visloc camera` and `visloc check-camera`.
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use visloc_io::camera_file::CameraFormat;
 
 use super::{
     InputName, InputPath, JsonArg, OutputFile, OutputFolder, PatternArgs, SeedArg,
-    number::{number_in, whole},
+    named::named,
+    number::{numbers, whole},
 };
 
 /// Arguments of `visloc check-camera`.
@@ -48,8 +49,8 @@ pub enum CameraCommand {
         #[arg(value_name = "OUT")]
         output: OutputFile,
         /// Form of the file [default: toml for .toml, ros for .yaml]
-        #[arg(long, value_enum)]
-        format: Option<FormatArg>,
+        #[arg(long, value_parser = named(FORMATS))]
+        format: Option<CameraFormat>,
     },
     /// Draw a board to print, SVG in true size
     Board {
@@ -104,33 +105,15 @@ pub enum CameraCommand {
 
 /// Six numbers with commas between them.
 fn six_numbers(text: &str) -> Result<[f64; 6], String> {
-    let wrong =
-        || format!("expected x,y,height,heading,pitch,roll, each from -10000 to 10000, found '{text}'");
-    let numbers: Result<Vec<f64>, String> = text.split(',').map(|part| number_in(part, -1e4, 1e4)).collect();
-    <[f64; 6]>::try_from(numbers.map_err(|_| wrong())?).map_err(|_| wrong())
+    numbers(text).map_err(|_| {
+        format!("expected x,y,height,heading,pitch,roll, each from -10000 to 10000, found '{text}'")
+    })
 }
 
 /// Forms of calibrations.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum FormatArg {
-    /// visloc's own
-    Toml,
-    /// CameraInfo of ROS, YAML
-    Ros,
-    /// camchain of Kalibr, YAML
-    Kalibr,
-    /// FileStorage of OpenCV, %YAML:1.0
-    Opencv,
-}
-
-impl FormatArg {
-    /// The form for the writer.
-    pub fn format(self) -> CameraFormat {
-        match self {
-            Self::Toml => CameraFormat::Toml,
-            Self::Ros => CameraFormat::Ros,
-            Self::Kalibr => CameraFormat::Kalibr,
-            Self::Opencv => CameraFormat::OpenCv,
-        }
-    }
-}
+const FORMATS: &[(&str, CameraFormat, &str)] = &[
+    ("toml", CameraFormat::Toml, "visloc's own"),
+    ("ros", CameraFormat::Ros, "CameraInfo of ROS, YAML"),
+    ("kalibr", CameraFormat::Kalibr, "camchain of Kalibr, YAML"),
+    ("opencv", CameraFormat::OpenCv, "FileStorage of OpenCV, %YAML:1.0"),
+];

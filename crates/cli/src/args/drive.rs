@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::number::number_in;
+use super::number::within;
 
 /// Driving over the link.
 #[derive(Debug, Clone, Args)]
@@ -12,10 +12,10 @@ pub struct DriveArgs {
     #[arg(long, requires = "publish")]
     pub allow_drive: bool,
     /// Fastest that they may drive, meters per second; half of it to the sides
-    #[arg(long, value_name = "M_PER_S", default_value_t = 0.3, value_parser = speed, requires = "allow_drive")]
+    #[arg(long, value_name = "M_PER_S", default_value_t = 0.3, value_parser = within(0.01, 10.0), requires = "allow_drive")]
     pub max_speed: f64,
     /// Fastest that they may turn, degrees per second
-    #[arg(long, value_name = "DEG_PER_S", default_value_t = 50.0, value_parser = turn, requires = "allow_drive")]
+    #[arg(long, value_name = "DEG_PER_S", default_value_t = 50.0, value_parser = within(1.0, 360.0), requires = "allow_drive")]
     pub max_turn: f64,
     /// Where a robot on ROS 2 takes speeds, geometry_msgs/Twist
     #[arg(long, value_name = "TOPIC", default_value = "/cmd_vel", requires = "allow_drive")]
@@ -37,12 +37,4 @@ pub struct DriveArgs {
         requires = "allow_drive"
     )]
     pub head_joints: Vec<String>,
-}
-
-fn speed(text: &str) -> Result<f64, String> {
-    number_in(text, 0.01, 10.0)
-}
-
-fn turn(text: &str) -> Result<f64, String> {
-    number_in(text, 1.0, 360.0)
 }

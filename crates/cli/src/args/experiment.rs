@@ -1,11 +1,13 @@
 //! `visloc experiment`.
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use visloc_experiments::{Shard, robocup::RobocupSet};
+use visloc_locate::FeatureChoice;
 
 use super::{
     InputName, InputPath, JsonArg, OutputFolder, SeedArg,
-    number::{number_in, whole},
+    named::named,
+    number::{whole, within},
 };
 
 /// Arguments of `visloc experiment`.
@@ -123,8 +125,8 @@ pub struct RobocupArgs {
     #[arg(long = "algorithm", value_name = "NAME")]
     pub algorithms: Vec<String>,
     /// What the pose is computed from
-    #[arg(long, value_enum, default_value_t = Features::Rich)]
-    pub features: Features,
+    #[arg(long, value_parser = named(FEATURES), default_value = "rich")]
+    pub features: &'static [FeatureChoice],
     /// Runs of each kind, each with another walk, light and sensor errors [default: 20; 2 with --quick]
     #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=100_000))]
     pub seeds: Option<u64>,
@@ -158,14 +160,10 @@ pub struct TeamArgs {
     #[arg(long, default_value_t = 25, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     /// Length of a game, seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = game_length)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = within(1.0, 3600.0))]
     pub secs: f64,
     #[command(flatten)]
     pub common: RunsArgs,
-}
-
-fn game_length(text: &str) -> Result<f64, String> {
-    number_in(text, 1.0, 3600.0)
 }
 
 /// Arguments of the SLAM experiments.
@@ -186,15 +184,11 @@ pub struct SlamStudyArgs {
 }
 
 /// What the pose is computed from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Features {
-    /// All border pixels refine what the algorithm finds
-    Rich,
-    /// Twenty pixels, as in the documents
-    Pixels,
-    /// Every algorithm plays with each of them
-    Both,
-}
+const FEATURES: &[(&str, &[FeatureChoice], &str)] = &[
+    ("rich", &[FeatureChoice::Rich], "All border pixels refine what the algorithm finds"),
+    ("pixels", &[FeatureChoice::Pixels], "Twenty pixels, as in the documents"),
+    ("both", &[FeatureChoice::Rich, FeatureChoice::Pixels], "Every algorithm plays with each of them"),
+];
 
 /// Arguments of `visloc experiment merge`.
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::{
     InputName, InputPath, JsonArg, OutputFolder, SeedArg, SourceArgs, TopicArgs,
-    number::{degrees, number_in, seconds},
+    number::{degrees, numbers, seconds, within},
 };
 
 /// Arguments of `visloc likelihood`.
@@ -30,8 +30,8 @@ pub struct LikelihoodArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, conflicts_with = "view")]
     pub at: f64,
     /// Instead of a recording, a simulated image from this pose: meters, meters, degrees
-    #[arg(long, value_name = "X,Y,DEG", conflicts_with = "bag", allow_hyphen_values = true)]
-    pub view: Option<PoseText>,
+    #[arg(long, value_name = "X,Y,DEG", conflicts_with = "bag", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub view: Option<[f64; 3]>,
     /// With --view: how far the head is turned to the left, degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "view", conflicts_with = "bag")]
     pub pan: f64,
@@ -45,10 +45,10 @@ pub struct LikelihoodArgs {
     #[arg(long, value_name = "HEADING", default_value = "best", allow_hyphen_values = true)]
     pub heading: HeadingText,
     /// Place of the profile over all headings, meters [default: the true place, else the maximum]
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
-    pub place: Option<PlaceText>,
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
+    pub place: Option<[f64; 2]>,
     /// Side of a cell of the map, meters
-    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = step)]
+    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = within(0.01, 1.0))]
     pub step: f64,
     /// Weigh all pixels instead of a few taken at random
     #[arg(long)]
@@ -67,43 +67,6 @@ pub struct LikelihoodArgs {
     pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
-}
-
-/// Numbers between commas.
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    const MOST: f64 = 1e4;
-    let wrong = || format!("expected {N} numbers with commas between them, found {text:?}");
-    let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    let numbers: [f64; N] = parts.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
-    if numbers.iter().all(|number| number.abs() <= MOST) {
-        Ok(numbers)
-    } else {
-        Err(format!("expected numbers from -{MOST} to {MOST}, found {text:?}"))
-    }
-}
-
-/// A pose as it is typed: meters, meters, degrees.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PoseText(pub [f64; 3]);
-
-impl FromStr for PoseText {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        numbers(text).map(Self)
-    }
-}
-
-/// A place as it is typed, meters.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PlaceText(pub [f64; 2]);
-
-impl FromStr for PlaceText {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        numbers(text).map(Self)
-    }
 }
 
 /// A heading as it is typed.
@@ -132,21 +95,17 @@ impl FromStr for HeadingText {
     }
 }
 
-fn step(text: &str) -> Result<f64, String> {
-    number_in(text, 0.01, 1.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn poses_places_and_headings_are_read() {
-        assert_eq!("1, -2,30".parse(), Ok(PoseText([1.0, -2.0, 30.0])));
-        assert!("1,2".parse::<PoseText>().is_err() && "1,x".parse::<PlaceText>().is_err());
-        assert!("nan,1".parse::<PlaceText>().is_err());
+        assert_eq!(numbers("1, -2,30"), Ok([1.0, -2.0, 30.0]));
+        assert!(numbers::<3>("1,2").is_err() && numbers::<2>("1,x").is_err());
+        assert!(numbers::<2>("nan,1").is_err());
         assert_eq!("-45".parse(), Ok(HeadingText::Degrees(-45.0)));
         assert!("north".parse::<HeadingText>().unwrap_err().contains("truth"));
-        assert!(step("0").is_err() && seconds("-1").is_err());
+        assert!(within(0.01, 1.0)("0").is_err() && seconds("-1").is_err());
     }
 }

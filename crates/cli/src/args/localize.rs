@@ -1,11 +1,12 @@
 //! `visloc localize`.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use visloc_locate::FeatureChoice;
 
 use super::{
     BroadcastArgs, CorrectionArgs, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputRecording,
     OverwriteArg, SeedArg, SourceArgs, StartArg, ThreadsArg,
+    named::named,
     number::{seconds, whole},
 };
 
@@ -53,8 +54,8 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// What poses are computed from [default: rich, or what --pipeline says]
-    #[arg(long, value_enum)]
-    pub features: Option<FeaturesArg>,
+    #[arg(long, value_parser = named(FEATURES))]
+    pub features: Option<FeatureChoice>,
     /// What is known about the start: half:negative or half:positive (x), side-lines or side-lines:negative or
     /// side-lines:positive, or pose:X,Y,HEADING in meters and degrees (a fourth number is the spread in meters; several
     /// poses can be given)
@@ -123,23 +124,10 @@ pub struct LocalizeArgs {
 }
 
 /// What poses are computed from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FeaturesArg {
-    /// Twenty pixels an image, as in the documents
-    Pixels,
-    /// All borders in view refine what the algorithm finds
-    Rich,
-}
-
-impl FeaturesArg {
-    /// As the pipeline calls it.
-    pub fn choice(self) -> FeatureChoice {
-        match self {
-            Self::Pixels => FeatureChoice::Pixels,
-            Self::Rich => FeatureChoice::Rich,
-        }
-    }
-}
+const FEATURES: &[(&str, FeatureChoice, &str)] = &[
+    ("pixels", FeatureChoice::Pixels, "Twenty pixels an image, as in the documents"),
+    ("rich", FeatureChoice::Rich, "All borders in view refine what the algorithm finds"),
+];
 
 /// Names of topics and frames, in a bag or live.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Args)]

@@ -4,7 +4,7 @@ use clap::Args;
 
 use super::{
     InputName, InputPath, JsonArg, OutputFolder, SeedArg,
-    number::{degrees, number_in},
+    number::{degrees, within},
 };
 
 /// Arguments of `visloc locate`.
@@ -31,7 +31,7 @@ pub struct LocateArgs {
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
     pub pitch: Option<f64>,
     /// Height of the camera above the ground, meters, within a twentieth
-    #[arg(long, value_name = "M", value_parser = height)]
+    #[arg(long, value_name = "M", value_parser = within(0.05, 100.0))]
     pub height: Option<f64>,
     /// Parameters of image analysis and observation model, TOML
     #[arg(long, value_name = "FILE")]
@@ -43,9 +43,4 @@ pub struct LocateArgs {
     pub seed: SeedArg,
     #[command(flatten)]
     pub json: JsonArg,
-}
-
-/// Meters above the ground.
-fn height(text: &str) -> Result<f64, String> {
-    number_in(text, 0.05, 100.0)
 }

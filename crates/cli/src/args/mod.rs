@@ -14,6 +14,7 @@ mod inspect;
 mod likelihood;
 mod localize;
 mod locate;
+mod named;
 mod number;
 mod paths;
 mod shared;
@@ -25,18 +26,16 @@ mod studio;
 #[cfg(feature = "experiments")]
 mod study;
 
-pub use analyze::{AlignArg, ColorsArgs, EvaluateArgs, TrajectoryKind};
+pub use analyze::{ColorsArgs, EvaluateArgs, TrajectoryKind};
 pub use benchmark::BenchmarkArgs;
 pub use calibrate::{CalibrateArgs, PatternArgs};
 pub use calibrate_robot::{CalibrateRobotArgs, CorrectionArgs};
-pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs, FormatArg};
+pub use camera::{CameraArgs, CameraCommand, CheckCameraArgs};
 use clap::{Parser, Subcommand};
 pub use demo::{DemoArgs, DemoKind, SimulateArgs};
 pub use drive::DriveArgs;
 #[cfg(feature = "experiments")]
-pub use experiment::{
-    ExperimentArgs, ExperimentCommand, Features, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs,
-};
+pub use experiment::{ExperimentArgs, ExperimentCommand, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs};
 pub use inspect::{ConfigArgs, ConfigCommand, MapAlignArgs, MapArgs, MapCommand};
 #[cfg(feature = "experiments")]
 pub use likelihood::{HeadingText, LikelihoodArgs};
@@ -47,8 +46,8 @@ pub use paths::{
     STANDARD_OUTPUT,
 };
 pub use shared::{BroadcastArgs, JsonArg, SeedArg, ThreadsArg, num_cores};
-pub use slam::{ScheduleArg, SlamArgs, SlamParametersArgs};
-pub use source::{ExtractArgs, ExtractFormat, ImageFormat, ImageQosArg, RecordArgs, SourceArgs, SourcesArgs};
+pub use slam::{SlamArgs, SlamParametersArgs};
+pub use source::{ExtractArgs, ExtractFormat, ImageFormat, RecordArgs, SourceArgs, SourcesArgs};
 pub use start::StartArg;
 #[cfg(feature = "studio")]
 pub use studio::StudioArgs;

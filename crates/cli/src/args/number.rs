@@ -2,12 +2,30 @@
 
 use std::ops::{Bound, RangeBounds};
 
-/// A number within limits; not-a-number never is.
-pub(super) fn number_in(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    let number: Option<f64> = text.trim().parse().ok();
-    number
-        .filter(|number| (least..=most).contains(number))
-        .ok_or_else(|| format!("expected a number from {least} to {most}"))
+/// Parser of a number within limits; not-a-number never is.
+pub(super) fn within(
+    least: f64,
+    most: f64,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| {
+        let number: Option<f64> = text.trim().parse().ok();
+        number
+            .filter(|number| (least..=most).contains(number))
+            .ok_or_else(|| format!("expected a number from {least} to {most}"))
+    }
+}
+
+/// Numbers with commas between them.
+pub(super) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    const MOST: f64 = 1e4;
+    let wrong = || format!("expected {N} numbers with commas between them, found {text:?}");
+    let parts: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let numbers: [f64; N] = parts.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
+    if numbers.iter().all(|number| number.abs() <= MOST) {
+        Ok(numbers)
+    } else {
+        Err(format!("expected numbers from -{MOST} to {MOST}, found {text:?}"))
+    }
 }
 
 /// Any number but infinity and not-a-number: the range is checked where it is known.
@@ -21,17 +39,17 @@ pub(super) fn number(text: &str) -> Result<f64, String> {
 
 /// Degrees, once around in both directions.
 pub(super) fn degrees(text: &str) -> Result<f64, String> {
-    number_in(text, -180.0, 180.0)
+    within(-180.0, 180.0)(text)
 }
 
 /// A time from the start, seconds.
 pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    number_in(text, 0.0, 1e6)
+    within(0.0, 1e6)(text)
 }
 
 /// Side of a square or tag of a board, meters.
 pub(super) fn board_side(text: &str) -> Result<f64, String> {
-    number_in(text, 0.0001, 10.0)
+    within(0.0001, 10.0)(text)
 }
 
 /// Parser of a whole number within a range, which may be open.

@@ -1,11 +1,13 @@
 //! `visloc slam`.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use visloc_io::sequence::Bound;
+use visloc_slam::Schedule;
 
 use super::{
     BroadcastArgs, InputMap, InputName, InputPath, JsonArg, OutputFile, OutputFolder, OutputMap,
     OverwriteArg, SeedArg, SourceArgs, TopicArgs,
+    named::named,
     number::{number, whole},
 };
 
@@ -24,13 +26,14 @@ pub struct SlamParametersArgs {
 }
 
 /// When tracking and mapping run.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum ScheduleArg {
-    /// One after the other; the same seed gives the same result, bit by bit
-    Sequential,
-    /// Mapping has a thread of its own and tracking never waits for it
-    Threaded,
-}
+const SCHEDULES: &[(&str, Schedule, &str)] = &[
+    (
+        "sequential",
+        Schedule::Sequential,
+        "One after the other; the same seed gives the same result, bit by bit",
+    ),
+    ("threaded", Schedule::Threaded, "Mapping has a thread of its own and tracking never waits for it"),
+];
 
 /// Arguments of `visloc slam`.
 #[derive(Debug, Args)]
@@ -61,8 +64,8 @@ pub struct SlamArgs {
     #[command(flatten)]
     pub parameters: SlamParametersArgs,
     /// When tracking and mapping run [default: sequential; threaded for live sources]
-    #[arg(long, value_enum)]
-    pub schedule: Option<ScheduleArg>,
+    #[arg(long, value_parser = named(SCHEDULES))]
+    pub schedule: Option<Schedule>,
     /// Images come at their stamps; those that wait for more than half a second while tracking is busy are dropped
     #[arg(long)]
     pub realtime: bool,

@@ -1,10 +1,12 @@
 //! Options of everything that frames come from.
 
 use clap::{Args, ValueEnum};
+use visloc_io::bag::ImageQos;
 
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg,
-    number::{degrees, number_in, whole},
+    named::named,
+    number::{degrees, whole, within},
 };
 
 /// How a source is opened.
@@ -15,7 +17,7 @@ pub struct SourceArgs {
     #[arg(long, value_name = "FILE", visible_alias = "calibration")]
     pub camera: Option<InputPath>,
     /// Where the camera is on the robot, over or in place of tf: height above the ground, meters
-    #[arg(long, value_name = "M", value_parser = height)]
+    #[arg(long, value_name = "M", value_parser = within(0.01, 100.0))]
     pub camera_height: Option<f64>,
     /// How far the camera looks down, degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "camera_height")]
@@ -32,7 +34,7 @@ pub struct SourceArgs {
         value_name = "M",
         default_value_t = 0.0,
         allow_hyphen_values = true,
-        value_parser = forward,
+        value_parser = within(-100.0, 100.0),
         requires = "camera_height"
     )]
     pub camera_forward: f64,
@@ -40,30 +42,27 @@ pub struct SourceArgs {
     #[arg(long, value_name = "FILE")]
     pub urdf: Option<InputPath>,
     /// Images a second: of a folder without times, of a video in place of its own, and what a camera is asked for
-    #[arg(long, value_name = "HZ", value_parser = rate)]
+    #[arg(long, value_name = "HZ", value_parser = within(0.01, 10_000.0))]
     pub fps: Option<f64>,
     /// End a live source when nothing came for this long, seconds [default: wait until Ctrl-C]
-    #[arg(long, value_name = "SECONDS", value_parser = rate)]
+    #[arg(long, value_name = "SECONDS", value_parser = within(0.01, 10_000.0))]
     pub patience: Option<f64>,
     /// The program that decodes videos and cameras [default: ffmpeg]
     #[arg(long, value_name = "PROGRAM")]
     pub ffmpeg: Option<InputPath>,
     /// How images of live ROS 2 topics are asked for [default: best-effort]
-    #[arg(long, value_enum, value_name = "QOS")]
-    pub image_qos: Option<ImageQosArg>,
+    #[arg(long, value_parser = named(IMAGE_QOS), value_name = "QOS")]
+    pub image_qos: Option<ImageQos>,
     /// Domain of live ROS 2 topics [default: ROS_DOMAIN_ID, or 0]
     #[arg(long, value_name = "ID", value_parser = whole::<u16>(0..=232))]
     pub ros_domain: Option<u16>,
 }
 
 /// How images of live topics are asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ImageQosArg {
-    /// What is lost is lost; every publisher is heard
-    BestEffort,
-    /// What is lost is sent again; best-effort publishers are not heard
-    Reliable,
-}
+const IMAGE_QOS: &[(&str, ImageQos, &str)] = &[
+    ("best-effort", ImageQos::BestEffort, "What is lost is lost; every publisher is heard"),
+    ("reliable", ImageQos::Reliable, "What is lost is sent again; best-effort publishers are not heard"),
+];
 
 /// Arguments of `visloc sources`.
 #[derive(Debug, Args)]
@@ -181,16 +180,4 @@ pub enum ImageFormat {
     Png,
     /// Rows of pixels, `sensor_msgs/msg/Image`
     Raw,
-}
-
-fn height(text: &str) -> Result<f64, String> {
-    number_in(text, 0.01, 100.0)
-}
-
-fn forward(text: &str) -> Result<f64, String> {
-    number_in(text, -100.0, 100.0)
-}
-
-fn rate(text: &str) -> Result<f64, String> {
-    number_in(text, 0.01, 10_000.0)
 }

@@ -5,6 +5,8 @@ use std::str::FromStr;
 use visloc_core::geom::PlanarPose;
 use visloc_locate::Half;
 
+use super::number::numbers;
+
 /// Spread of a pose that is given without one, meters and radians.
 const POSE_SPREAD_M: f64 = 0.2;
 const POSE_SPREAD_RAD: f64 = 0.2;
@@ -51,11 +53,9 @@ fn half(text: &str) -> Result<Half, String> {
 
 /// `X,Y,HEADING[,SPREAD]`: meters and degrees.
 fn pose(text: &str) -> Result<StartArg, String> {
-    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    let numbers = numbers.ok().filter(|numbers| numbers.iter().all(|number| number.abs() <= 1e4));
-    let (x_m, y_m, heading_deg, spread_m) = match numbers.as_deref() {
-        Some([x, y, heading]) => (*x, *y, *heading, POSE_SPREAD_M),
-        Some([x, y, heading, spread]) if (0.001..=1000.0).contains(spread) => (*x, *y, *heading, *spread),
+    let [x_m, y_m, heading_deg, spread_m] = match (numbers(text), numbers(text)) {
+        (Ok([x, y, heading]), _) => [x, y, heading, POSE_SPREAD_M],
+        (_, Ok(all)) if (0.001..=1000.0).contains(&all[3]) => all,
         _ => {
             return Err(
                 "expected pose:X,Y,HEADING in meters and degrees, or with a spread in meters".to_owned()

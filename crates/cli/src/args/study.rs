@@ -1,9 +1,9 @@
 //! `visloc study`.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use visloc_experiments::studies::Study;
 
-use super::{JsonArg, OutputFolder, SeedArg};
+use super::{JsonArg, OutputFolder, SeedArg, named::named};
 
 /// Arguments of `visloc study`.
 #[derive(Debug, Args)]
@@ -18,8 +18,8 @@ use super::{JsonArg, OutputFolder, SeedArg};
 )]
 pub struct StudyArgs {
     /// Which study
-    #[arg(value_name = "NAME", value_enum)]
-    pub study: StudyName,
+    #[arg(value_name = "NAME", value_parser = named(STUDIES))]
+    pub study: Study,
     /// Folder for tables and pictures
     #[arg(long, value_name = "DIR")]
     pub out: Option<OutputFolder>,
@@ -30,34 +30,16 @@ pub struct StudyArgs {
 }
 
 /// All studies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum StudyName {
-    /// Does the likelihood grow gradually towards the true pose?
-    Discrimination,
-    /// Where else could the image have been taken?
-    Symmetry,
-    /// What if other robots hide a part?
-    Occlusion,
-    /// What if something looks like a goal post?
-    FalsePositive,
-    /// How many pixels does it take?
-    RandomDiscard,
-    /// Which pixels do the filters drop, and rightly so?
-    Filters,
-    /// In a building: which borders do the detectors of straight edges find, in light that changes?
-    Segments,
-}
-
-impl From<StudyName> for Study {
-    fn from(name: StudyName) -> Self {
-        match name {
-            StudyName::Discrimination => Self::Discrimination,
-            StudyName::Symmetry => Self::Symmetry,
-            StudyName::Occlusion => Self::Occlusion,
-            StudyName::FalsePositive => Self::FalsePositive,
-            StudyName::RandomDiscard => Self::RandomDiscard,
-            StudyName::Filters => Self::Filters,
-            StudyName::Segments => Self::Segments,
-        }
-    }
-}
+const STUDIES: &[(&str, Study, &str)] = &[
+    ("discrimination", Study::Discrimination, "Does the likelihood grow gradually towards the true pose?"),
+    ("symmetry", Study::Symmetry, "Where else could the image have been taken?"),
+    ("occlusion", Study::Occlusion, "What if other robots hide a part?"),
+    ("false-positive", Study::FalsePositive, "What if something looks like a goal post?"),
+    ("random-discard", Study::RandomDiscard, "How many pixels does it take?"),
+    ("filters", Study::Filters, "Which pixels do the filters drop, and rightly so?"),
+    (
+        "segments",
+        Study::Segments,
+        "In a building: which borders do the detectors of straight edges find, in light that changes?",
+    ),
+];

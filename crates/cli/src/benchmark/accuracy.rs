@@ -104,7 +104,7 @@ fn localize(runs: &[(&Run<'_>, Box<LocalizeArgs>)]) -> Result<Vec<Cell>> {
     for (_, args) in runs {
         let mut pipeline = pipeline_config(args.pipeline.as_deref(), &[])?;
         if let Some(features) = args.features {
-            pipeline.features = features.choice();
+            pipeline.features = features;
         }
         let settings = RunnerSettings {
             algorithm: &args.algorithm,

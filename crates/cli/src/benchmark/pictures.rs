@@ -1,8 +1,8 @@
 //! Pictures of a class: the error of every run beside the figures of others, and a way.
 
 use visloc_plot::{
-    BarSeries, Color, Picture, ReferenceLine, RunChart, RunGroup, SpacePath, SpaceViews, ValueAxis,
-    run_chart, space_views,
+    BarSeries, Color, Group, Picture, ReferenceLine, RunChart, SpacePath, SpaceViews, ValueAxis, run_chart,
+    space_views,
 };
 
 use super::{Row, store::Cell};
@@ -19,11 +19,11 @@ pub fn errors(rows: &[&Row<'_>]) -> Option<Picture> {
     let values = |row: &Row<'_>, recording: &str| {
         row.values_on(recording).into_iter().map(|value| value.max(LEAST_ERROR)).collect()
     };
-    let group = |recording: &&str| RunGroup {
+    let group = |recording: &&str| Group {
         label: (*recording).to_owned(),
-        runs: rows.iter().map(|row| values(row, recording)).collect(),
+        values: rows.iter().map(|row| values(row, recording)).collect(),
     };
-    let groups: Vec<RunGroup> = recordings.iter().map(group).collect();
+    let groups: Vec<Group<Vec<f64>>> = recordings.iter().map(group).collect();
     let mut references: Vec<ReferenceLine> = Vec::new();
     for figure in rows.iter().flat_map(|row| [row.published, row.peer]).flatten() {
         if references.iter().all(|known| (known.value - figure.value).abs() > 1e-12) {
@@ -31,7 +31,7 @@ pub fn errors(rows: &[&Row<'_>]) -> Option<Picture> {
             references.push(ReferenceLine { value: figure.value, label, color: Color::GRAY });
         }
     }
-    let drawn = groups.iter().flat_map(|group| group.runs.iter().flatten().copied());
+    let drawn = groups.iter().flat_map(|group| group.values.iter().flatten().copied());
     let drawn: Vec<f64> = drawn.chain(references.iter().map(|line| line.value)).collect();
     let (min, max) = drawn.iter().fold((f64::INFINITY, 0.0_f64), |(min, max), v| (min.min(*v), max.max(*v)));
     if !min.is_finite() {
@@ -54,12 +54,7 @@ pub fn errors(rows: &[&Row<'_>]) -> Option<Picture> {
 /// The way of a run, seen from above, over the truth.
 pub fn way(cell: &Cell) -> Option<Picture> {
     let points = |way: &[Option<[f64; 3]>]| way.iter().map(|point| point.unwrap_or([f64::NAN; 3])).collect();
-    let path = |label: &str, color, way| SpacePath {
-        label: label.to_owned(),
-        color,
-        points: points(way),
-        ..SpacePath::default()
-    };
+    let path = |label, color, way| SpacePath::line(label, color, points(way));
     let has_points = cell.estimate.iter().any(Option::is_some);
     let [above, _] = space_views(&SpaceViews {
         title: cell.key.recording.clone(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow};
-use visloc_calib::{Calibration, CalibrationConfig, calibrate, coverage, several_cameras};
+use visloc_calib::{Calibration, calibrate, coverage, several_cameras};
 use visloc_io::camera_file::{CameraFormat, write_camera};
 
 use crate::{
@@ -23,12 +23,11 @@ pub fn execute(args: &CalibrateArgs) -> Result<()> {
     stop_at_signals();
     let images = open_images(&args.source)?;
     let detected = find_boards(&board, &images)?;
-    let config = CalibrationConfig::new(args.model.lens());
-    let found = calibrate(&board, detected.size_px, &detected.views, &config)
+    let found = calibrate(&board, detected.size_px, &detected.views, args.model)
         .map_err(|error| anyhow!("{}: {error}{}", args.source, first_reject(&detected)))?;
     let coverage = coverage(&found);
     print(&found, &coverage, &detected);
-    if let Some(several) = several_cameras(&board, detected.size_px, &detected.views, &config) {
+    if let Some(several) = several_cameras(&board, detected.size_px, &detected.views, args.model) {
         let [(a, b), (c, d)] = several.values;
         let [first, second] = &several.groups;
         say::note!(

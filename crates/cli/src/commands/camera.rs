@@ -14,7 +14,7 @@ use visloc_io::{
 };
 
 use crate::{
-    args::{CameraArgs, CameraCommand, FormatArg},
+    args::{CameraArgs, CameraCommand},
     calibration::{Start, by_hand_page},
     run::{expect_new_folder, write_text},
     say,
@@ -41,11 +41,11 @@ pub fn execute(args: &CameraArgs) -> Result<()> {
     }
 }
 
-fn convert(input: &Path, output: &Path, format: Option<FormatArg>) -> Result<()> {
+fn convert(input: &Path, output: &Path, format: Option<CameraFormat>) -> Result<()> {
     let camera = read_camera(input)?;
     let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
     let format = match (format, extension.as_deref()) {
-        (Some(format), _) => format.format(),
+        (Some(format), _) => format,
         (None, Some("toml")) => CameraFormat::Toml,
         (None, Some("yaml" | "yml")) => CameraFormat::Ros,
         _ => bail!("{}: expected .toml or .yaml, or a --format", output.display()),

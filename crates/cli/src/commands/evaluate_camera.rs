@@ -11,7 +11,7 @@ use visloc_core::{
 use visloc_io::camera_trajectory::{CameraTrajectoryFile, TrajectoryFormat, read_camera_trajectory_file};
 
 use crate::{
-    args::{AlignArg, EvaluateArgs, TrajectoryKind},
+    args::{EvaluateArgs, TrajectoryKind},
     report::{CameraReport, camera_pictures, save_json},
     run::Saving,
     say,
@@ -73,11 +73,7 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
             args.truth.display()
         );
     }
-    let (alignment, name) = match args.camera.align {
-        Some(AlignArg::None) => (Alignment::None, "none"),
-        Some(AlignArg::Se3) => (Alignment::Rigid, "se3"),
-        Some(AlignArg::Sim3) | None => (Alignment::Similarity, "sim3"),
-    };
+    let alignment = args.camera.align.unwrap_or(Alignment::Similarity);
     let Some(absolute) = absolute_error(&pairs, alignment) else {
         bail!(
             "{}: expected at least three poses that are not on a line, for the alignment; found {} in common (see --align none)",
@@ -94,7 +90,11 @@ pub fn execute(args: &EvaluateArgs) -> Result<()> {
         estimate_poses: estimate.poses().len(),
         pairs: pairs.len(),
         coverage: coverage(&truth, &pairs),
-        alignment: name,
+        alignment: match alignment {
+            Alignment::None => "none",
+            Alignment::Rigid => "se3",
+            Alignment::Similarity => "sim3",
+        },
         scale: 1.0,
         ate_m: None,
         ate_rot_deg: None,

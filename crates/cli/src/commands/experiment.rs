@@ -19,13 +19,10 @@ use visloc_experiments::{
     symmetry::{SymmetryExperiment, SymmetryPart, SymmetrySettings, measure as measure_iterations},
     team::{TeamExperiment, TeamSettings},
 };
-use visloc_locate::{Algorithm, FeatureChoice};
+use visloc_locate::Algorithm;
 
 use crate::{
-    args::{
-        ExperimentArgs, ExperimentCommand, Features, InputName, MergeArgs, RobocupArgs, RunsArgs,
-        SlamStudyArgs,
-    },
+    args::{ExperimentArgs, ExperimentCommand, InputName, MergeArgs, RobocupArgs, RunsArgs, SlamStudyArgs},
     host::{host, stop_at_signals},
     report::{SkippedReport, save_json},
     run::{Progress, Saving},
@@ -114,11 +111,7 @@ fn robocup(args: &RobocupArgs) -> Result<()> {
     if !args.algorithms.is_empty() {
         settings.algorithms.clone_from(&args.algorithms);
     }
-    settings.features = match args.features {
-        Features::Rich => vec![FeatureChoice::Rich],
-        Features::Pixels => vec![FeatureChoice::Pixels],
-        Features::Both => vec![FeatureChoice::Rich, FeatureChoice::Pixels],
-    };
+    settings.features = args.features.to_vec();
     if args.quick {
         settings.length = RunLength::QUICK;
     }

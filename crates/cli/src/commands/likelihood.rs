@@ -50,7 +50,7 @@ pub fn execute(args: &LikelihoodArgs) -> Result<()> {
                 &options(args)?,
                 "expected a SOURCE, found --view, which has no such thing",
             )?;
-            let [x_m, y_m, yaw_deg] = pose.0;
+            let [x_m, y_m, yaw_deg] = *pose;
             let map = args.map.as_deref().unwrap_or("robocup-spl-2010");
             let pose = PlanarPose::new(x_m, y_m, yaw_deg.to_radians());
             let view = View { pan_deg: args.pan, tilt_deg: args.tilt, ..View::new(map, pose) };
@@ -125,7 +125,7 @@ where
 
 /// Refuses a place that is far from the map.
 fn check_place(args: &LikelihoodArgs, map: &Map) -> Result<()> {
-    let place = args.place.map(|place| (place.0[0], place.0[1]));
+    let place = args.place.map(|[x_m, y_m]| (x_m, y_m));
     place.map_or(Ok(()), |place| refuse_far_from(map, place, "--place "))
 }
 
@@ -195,7 +195,7 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
     check_cells(eye, args.step)?;
     let map = LikelihoodMap::new(eye.model(), heading, args.step);
     let (maximum, likelihood) = map.maximum();
-    let place = args.place.map(|place| (place.0[0], place.0[1]));
+    let place = args.place.map(|[x_m, y_m]| (x_m, y_m));
     let (x_m, y_m) = place.unwrap_or_else(|| truth.map_or((maximum.x_m, maximum.y_m), |t| (t.x_m, t.y_m)));
     let profile = heading_profile(eye.model(), x_m, y_m, NUM_HEADINGS);
     let best = profile.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
@@ -271,7 +271,7 @@ fn save(
     let source = match (&args.bag, &args.view) {
         (Some(bag), _) => format!("{bag}, {} s", args.at),
         (None, Some(view)) => {
-            let [x_m, y_m, yaw_deg] = view.0;
+            let [x_m, y_m, yaw_deg] = *view;
             format!("view from {x_m} m, {y_m} m, {yaw_deg} deg")
         }
         (None, None) => String::new(),

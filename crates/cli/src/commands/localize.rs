@@ -18,16 +18,16 @@ use crate::{
         SnapshotTaker, comparison_table, diagnosis_lines, measure, percent, save_json,
     },
     run::{
-        BagOutput, FrameRecord, LiveOutput, LiveReport, OpenSource, OutputFiles, Progress, Records,
-        RunOutcome, Runner, RunnerSettings, Saving, Spectator, TeamSettings, corrected, drive, open_source,
-        prepare, read_correction, source_options, write_correction,
+        BagOutput, FrameRecord, LiveReport, OpenSource, OutputFiles, Progress, Records, RunOutcome, Runner,
+        RunnerSettings, Saving, Spectator, corrected, drive, open_live, open_source, prepare,
+        read_correction, source_options, write_correction,
     },
     say,
     settings::{
         OF_PIPELINE, algorithm_toml, pipeline_config, refuse_without_effect, start_prior, topic_options,
     },
     stopwatch::{peak_memory_mb, process_cpu_secs},
-    studio::{Show, Steering},
+    studio::{Steering, open_show},
 };
 
 /// Runs the command.
@@ -37,7 +37,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     }
     let mut pipeline = pipeline_config(args.pipeline.as_deref(), &args.set)?;
     if let Some(features) = args.features {
-        pipeline.features = features.choice();
+        pipeline.features = features;
     }
     pipeline.analysis.detect_objects |= args.team.is_some();
     let algorithm_toml = algorithm_toml(args.config.as_deref(), &args.set)?;
@@ -67,7 +67,7 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let most_records = Records::<FrameRecord>::most_of(is_live, is_asked_for);
     let mut live = live_output(args, &options, &source.map)?;
     let mut progress = Progress::new(source.frames.status().num_items);
-    let mut show = Show::open(&args.broadcast, steering.as_ref(), &args.source)?;
+    let mut show = open_show(args, steering.as_ref())?;
     let mut bag_out =
         args.bag_out.as_deref().map(|path| BagOutput::create(path, &options.topics.names())).transpose()?;
     let files = OutputFiles::create(args.trajectory.as_deref(), args.estimates.as_deref())?;
@@ -75,13 +75,13 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     let mut snapshots = SnapshotTaker::new(args.picture_at);
     let mut spectators: Vec<&mut dyn Spectator> = Vec::new();
     // First, so that a pose waits for nothing.
-    spectators.extend(live.as_mut().map(|live| live as &mut dyn Spectator));
+    spectators.extend(live.as_deref_mut().map(|live| live as &mut dyn Spectator));
     spectators.push(&mut progress);
     spectators.extend(bag_out.as_mut().map(|bag| bag as &mut dyn Spectator));
     if args.plots.is_some() {
         spectators.push(&mut snapshots);
     }
-    spectators.push(&mut show);
+    spectators.extend(show.as_deref_mut().map(|show| show as &mut dyn Spectator));
     let robot = read_correction(&args.corrections)?;
     let mut frames = as_asked_for(source.frames, args)?;
     let outcome = drive(frames.as_mut(), args.frames, &mut runners, &mut spectators);
@@ -90,13 +90,13 @@ pub fn execute(args: &LocalizeArgs) -> Result<()> {
     // Numbers first, pictures last.
     let mut saving = Saving::default();
     saving.save(runner.finish());
-    let live = live.as_ref().map(LiveOutput::report);
+    let live = live.and_then(|live| live.report());
     let report = summarize(args, &source.map, &runner, &outcome, live);
     print(&report, &runner);
     saving.save_if(args.json.json.as_deref(), |path| save_json(path, &report));
     saving.save_if(args.robot_out.as_deref(), |path| save_robot(path, robot, report.camera_error.as_ref()));
     saving.save_if(bag_out, BagOutput::finish);
-    saving.save(show.finish());
+    saving.save_if(show, Spectator::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
         draw(folder, &source.map, &report, &runner, &outcome)?;
         if let Some(snapshot) = snapshots.snapshot() {
@@ -194,21 +194,21 @@ fn honored_by_outputs(args: &LocalizeArgs) -> Vec<SourceOption> {
 }
 
 /// Live topics, if they are asked for or the source is one itself.
-fn live_output(args: &LocalizeArgs, options: &SourceOptions, map: &Map) -> Result<Option<LiveOutput>> {
+fn live_output(
+    args: &LocalizeArgs,
+    options: &SourceOptions,
+    map: &Map,
+) -> Result<Option<Box<dyn Spectator>>> {
     let is_live = args.source.starts_with("ros2:");
     let is_asked_for = args.publish_ros || args.publish_map || args.team.is_some();
     let is_wanted = is_asked_for || (is_live && !args.no_publish_ros);
-    let names = args.team.as_deref().zip(args.number);
-    let team = names.map(|(name, number)| TeamSettings { name, number, map });
     let floor = match args.publish_map {
         true => {
             Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
         }
         false => None,
     };
-    let base_frame = options.topics.names().base_frame;
-    let open = || LiveOutput::open(options.domain_id(), &base_frame, team.as_ref(), floor.as_ref());
-    is_wanted.then(open).transpose()
+    is_wanted.then(|| open_live(args, options, map, floor.as_ref())).transpose()
 }
 
 fn summarize(

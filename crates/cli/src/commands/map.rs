@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
-use visloc_world::{BUILT_IN_MAPS, Hindrance, Map, field::Field, import::ImportNote, office::Office};
+use visloc_world::{BUILT_IN_MAPS, Hindrance, ImportNote, Map, field::Field, office::Office};
 
 use super::{care, visual_map};
 use crate::{

@@ -3,26 +3,26 @@
 use std::path::Path;
 
 use anyhow::{Result, anyhow, bail};
-use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
+use visloc_core::{CameraPose, CameraTrajectory};
 use visloc_io::{
     sequence::write_camera_trajectory,
     sources::{OpenImages, SourceAddress},
 };
-use visloc_slam::{Schedule, SlamConfig};
+use visloc_slam::Schedule;
 use visloc_vmap::VisualMap;
 use visloc_world::BUILT_IN_MAPS;
 
 use crate::{
-    args::{ScheduleArg, SlamArgs},
+    args::SlamArgs,
     report::{diagnosis_lines, save_json},
     run::{Records, Saving, source_options},
     say,
     settings::{SlamJob, slam_config, topic_options},
     slam::{
-        FramePictures, Lookers, RunOptions, SlamAudience, SlamLive, SlamRecord, SlamReport, SlamRun,
-        SlamWatcher, draw, load_map, map_given_poses, open_input, run, save_map, write_log, write_ply,
+        FramePictures, Lookers, RunOptions, SlamAudience, SlamRecord, SlamReport, SlamRun, SlamWatcher, draw,
+        load_map, map_given_poses, open_input, open_slam_live, run, save_map, write_log, write_ply,
     },
-    studio::{Shown, SlamShow, Steering},
+    studio::{Steering, open_slam_show},
 };
 
 /// Frames between pictures of single frames.
@@ -49,11 +49,11 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     }
     let mut pictures = args.plots.as_deref().map(|folder| FramePictures::new(folder, PICTURE_EVERY));
     let mut live = live_output(args, loaded.as_ref())?;
-    let mut show = open_show(args, steering.as_ref(), &config, source.camera(), truth.as_ref())?;
+    let mut show = open_slam_show(args, steering.as_ref(), &config, source.camera(), truth.as_ref())?;
     let lookers = Lookers {
         pictures: pictures.as_mut(),
-        watcher: live.as_mut().map(|live| live as &mut dyn SlamWatcher),
-        show: show.as_mut().map(|show| show as &mut dyn SlamAudience),
+        watcher: live.as_deref_mut().map(|live| live as &mut dyn SlamWatcher),
+        show: show.as_deref_mut().map(|show| show as &mut dyn SlamAudience),
     };
     let options = RunOptions {
         maps: loaded.as_ref().map(|loaded| &loaded.map),
@@ -61,7 +61,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         ..run_options(args, steering.is_some())?
     };
     let run = run(source.as_mut(), &config, options, lookers)?;
-    let (loaded, told) = live.map_or((loaded, None), SlamLive::finish);
+    let (loaded, told) = live.map_or((loaded, None), SlamWatcher::finish);
     let truth = truth.or_else(|| run.truth.clone());
     let (report, error) = SlamReport::new(&run, truth.as_ref());
     print(args, &run, &report);
@@ -72,7 +72,7 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
         || loaded.as_ref().is_some_and(crate::in_map::is_metric);
     write_files(args, &run, is_metric, &mut saving);
     saving.save_if(args.save.as_deref(), |path| save_map(path, args, &run, (loaded, told)));
-    saving.save_if(show, SlamShow::finish);
+    saving.save_if(show, SlamAudience::finish);
     saving.save_if(args.plots.as_deref(), |folder| {
         draw(folder, &args.source, &run, truth.as_ref(), error.as_ref())?;
         say::line!("pictures: {}", folder.display());
@@ -110,33 +110,20 @@ fn refuse_name_of_map(points: &Path) -> Result<()> {
 }
 
 /// Live topics, if they are asked for or the source is one itself.
-fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<SlamLive>> {
+fn live_output(args: &SlamArgs, loaded: Option<&VisualMap>) -> Result<Option<Box<dyn SlamWatcher>>> {
     let is_live = args.source.starts_with("ros2:");
     if !(args.publish_ros || (is_live && !args.no_publish_ros)) {
         return Ok(None);
     }
     let options = source_options(&args.options, topic_options(&args.topics)?)?;
-    Ok(Some(SlamLive::open(options.domain_id(), args, loaded)?))
-}
-
-/// What shows the run to others, if anybody asks for it.
-fn open_show(
-    args: &SlamArgs,
-    steering: Option<&Steering>,
-    config: &SlamConfig,
-    camera: &Camera,
-    truth: Option<&CameraTrajectory>,
-) -> Result<Option<SlamShow>> {
-    let shown = Shown { title: &args.source, camera, truth, config, seed: args.seed.value() };
-    SlamShow::open(&args.broadcast, steering, &shown)
+    Ok(Some(open_slam_live(options.domain_id(), args, loaded)?))
 }
 
 fn run_options(args: &SlamArgs, is_driven: bool) -> Result<RunOptions<'static>> {
     // A live source does not wait for the mapping, nor does who drives.
     let is_live = is_driven || SourceAddress::parse(&args.source)?.kind().is_live;
     let schedule = match args.schedule {
-        Some(ScheduleArg::Sequential) => Schedule::Sequential,
-        Some(ScheduleArg::Threaded) => Schedule::Threaded,
+        Some(schedule) => schedule,
         None if is_live => Schedule::Threaded,
         None => Schedule::Sequential,
     };

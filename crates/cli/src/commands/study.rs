@@ -1,7 +1,6 @@
 //! `visloc study`: what one image tells about the pose.
 
 use anyhow::Result;
-use visloc_experiments::studies::Study;
 
 use crate::{
     args::StudyArgs,
@@ -13,7 +12,7 @@ use crate::{
 /// Runs the command.
 pub fn execute(args: &StudyArgs) -> Result<()> {
     let progress = Progress::message("looks from many poses; some studies take a minute or two");
-    let outcome = Study::from(args.study).conduct(args.seed.value());
+    let outcome = args.study.conduct(args.seed.value());
     progress.clear();
     let outcome = outcome?;
     say::text(format_args!("{}", outcome.report.text()));

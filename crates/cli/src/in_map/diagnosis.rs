@@ -7,8 +7,8 @@ use visloc_slam::{
 };
 use visloc_vmap::{LOCALIZED_RELIABILITY, MapLocalizer, VisualMap};
 
-use super::frames::MapFrame;
 use crate::report::{FindingReport, NOT_RECOGNIZED};
+use crate::slam::MapFrame;
 
 /// With a smaller share of localized images a run needs an explanation: once it is found, a camera should be followed.
 const ENOUGH_LOCALIZED: f64 = 0.5;

@@ -15,7 +15,7 @@ use super::{
     diagnosis::MapCounters,
     frames::MapFrames,
     report::{InMapReport, MapRecord, draw, is_metric, summarize, trajectory, write_estimates},
-    watchers::{MapWish, Watchers},
+    watchers::Watchers,
 };
 use crate::{
     args::LocalizeArgs,
@@ -24,7 +24,7 @@ use crate::{
     run::{Progress, Saving, prepare, source_options},
     say,
     settings::{OF_PIPELINE, SlamJob, slam_config_over, topic_options},
-    slam::load_map,
+    slam::{MapView, MapWish, load_map},
     stopwatch::thread_cpu_secs,
     studio::Steering,
 };
@@ -141,7 +141,8 @@ fn run(
                 let secs = thread_cpu_secs() - started;
                 run.records.push(MapRecord { at, estimate, secs });
                 run.counters.count(&frame, localizer, &config);
-                watchers.look((map, truth), localizer, &frame, frames.status().num_dropped);
+                let num_dropped = frames.status().num_dropped;
+                watchers.look(&MapView { map, truth, localizer, frame: &frame, num_dropped });
             }
             Err(reason) => run.skipped.push(SkippedInput {
                 at: Some(at),

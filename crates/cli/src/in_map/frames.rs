@@ -1,28 +1,16 @@
 //! Where the images come from that a place is looked for in.
 
 use anyhow::{Result, bail};
-use visloc_core::{
-    CameraTrajectory, Frame, GrayFrame, ImageSource, Source, SourceError, SourceFrame, SourceStatus, Truth,
-    geom::Camera,
-};
+use visloc_core::{CameraTrajectory, GrayFrame, ImageSource, Source, SourceError, SourceFrame, SourceStatus};
 use visloc_io::sources::{SourceAddress, SourceOptions, open_frames, open_images};
 
 use crate::{
     args::CorrectionArgs,
     host::host,
     run::{corrected, of_one_camera},
+    slam::MapFrame,
     studio::Steering,
 };
-
-/// An image, and what is known with it.
-pub struct MapFrame {
-    /// What the place is looked for in.
-    pub gray: GrayFrame,
-    /// Its camera.
-    pub camera: Camera,
-    /// All that a robot senses, and where it was, if the camera is on one.
-    pub robot: Option<(Frame, Option<Truth>)>,
-}
 
 /// Where frames come from: a camera alone, or one on a robot.
 pub enum MapFrames {

@@ -10,17 +10,18 @@ use visloc_io::{
     },
     ros2::{Order, ResultPublisher, occupancy_grid},
 };
-use visloc_vmap::{MapLocalizer, VisualMap};
+use visloc_slam::SlamConfig;
+use visloc_vmap::VisualMap;
 
-use super::{floor::floor_of, frames::MapFrame, results::result_sample, watchers::MapWish};
+use super::{floor::floor_of, results::result_sample};
 use crate::{
     host::now,
     run::{TF_AHEAD_SECS, obeyed, publish_settings},
-    slam::{NamedMaps, landmark_cloud, load_map},
+    slam::{MapView, MapWatcher, MapWish, NamedMaps, landmark_cloud, load_map},
 };
 
 /// Publishes what is known after every image.
-pub struct MapLive {
+struct MapLive {
     publisher: ResultPublisher,
     results: ResultMessages,
     frames: ResultFrames,
@@ -29,31 +30,31 @@ pub struct MapLive {
     publishes_map: bool,
 }
 
-impl MapLive {
-    /// Joins the network. Maps that other programs name lie beside that of `--map`.
-    pub fn open(
-        domain_id: u16,
-        frames: ResultFrames,
-        (name, map): (&str, Option<&VisualMap>),
-    ) -> Result<Self> {
-        let path = Path::new(name);
-        let mut publisher = ResultPublisher::open(&publish_settings(domain_id, true))?;
-        if let Some(map) = map {
-            let floor = floor_of(path, map).context("--publish-map")?;
-            publisher.publish_map(occupancy_grid(now(), &frames.map, &floor))?;
-        }
-        Ok(Self {
-            publisher,
-            maps: NamedMaps::beside("--map", Some(path)),
-            publishes_map: map.is_some(),
-            results: ResultMessages::new(frames.clone(), TF_AHEAD_SECS),
-            frames,
-            has_sent_points: false,
-        })
+/// Joins the network. Maps that other programs name lie beside that of `--map`.
+pub fn open_map_live(
+    domain_id: u16,
+    frames: ResultFrames,
+    (name, map): (&str, Option<&VisualMap>),
+) -> Result<Box<dyn MapWatcher>> {
+    let path = Path::new(name);
+    let mut publisher = ResultPublisher::open(&publish_settings(domain_id, true))?;
+    if let Some(map) = map {
+        let floor = floor_of(path, map).context("--publish-map")?;
+        publisher.publish_map(occupancy_grid(now(), &frames.map, &floor))?;
     }
+    Ok(Box::new(MapLive {
+        publisher,
+        maps: NamedMaps::beside("--map", Some(path)),
+        publishes_map: map.is_some(),
+        results: ResultMessages::new(frames.clone(), TF_AHEAD_SECS),
+        frames,
+        has_sent_points: false,
+    }))
+}
 
-    /// Publishes what is known after a frame.
-    pub fn look(&mut self, localizer: &MapLocalizer, frame: &MapFrame, num_dropped: usize) {
+impl MapWatcher for MapLive {
+    fn look(&mut self, view: &MapView<'_>) {
+        let &MapView { localizer, frame, num_dropped, .. } = view;
         let (at, estimate) = (frame.gray.at, localizer.estimate());
         let sample = result_sample(frame, estimate, &localizer.hypotheses(), num_dropped);
         for message in self.results.step(&sample) {
@@ -68,8 +69,7 @@ impl MapLive {
         }
     }
 
-    /// Does what others ask for.
-    pub fn take_wish(&mut self) -> Option<MapWish> {
+    fn take_wish(&mut self, _: &mut SlamConfig, _: &mut u64) -> Option<MapWish> {
         let mut wish = None;
         let (results, maps) = (&mut self.results, &self.maps);
         self.publisher.obey(|order| {
@@ -108,6 +108,12 @@ impl MapLive {
         wish
     }
 
+    fn num_unsent(&self) -> usize {
+        self.publisher.num_failed()
+    }
+}
+
+impl MapLive {
     /// The floor of another map, if that of the first was published.
     fn publish_floor(&mut self, map: &VisualMap) {
         if !self.publishes_map {
@@ -121,10 +127,5 @@ impl MapLive {
         let _ = obeyed(
             published.map(|()| "/map is that of the map now".to_owned()).map_err(|e| format!("{e:#}")),
         );
-    }
-
-    /// Messages that could not be sent.
-    pub fn num_unsent(&self) -> usize {
-        self.publisher.num_failed()
     }
 }

@@ -217,20 +217,13 @@ pub fn draw(folder: &Path, title: &str, map: &VisualMap, records: &[MapRecord]) 
         let wanted = wanted.filter(move |e| e.map == largest && e.is_carried() == carried);
         wanted.map(|e| place(e.world_from_camera.translation())).collect()
     };
-    let path = |label: &str, color, is_cloud, points| SpacePath {
-        label: label.to_owned(),
-        color,
-        is_cloud,
-        points,
-        ..SpacePath::default()
-    };
     let mut paths = vec![
-        path("map", Color::GRAY, true, landmarks.collect()),
-        path("taught", Color::BLUISH_GREEN, false, taught.collect()),
+        SpacePath::cloud("map", Color::GRAY, landmarks.collect()),
+        SpacePath::line("taught", Color::BLUISH_GREEN, taught.collect()),
     ];
     if !records.is_empty() {
-        paths.push(path("camera", Color::BLUE, true, of_map(false)));
-        paths.push(path("carried on by motion", Color::ORANGE, true, of_map(true)));
+        paths.push(SpacePath::cloud("camera", Color::BLUE, of_map(false)));
+        paths.push(SpacePath::cloud("carried on by motion", Color::ORANGE, of_map(true)));
     }
     paths.retain(|path| !path.points.is_empty());
     let names = if is_up { ["x", "y", "height"] } else { ["x", "ahead", "height"] };

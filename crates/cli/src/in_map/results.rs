@@ -5,7 +5,7 @@ use visloc_core::geom::{CameraFrame, Rigid3, Robot, World};
 use visloc_io::bag::{ResultSample, in_space, on_ground};
 use visloc_vmap::{CameraEstimate, Hypothesis};
 
-use super::frames::MapFrame;
+use crate::slam::MapFrame;
 
 /// What is known after a frame. On a robot the poses are those of the robot, for a camera alone those of the camera.
 pub fn result_sample(

@@ -130,18 +130,12 @@ pub fn camera_pictures(
     let true_points = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation())).collect();
     let moved = estimate.poses().iter();
     let moved = moved.map(|pose| absolute.similarity.apply(pose.world_from_camera.translation()).coords);
-    let path = |label: &str, color, points| SpacePath {
-        label: label.to_owned(),
-        color,
-        points,
-        ..SpacePath::default()
-    };
     let [above, side] = space_views(&SpaceViews {
         title: title.to_owned(),
         subtitle,
         paths: vec![
-            path("truth", Color::BLACK, true_points),
-            path("estimate", Color::BLUE, moved.map(|point| place(&point)).collect()),
+            SpacePath::line("truth", Color::BLACK, true_points),
+            SpacePath::line("estimate", Color::BLUE, moved.map(|point| place(&point)).collect()),
         ],
         ..SpaceViews::default()
     });

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use anyhow::Result;
 use visloc_core::{
     Frame, PlanarTrajectory, SkippedInput, Source, SourceError, SourceFrame, StampedPose, Timestamp, Truth,
 };
 
-use super::{Records, Runner};
+use super::{LiveReport, Records, Runner};
 use crate::stopwatch::Stopwatch;
 
 /// What there is to see after a frame.
@@ -33,6 +34,16 @@ pub trait Spectator {
 
     /// Called after every frame.
     fn after_frame(&mut self, view: &FrameView<'_>);
+
+    /// What was counted on live topics.
+    fn report(&self) -> Option<LiveReport> {
+        None
+    }
+
+    /// Completes what is written.
+    fn finish(self: Box<Self>) -> Result<()> {
+        Ok(())
+    }
 }
 
 /// What a run leaves behind besides the records of its runners.

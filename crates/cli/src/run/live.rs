@@ -5,28 +5,22 @@ use visloc_core::{FloorPicture, Timestamp, eval::TimingSummary, geom::PlanarPose
 use visloc_io::{
     bag::{ResultFrames, ResultMessages},
     ros2::{Middleware, NodeSettings, Order, PublishSettings, ResultPublisher, occupancy_grid},
+    sources::SourceOptions,
 };
 use visloc_locate::{PosePrior, StartPrior};
 use visloc_world::Map;
 
 use super::{FrameView, LiveReport, Records, Runner, Spectator, TeamOutput, results::sample_of};
-use crate::host::{host, now};
+use crate::{
+    args::LocalizeArgs,
+    host::{host, now},
+};
 
 /// Transforms are stamped so far after their image: programs that steer ask for the pose of now.
 pub const TF_AHEAD_SECS: f64 = 0.2;
 
-/// The robot's place in a team.
-pub struct TeamSettings<'a> {
-    /// Name of the team.
-    pub name: &'a str,
-    /// Number of the robot.
-    pub number: u8,
-    /// The map.
-    pub map: &'a Map,
-}
-
 /// Publishes what the first runner says, and does what other programs ask for.
-pub struct LiveOutput {
+struct LiveOutput {
     publisher: ResultPublisher,
     results: ResultMessages,
     /// With a team its help is in what is published.
@@ -37,42 +31,32 @@ pub struct LiveOutput {
     num_dropped: usize,
 }
 
+/// Joins the network and, if it is asked for, the robot's team, and publishes the floor if it is given.
+pub fn open_live(
+    args: &LocalizeArgs,
+    options: &SourceOptions,
+    map: &Map,
+    floor: Option<&FloorPicture>,
+) -> Result<Box<dyn Spectator>> {
+    let domain_id = options.domain_id();
+    let frames = ResultFrames { base: options.topics.names().base_frame, ..ResultFrames::default() };
+    let mut publisher = ResultPublisher::open(&publish_settings(domain_id, false))?;
+    if let Some(floor) = floor {
+        publisher.publish_map(occupancy_grid(now(), &frames.map, floor))?;
+    }
+    let team = args.team.as_deref().zip(args.number);
+    let team = team.map(|(name, number)| TeamOutput::open(&node_settings(domain_id), name, number, map));
+    Ok(Box::new(LiveOutput {
+        team: team.transpose()?,
+        publisher,
+        results: ResultMessages::new(frames, TF_AHEAD_SECS),
+        delays_ms: Records::new(Records::<f64>::most_of(true, false)),
+        overheads_ms: Records::new(Records::<f64>::most_of(true, false)),
+        num_dropped: 0,
+    }))
+}
+
 impl LiveOutput {
-    /// Joins the network, and publishes the map if it is given.
-    pub fn open(
-        domain_id: u16,
-        base_frame: &str,
-        team: Option<&TeamSettings<'_>>,
-        floor: Option<&FloorPicture>,
-    ) -> Result<Self> {
-        let frames = ResultFrames { base: base_frame.into(), ..ResultFrames::default() };
-        let node = node_settings(domain_id);
-        let mut publisher = ResultPublisher::open(&publish_settings(domain_id, false))?;
-        if let Some(floor) = floor {
-            publisher.publish_map(occupancy_grid(now(), &frames.map, floor))?;
-        }
-        let open_team = |team: &TeamSettings<'_>| TeamOutput::open(&node, team.name, team.number, team.map);
-        Ok(Self {
-            team: team.map(open_team).transpose()?,
-            publisher,
-            results: ResultMessages::new(frames, TF_AHEAD_SECS),
-            delays_ms: Records::new(Records::<f64>::most_of(true, false)),
-            overheads_ms: Records::new(Records::<f64>::most_of(true, false)),
-            num_dropped: 0,
-        })
-    }
-
-    /// How long it took, in numbers.
-    pub fn report(&self) -> LiveReport {
-        LiveReport {
-            dropped: self.num_dropped,
-            unsent: self.publisher.num_failed(),
-            delay_ms: TimingSummary::of_ms(&self.delays_ms),
-            overhead_ms: TimingSummary::of_ms(&self.overheads_ms),
-            team: self.team.as_ref().map(TeamOutput::report),
-        }
-    }
-
     fn measure(&mut self, view: &FrameView<'_>, received_at: Timestamp) {
         let Some(record) = view.runners.first().and_then(|runner| runner.records().latest()) else { return };
         let delay_ms = now().secs_since(received_at) * 1e3;
@@ -133,6 +117,16 @@ impl Spectator for LiveOutput {
             }
         }
         self.num_dropped = view.num_dropped;
+    }
+
+    fn report(&self) -> Option<LiveReport> {
+        Some(LiveReport {
+            dropped: self.num_dropped,
+            unsent: self.publisher.num_failed(),
+            delay_ms: TimingSummary::of_ms(&self.delays_ms),
+            overhead_ms: TimingSummary::of_ms(&self.overheads_ms),
+            team: self.team.as_ref().map(TeamOutput::report),
+        })
     }
 }
 

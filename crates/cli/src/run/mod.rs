@@ -25,9 +25,9 @@ mod team;
 
 pub use corrected::{corrected, read_correction, with_correction, write_correction};
 pub use drive::{FrameView, RunOutcome, Spectator, drive};
-pub use live::{LiveOutput, TeamSettings};
+pub use live::open_live;
 #[cfg(feature = "ros2")]
-pub use live::{TF_AHEAD_SECS, node_settings, obeyed, publish_settings};
+pub use live::{TF_AHEAD_SECS, obeyed, publish_settings};
 pub use live_report::LiveReport;
 pub use one_camera::of_one_camera;
 pub use output::{OutputFiles, expect_new_folder, write_text};

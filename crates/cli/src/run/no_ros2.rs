@@ -1,42 +1,22 @@
-//! Stands in for live topics where they were left out of the program.
+//! Stands in for live topics where they were left out of the program: says what is missing.
 
 use anyhow::{Result, bail};
 use visloc_core::FloorPicture;
+use visloc_io::sources::SourceOptions;
 use visloc_world::Map;
 
-use super::{FrameView, LiveReport, Spectator};
+use super::Spectator;
+use crate::args::LocalizeArgs;
 
-/// The robot's place in a team.
-pub struct TeamSettings<'a> {
-    /// Name of the team.
-    pub name: &'a str,
-    /// Number of the robot.
-    pub number: u8,
-    /// The map.
-    pub map: &'a Map,
-}
-
-/// Cannot be made.
-pub enum LiveOutput {}
-
-impl LiveOutput {
-    /// Says what is missing.
-    pub fn open(_: u16, _: &str, team: Option<&TeamSettings<'_>>, _: Option<&FloorPicture>) -> Result<Self> {
-        let what = match team {
-            Some(team) => format!("--team {} --number {} on {}", team.name, team.number, team.map.name()),
-            None => "--publish-ros".to_owned(),
-        };
-        bail!("{what}: this visloc was built without ROS 2; build with --features ros2")
-    }
-
-    /// Nothing is ever reported.
-    pub fn report(&self) -> LiveReport {
-        match *self {}
-    }
-}
-
-impl Spectator for LiveOutput {
-    fn after_frame(&mut self, _: &FrameView<'_>) {
-        match *self {}
-    }
+pub fn open_live(
+    args: &LocalizeArgs,
+    _: &SourceOptions,
+    map: &Map,
+    _: Option<&FloorPicture>,
+) -> Result<Box<dyn Spectator>> {
+    let what = match args.team.as_deref().zip(args.number) {
+        Some((name, number)) => format!("--team {name} --number {number} on {}", map.name()),
+        None => "--publish-ros".to_owned(),
+    };
+    bail!("{what}: this visloc was built without ROS 2; build with --features ros2")
 }

@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use visloc_core::geom::nao::HeadAngles;
 use visloc_io::ros2::{DrivePublisher, DriveTopics};
 
-use super::node_settings;
+use super::live::node_settings;
 
 /// How often the robot is told its speeds.
 const EVERY: Duration = Duration::from_millis(50);

@@ -4,15 +4,12 @@ use std::path::Path;
 
 use anyhow::{Result, anyhow};
 use visloc_core::{Source, SourceFrame, geom::Mount};
-use visloc_io::{
-    bag::ImageQos,
-    sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames},
-};
+use visloc_io::sources::{SourceAddress, SourceOptions, TopicOptions, UntilStopped, Usual, open_frames};
 use visloc_sim::{MAX_FRAMES, Scenario, Simulation};
 use visloc_world::Map;
 
 use crate::{
-    args::{ImageQosArg, SourceArgs, num_cores},
+    args::{SourceArgs, num_cores},
     host::{host, stop_source_at_signals},
 };
 
@@ -43,10 +40,7 @@ pub fn source_options(args: &SourceArgs, topics: TopicOptions) -> Result<SourceO
         rate_hz: args.fps,
         patience_secs: args.patience,
         ffmpeg: args.ffmpeg.as_deref().map(Path::to_path_buf),
-        image_qos: args.image_qos.map(|qos| match qos {
-            ImageQosArg::BestEffort => ImageQos::BestEffort,
-            ImageQosArg::Reliable => ImageQos::Reliable,
-        }),
+        image_qos: args.image_qos,
         domain_id: args.ros_domain,
         usual: Usual { num_threads: num_cores(), domain_id: usual_domain_id(args)?, ..Usual::default() },
         ..SourceOptions::default()

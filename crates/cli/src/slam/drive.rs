@@ -10,6 +10,7 @@ use visloc_slam::{
     map::{Map, MapId},
     odometry::MetricScale,
 };
+use visloc_vmap::VisualMap;
 
 use super::{FramePictures, Pace, SlamHistory};
 use crate::{host::host, run::Progress, stopwatch::thread_cpu_secs};
@@ -92,6 +93,9 @@ pub trait SlamWatcher {
 
     /// Whether to begin again before the next image, and how. Asking settles it.
     fn takes_restart(&mut self) -> Option<Restart>;
+
+    /// What the last map began with, and how long its unit is, meters, if somebody has said it.
+    fn finish(self: Box<Self>) -> (Option<VisualMap>, Option<(MapId, f64)>);
 }
 
 /// How a run begins again.
@@ -110,6 +114,9 @@ pub trait SlamAudience {
 
     /// Shows a frame, if anybody wants to see it.
     fn look(&mut self, slam: &Slam, frame: &SlamFrame<'_>);
+
+    /// Ends the recording.
+    fn finish(self: Box<Self>) -> Result<()>;
 }
 
 /// All who look on while SLAM runs.
@@ -176,12 +183,10 @@ pub fn run(
         }
         let restart = lookers.watcher.as_deref_mut().and_then(SlamWatcher::takes_restart);
         let wished = lookers.show.as_deref_mut().and_then(|show| show.obey(&slam));
-        let is_wished = wished.is_some();
-        if let Some(settings) = wished {
-            // Somebody who watches has other parameters or another seed in mind.
-            (config, seed) = settings;
-        }
-        if restart.is_some() || is_wished {
+        let is_new = restart.is_some() || wished.is_some();
+        // Somebody who watches has other parameters or another seed in mind.
+        (config, seed) = wished.unwrap_or((config, seed));
+        if is_new {
             loaded = restart.and_then(Restart::maps).or(loaded);
             let maps = loaded.as_deref().or(options.maps);
             history.add_mapped(num_before, &slam.finish());

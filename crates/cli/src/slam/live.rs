@@ -17,7 +17,7 @@ use visloc_slam::{
 };
 use visloc_vmap::{ScaleSource, VisualMap, save};
 
-use super::{NamedMaps, Restart, SlamRecord, SlamWatcher, load_map, map_file, write_ply};
+use super::{NamedMaps, SlamRecord, SlamWatcher, drive::Restart, load_map, map_file, write_ply};
 use crate::{
     args::SlamArgs,
     run::{obeyed, publish_settings},
@@ -29,7 +29,7 @@ const MAP_FRAME: &str = "map";
 const POINTS_EVERY_SECS: f64 = 1.0;
 
 /// Publishes what SLAM knows after every image.
-pub struct SlamLive {
+struct SlamLive {
     publisher: ResultPublisher,
     orders: Orders,
     points_sent_at: Option<Timestamp>,
@@ -55,29 +55,28 @@ struct SlamSaved {
     seed: u64,
 }
 
+/// Joins the network. What the run begins with is extended by it when it is saved.
+pub fn open_slam_live(
+    domain_id: u16,
+    args: &SlamArgs,
+    began_with: Option<&VisualMap>,
+) -> Result<Box<dyn SlamWatcher>> {
+    let args = SlamSaved {
+        points: args.points.as_deref().map(PathBuf::from),
+        saves: NamedMaps::beside("--save", args.save.as_deref()),
+        loads: NamedMaps::beside("--load", args.load.as_deref().or(args.save.as_deref())),
+        source: args.source.to_string(),
+        seed: args.seed.value(),
+    };
+    let began_with = began_with.cloned();
+    Ok(Box::new(SlamLive {
+        publisher: ResultPublisher::open(&publish_settings(domain_id, false))?,
+        orders: Orders { args, began_with, told: None, restart: None, num_images: 0 },
+        points_sent_at: None,
+    }))
+}
+
 impl SlamLive {
-    /// Joins the network. What the run begins with is extended by it when it is saved.
-    pub fn open(domain_id: u16, args: &SlamArgs, began_with: Option<&VisualMap>) -> Result<Self> {
-        let args = SlamSaved {
-            points: args.points.as_deref().map(PathBuf::from),
-            saves: NamedMaps::beside("--save", args.save.as_deref()),
-            loads: NamedMaps::beside("--load", args.load.as_deref().or(args.save.as_deref())),
-            source: args.source.to_string(),
-            seed: args.seed.value(),
-        };
-        let began_with = began_with.cloned();
-        Ok(Self {
-            publisher: ResultPublisher::open(&publish_settings(domain_id, false))?,
-            orders: Orders { args, began_with, told: None, restart: None, num_images: 0 },
-            points_sent_at: None,
-        })
-    }
-
-    /// What the last map began with, and how long its unit is if somebody has said it.
-    pub fn finish(self) -> (Option<VisualMap>, Option<(MapId, f64)>) {
-        (self.orders.began_with, self.orders.told)
-    }
-
     fn send_points(&mut self, at: Timestamp, slam: &Slam) {
         let is_due = self.points_sent_at.is_none_or(|sent| at.secs_since(sent).abs() >= POINTS_EVERY_SECS);
         if !is_due {
@@ -197,5 +196,9 @@ impl SlamWatcher for SlamLive {
 
     fn takes_restart(&mut self) -> Option<Restart> {
         self.orders.restart.take()
+    }
+
+    fn finish(self: Box<Self>) -> (Option<VisualMap>, Option<(MapId, f64)>) {
+        (self.orders.began_with, self.orders.told)
     }
 }

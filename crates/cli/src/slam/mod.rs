@@ -10,6 +10,7 @@ mod live;
 #[path = "no_ros2.rs"]
 mod live;
 mod map_file;
+mod map_watcher;
 #[cfg(feature = "ros2")]
 mod named_maps;
 mod pace;
@@ -18,14 +19,15 @@ mod ply;
 mod record;
 mod report;
 
-pub use drive::{Lookers, MapWay, Restart, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
+pub use drive::{Lookers, MapWay, RunOptions, SlamAudience, SlamRun, SlamWatcher, run};
 pub use given::map_given_poses;
 pub use history::{SlamHistory, StageSums};
 pub use input::open_input;
-pub use live::SlamLive;
 #[cfg(feature = "ros2")]
 pub use live::landmark_cloud;
+pub use live::open_slam_live;
 pub use map_file::{is_map_of_slam, load_map, save_map};
+pub use map_watcher::{MapFrame, MapView, MapWatcher, MapWish};
 #[cfg(feature = "ros2")]
 pub use named_maps::NamedMaps;
 pub use pace::Pace;

@@ -125,25 +125,11 @@ fn own_paths(title: &str, run: &SlamRun) -> SpaceViews {
         shows_clouds: true,
         paths: vec![
             SpacePath {
-                label: format!("{} landmarks", points.len()),
-                color: Color::scale(0.5),
-                is_cloud: true,
                 colors: colors_by_height(&points),
-                points,
+                ..SpacePath::cloud(format!("{} landmarks", points.len()), Color::scale(0.5), points)
             },
-            SpacePath {
-                label: "camera".to_owned(),
-                color: Color::VERMILION,
-                points: way,
-                ..SpacePath::default()
-            },
-            SpacePath {
-                label: "start".to_owned(),
-                color: Color::BLACK,
-                is_cloud: true,
-                points: start.into_iter().collect(),
-                ..SpacePath::default()
-            },
+            SpacePath::line("camera", Color::VERMILION, way),
+            SpacePath::cloud("start", Color::BLACK, start.into_iter().collect()),
         ],
     }
 }
@@ -203,28 +189,17 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
     let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.apply(point).coords);
     let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
+    let landmarks = landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords));
     let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
     let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
-    let path = |label: &str, color, is_cloud, points| SpacePath {
-        label: label.to_owned(),
-        color,
-        is_cloud,
-        points,
-        ..SpacePath::default()
-    };
     SpaceViews {
         title: title.to_owned(),
         subtitle: format!("RMSE {:.4} m", error.rmse),
         shows_clouds: true,
         paths: vec![
-            path(
-                "map",
-                Color::GRAY,
-                true,
-                landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords)).collect(),
-            ),
-            path("truth", Color::BLACK, false, truth.collect()),
-            path("estimate", Color::BLUE, false, estimate.collect()),
+            SpacePath::cloud("map", Color::GRAY, landmarks.collect()),
+            SpacePath::line("truth", Color::BLACK, truth.collect()),
+            SpacePath::line("estimate", Color::BLUE, estimate.collect()),
         ],
         ..SpaceViews::default()
     }

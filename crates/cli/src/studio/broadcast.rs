@@ -58,13 +58,16 @@ struct Watched {
 }
 
 impl Broadcast {
-    /// Opens what the user asks for.
-    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>) -> Result<Self> {
+    /// Opens what the user asks for; `None` if that is nothing.
+    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>) -> Result<Option<Self>> {
+        if args.record.is_none() && args.publish.is_none() {
+            return Ok(None);
+        }
         let wheel = steering.map(|steering| Arc::clone(steering.wheel()));
         let open = |address| publish(address, args.token.clone(), wheel.clone());
         let watched = args.publish.map(open).transpose()?;
         let recording = args.record.as_deref().map(Recording::create).transpose()?;
-        Ok(Self { recording, watched, error: None })
+        Ok(Some(Self { recording, watched, error: None }))
     }
 
     /// Waits until a frame is due, seconds since the first one: those who watch see frames at the time at which they were taken.

@@ -18,7 +18,7 @@ use visloc_io::sources::{
 };
 use visloc_sim::TEAM;
 use visloc_studio::{
-    Command as VisitorCommand, Engine as _, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
+    Command as VisitorCommand, Hub, NamedSource, Scenes, SourceOpener, StudioError, Update,
     recording::{RecordingIndex, Tape},
     run_engine,
     server::{Remote, Server},
@@ -113,7 +113,7 @@ fn start_engine(
     let session = scenes.open(&first)?;
     thread::Builder::new()
         .name("studio-engine".to_owned())
-        .spawn(move || run_engine(Box::new(scenes), session, tape, &hub, &commands, &clock))
+        .spawn(move || run_engine(scenes, session, tape, &hub, &commands, &clock))
         .context("cannot start the engine")
 }
 
@@ -166,35 +166,41 @@ fn named_sources(args: &StudioArgs, host: &Host) -> Result<Vec<NamedSource>> {
     }
     let mut sources = Vec::new();
     if let Some(name) = source {
-        let address = SourceAddress::parse(name)?;
-        let is_robot = args.map.is_some() || (name.starts_with("sim:") && address.has_robot());
-        let map = args.map.as_deref().filter(|map| is_map_of_slam(map));
-        let is_robot = is_robot && map.is_none();
-        address.check(&options, if is_robot { Purpose::Frames } else { Purpose::Images })?;
-        sources.push(NamedSource {
-            name: name.to_string(),
-            is_live: address.kind().is_live,
-            opener: if let Some(map) = map {
-                let map = Arc::new(load_map(Path::new(map))?);
-                SourceOpener::InMap(images_opener(name, &options, host), map)
-            } else if is_robot {
-                SourceOpener::Frames(frames_opener(name, args.map.as_deref(), &options, host)?)
-            } else {
-                SourceOpener::Images(images_opener(name, &options, host))
-            },
-        });
+        let is_robot =
+            args.map.is_some() || (name.starts_with("sim:") && SourceAddress::parse(name)?.has_robot());
+        let purpose = if is_robot { Purpose::Frames } else { Purpose::Images };
+        sources.push(named_source(name, purpose, args.map.as_deref(), &options, host)?);
     }
     for name in &args.sequence {
-        let address = SourceAddress::parse(name)?;
-        address.check(&options, Purpose::Images)?;
-        let is_live = address.kind().is_live;
-        let opener = SourceOpener::Images(images_opener(name, &options, host));
-        sources.push(NamedSource { name: name.to_string(), is_live, opener });
+        sources.push(named_source(name, Purpose::Images, None, &options, host)?);
     }
     Ok(sources)
 }
 
-pub(super) fn frames_opener(
+/// A source of a robot's frames or of images; in a map of SLAM always of images.
+pub(super) fn named_source(
+    name: &str,
+    purpose: Purpose,
+    map: Option<&str>,
+    options: &SourceOptions,
+    host: &Host,
+) -> Result<NamedSource> {
+    let of_slam = map.filter(|map| is_map_of_slam(map));
+    let purpose = if of_slam.is_some() { Purpose::Images } else { purpose };
+    let address = SourceAddress::parse(name)?;
+    address.check(options, purpose)?;
+    let opener = match (of_slam, purpose) {
+        (Some(map), _) => {
+            let map = Arc::new(load_map(Path::new(map))?);
+            SourceOpener::InMap(images_opener(name, options, host), map)
+        }
+        (None, Purpose::Frames) => SourceOpener::Frames(frames_opener(name, map, options, host)?),
+        (None, _) => SourceOpener::Images(images_opener(name, options, host)),
+    };
+    Ok(NamedSource { name: name.to_owned(), is_live: address.kind().is_live, opener })
+}
+
+fn frames_opener(
     name: &str,
     map: Option<&str>,
     options: &SourceOptions,
@@ -204,25 +210,22 @@ pub(super) fn frames_opener(
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Ok(Arc::new(move |seed| {
         let options = SourceOptions { seed: Some(seed), ..options.clone() };
-        let open = open_frames(&name, &options, &host).map_err(|error| refused(&name, &error))?;
+        let open = open_frames(&name, &options, &host).map_err(|error| StudioError::input(&name, error))?;
         open.warnings.iter().for_each(|warning| log(warning));
-        let map = map.clone().or(open.map).ok_or_else(|| refused(&name, &"expected --map NAME|FILE"))?;
+        let map =
+            map.clone().or(open.map).ok_or_else(|| StudioError::input(&name, "expected --map NAME|FILE"))?;
         Ok(OpenRun { frames: open.frames, map })
     }))
 }
 
-pub(super) fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
+fn images_opener(name: &str, options: &SourceOptions, host: &Host) -> ImagesOpener {
     let (name, options, host) = (name.to_owned(), options.clone(), host.clone());
     Arc::new(move |seed| {
         let options = SourceOptions { seed: Some(seed), ..options.clone() };
-        let open = open_images(&name, &options, &host).map_err(|error| refused(&name, &error))?;
+        let open = open_images(&name, &options, &host).map_err(|error| StudioError::input(&name, error))?;
         open.warnings.iter().for_each(|warning| log(warning));
         Ok(OpenCamera { images: open.images, truth: open.truth })
     })
-}
-
-pub(super) fn refused(name: &str, reason: &dyn std::fmt::Display) -> StudioError {
-    StudioError::Input { origin: name.to_owned(), reason: reason.to_string() }
 }
 
 fn log(line: &str) {

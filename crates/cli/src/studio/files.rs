@@ -7,15 +7,16 @@ use std::{
 
 use visloc_io::{
     camera_file::read_calibration,
-    sources::{Host, Purpose, SourceAddress, SourceOptions},
+    sources::{Host, Purpose, SourceOptions},
 };
-use visloc_studio::{
-    FileOpener, GivenFile, NamedSource, SourceOpener, StudioError, recording::RecordingIndex,
-};
+use visloc_studio::{FileOpener, GivenFile, NamedSource, StudioError, recording::RecordingIndex};
 use visloc_world::Map;
 
-use super::command::{frames_opener, images_opener, refused};
-use crate::slam::{is_map_of_slam, load_map};
+use super::command::named_source;
+use crate::{
+    say::one_line,
+    slam::{is_map_of_slam, load_map},
+};
 
 /// Endings of maps and calibrations.
 const TEXTS: [&str; 7] = ["toml", "yaml", "yml", "svg", "dxf", "json", "vmap"];
@@ -56,7 +57,7 @@ impl Given {
     /// Takes in a map or a calibration; whether it is a map that a robot can play on.
     fn learn(&mut self, path: &Path, name: &str) -> Result<bool, StudioError> {
         if is_map_of_slam(name) {
-            load_map(path).map_err(|error| refused(name, &format!("{error:#}")))?;
+            load_map(path).map_err(|error| StudioError::input(name, format!("{error:#}")))?;
             self.map = Some(name.to_owned());
             return Ok(false);
         }
@@ -71,7 +72,7 @@ impl Given {
             Ok(_) => self.camera = Some(path.to_path_buf()),
             Err(no_camera) => {
                 let reason = format!("no map ({no_map}) and no calibration ({no_camera})");
-                return Err(refused(name, &reason));
+                return Err(StudioError::input(name, reason));
             }
         }
         Ok(false)
@@ -79,25 +80,10 @@ impl Given {
 
     fn open(&self, options: &SourceOptions, host: &Host) -> Result<NamedSource, StudioError> {
         let Some(name) = &self.source else {
-            return Err(refused("taken", &"now drop the recording, bag or video that it is for"));
+            return Err(StudioError::input("taken", "now drop the recording, bag or video that it is for"));
         };
-        let of_slam = self.map.as_deref().filter(|map| is_map_of_slam(map));
-        let is_robot = self.map.is_some() && of_slam.is_none();
-        let purpose = if is_robot { Purpose::Frames } else { Purpose::Images };
-        let wrong = |error: &dyn std::fmt::Display| refused(name, error);
-        let address = SourceAddress::parse(name).map_err(|error| wrong(&error))?;
-        address.check(options, purpose).map_err(|error| wrong(&error))?;
-        let opener = match &self.map {
-            Some(map) if of_slam.is_some() => {
-                let map = load_map(Path::new(map)).map_err(|error| refused(map, &format!("{error:#}")))?;
-                SourceOpener::InMap(images_opener(name, options, host), Arc::new(map))
-            }
-            Some(map) => {
-                let opener = frames_opener(name, Some(map), options, host);
-                SourceOpener::Frames(opener.map_err(|error| wrong(&error))?)
-            }
-            None => SourceOpener::Images(images_opener(name, options, host)),
-        };
-        Ok(NamedSource { name: name.clone(), is_live: address.kind().is_live, opener })
+        let purpose = if self.map.is_some() { Purpose::Frames } else { Purpose::Images };
+        let source = named_source(name, purpose, self.map.as_deref(), options, host);
+        source.map_err(|error| StudioError::input(name, one_line(&error)))
     }
 }

@@ -1,21 +1,23 @@
 //! Shows a camera in a map of SLAM to a recording and to pages, and does what people there ask for.
 
 use anyhow::Result;
-use visloc_core::{CameraPose, CameraTrajectory, GrayFrame, geom::Camera};
+use visloc_core::{CameraPose, CameraTrajectory, geom::Camera};
 use visloc_io::sequence::write_camera_trajectory;
 use visloc_slam::SlamConfig;
 use visloc_studio::{recording::Input, slam::MapViewer};
-use visloc_vmap::{MapLocalizer, VisualMap};
 
 use super::{
     broadcast::{Broadcast, new_saved_file},
     steered::{Asked, Steered},
     steering::Steering,
 };
-use crate::args::BroadcastArgs;
+use crate::{
+    args::LocalizeArgs,
+    slam::{MapFrame, MapView, MapWatcher, MapWish},
+};
 
 /// Shows each frame to others.
-pub struct MapShow {
+struct MapShow {
     broadcast: Broadcast,
     run: Steered,
     /// From the first frame on, with its camera.
@@ -23,30 +25,21 @@ pub struct MapShow {
     way: CameraTrajectory,
 }
 
-impl MapShow {
-    /// Shows a run to whom the user asks for; `None` if to nobody.
-    pub fn open(
-        args: &BroadcastArgs,
-        steering: Option<&Steering>,
-        title: &str,
-        config: &SlamConfig,
-        seed: u64,
-    ) -> Result<Option<Self>> {
-        if args.record.is_none() && args.publish.is_none() {
-            return Ok(None);
-        }
-        Ok(Some(Self {
-            broadcast: Broadcast::open(args, steering)?,
-            run: Steered::new(title, config, seed, true)?,
-            viewer: None,
-            way: CameraTrajectory::new(),
-        }))
-    }
+/// Shows a run to whom the user asks for; `None` if to nobody.
+pub fn open_map_show(
+    args: &LocalizeArgs,
+    steering: Option<&Steering>,
+    config: &SlamConfig,
+) -> Result<Option<Box<dyn MapWatcher>>> {
+    let Some(broadcast) = Broadcast::open(&args.broadcast, steering)? else { return Ok(None) };
+    let run = Steered::new(&args.source, config, args.seed.value(), true)?;
+    Ok(Some(Box::new(MapShow { broadcast, run, viewer: None, way: CameraTrajectory::new() })))
+}
 
-    /// What people ask for; parameters and seed if the camera is to be looked for anew.
-    pub fn obey(&mut self) -> Option<(SlamConfig, u64)> {
+impl MapWatcher for MapShow {
+    fn take_wish(&mut self, config: &mut SlamConfig, seed: &mut u64) -> Option<MapWish> {
         let Self { broadcast, run, viewer, way } = self;
-        run.obey(broadcast, |broadcast, asked| {
+        let wished = run.obey(broadcast, |broadcast, asked| {
             match asked {
                 Asked::Save => {
                     let path = new_saved_file("trajectory", "tum")?;
@@ -61,30 +54,27 @@ impl MapShow {
                 }
             }
             Ok(())
-        })
+        });
+        (*config, *seed) = wished?;
+        Some(MapWish::Anew)
     }
 
-    /// Shows a frame, if anybody wants to see it.
-    pub fn look(
-        &mut self,
-        (map, truth): (&VisualMap, Option<&CameraTrajectory>),
-        localizer: &MapLocalizer,
-        frame: &GrayFrame,
-        camera: &Camera,
-    ) {
+    fn look(&mut self, view: &MapView<'_>) {
         self.broadcast.rest();
-        if let Err(error) = self.show((map, truth), localizer, frame, camera) {
+        if let Err(error) = self.show(view) {
             self.broadcast.fail(error);
         }
     }
 
-    fn show(
-        &mut self,
-        (map, truth): (&VisualMap, Option<&CameraTrajectory>),
-        localizer: &MapLocalizer,
-        frame: &GrayFrame,
-        camera: &Camera,
-    ) -> Result<()> {
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.broadcast.finish()
+    }
+}
+
+impl MapShow {
+    /// Shows a frame, if anybody wants to see it.
+    fn show(&mut self, view: &MapView<'_>) -> Result<()> {
+        let &MapView { map, truth, localizer, frame: MapFrame { gray: frame, camera, .. }, .. } = view;
         if self.viewer.is_none() {
             let viewer = MapViewer::new(camera, &self.run.title, map, truth.cloned(), self.run.fields()?);
             self.viewer = Some((viewer, *camera));
@@ -105,10 +95,5 @@ impl MapShow {
         let input = Input::Camera { at: frame.at, image: &frame.image, camera, world_from_camera };
         self.broadcast.send(secs, || moment.update(None), &input);
         Ok(())
-    }
-
-    /// Ends the recording.
-    pub fn finish(self) -> Result<()> {
-        self.broadcast.finish()
     }
 }

@@ -10,7 +10,7 @@ mod steered;
 mod steering;
 
 pub use command::execute;
-pub use map_show::MapShow;
-pub use show::Show;
-pub use slam_show::{Shown, SlamShow};
+pub use map_show::open_map_show;
+pub use show::open_show;
+pub use slam_show::open_slam_show;
 pub use steering::Steering;

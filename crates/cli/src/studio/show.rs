@@ -10,28 +10,23 @@ use super::{
     steering::Steering,
 };
 use crate::{
-    args::BroadcastArgs,
+    args::LocalizeArgs,
     run::{FrameView, Runner, Spectator, write_text},
 };
 
 /// A spectator that shows what it sees to others.
-pub struct Show {
+struct Show {
     broadcast: Broadcast,
     viewer: RunViewer,
 }
 
+/// Shows a run to whom the user asks for; `None` if to nobody.
+pub fn open_show(args: &LocalizeArgs, steering: Option<&Steering>) -> Result<Option<Box<dyn Spectator>>> {
+    let Some(broadcast) = Broadcast::open(&args.broadcast, steering)? else { return Ok(None) };
+    Ok(Some(Box::new(Show { broadcast, viewer: RunViewer::new(&args.source) })))
+}
+
 impl Show {
-    /// Shows a run to whom the user asks for.
-    pub fn open(args: &BroadcastArgs, steering: Option<&Steering>, title: &str) -> Result<Self> {
-        let broadcast = Broadcast::open(args, steering)?;
-        Ok(Self { broadcast, viewer: RunViewer::new(title) })
-    }
-
-    /// Ends the recording.
-    pub fn finish(self) -> Result<()> {
-        self.broadcast.finish()
-    }
-
     /// The notice that answers a command.
     fn obey(&self, command: &Command, runner: &mut Runner) -> Result<Option<String>> {
         if matches!(command, Command::Save {}) {
@@ -45,25 +40,20 @@ impl Show {
             write_text(&path, std::str::from_utf8(&text).context("trajectory")?)?;
             return Ok(Some(format!("saved on the robot: {}", path.display())));
         }
-        let refused = |what: &str, expected: &str, found: String| StudioError::Command {
-            what: what.to_owned(),
-            expected: expected.to_owned(),
-            found,
-        };
         match command {
             Command::Reset { seed } => runner.lineup_mut().reset(*seed)?,
             Command::Algorithms { names } if names.len() != 1 => {
                 let expected = "one: this run writes the results of one";
-                return Err(refused("algorithms", expected, names.len().to_string()).into());
+                return Err(StudioError::command("algorithms", expected, names.len()).into());
             }
             command if tuning::obey(runner.lineup_mut(), command)? => {}
             Command::Drive { .. } | Command::Head { .. } => {
                 let expected = "a robot that others may drive: it runs with --allow-drive";
-                return Err(refused("driving", expected, "one that moves by itself".to_owned()).into());
+                return Err(StudioError::command("driving", expected, "one that moves by itself").into());
             }
             command => {
                 let expected = "one for a run: parameters, reset, forget, save, pause";
-                return Err(refused("command", expected, command.name()).into());
+                return Err(StudioError::command("command", expected, command.name()).into());
             }
         }
         let is_reset = matches!(command, Command::Reset { .. } | Command::Forget {});
@@ -96,5 +86,9 @@ impl Spectator for Show {
             }
         }
         self.viewer.next_frame();
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.broadcast.finish()
     }
 }

@@ -12,26 +12,12 @@ use super::{
     steering::Steering,
 };
 use crate::{
-    args::BroadcastArgs,
+    args::SlamArgs,
     slam::{SlamAudience, write_ply},
 };
 
-/// What is shown of a run.
-pub struct Shown<'a> {
-    /// Name of the source.
-    pub title: &'a str,
-    /// The camera.
-    pub camera: &'a Camera,
-    /// Where the camera was, if that is known.
-    pub truth: Option<&'a CameraTrajectory>,
-    /// Parameters.
-    pub config: &'a SlamConfig,
-    /// Seed of everything random.
-    pub seed: u64,
-}
-
 /// Shows each frame to others.
-pub struct SlamShow {
+struct SlamShow {
     broadcast: Broadcast,
     viewer: SlamViewer,
     camera: Camera,
@@ -39,27 +25,18 @@ pub struct SlamShow {
     run: Steered,
 }
 
-impl SlamShow {
-    /// Shows a run of a camera to whom the user asks for; `None` if to nobody.
-    pub fn open(
-        args: &BroadcastArgs,
-        steering: Option<&Steering>,
-        shown: &Shown<'_>,
-    ) -> Result<Option<Self>> {
-        if args.record.is_none() && args.publish.is_none() {
-            return Ok(None);
-        }
-        let broadcast = Broadcast::open(args, steering)?;
-        let Shown { title, camera, truth, config, seed } = *shown;
-        let run = Steered::new(title, config, seed, false)?;
-        let viewer = SlamViewer::new(camera, title, truth.cloned(), run.fields()?);
-        Ok(Some(Self { broadcast, viewer, camera: *camera, truth: truth.cloned(), run }))
-    }
-
-    /// Ends the recording.
-    pub fn finish(self) -> Result<()> {
-        self.broadcast.finish()
-    }
+/// Shows a run of a camera, with the truth if that is known, to whom the user asks for; `None` if to nobody.
+pub fn open_slam_show(
+    args: &SlamArgs,
+    steering: Option<&Steering>,
+    config: &SlamConfig,
+    camera: &Camera,
+    truth: Option<&CameraTrajectory>,
+) -> Result<Option<Box<dyn SlamAudience>>> {
+    let Some(broadcast) = Broadcast::open(&args.broadcast, steering)? else { return Ok(None) };
+    let run = Steered::new(&args.source, config, args.seed.value(), false)?;
+    let viewer = SlamViewer::new(camera, &args.source, truth.cloned(), run.fields()?);
+    Ok(Some(Box::new(SlamShow { broadcast, viewer, camera: *camera, truth: truth.cloned(), run })))
 }
 
 impl SlamAudience for SlamShow {
@@ -97,6 +74,10 @@ impl SlamAudience for SlamShow {
             }
             Ok(())
         })
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.broadcast.finish()
     }
 }
 

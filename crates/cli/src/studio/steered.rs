@@ -56,12 +56,8 @@ impl Steered {
             command => match self.settings.changed(command)? {
                 Some(settings) => self.settings = settings,
                 None => {
-                    return Err(StudioError::Command {
-                        what: "command".to_owned(),
-                        expected: "one for a run: parameters, reset, save, pause".to_owned(),
-                        found: command.name(),
-                    }
-                    .into());
+                    let expected = "one for a run: parameters, reset, save, pause";
+                    return Err(StudioError::command("command", expected, command.name()).into());
                 }
             },
         }

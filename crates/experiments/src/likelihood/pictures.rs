@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use visloc_core::{Frame, geom::PlanarPose};
 use visloc_locate::vision::{FeatureKind, Percept};
 use visloc_plot::{
-    Color, HeatMap, ImageDots, ImagePicture, Mark, Panel, Picture, PoseMark, Series, SurfacePicture,
-    TimeSeriesPicture, ValueAxis, heat_map, image_picture, surface_picture, time_series,
+    Color, HeatMap, ImageDots, ImagePicture, Mark, Panel, Picture, PoseMark, Series, TimeSeriesPicture,
+    ValueAxis, heat_map, image_picture, surface_picture, time_series,
 };
 use visloc_world::field::Field;
 
@@ -29,29 +29,24 @@ impl LikelihoodPictures<'_> {
     /// The map as colors.
     #[must_use]
     pub fn heat(&self, map: &LikelihoodMap) -> Picture {
-        let input = HeatMap {
+        heat_map(&self.values(map), Some(self.field.into()))
+    }
+
+    /// The map as a surface.
+    #[must_use]
+    pub fn surface(&self, map: &LikelihoodMap) -> Picture {
+        surface_picture(&self.values(map), Some(self.field))
+    }
+
+    fn values(&self, map: &LikelihoodMap) -> HeatMap {
+        HeatMap {
             title: self.title.clone(),
             subtitle: self.subtitle.clone(),
             value_label: "likelihood".to_owned(),
             grid: map.grid(),
             range: None,
             marks: self.marks(map),
-        };
-        heat_map(&input, Some(self.field.into()))
-    }
-
-    /// The map as a surface.
-    #[must_use]
-    pub fn surface(&self, map: &LikelihoodMap) -> Picture {
-        let input = SurfacePicture {
-            title: self.title.clone(),
-            subtitle: self.subtitle.clone(),
-            value_label: "likelihood".to_owned(),
-            grid: map.grid(),
-            marks: self.marks(map),
-            ..SurfacePicture::default()
-        };
-        surface_picture(&input, Some(self.field))
+        }
     }
 
     /// The likelihood over the heading at one place (x, y), meters: headings in radians.

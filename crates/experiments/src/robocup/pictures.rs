@@ -3,9 +3,9 @@
 use visloc_core::geom::PlanarPose;
 use visloc_locate::LOCALIZED_RELIABILITY;
 use visloc_plot::{
-    Bar, BarChart, BarGroup, BarSeries, Color, FieldPath, FieldPicture, Kidnap, Mark, Panel, PathPoint,
-    Picture, ReferenceLine, Series, SeriesStyle, Span, TimeSeriesPicture, ValueAxis, bar_chart,
-    field_picture, time_series,
+    Bar, BarChart, BarSeries, Color, FieldPath, FieldPicture, Group, Kidnap, Mark, Panel, PathPoint, Picture,
+    ReferenceLine, Series, SeriesStyle, Span, TimeSeriesPicture, ValueAxis, bar_chart, field_picture,
+    time_series,
 };
 use visloc_world::field::Field;
 
@@ -187,7 +187,7 @@ pub(super) fn consistency(rows: &[Row<'_>]) -> Picture {
         let at = |p| quantile(runs.iter().map(|value| Some(*value)), p);
         let interval = at(0.025).zip(at(0.975));
         let bar = Bar { value: mean(&runs).unwrap_or(f64::NAN), interval };
-        BarGroup { label: label.clone(), bars: vec![bar] }
+        Group { label: label.clone(), values: vec![bar] }
     });
     let num_runs = rows.iter().map(|(_, summary)| summary.nees_of_runs().len()).max().unwrap_or(0);
     let (low, high) = mean_band_95(3, u32::try_from(num_runs).unwrap_or(u32::MAX));

@@ -142,14 +142,11 @@ fn adjustment(sequence: &str, file: &str, max_frames: usize) -> Result<Vec<(Stri
         let way = map.keyframes().map(|(_, keyframe)| *keyframe.center_in_world());
         let points = map.landmarks().filter(|(_, landmark)| landmark.is_converged());
         let cloud = points.map(|(_, landmark)| landmark.point_in_world);
-        let path = |is_cloud, what: &str, points: Vec<Point3<f64>>| SpacePath {
-            label: format!("{what} {label}"),
-            color,
-            is_cloud,
-            points: points.iter().map(|p| [p.x, p.y, p.z]).collect(),
-            ..SpacePath::default()
-        };
-        [path(true, "points", cloud.collect()), path(false, "keyframes", way.collect())]
+        let place = |point: Point3<f64>| [point.x, point.y, point.z];
+        [
+            SpacePath::cloud(format!("points {label}"), color, cloud.map(place).collect()),
+            SpacePath::line(format!("keyframes {label}"), color, way.map(place).collect()),
+        ]
     };
     let before = parts("before", Color::VERMILION, slam.map());
     let views = space_views(&SpaceViews {

@@ -1,8 +1,8 @@
 //! Paths, errors and times over time, and bars.
 
 use visloc_plot::{
-    Bar, BarChart, BarGroup, BarSeries, Color, Panel, Picture, Series, SpacePath, SpaceViews,
-    TimeSeriesPicture, ValueAxis, bar_chart, space_views, time_series,
+    Bar, BarChart, BarSeries, Color, Group, Panel, Picture, Series, SpacePath, SpaceViews, TimeSeriesPicture,
+    ValueAxis, bar_chart, space_views, time_series,
 };
 
 use super::{SlamExperiment, SlamRunRecord, SlamStudy, map_pictures, sequence::short_name};
@@ -134,17 +134,11 @@ fn thresholds(experiment: &SlamExperiment, results: &Results<SlamRunRecord>, seq
 }
 
 fn paths(name: &str, firsts: &[(&str, &SlamRunRecord)]) -> SpaceViews {
-    let truth = firsts.first().map(|(_, record)| SpacePath {
-        label: "truth".to_owned(),
-        color: Color::BLACK,
-        points: record.true_path.clone(),
-        ..SpacePath::default()
-    });
-    let estimates = firsts.iter().enumerate().map(|(i, (configuration, record))| SpacePath {
-        label: (*configuration).to_owned(),
-        color: Color::series(i),
-        points: record.path.iter().map(|[_, x, y, z, _]| [*x, *y, *z]).collect(),
-        ..SpacePath::default()
+    let truth =
+        firsts.first().map(|(_, record)| SpacePath::line("truth", Color::BLACK, record.true_path.clone()));
+    let estimates = firsts.iter().enumerate().map(|(i, (configuration, record))| {
+        let points = record.path.iter().map(|[_, x, y, z, _]| [*x, *y, *z]).collect();
+        SpacePath::line(*configuration, Color::series(i), points)
     });
     SpaceViews {
         title: name.to_owned(),
@@ -175,9 +169,9 @@ fn bars(experiment: &SlamExperiment, results: &Results<SlamRunRecord>) -> Pictur
         let interval = values.first().copied().zip(values.last().copied());
         Bar { value: values.get(values.len() / 2).copied().unwrap_or(f64::NAN), interval }
     };
-    let group = |(i, sequence): (usize, &String)| BarGroup {
+    let group = |(i, sequence): (usize, &String)| Group {
         label: short_name(sequence),
-        bars: (0..n).map(|j| bar(i * n + j)).collect(),
+        values: (0..n).map(|j| bar(i * n + j)).collect(),
     };
     let series = settings.configurations.iter().enumerate();
     bar_chart(&BarChart {

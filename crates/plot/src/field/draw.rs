@@ -11,8 +11,8 @@ use crate::{
 
 const RIGHT_PX: f64 = 24.0;
 
-/// A field or a building to scale from above, the paths of a run, where the robot was carried, and what a localizer
-/// believes. Whatever lies beyond is cut off.
+/// A field or a building to scale from above, the paths of a run and where the robot was carried. Whatever lies beyond
+/// is cut off.
 #[must_use]
 pub fn field_picture<'a>(ground: impl Into<Ground<'a>>, input: &FieldPicture) -> Picture {
     let ground = ground.into();
@@ -24,18 +24,12 @@ pub fn field_picture<'a>(ground: impl Into<Ground<'a>>, input: &FieldPicture) ->
     header.draw(&mut canvas);
     canvas.begin_clip(&rect);
     view.draw_ground(&mut canvas, &ground);
-    for cloud in &input.clouds {
-        paths::draw_cloud(&mut canvas, &view, cloud);
-    }
     canvas.begin_part("paths");
     // The truth is dashed, and above: so each shows where the other is.
     for path in input.estimates.iter().chain(&input.truth) {
         paths::draw_path(&mut canvas, &view, path, input.max_step_m);
     }
     canvas.end_group();
-    for ellipse in &input.ellipses {
-        paths::draw_ellipse(&mut canvas, &view, ellipse);
-    }
     kidnap::draw_kidnaps(&mut canvas, &view, &input.kidnaps);
     if let Some(start) = input.start.filter(PlanarPose::is_finite) {
         draw_start(&mut canvas, &view, &start);
@@ -75,7 +69,5 @@ fn legend(input: &FieldPicture) -> Vec<LegendEntry> {
     if input.start.is_some() {
         entries.push(LegendEntry::new("start", Symbol::Ring(Color::BLACK)));
     }
-    entries.extend(input.clouds.iter().map(|c| LegendEntry::new(&c.label, Symbol::Arrow(c.color))));
-    entries.extend(input.ellipses.iter().map(|e| LegendEntry::new(&e.label, Symbol::Ring(e.color))));
     entries
 }

@@ -19,10 +19,6 @@ pub struct FieldPicture {
     pub kidnaps: Vec<Kidnap>,
     /// Where the run starts.
     pub start: Option<PlanarPose>,
-    /// Particles or hypotheses.
-    pub clouds: Vec<PoseCloud>,
-    /// Uncertainties.
-    pub ellipses: Vec<CovarianceEllipse>,
     /// Points of a path that are farther apart than this are not connected, meters.
     pub max_step_m: f64,
 }
@@ -37,8 +33,6 @@ impl Default for FieldPicture {
             estimates: Vec::new(),
             kidnaps: Vec::new(),
             start: None,
-            clouds: Vec::new(),
-            ellipses: Vec::new(),
             max_step_m: 0.5,
         }
     }
@@ -101,32 +95,4 @@ pub struct Kidnap {
     pub from: PlanarPose,
     /// Where it was put down.
     pub to: PlanarPose,
-}
-
-/// Poses drawn as small arrows: particles or hypotheses.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PoseCloud {
-    /// In the legend.
-    pub label: String,
-    /// Of the arrows.
-    pub color: Color,
-    /// Poses that are not finite are left out.
-    pub poses: Vec<PlanarPose>,
-    /// Length of each arrow, meters: about 0.1 for particles, 0.3 for hypotheses.
-    pub arrow_length_m: f64,
-}
-
-/// Where a position may be, as an ellipse.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CovarianceEllipse {
-    /// In the legend.
-    pub label: String,
-    /// Of the outline.
-    pub color: Color,
-    /// Mean of x and y, meters.
-    pub mean_m: [f64; 2],
-    /// Covariance of x and y, square meters. Only the upper triangle is read.
-    pub covariance_m2: [[f64; 2]; 2],
-    /// Half axes in standard deviations.
-    pub num_sigmas: f64,
 }

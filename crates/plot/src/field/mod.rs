@@ -10,5 +10,5 @@ mod paths;
 pub use draw::field_picture;
 pub use ground::Ground;
 pub(crate) use ground::GroundView;
-pub use input::{CovarianceEllipse, FieldPath, FieldPicture, Kidnap, PathPoint, PoseCloud};
+pub use input::{FieldPath, FieldPicture, Kidnap, PathPoint};
 pub(crate) use paths::draw_pose_arrow;

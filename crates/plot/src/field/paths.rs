@@ -1,8 +1,8 @@
-//! Paths, arrows and ellipses on the ground.
+//! Paths and arrows on the ground.
 
 use visloc_core::geom::PlanarPose;
 
-use super::{CovarianceEllipse, FieldPath, GroundView, PathPoint, PoseCloud};
+use super::{FieldPath, GroundView, PathPoint};
 use crate::{
     Color, line_style,
     svg::{Canvas, Paint, Point},
@@ -10,9 +10,6 @@ use crate::{
 
 const PATH_PX: f64 = 2.2;
 const HALO_PX: f64 = 4.4;
-/// A cloud of at most this many poses is drawn opaque: each of them matters.
-const MAX_SPARSE: usize = 20;
-
 const FAINT_PX: f64 = 1.6;
 const FAINT_OPACITY: f64 = 0.6;
 
@@ -67,16 +64,6 @@ fn pieces(view: &GroundView, points: &[PathPoint], max_step_m: f64) -> Vec<Piece
     pieces
 }
 
-pub(super) fn draw_cloud(canvas: &mut Canvas, view: &GroundView, cloud: &PoseCloud) {
-    let length_px = (cloud.arrow_length_m * view.px_per_m()).max(5.0);
-    let is_sparse = cloud.poses.len() <= MAX_SPARSE;
-    let paint = Paint::fill(cloud.color);
-    let paint = if is_sparse { paint.outlined(Color::WHITE, 1.2) } else { paint.opacity(0.6) };
-    for pose in cloud.poses.iter().filter(|pose| pose.is_finite()) {
-        draw_pose_arrow(canvas, view, pose, length_px, &paint);
-    }
-}
-
 /// A slim arrow head from a position into its heading.
 pub(crate) fn draw_pose_arrow(
     canvas: &mut Canvas,
@@ -91,33 +78,6 @@ pub(crate) fn draw_pose_arrow(
         (x + length_px * (cos * along - sin * left), y - length_px * (sin * along + cos * left))
     };
     canvas.polygon(&[corner(1.0, 0.0), corner(0.0, 0.28), corner(0.2, 0.0), corner(0.0, -0.28)], paint);
-}
-
-pub(super) fn draw_ellipse(canvas: &mut Canvas, view: &GroundView, ellipse: &CovarianceEllipse) {
-    let Some((half_axes_m, yaw_rad)) = half_axes(ellipse) else { return };
-    let (sin, cos) = yaw_rad.sin_cos();
-    let [x_m, y_m] = ellipse.mean_m;
-    let outline: Vec<Point> = (0..72)
-        .map(|i| {
-            let (s, c) = (f64::from(i) * std::f64::consts::TAU / 72.0).sin_cos();
-            let (a, b) = (half_axes_m.0 * c, half_axes_m.1 * s);
-            view.px(x_m + cos * a - sin * b, y_m + sin * a + cos * b)
-        })
-        .collect();
-    canvas.polygon(&outline, &Paint::fill(ellipse.color).opacity(0.18));
-    canvas.polygon(&outline, &Paint::stroke(ellipse.color, 1.6));
-}
-
-/// Half axes and direction of the longer one: eigenvalues and eigenvector of a symmetric 2 x 2 matrix.
-fn half_axes(ellipse: &CovarianceEllipse) -> Option<((f64, f64), f64)> {
-    let [[xx, xy], [_, yy]] = ellipse.covariance_m2;
-    let all = [xx, xy, yy, ellipse.num_sigmas, ellipse.mean_m[0], ellipse.mean_m[1]];
-    if !all.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let (mean, spread) = (f64::midpoint(xx, yy), ((xx - yy) / 2.0).hypot(xy));
-    let half_axis = |variance: f64| ellipse.num_sigmas * variance.max(0.0).sqrt();
-    Some(((half_axis(mean + spread), half_axis(mean - spread)), 0.5 * (2.0 * xy).atan2(xx - yy)))
 }
 
 #[cfg(test)]
@@ -146,21 +106,5 @@ mod tests {
         assert_eq!(pieces.iter().map(|p| p.is_localized).collect::<Vec<_>>(), [true, false, true]);
         assert_eq!(pieces[0].points.last(), pieces[1].points.first());
         assert_eq!(pieces[1].points.last(), pieces[2].points.first());
-    }
-
-    #[test]
-    fn ellipse_of_a_turned_covariance() {
-        // variances 0.04 and 0.01 along the diagonals
-        let ellipse = |covariance_m2| CovarianceEllipse {
-            label: String::new(),
-            color: Color::BLUE,
-            mean_m: [0.0, 0.0],
-            covariance_m2,
-            num_sigmas: 2.0,
-        };
-        let ((long, short), yaw) = half_axes(&ellipse([[0.025, 0.015], [0.015, 0.025]])).unwrap();
-        assert!((long - 0.4).abs() < 1e-12 && (short - 0.2).abs() < 1e-12);
-        assert!((yaw - std::f64::consts::FRAC_PI_4).abs() < 1e-12);
-        assert!(half_axes(&ellipse([[f64::NAN, 0.0], [0.0, 1.0]])).is_none());
     }
 }

@@ -4,18 +4,19 @@ use std::{collections::BTreeMap, f64::consts::TAU};
 
 use visloc_world::field::Field;
 
-use super::{
-    SurfacePicture,
-    view::{Mesh, ObliqueView},
-};
+use super::view::{Mesh, ObliqueView};
 use crate::{
-    Color, Picture, PoseMark,
+    Color, HeatMap, Picture, PoseMark,
     axis::{Axis, Tick, finite_range},
     chart::{LABEL_PX, TICK_LABEL_PX},
     header::Header,
     svg::{Anchor, Canvas, Paint, Point, TextStyle},
 };
 
+/// How far the viewer has walked around the ground counter-clockwise, from the side of negative y, 0 to 90 degrees.
+const AZIMUTH_DEG: f64 = 25.0;
+/// How steeply the viewer looks down, 0 to 90 degrees.
+const ELEVATION_DEG: f64 = 40.0;
 const LEFT_PX: f64 = 74.0;
 const WIDTH_PX: f64 = 860.0;
 const RIGHT_PX: f64 = 60.0;
@@ -33,10 +34,11 @@ const GRID: Color = Color::rgb(0xdc, 0xdc, 0xdc);
 /// Pieces of lines that lie on a cell of the surface.
 type LinePieces = BTreeMap<(usize, usize), Vec<(Point, Point)>>;
 
-/// The values of a grid as a surface, with the lines of a field lying on it if one is given. Places without a value are
-/// holes.
+/// The values of a grid as a surface, seen obliquely, with the lines of a field lying on it if one is given. A large grid is
+/// drawn with fewer, larger cells, each as high as the highest value in it; places without a value are holes. Marks are pins
+/// that stand on the surface.
 #[must_use]
-pub fn surface_picture(input: &SurfacePicture, field: Option<&Field>) -> Picture {
+pub fn surface_picture(input: &HeatMap, field: Option<&Field>) -> Picture {
     let header = Header::new((24.0, LEFT_PX + WIDTH_PX), &input.title, &input.subtitle, Vec::new());
     let top = header.height_px() + 34.0;
     let range = input.range.or_else(|| finite_range(input.grid.values.iter().copied()));
@@ -46,7 +48,7 @@ pub fn surface_picture(input: &SurfacePicture, field: Option<&Field>) -> Picture
         header.draw(&mut canvas);
         return canvas.finish();
     };
-    let view = ObliqueView::new((input.azimuth_deg, input.elevation_deg), &mesh, WIDTH_PX, (LEFT_PX, top));
+    let view = ObliqueView::new((AZIMUTH_DEG, ELEVATION_DEG), &mesh, WIDTH_PX, (LEFT_PX, top));
     let space = Space {
         view,
         near: mesh.corner_m(0, 0),
@@ -234,9 +236,9 @@ mod tests {
     use super::*;
     use crate::Grid;
 
-    fn input(num_columns: usize, values: Vec<f64>) -> SurfacePicture {
+    fn input(num_columns: usize, values: Vec<f64>) -> HeatMap {
         let grid = Grid { origin_m: [-1.0, -1.0], cell_m: 0.5, num_columns, values };
-        SurfacePicture { grid, ..SurfacePicture::default() }
+        HeatMap { grid, ..HeatMap::default() }
     }
 
     #[test]

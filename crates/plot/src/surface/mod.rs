@@ -1,8 +1,6 @@
 //! A value for each place of the ground as a surface in space, seen obliquely from above.
 
 mod draw;
-mod input;
 mod view;
 
 pub use draw::surface_picture;
-pub use input::SurfacePicture;

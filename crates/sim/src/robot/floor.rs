@@ -1,8 +1,10 @@
 //! Where a robot may walk.
 
+use std::f64::consts::PI;
+
 use nalgebra::Point2;
 use rand::RngExt as _;
-use visloc_core::Rng;
+use visloc_core::{Rng, geom::PlanarPose};
 use visloc_world::office::FreeSpace;
 
 /// A rectangle around the origin, or the floor of a building, with round obstacles.
@@ -72,6 +74,12 @@ impl Floor {
     /// A random free point; `None` if there seems to be none.
     pub(crate) fn random_free_point(&self, margin_m: f64, rng: &mut Rng) -> Option<Point2<f64>> {
         (0..500).map(|_| self.random_point(rng)).find(|point| self.is_free(point, margin_m))
+    }
+
+    /// A random free point with a random heading; `None` if there seems to be none.
+    pub(crate) fn random_free_pose(&self, margin_m: f64, rng: &mut Rng) -> Option<PlanarPose> {
+        let point = self.random_free_point(margin_m, rng)?;
+        Some(PlanarPose::new(point.x, point.y, rng.random_range(-PI..PI)))
     }
 }
 

@@ -58,40 +58,22 @@ impl Scene {
 
     /// Adds a shape that stays where it is.
     pub fn add(&mut self, shape: Shape, texture: TextureId) {
+        self.surfaces.push(self.surface(shape, texture));
+    }
+
+    /// A shape in the light of its place.
+    #[must_use]
+    pub fn surface(&self, shape: Shape, texture: TextureId) -> Surface {
         let lighting = match LightGrid::new(&self.light, &shape) {
             Some(grid) => Lighting::Grid(grid),
             None => self.lighting_around(&shape.middle()),
         };
-        self.surfaces.push(Surface::new(shape, texture, lighting));
+        Surface::new(shape, texture, lighting)
     }
 
     /// Adds a shape as part of something.
     pub fn add_labelled(&mut self, shape: Shape, texture: TextureId, label: Label) {
-        self.add(shape, texture);
-        self.label_last(label);
-    }
-
-    /// Says what the shape that was added last is a part of.
-    pub(super) fn label_last(&mut self, label: Label) {
-        if let Some(surface) = self.surfaces.last_mut() {
-            surface.label = label;
-        }
-    }
-
-    /// Adds a shape whose texture repeats over it.
-    pub fn add_repeated(&mut self, shape: Shape, texture: TextureId, repeats: (f32, f32)) {
-        self.add(shape, texture);
-        if let Some(surface) = self.surfaces.last_mut() {
-            surface.repeats = repeats;
-        }
-    }
-
-    /// Adds a shape that is laid over what is behind it, by the texture's opacity.
-    pub fn add_overlay(&mut self, shape: Shape, texture: TextureId) {
-        self.add(shape, texture);
-        if let Some(surface) = self.surfaces.last_mut() {
-            surface.is_overlay = true;
-        }
+        self.surfaces.push(self.surface(shape, texture).labelled(label));
     }
 
     /// Adds a surface as it is.
@@ -101,9 +83,20 @@ impl Scene {
 
     /// Adds a shape with paint of the given resolution.
     pub fn add_painted(&mut self, shape: Shape, paint: &Paint, px_per_m: f32, rng: &mut Rng) {
-        let canvas = paint.canvas(shape.size_m(), px_per_m, rng);
-        let texture = self.add_texture(Texture::new(&canvas, Wrap::Clamp));
+        let texture = self.add_paint(&shape, paint, px_per_m, rng);
         self.add(shape, texture);
+    }
+
+    /// Paints a shape's texture with the given resolution.
+    pub(super) fn add_paint(
+        &mut self,
+        shape: &Shape,
+        paint: &Paint,
+        px_per_m: f32,
+        rng: &mut Rng,
+    ) -> TextureId {
+        let canvas = paint.canvas(shape.size_m(), px_per_m, rng);
+        self.add_texture(Texture::new(&canvas, Wrap::Clamp))
     }
 
     /// Adds a box: `front` on its +x side, `sides` on the others.

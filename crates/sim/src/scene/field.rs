@@ -7,7 +7,7 @@ use visloc_core::Rng;
 use visloc_world::field::{BallColor, Field, Goal, GoalColor};
 
 use super::{
-    Canvas, Color, GroundMark, Label, Paint, Pattern, Scene, Shape, Texture, Wrap, noise::NoiseTile,
+    Canvas, Color, GroundMark, Label, Paint, Pattern, Scene, Shape, Surface, Texture, Wrap, noise::NoiseTile,
 };
 
 /// Texels per meter of the carpet: a line is 12 texels wide.
@@ -126,7 +126,7 @@ impl Scene {
             0.9 * f32::from(on_thread(x as f32 + dx).max(on_thread(y as f32 + dy)))
         });
         let net = self.add_texture(Texture::new(&canvas, Wrap::Clamp));
-        self.add_overlay(shape, net);
+        self.add_surface(Surface { is_overlay: true, ..self.surface(shape, net) });
     }
 }
 

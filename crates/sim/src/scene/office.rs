@@ -51,8 +51,9 @@ impl Scene {
                 }
                 let middle = ((corner.x + TILE_M / 2.0) as f32, (corner.y + TILE_M / 2.0) as f32);
                 let size = (TILE_M as f32, TILE_M as f32);
-                self.add_painted(Shape::level(middle, size, 0.0), &floor, FLOOR_PX_PER_M, rng);
-                self.label_last(Label::Floor);
+                let shape = Shape::level(middle, size, 0.0);
+                let paint = self.add_paint(&shape, &floor, FLOOR_PX_PER_M, rng);
+                self.add_labelled(shape, paint, Label::Floor);
                 let shape = Shape::Quad {
                     corner: Point3::new(corner.x as f32, corner.y as f32, height_m),
                     right: Vector3::new(TILE_M as f32, 0.0, 0.0),
@@ -76,8 +77,9 @@ impl Scene {
         };
         let mut i = 0.0;
         while i < pieces {
-            self.add_painted(Shape::upright(at(i), at(i + 1.0), 0.0, height_m), &paint, WALL_PX_PER_M, rng);
-            self.label_last(Label::Wall);
+            let shape = Shape::upright(at(i), at(i + 1.0), 0.0, height_m);
+            let texture = self.add_paint(&shape, &paint, WALL_PX_PER_M, rng);
+            self.add_labelled(shape, texture, Label::Wall);
             i += 1.0;
         }
     }
@@ -92,10 +94,8 @@ impl Scene {
             _ => Paint::flat(Color::from_hex(0x24_2628)),
         };
         let shape = Shape::upright(at(door.left), at(door.right), 0.0, door.height_m as f32);
-        self.add_painted(shape, &paint, DOOR_PX_PER_M, rng);
-        if !door.is_open {
-            self.label_last(Label::Door);
-        }
+        let texture = self.add_paint(&shape, &paint, DOOR_PX_PER_M, rng);
+        self.add_labelled(shape, texture, if door.is_open { Label::Other } else { Label::Door });
     }
 }
 
@@ -117,9 +117,7 @@ pub(crate) fn office_lamps(office: &Office, unevenness: f32, rng: &mut Rng) -> V
 fn lamp_places(office: &Office) -> Vec<Point2<f64>> {
     let mut free: Vec<(f64, Point2<f64>)> = spots(office, 0.25)
         .into_iter()
-        .map(|spot| {
-            (office.walls().iter().map(|wall| distance_m(wall, &spot)).fold(f64::MAX, f64::min), spot)
-        })
+        .map(|spot| (office.walls().iter().map(|wall| wall.distance_m(&spot)).fold(f64::MAX, f64::min), spot))
         .collect();
     // Stable: places equally far from the walls keep their order along the building.
     free.sort_by(|a, b| (b.0 * 8.0).round().total_cmp(&(a.0 * 8.0).round()));
@@ -152,12 +150,6 @@ fn has_floor(office: &Office, corner: &Point2<f64>) -> bool {
             office.free_space().contains(corner.x + 0.25 * i as f64 + 0.12, corner.y + 0.25 * j as f64 + 0.12)
         })
     })
-}
-
-fn distance_m(wall: &Wall, spot: &Point2<f64>) -> f64 {
-    let along = wall.end - wall.start;
-    let t = ((spot - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-    (spot - (wall.start + along * t)).norm()
 }
 
 fn color(color: SurfaceColor) -> Color {

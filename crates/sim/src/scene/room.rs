@@ -63,7 +63,8 @@ impl Scene {
         };
         let floor = self.add_texture(Texture::new(&canvas, Wrap::Repeat));
         let shape = Shape::level((0.0, 0.0), (room.length_m, room.width_m), -BELOW_CARPET_M);
-        self.add_repeated(shape, floor, (room.length_m / tile_m, room.width_m / tile_m));
+        let repeats = (room.length_m / tile_m, room.width_m / tile_m);
+        self.add_surface(Surface { repeats, ..self.surface(shape, floor) });
 
         let ceiling = self.add_color(Color::from_hex(0xe0_e0dc));
         let (x, y, z) = (room.length_m / 2.0, room.width_m / 2.0, room.height_m);

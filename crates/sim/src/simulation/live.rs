@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use nalgebra::{Point2, Rotation3, Vector3};
-use rand::RngExt as _;
 use visloc_core::{
     Frame, GroundContact, Rng, RngTree, SourceFrame, Timestamp, Truth,
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles},
@@ -17,7 +16,7 @@ use super::{
 };
 use crate::{
     render::{CameraMotion, Renderer, Sensor, Shot},
-    robot::{Activity, Body, Feet, Floor, Odometry, find_orbits},
+    robot::{Activity, Body, Feet, Floor, Odometry},
     scenario::{LightSetup, OdometrySetup, OtherRobot, Scenario, ScenarioError},
     scene::Surface,
 };
@@ -218,9 +217,7 @@ impl LiveSimulation {
     pub fn random_pose(&self, index: u64) -> Option<PlanarPose> {
         const MARGIN_M: f64 = 0.2;
         let rng = &mut self.random.stream("live-place", index);
-        let point = self.world.floor.random_free_point(MARGIN_M, rng)?;
-        let yaw_rad = rng.random_range(-std::f64::consts::PI..std::f64::consts::PI);
-        Some(PlanarPose::new(point.x, point.y, yaw_rad))
+        self.world.floor.random_free_pose(MARGIN_M, rng)
     }
 
     /// A random place near the robot to which the straight way is free, the same for the same `index`; `None` if there seems
@@ -363,15 +360,8 @@ fn is_free(floor: &Floor, world_from_robot: &PlanarPose) -> bool {
 
 pub(super) fn build_world(scenario: &Scenario, random: &RngTree) -> Result<World, ScenarioError> {
     let mut world = World::new(scenario, random)?;
-    let num_walking = scenario.robots.iter().filter(|robot| robot.at.is_none()).count();
     // Nobody knows where the own robot will be, so the others keep clear of each other only.
-    let far = |_| nalgebra::Point2::new(1e6, 1e6);
-    let orbits = find_orbits(num_walking, &world.floor, ORBIT_SECS, far, &mut random.stream("robots", 0));
-    if orbits.len() < num_walking {
-        let name = scenario.name.clone();
-        return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
-    }
-    world.add_walking(scenario, orbits);
+    world.let_walk(scenario, ORBIT_SECS, |_| Point2::new(1e6, 1e6), random)?;
     Ok(world)
 }
 

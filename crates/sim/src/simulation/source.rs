@@ -2,7 +2,6 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use rand::RngExt as _;
 use rayon::prelude::*;
 use visloc_core::{
     Frame, RgbImage, RngTree, Source, SourceError, SourceFrame, SourceStatus, Timestamp,
@@ -16,7 +15,7 @@ use super::{
 };
 use crate::{
     render::{LabelImage, Renderer, Sensor, Shot},
-    robot::{MotionPlan, find_orbits},
+    robot::MotionPlan,
     scenario::{MAX_FRAMES, Scenario, ScenarioError},
     scene::{Scene, Surface},
 };
@@ -86,19 +85,7 @@ impl Simulation {
         let mut world = World::new(scenario, &random)?;
         let start = start_pose(scenario, &world, &random)?;
         let plan = MotionPlan::new(&scenario.name, start, &scenario.motion, &world.floor, &random)?;
-        let num_walking = scenario.robots.iter().filter(|robot| robot.at.is_none()).count();
-        let orbits = find_orbits(
-            num_walking,
-            &world.floor,
-            scenario.duration_secs,
-            |secs| plan.at(secs).position,
-            &mut random.stream("robots", 0),
-        );
-        if orbits.len() < num_walking {
-            let name = scenario.name.clone();
-            return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
-        }
-        world.add_walking(scenario, orbits);
+        world.let_walk(scenario, scenario.duration_secs, |secs| plan.at(secs).position, &random)?;
         let (world, plan) = (Arc::new(world), Arc::new(plan));
         let mut first = Self::with_camera(scenario.clone(), camera, (world.clone(), plan.clone()), random);
         for further in &scenario.more_cameras {
@@ -293,11 +280,9 @@ pub(super) fn start_pose(
         return Ok(start.pose());
     }
     let rng = &mut random.stream("start", 0);
-    let point = world.floor.random_free_point(MARGIN_M, rng).ok_or_else(|| ScenarioError::NoSpace {
+    world.floor.random_free_pose(MARGIN_M, rng).ok_or_else(|| ScenarioError::NoSpace {
         name: scenario.name.clone(),
         what: "place to start",
         tries: 500,
-    })?;
-    let yaw_rad = rng.random_range(-std::f64::consts::PI..std::f64::consts::PI);
-    Ok(PlanarPose::new(point.x, point.y, yaw_rad))
+    })
 }

@@ -6,7 +6,7 @@ use visloc_core::{Rng, RngTree, geom::PlanarPose};
 use visloc_world::{Map, field::Field, office::Office};
 
 use crate::{
-    robot::{Floor, Orbit},
+    robot::{Floor, Orbit, find_orbits},
     scenario::{Scenario, ScenarioError},
     scene::{Color, Cuboid, Figure, Lamp, Scene, Shape, Surface, office_lamps, spots},
 };
@@ -85,13 +85,27 @@ impl World {
         }
     }
 
-    /// Adds the walking robots of a scenario.
-    pub(super) fn add_walking(&mut self, scenario: &Scenario, orbits: Vec<Orbit>) {
-        let jerseys = scenario.robots.iter().filter(|robot| robot.at.is_none()).map(|robot| robot.jersey);
-        for (jersey, orbit) in jerseys.zip(orbits) {
+    /// Lets the walking robots of a scenario walk for a time, clear of each other and of the own robot.
+    pub(super) fn let_walk(
+        &mut self,
+        scenario: &Scenario,
+        secs: f64,
+        own_position: impl Fn(f64) -> Point2<f64>,
+        random: &RngTree,
+    ) -> Result<(), ScenarioError> {
+        let walking = scenario.robots.iter().filter(|robot| robot.at.is_none());
+        let jerseys: Vec<Color> = walking.map(|robot| robot.jersey).collect();
+        let rng = &mut random.stream("robots", 0);
+        let orbits = find_orbits(jerseys.len(), &self.floor, secs, own_position, rng);
+        if orbits.len() < jerseys.len() {
+            let name = scenario.name.clone();
+            return Err(ScenarioError::NoSpace { name, what: "way for another robot", tries: 6000 });
+        }
+        for (jersey, orbit) in jerseys.into_iter().zip(orbits) {
             let figure = self.scene.robot_figure(jersey);
             self.walking.push((figure, orbit));
         }
+        Ok(())
     }
 
     /// Other simulated robots will be in this world, with this jersey.

@@ -28,9 +28,6 @@ pub(super) struct LikelihoodMap {
 
 impl LikelihoodMap {
     /// For a map.
-    ///
-    /// # Errors
-    /// If a parameter of the observation model is out of its range.
     pub fn new(map: &Map, config: &PipelineConfig) -> Result<Self, StudioError> {
         let model: Box<dyn ObservationModel> = match map {
             Map::Field(field) => Box::new(FieldObservationModel::new(field, &config.observation)?),

@@ -5,7 +5,6 @@
 
 mod driver;
 mod likelihood;
-mod scene;
 mod session;
 mod world;
 

@@ -12,22 +12,22 @@ use visloc_core::{
 use visloc_locate::{
     PipelineConfig, StartPrior,
     lineup::{Lineup, RunSettings},
+    vision::DropReason,
 };
 use visloc_sim::{LiveSimulation, Scenario};
 
 use super::{
     driver::Driver,
     likelihood::LikelihoodMap,
-    scene::Scene,
     world::{WorldSettings, check_exposure, in_range},
 };
 use crate::{
-    Command, Session, StudioError, Update,
+    Command, MessageBuilder, MessageKind, Session, StudioError, Update,
     message::lay_over,
     playback::Playback,
     recording::Input,
     tuning,
-    view::{LocalizationView, views},
+    view::{LocalizationView, views, world_geometry},
 };
 
 /// Algorithms that run until somebody chooses others.
@@ -271,13 +271,17 @@ impl Playground {
         if let Some((_, scene)) = self.scene.as_ref().filter(|(shown, _)| *shown == num_changes) {
             return Ok(Arc::clone(scene));
         }
-        let scene = Scene {
-            place: &self.place,
-            step_secs: self.simulation.step_secs(),
-            settings: self.lineup.settings(),
-            others: &self.scenes,
-        };
-        let bytes: Arc<[u8]> = scene.message()?.into();
+        let settings = self.lineup.settings();
+        let mut header = json!({
+            "mode": "playground",
+            "scene": self.place,
+            "scenes": self.scenes,
+            "world": world_geometry(&settings.map),
+            "step_secs": self.simulation.step_secs(),
+            "drop_reasons": DropReason::ALL.map(DropReason::name),
+        });
+        lay_over(&mut header, &tuning::scene_fields(settings)?);
+        let bytes: Arc<[u8]> = MessageBuilder::new(MessageKind::Scene, &header)?.finish().into();
         self.scene = Some((num_changes, Arc::clone(&bytes)));
         Ok(bytes)
     }

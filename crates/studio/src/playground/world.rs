@@ -36,9 +36,6 @@ impl WorldSettings {
     }
 
     /// Brings a simulation to these settings; only what differs from `before` is touched.
-    ///
-    /// # Errors
-    /// If a value is out of its range or there is no room for so many robots.
     #[allow(clippy::cast_possible_truncation)]
     pub fn apply(
         &self,
@@ -74,9 +71,6 @@ impl WorldSettings {
 }
 
 /// Refuses what is out of range.
-///
-/// # Errors
-/// If it is.
 pub(super) fn in_range(what: &str, value: f64, least: f64, most: f64) -> Result<(), StudioError> {
     if (least..=most).contains(&value) {
         return Ok(());
@@ -85,9 +79,6 @@ pub(super) fn in_range(what: &str, value: f64, least: f64, most: f64) -> Result<
 }
 
 /// Refuses a brightness that no camera has.
-///
-/// # Errors
-/// If it is out of range.
 pub(super) fn check_exposure(stops: f64) -> Result<(), StudioError> {
     in_range("brightness", stops, EXPOSURE_STOPS.0, EXPOSURE_STOPS.1)
 }

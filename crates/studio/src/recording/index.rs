@@ -184,9 +184,6 @@ impl RecordingIndex {
     }
 
     /// The state of a frame without what was written for another one: numbers, but not the map.
-    ///
-    /// # Errors
-    /// As [`RecordingIndex::scene`].
     pub(crate) fn short_state(&mut self, frame: usize) -> Result<Message, RecordingError> {
         let place = self.entries[self.within(frame)].state;
         self.message(place)
@@ -225,18 +222,12 @@ impl RecordingIndex {
     }
 
     /// What SLAM was given for a frame but the image; `None` if the recording does not hold it, or it is damaged.
-    ///
-    /// # Errors
-    /// As [`RecordingIndex::scene`].
     pub(crate) fn camera_input(&mut self, frame: usize) -> Result<Option<CameraInput>, RecordingError> {
         let Some((numbers, _)) = self.entries[self.within(frame)].input else { return Ok(None) };
         Ok(read_camera_input(&self.message(numbers)?))
     }
 
     /// The image that SLAM was given for a frame; `None` if the recording does not hold it, or it is damaged.
-    ///
-    /// # Errors
-    /// As [`RecordingIndex::scene`].
     pub(crate) fn camera_image(&mut self, frame: usize) -> Result<Option<GrayImage>, RecordingError> {
         let Some((_, image)) = self.entries[self.within(frame)].input else { return Ok(None) };
         let bytes = self.bytes(image)?;

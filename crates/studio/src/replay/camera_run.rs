@@ -18,9 +18,6 @@ pub(super) struct CameraRun {
 impl CameraRun {
     /// A system for the camera of the first frame. The truth of all frames is read first, so that the map is shown in its frame as it was
     /// when it was recorded.
-    ///
-    /// # Errors
-    /// If a parameter is out of its range or the recording cannot be read.
     pub fn start(
         index: &mut RecordingIndex,
         settings: &SlamSettings,
@@ -44,9 +41,6 @@ impl CameraRun {
     }
 
     /// Takes in a frame; what is to be seen of it but the picture.
-    ///
-    /// # Errors
-    /// If the recording cannot be read any more.
     pub fn step(&mut self, index: &mut RecordingIndex, frame: usize) -> Result<Update, StudioError> {
         let at = input(index, frame)?.at;
         let image = index.camera_image(frame)?.ok_or_else(|| damaged(frame))?;

@@ -57,9 +57,6 @@ impl Draft {
     }
 
     /// For the scene message.
-    ///
-    /// # Errors
-    /// If a parameter cannot be written.
     pub fn scene_fields(&self) -> Result<Value, StudioError> {
         match self {
             Self::Robot(lineup) => tuning::scene_fields(lineup.settings()),
@@ -72,9 +69,6 @@ impl Draft {
     }
 
     /// Another seed of everything random.
-    ///
-    /// # Errors
-    /// If the algorithms cannot be built.
     pub fn set_seed(&mut self, new: u64) -> Result<(), StudioError> {
         match self {
             Self::Robot(lineup) => lineup.reset(new)?,
@@ -84,9 +78,6 @@ impl Draft {
     }
 
     /// Begins to compute a recording.
-    ///
-    /// # Errors
-    /// If the recording does not hold its input, or the algorithms cannot be built.
     pub fn start(&self, index: &mut RecordingIndex, clocks: &Clocks) -> Result<Method, StudioError> {
         if !index.has_input() {
             return Err(StudioError::command(

@@ -48,9 +48,6 @@ pub(super) struct Recompute {
 
 impl Recompute {
     /// Begins with the first frame of a recording; results go to the file `out`.
-    ///
-    /// # Errors
-    /// If the file cannot be made.
     pub fn start(index: RecordingIndex, method: Method, out: PathBuf) -> Result<Self, StudioError> {
         let scene = MessageBuilder::new(MessageKind::Scene, &json!({}))?.finish().into();
         let recorder = Recorder::create(&out)?;
@@ -63,9 +60,6 @@ impl Recompute {
     }
 
     /// Computes some frames; whether all are done.
-    ///
-    /// # Errors
-    /// If the recording cannot be read any more or the results not be written.
     pub fn advance(&mut self, num_frames: usize) -> Result<bool, StudioError> {
         for _ in 0..num_frames {
             if self.frame == self.index.num_frames() {
@@ -88,9 +82,6 @@ impl Recompute {
     }
 
     /// What came of it.
-    ///
-    /// # Errors
-    /// If the results cannot be completed.
     pub fn finish(self) -> Result<Recomputed, StudioError> {
         let Self { recorder, file, method, .. } = self;
         recorder.finish()?;
@@ -129,9 +120,6 @@ pub(super) struct Recomputed {
 
 impl Recomputed {
     /// The state of a frame with its recorded algorithms, of which `num_kept` stay, and behind them the new ones.
-    ///
-    /// # Errors
-    /// If the results cannot be read any more.
     pub fn lay_over_state(
         &mut self,
         frame: usize,
@@ -153,9 +141,6 @@ impl Recomputed {
     }
 
     /// The image of a frame with what the new algorithms expected to see.
-    ///
-    /// # Errors
-    /// If the results cannot be read any more.
     pub fn lay_over_image(
         &mut self,
         frame: usize,

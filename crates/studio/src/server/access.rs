@@ -20,9 +20,6 @@ pub(super) struct Access {
 
 impl Access {
     /// Rules for an address. What can be reached from other computers needs a token.
-    ///
-    /// # Errors
-    /// If the system has no random numbers.
     pub fn new(address: &SocketAddr, token: Option<String>) -> Result<Self, getrandom::Error> {
         let token = match token {
             Some(token) => Some(token),
@@ -42,9 +39,6 @@ impl Access {
     /// Browsers always say from which origin a page comes. Other programs need not, and could say anything; for them there is the
     /// token. Without one, the host must be this computer by name or number, so that a name that somebody else has pointed here
     /// opens nothing.
-    ///
-    /// # Errors
-    /// If it may not open the socket.
     pub fn check(
         &self,
         host: Option<&str>,

@@ -57,9 +57,6 @@ impl SlamMoment {
 
 impl SlamMoment {
     /// The messages without the picture.
-    ///
-    /// # Errors
-    /// If they cannot be encoded.
     pub(crate) fn without_picture(self) -> Result<Update, StudioError> {
         let image = self.image.message(MessageKind::Image)?.finish().into();
         let state = self.state.message(MessageKind::State)?.finish().into();

@@ -39,9 +39,6 @@ pub(super) struct Start<'a> {
 
 impl System {
     /// Starts a system.
-    ///
-    /// # Errors
-    /// If a parameter is out of range.
     pub fn start(start: Start<'_>) -> Result<Self, StudioError> {
         let Start { camera, title, truth, job, config, seed, clock, fields } = start;
         let refused = |error: visloc_slam::ConfigError| StudioError::input("SLAM", error);
@@ -63,9 +60,6 @@ impl System {
     }
 
     /// Takes in a frame; what became of it if it makes its map.
-    ///
-    /// # Errors
-    /// If the image cannot be used.
     pub fn take(&mut self, frame: &GrayFrame) -> Result<Option<FrameOutcome>, StudioError> {
         let refused = |error| StudioError::input("image", error);
         match self {
@@ -83,9 +77,6 @@ impl System {
     }
 
     /// What there is to see of the last frame, of which [`System::take`] has told the outcome; `None` before the first one.
-    ///
-    /// # Errors
-    /// If the scene cannot be encoded.
     pub fn moment(
         &mut self,
         frame: &GrayFrame,

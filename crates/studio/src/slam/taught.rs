@@ -43,9 +43,6 @@ impl TaughtMaps {
     }
 
     /// Saves a map as a new file in a folder; its number.
-    ///
-    /// # Errors
-    /// If it cannot be written.
     pub(super) fn save(
         &self,
         folder: &Path,

@@ -36,9 +36,6 @@ pub(super) struct Game {
 
 impl Game {
     /// Robots at random places, of which the first one is told its half. Each has an image to show, and has not looked for anything yet.
-    ///
-    /// # Errors
-    /// If there is no place for so many.
     pub fn new(num_robots: usize, seed: u64, clock: &Clock) -> Result<Self, StudioError> {
         let scenario = Scenario { frames_per_sec: IMAGES_PER_SEC, ..Scenario::load(SCENARIO)? };
         let detector = DetectorSetup::default();
@@ -63,9 +60,6 @@ impl Game {
     }
 
     /// Everybody walks on, looks, and tells the others.
-    ///
-    /// # Errors
-    /// If an image cannot be analyzed.
     pub fn step(&mut self) -> Result<(), StudioError> {
         let (frames, render_ms) = self.clock.measure(|| self.simulation.step());
         self.render_ms = render_ms;

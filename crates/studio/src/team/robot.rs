@@ -36,9 +36,6 @@ pub(super) struct Robot {
 
 impl Robot {
     /// A robot that knows nothing but `start`; `frame` is what it shows until it takes in another one.
-    ///
-    /// # Errors
-    /// If its localizer cannot be built.
     pub fn new(
         number: u8,
         (map, start): (&Map, StartPrior),
@@ -63,9 +60,6 @@ impl Robot {
     }
 
     /// Takes in an image; what it tells the others, if it is time for that.
-    ///
-    /// # Errors
-    /// If the image does not belong to its camera.
     pub fn take(
         &mut self,
         frame: TeamFrame,

@@ -166,9 +166,6 @@ impl LocalizationView<'_> {
     }
 
     /// The image message without the image: only what each algorithm expects to see.
-    ///
-    /// # Errors
-    /// If it cannot be encoded.
     pub(crate) fn theories(&self) -> Result<Vec<u8>, StudioError> {
         let mut message = MessageBuilder::new(MessageKind::Image, &json!({ "number": self.number }))?;
         self.add_theories(&mut message);

@@ -3,7 +3,6 @@
 use std::{
     io::{Read as _, Write as _},
     net::{SocketAddr, TcpStream},
-    path::PathBuf,
     sync::{Arc, mpsc::Receiver},
     thread,
     time::Duration,
@@ -14,10 +13,7 @@ use tokio_tungstenite::tungstenite::{
     self, Message as Frame, WebSocket, client::IntoClientRequest as _, http::HeaderValue,
 };
 use visloc_core::Clock;
-use visloc_studio::{
-    Command, Engine, Hub, Message, Scenes, Session, StudioError, Update, recording::Tape, run_engine,
-    server::Server,
-};
+use visloc_studio::{Command, Hub, Message, Scenes, Update, recording::Tape, run_engine, server::Server};
 
 use crate::support::playground;
 
@@ -283,18 +279,6 @@ fn a_stalled_page_is_sent_two_updates_and_then_the_latest() {
     assert_eq!(read_states(&mut socket, 3)[2], 4999, "whoever wakes up sees the present");
 }
 
-struct OnePlayground;
-
-impl Engine for OnePlayground {
-    fn open(&mut self, scene: &str) -> Result<Box<dyn Session>, StudioError> {
-        Ok(Box::new(playground(scene, 1)))
-    }
-
-    fn add_recording(&mut self, _: PathBuf) -> String {
-        "recording-0".to_owned()
-    }
-}
-
 /// A program whose engine hangs says so, while one that waits for its source does not: nothing new comes from either.
 #[test]
 fn an_engine_that_hangs_is_told_from_one_that_waits() {
@@ -327,7 +311,7 @@ fn pages_drive_the_engine_and_it_rests_without_them() {
     let engine = thread::spawn(move || {
         // The clock stands still until commands move it, so nothing runs by itself.
         run_engine(
-            Box::new(OnePlayground),
+            Scenes::new(Clock::still(), Clock::still(), 1),
             Box::new(playground("robocup-2010", 1)),
             Tape::new(&std::env::temp_dir()),
             &engine_hub,
@@ -368,7 +352,7 @@ fn pages_cut_links_of_a_team_and_make_liars_and_read_what_is_refused() {
         let mut scenes = Scenes::new(Clock::still(), Clock::still(), 1);
         let session = scenes.open("sim:team").unwrap();
         let tape = Tape::new(&std::env::temp_dir());
-        run_engine(Box::new(scenes), session, tape, &engine_hub, &commands, &Clock::still());
+        run_engine(scenes, session, tape, &engine_hub, &commands, &Clock::still());
     });
     let mut socket = open(&server, None, "").unwrap();
     socket.send(Frame::text("{\"type\":\"pause\"}")).unwrap();

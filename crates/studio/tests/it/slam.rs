@@ -7,7 +7,7 @@ use visloc_core::{Clock, ImageSource, Source};
 use visloc_sim::CameraTour;
 use visloc_slam::{Slam, SlamConfig};
 use visloc_studio::{
-    Engine, Message, Scenes, Session, StudioError,
+    Message, Scenes, Session, StudioError,
     recording::{Recorder, RecordingIndex},
     replay::Replay,
     slam::{Job, OpenCamera, SequenceSource, SlamSession},
@@ -145,8 +145,7 @@ fn an_unknown_sequence_is_refused() {
         SlamSession::open(from, Job::Teach(None), json!({}), Clock::still(), 1).err().unwrap().to_string()
     };
     assert!(open(SequenceSource::Tour("moon".to_owned())).contains("room"));
-    let nowhere =
-        |_| Err(StudioError::Input { origin: "/nowhere".to_owned(), reason: "not there".to_owned() });
+    let nowhere = |_| Err(StudioError::input("/nowhere", "not there"));
     let other = SequenceSource::Other("/nowhere".to_owned(), Arc::new(nowhere), false);
     assert!(open(other).contains("/nowhere"));
 }

@@ -79,8 +79,7 @@ fn algorithms_and_parameters_are_changed() {
 
 #[test]
 fn what_cannot_be_opened_is_told() {
-    let nowhere: FramesOpener =
-        Arc::new(|_| Err(StudioError::Input { origin: "x.mcap".to_owned(), reason: "not there".to_owned() }));
+    let nowhere: FramesOpener = Arc::new(|_| Err(StudioError::input("x.mcap", "not there")));
     let error = SourceSession::open("x", nowhere, true, &json!({}), Clock::still(), 1).err().unwrap();
     assert_eq!(error.to_string(), "x.mcap: not there");
 }

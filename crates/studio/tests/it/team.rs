@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 use visloc_core::Clock;
-use visloc_studio::{Engine as _, Message, Scenes, Session, recording::Recorder, replay::Replay};
+use visloc_studio::{Message, Scenes, Session, recording::Recorder, replay::Replay};
 
 use crate::support::{command_of, scene, state, step_until, steps, tell};
 

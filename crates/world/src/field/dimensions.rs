@@ -87,8 +87,8 @@ pub struct FieldDimensions {
 impl FieldDimensions {
     /// Checks that the values describe a field: positive lengths, everything inside the lines.
     pub(super) fn check(&self, name: &str) -> Result<(), MapError> {
-        let check = Check { name };
-        for (key, value) in [
+        let goals = &self.goals;
+        let lengths = [
             ("length_m", self.length_m),
             ("width_m", self.width_m),
             ("line_width_m", self.line_width_m),
@@ -97,80 +97,62 @@ impl FieldDimensions {
             ("penalty_mark_size_m", self.penalty_mark_size_m),
             ("center_mark_size_m", self.center_mark_size_m),
             ("ball_diameter_m", self.ball_diameter_m),
-            ("goals.inner_width_m", self.goals.inner_width_m),
-            ("goals.inner_height_m", self.goals.inner_height_m),
-            ("goals.post_diameter_m", self.goals.post_diameter_m),
-        ] {
-            check.that(value > 0.0 && value.is_finite(), key, "a length above 0", value)?;
-        }
-        check.that(
-            (0.0..100.0).contains(&self.border_m),
-            "border_m",
-            "a length of at least 0",
-            self.border_m,
-        )?;
-        for (key, value) in [("length_m", self.length_m), ("width_m", self.width_m)] {
-            check.that(value <= 200.0, key, "at most 200 m (lengths are in meters)", value)?;
-        }
-        let half_length_m = self.length_m / 2.0;
-        check.that(
-            self.line_width_m < self.width_m / 4.0,
-            "line_width_m",
-            "less than a quarter of width_m",
-            self.line_width_m,
-        )?;
-        check.that(
-            self.center_circle_diameter_m < self.width_m.min(self.length_m),
-            "center_circle_diameter_m",
-            "less than the field's width and length",
-            self.center_circle_diameter_m,
-        )?;
-        check.that(
-            self.penalty_mark_from_goal_line_m < half_length_m,
-            "penalty_mark_from_goal_line_m",
-            "less than half of length_m",
-            self.penalty_mark_from_goal_line_m,
-        )?;
-        check.that(
-            self.goals.inner_width_m + 2.0 * self.goals.post_diameter_m < self.width_m,
-            "goals.inner_width_m",
-            "goals narrower than the field",
-            self.goals.inner_width_m,
-        )?;
-        self.check_boxes(&check)
-    }
-
-    fn check_boxes(&self, check: &Check<'_>) -> Result<(), MapError> {
-        for (i, area) in self.boxes.iter().enumerate() {
-            let depth_fits = area.depth_m > 0.0 && area.depth_m < self.length_m / 2.0;
-            let key = |part| format!("boxes[{i}].{part}");
-            check.that(
-                depth_fits,
-                &key("depth_m"),
-                "above 0 and less than half of length_m",
-                area.depth_m,
-            )?;
-            let width_fits = area.width_m > 0.0 && area.width_m < self.width_m;
-            check.that(width_fits, &key("width_m"), "above 0 and less than width_m", area.width_m)?;
+            ("goals.inner_width_m", goals.inner_width_m),
+            ("goals.inner_height_m", goals.inner_height_m),
+            ("goals.post_diameter_m", goals.post_diameter_m),
+        ];
+        let lengths =
+            lengths.map(|(key, value)| (value > 0.0 && value.is_finite(), key, "a length above 0", value));
+        let (length_m, width_m) = (self.length_m, self.width_m);
+        let (circle_m, mark_m) = (self.center_circle_diameter_m, self.penalty_mark_from_goal_line_m);
+        let goal_m = goals.inner_width_m + 2.0 * goals.post_diameter_m;
+        let others = [
+            ((0.0..100.0).contains(&self.border_m), "border_m", "a length of at least 0", self.border_m),
+            (length_m <= 200.0, "length_m", "at most 200 m (lengths are in meters)", length_m),
+            (width_m <= 200.0, "width_m", "at most 200 m (lengths are in meters)", width_m),
+            (
+                self.line_width_m < width_m / 4.0,
+                "line_width_m",
+                "less than a quarter of width_m",
+                self.line_width_m,
+            ),
+            (
+                circle_m < width_m.min(length_m),
+                "center_circle_diameter_m",
+                "less than the field's width and length",
+                circle_m,
+            ),
+            (mark_m < length_m / 2.0, "penalty_mark_from_goal_line_m", "less than half of length_m", mark_m),
+            (goal_m < width_m, "goals.inner_width_m", "goals narrower than the field", goals.inner_width_m),
+        ];
+        let boxes = self.boxes.iter().enumerate().flat_map(
+            |(i, &BoxDimensions { depth_m: depth, width_m: width })| {
+                let depth_fits = depth > 0.0 && depth < length_m / 2.0;
+                let width_fits = width > 0.0 && width < width_m;
+                [
+                    (
+                        depth_fits,
+                        format!("boxes[{i}].depth_m"),
+                        "above 0 and less than half of length_m",
+                        depth,
+                    ),
+                    (width_fits, format!("boxes[{i}].width_m"), "above 0 and less than width_m", width),
+                ]
+            },
+        );
+        let fixed = lengths.into_iter().chain(others);
+        let all =
+            fixed.map(|(holds, key, expected, found)| (holds, key.to_owned(), expected, found)).chain(boxes);
+        for (holds, key, expected, found) in all {
+            if !holds {
+                return Err(MapError::Value {
+                    name: name.to_owned(),
+                    key,
+                    expected,
+                    found: found.to_string(),
+                });
+            }
         }
         Ok(())
-    }
-}
-
-struct Check<'a> {
-    name: &'a str,
-}
-
-impl Check<'_> {
-    fn that(&self, holds: bool, key: &str, expected: &'static str, found: f64) -> Result<(), MapError> {
-        if holds {
-            return Ok(());
-        }
-        Err(MapError::Value {
-            name: self.name.to_owned(),
-            key: key.to_owned(),
-            expected,
-            found: found.to_string(),
-        })
     }
 }

@@ -143,7 +143,7 @@ fn swings(door: &Door<'_>) -> Vec<[Piece; 2]> {
         let is_swing = distance_m(start, end) > 0.5 * radius && distance_m(start, middle) < 1.5 * radius;
         (is_round && is_swing).then_some([[hinge, *start], [hinge, *end]])
     };
-    door.stroke.curves.iter().filter_map(of).collect()
+    door.stroke.lines.curves.iter().filter_map(of).collect()
 }
 
 /// The middle of the circle through three points.
@@ -159,7 +159,7 @@ fn circle_center(a: &[f64; 2], b: &[f64; 2], c: &[f64; 2]) -> Option<[f64; 2]> {
 /// points are farthest apart.
 fn span(door: &Door<'_>) -> Option<Piece> {
     let points = &door.points;
-    if let ([a, b, c, d], true) = (&points[..], door.stroke.is_closed) {
+    if let ([a, b, c, d], true) = (&points[..], door.stroke.lines.is_closed) {
         let middle = |p: &[f64; 2], q: &[f64; 2]| [0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1])];
         let is_ab_short = distance_m(a, b) + distance_m(c, d) < distance_m(b, c) + distance_m(d, a);
         return Some(if is_ab_short { [middle(a, b), middle(c, d)] } else { [middle(b, c), middle(d, a)] });

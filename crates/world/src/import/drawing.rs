@@ -7,7 +7,8 @@ use super::{
     walls::{self, Piece},
 };
 use crate::office::{
-    CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides, check::MAX_WALLS,
+    CorridorPlan, DoorPlan, OfficePlan, SurfaceColor, WallPlan, WallSides,
+    check::{MAX_COORDINATE_M, MAX_WALLS},
 };
 
 /// What a stroke stands for.
@@ -22,14 +23,20 @@ pub(super) enum Role {
     },
 }
 
-/// Straight lines from point to point, meters.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stroke {
-    pub role: Role,
+/// Straight lines from point to point, meters in the map.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Lines {
     pub points: Vec<[f64; 2]>,
     pub is_closed: bool,
     /// First and last index of the points that lie on one curve.
     pub curves: Vec<[usize; 2]>,
+}
+
+/// Lines with what they stand for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Stroke {
+    pub role: Role,
+    pub lines: Lines,
     /// Strokes of a block belong together.
     pub block: Option<usize>,
     pub part: Part,
@@ -88,12 +95,15 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
         return Err(found_nothing(NO_WALLS, notes));
     }
     refuse_tiny(
-        strokes.iter().flat_map(|s| &s.points).chain(solids.iter().flat_map(|s| s.contours.iter().flatten())),
+        strokes
+            .iter()
+            .flat_map(|s| &s.lines.points)
+            .chain(solids.iter().flat_map(|s| s.contours.iter().flatten())),
     )?;
     let mut plan = OfficePlan::named(title);
     let (mut lines, mut doors) = (Vec::new(), Vec::new());
     for stroke in &strokes {
-        let points: Vec<[f64; 2]> = stroke.points.iter().map(|point| point.map(rounded)).collect();
+        let points: Vec<[f64; 2]> = stroke.lines.points.iter().map(|point| point.map(rounded)).collect();
         match stroke.role {
             Role::Corridor => {
                 let outline = without_short_sides(&points);
@@ -104,8 +114,8 @@ pub(super) fn plan_of(title: &str, drawing: Drawing) -> Result<Import, String> {
                 }
             }
             Role::Wall => {
-                let closing =
-                    (stroke.is_closed && !points.is_empty()).then(|| [points[points.len() - 1], points[0]]);
+                let closing = (stroke.lines.is_closed && !points.is_empty())
+                    .then(|| [points[points.len() - 1], points[0]]);
                 let pieces = points.windows(2).map(|pair| [pair[0], pair[1]]).chain(closing);
                 lines.extend(pieces.filter(|[from, to]| distance_m(from, to) >= MIN_WALL_M));
             }
@@ -156,6 +166,11 @@ fn refuse_tiny<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> Result<(), Str
         1e3 * width_m,
         1e3 * height_m
     ))
+}
+
+/// Whether a place is farther from the origin than any building, or nowhere.
+pub(super) fn is_far(x: f64, y: f64) -> bool {
+    !(x.abs() <= MAX_COORDINATE_M && y.abs() <= MAX_COORDINATE_M)
 }
 
 /// Adds the points of a curve after its first one, which is there already.

@@ -77,15 +77,11 @@ const MAX_CELLS: u64 = 1 << 26;
 const SAVED_UNKNOWN: [u8; 4] = [205, 205, 205, 255];
 
 /// Whether a YAML text belongs to an occupancy grid rather than to a list of walls, which has none of these keys.
-#[must_use]
-pub fn is_grid(text: &str) -> bool {
+pub(crate) fn is_grid(text: &str) -> bool {
     text.lines().any(|line| line.starts_with("image:") || line.starts_with("resolution:"))
 }
 
 /// The file of the picture of a grid, which lies beside its YAML file `name`.
-///
-/// # Errors
-/// What the system says.
 pub(crate) fn read_picture(name: &str, image: &str) -> Result<Vec<u8>, String> {
     let path = Path::new(name).parent().unwrap_or(Path::new("")).join(image);
     files::read(&path, MAX_BYTES).map_err(|error| format!("{}: {error}", path.display()))
@@ -93,10 +89,7 @@ pub(crate) fn read_picture(name: &str, image: &str) -> Result<Vec<u8>, String> {
 
 /// Reads a grid; `picture` gives the bytes of the picture that the YAML names, and `title` becomes the name of the map. A
 /// grid has no doors: they are added to the map by hand.
-///
-/// # Errors
-/// If the YAML or the picture cannot be read, or no cell is free. The error names the key or the picture.
-pub fn read_grid(
+pub(crate) fn read_grid(
     name: &str,
     title: &str,
     text: &str,

@@ -46,10 +46,7 @@ const MAX_KEYS_SHOWN: usize = 8;
 
 /// Reads a list of walls and doors; `name` is used in errors, and `title` becomes the name of the map. Walls that close a
 /// ring become a corridor.
-///
-/// # Errors
-/// If the text is not YAML of this form; the error names the line.
-pub fn read_list(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
+pub(crate) fn read_list(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
     let list: List = serde_saphyr::from_str(text).map_err(|error| yaml_error(name, &error))?;
     let Some(walls) = list.walls else {
         let keys: Vec<&str> = list.others.keys().map(String::as_str).take(MAX_KEYS_SHOWN).collect();

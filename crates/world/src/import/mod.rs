@@ -17,12 +17,12 @@ mod svg;
 mod tests;
 mod walls;
 
-pub use dxf::read_dxf;
-pub(crate) use grid::read_picture;
-pub use grid::{is_grid, read_grid};
-pub use list::read_list;
-pub use notes::{Import, ImportNote};
-pub use svg::read_svg;
+pub(crate) use dxf::read_dxf;
+pub(crate) use grid::{is_grid, read_grid, read_picture};
+pub(crate) use list::read_list;
+pub(crate) use notes::Import;
+pub use notes::ImportNote;
+pub(crate) use svg::read_svg;
 
 use crate::MapError;
 

@@ -235,14 +235,8 @@ fn is_crossing(wall: &Wall, other: &Wall) -> bool {
 
 /// How far the farther edge of a door is off the wall that is nearest to both edges.
 fn off_nearest(walls: &[Wall], ends: &[nalgebra::Point2<f64>; 2]) -> String {
-    let distance_m = |wall: &Wall| {
-        ends.iter().fold(0.0_f64, |farthest, end| {
-            let along = wall.end - wall.start;
-            let t = ((end - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-            farthest.max((end - (wall.start + along * t)).norm())
-        })
-    };
-    let with_distance = walls.iter().map(|wall| (wall, distance_m(wall)));
+    let off_m = |wall: &Wall| ends.iter().fold(0.0_f64, |farthest, end| farthest.max(wall.distance_m(end)));
+    let with_distance = walls.iter().map(|wall| (wall, off_m(wall)));
     let Some((nearest, off_m)) = with_distance.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return "without any wall".to_owned();
     };

@@ -220,9 +220,7 @@ impl FreeSpace {
             let [a, b] =
                 if is_level { [low.x, high.x] } else { [x_at(y - self.cell_m), x_at(y + self.cell_m)] };
             for column in self.columns_between(a.min(b) - self.cell_m, a.max(b) + self.cell_m) {
-                let middle = self.middle(column, row);
-                let t = ((middle - wall.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-                if (middle - (wall.start + along * t)).norm() < self.cell_m {
+                if wall.distance_m(&self.middle(column, row)) < self.cell_m {
                     self.is_free[row * self.columns + column] = false;
                 }
             }

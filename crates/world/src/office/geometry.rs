@@ -142,6 +142,14 @@ impl Wall {
         Vector2::new(along.y, -along.x)
     }
 
+    /// From its nearest point to a place, meters.
+    #[must_use]
+    pub fn distance_m(&self, at: &Point2<f64>) -> f64 {
+        let along = self.end - self.start;
+        let t = ((at - self.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+        (at - (self.start + along * t)).norm()
+    }
+
     /// Whether it hides one point from the other: the straight way between them crosses it, more than `slack_m` from
     /// its ends.
     #[must_use]

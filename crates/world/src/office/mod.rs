@@ -6,13 +6,11 @@
 pub(crate) mod check;
 mod color;
 mod free_space;
-mod generate;
 mod geometry;
 mod plan;
 
 pub use color::SurfaceColor;
 pub use free_space::FreeSpace;
-pub use generate::WindingCorridor;
 pub use geometry::{Door, Office, Wall};
 pub use plan::{CorridorPlan, DoorPlan, OfficePlan, WallPlan, WallSides};
 

@@ -8,7 +8,7 @@ mod drawings;
 mod grids;
 mod plan;
 
-use visloc_world::{Map, MapError, import::ImportNote, office::Office};
+use visloc_world::{ImportNote, Map, MapError, office::Office};
 
 use plan::{GRID, LIST, SVG, binary_dxf, dxf, dxf_pairs, l_shaped, pgm};
 

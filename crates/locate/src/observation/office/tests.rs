@@ -1,3 +1,5 @@
+mod winding_corridor;
+
 use nalgebra::{Point2, Point3, Rotation3, Vector3};
 use rand::RngExt;
 use visloc_core::{
@@ -6,9 +8,10 @@ use visloc_core::{
 };
 use visloc_world::{
     Map,
-    office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall, WindingCorridor},
+    office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor, Wall},
 };
 
+use self::winding_corridor::WindingCorridor;
 use super::{OfficeFeatureModel, OfficeModelConfig, OfficeObservationModel, lines::theoretical_lines};
 use crate::{
     Algorithm, Estimate, Localizer, ObservationModel, StepInput,

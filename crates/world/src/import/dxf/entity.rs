@@ -5,10 +5,7 @@ use std::f64::consts::{PI, TAU};
 use kurbo::{Affine, Point, Vec2};
 
 use super::pairs::Pair;
-use crate::{
-    import::drawing::{FLAT_M, push_curve},
-    office::check::MAX_COORDINATE_M,
-};
+use crate::import::drawing::{FLAT_M, Lines, is_far, push_curve};
 
 /// An entity with the numbers that matter.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -22,14 +19,6 @@ pub(super) struct Entity {
     pub numbers: Vec<(i32, f64)>,
     /// The vertices of an old polyline: x, y, bulge.
     pub vertices: Vec<[f64; 3]>,
-}
-
-/// Lines of an entity in meters of the map.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Lines {
-    pub points: Vec<[f64; 2]>,
-    pub curves: Vec<[usize; 2]>,
-    pub is_closed: bool,
 }
 
 impl Entity {
@@ -147,7 +136,7 @@ impl Entity {
 impl Lines {
     fn add(&mut self, points: &[Point]) -> Result<(), String> {
         for point in points {
-            if !(point.x.abs() <= MAX_COORDINATE_M && point.y.abs() <= MAX_COORDINATE_M) {
+            if is_far(point.x, point.y) {
                 let [x, y] = [point.x, point.y];
                 return Err(format!(
                     "expected places at most 10000 m from the origin, found ({x}, {y}); is the unit right?"

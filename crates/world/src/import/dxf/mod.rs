@@ -30,11 +30,7 @@ const MAX_ENTITIES: usize = 1_000_000;
 /// `wall`, `door` (`open` too: it stands open) or `corridor` in it says what its lines are; other layers are passed over.
 /// What is on layer 0 of a block is on the layer of its `INSERT`; blocks whose name has `door` in it are doors. Lengths
 /// follow `$INSUNITS`, without it they are meters. The frame is that of the drawing.
-///
-/// # Errors
-/// If the file is not DXF, a number cannot be read, there are no walls, or there is too much of something. The error names
-/// the line.
-pub fn read_dxf(name: &str, title: &str, bytes: &[u8]) -> Result<Import, MapError> {
+pub(crate) fn read_dxf(name: &str, title: &str, bytes: &[u8]) -> Result<Import, MapError> {
     let syntax = |(line, reason): Failure| MapError::Syntax { name: name.to_owned(), line, reason };
     let file = pairs(bytes).and_then(|pairs| File::read(&pairs)).map_err(syntax)?;
     let mut reader =
@@ -217,8 +213,7 @@ impl Reader<'_> {
             Some((number, part)) if is_door => (Some(*number), part.clone()),
             _ => (None, part),
         };
-        let (points, curves, is_closed) = (lines.points, lines.curves, lines.is_closed);
-        self.drawing.strokes.push(Stroke { role, points, is_closed, curves, block, part });
+        self.drawing.strokes.push(Stroke { role, lines, block, part });
         Ok(())
     }
 

@@ -6,18 +6,7 @@ use kurbo::{Affine, BezPath, Ellipse, PathEl, Point, Rect, RoundedRect, Shape};
 use roxmltree::Node;
 use svgtypes::{Length, LengthUnit, Transform, ViewBox};
 
-use crate::{
-    import::drawing::{FLAT_M, push_curve},
-    office::check::MAX_COORDINATE_M,
-};
-
-/// Points of one connected line, meters in the map.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Drawn {
-    pub points: Vec<[f64; 2]>,
-    pub curves: Vec<[usize; 2]>,
-    pub is_closed: bool,
-}
+use crate::import::drawing::{FLAT_M, Lines, is_far, push_curve};
 
 /// Where the page lies in the map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -149,28 +138,26 @@ pub(super) fn shape(node: &Node<'_, '_>) -> Result<Option<BezPath>, String> {
 }
 
 /// The lines of a path in the map, curves as short straight ones.
-pub(super) fn drawn(path: &BezPath, to_map: Affine) -> Result<Vec<Drawn>, String> {
-    let mut drawn: Vec<Drawn> = Vec::new();
+pub(super) fn drawn(path: &BezPath, to_map: Affine) -> Result<Vec<Lines>, String> {
+    let mut drawn: Vec<Lines> = Vec::new();
     for element in (to_map * path).elements() {
-        let is_far =
-            |point: &Point| !(point.x.abs() <= MAX_COORDINATE_M && point.y.abs() <= MAX_COORDINATE_M);
         let ends = match element {
             PathEl::MoveTo(p) | PathEl::LineTo(p) => vec![*p],
             PathEl::QuadTo(a, p) => vec![*a, *p],
             PathEl::CurveTo(a, b, p) => vec![*a, *b, *p],
             PathEl::ClosePath => Vec::new(),
         };
-        if let Some(far) = ends.iter().find(|point| is_far(point)) {
+        if let Some(far) = ends.iter().find(|end| is_far(end.x, end.y)) {
             return Err(format!(
                 "expected places at most 10000 m from the origin, found ({}, {})",
                 far.x, far.y
             ));
         }
         if let PathEl::MoveTo(point) = element {
-            drawn.push(Drawn { points: vec![[point.x, point.y]], ..Drawn::default() });
+            drawn.push(Lines { points: vec![[point.x, point.y]], ..Lines::default() });
             continue;
         }
-        let Some(Drawn { points, curves, is_closed }) = drawn.last_mut() else { continue };
+        let Some(Lines { points, curves, is_closed }) = drawn.last_mut() else { continue };
         let last = points[points.len() - 1];
         match element {
             PathEl::MoveTo(_) => {}
@@ -197,7 +184,7 @@ pub(super) fn drawn(path: &BezPath, to_map: Affine) -> Result<Vec<Drawn>, String
 }
 
 /// Curves that follow each other are one: an arc may come in several parts.
-fn with_joined_curves(mut drawn: Drawn) -> Drawn {
+fn with_joined_curves(mut drawn: Lines) -> Lines {
     let mut joined: Vec<[usize; 2]> = Vec::with_capacity(drawn.curves.len());
     for [from, to] in drawn.curves {
         match joined.last_mut() {

@@ -10,12 +10,12 @@ use roxmltree::{Document, Node, NodeId, ParsingOptions};
 use simplecss::StyleSheet;
 
 use self::{
-    geometry::{Drawn, Page, drawn, shape, transform},
+    geometry::{Page, drawn, shape, transform},
     style::{Paint, Style, style_of},
 };
 use super::{
     Import,
-    drawing::{Drawing, MAX_POINTS, Role, Solid, Stroke, plan_of, role_by_name},
+    drawing::{Drawing, Lines, MAX_POINTS, Role, Solid, Stroke, plan_of, role_by_name},
     found_nothing,
     notes::Part,
 };
@@ -54,10 +54,7 @@ const NOT_DRAWN: [&str; 13] = [
 /// stroke has a hue, and walls if it is gray or black. Walls that are filled are solid. One unit is a meter, unless the
 /// root element has an attribute `data-meters-per-unit`, or a view box and a size in m, cm, mm or in. The origin is the lower left corner of the page, unless
 /// `data-origin` says where that corner is; y points up.
-///
-/// # Errors
-/// If the text is not SVG, a number cannot be read, or there is too much of something. The error names line and element.
-pub fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
+pub(crate) fn read_svg(name: &str, title: &str, text: &str) -> Result<Import, MapError> {
     let syntax =
         |line: Option<usize>, reason: String| MapError::Syntax { name: name.to_owned(), line, reason };
     let options =
@@ -236,9 +233,9 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
     }
 
     /// Adds what an element draws to the drawing.
-    fn add(&mut self, node: Node<'_, '_>, here: &Inherited, drawn: Vec<Drawn>) -> Result<(), String> {
+    fn add(&mut self, node: Node<'_, '_>, here: &Inherited, drawn: Vec<Lines>) -> Result<(), String> {
         let part = self.part(node);
-        let drawn: Vec<Drawn> = drawn.into_iter().filter(|d| d.points.len() >= 2).collect();
+        let drawn: Vec<Lines> = drawn.into_iter().filter(|d| d.points.len() >= 2).collect();
         self.num_points += drawn.iter().map(|d| d.points.len()).sum::<usize>();
         if self.num_points > MAX_POINTS {
             return Err(format!("expected at most {MAX_POINTS} points in all, found more"));
@@ -282,14 +279,8 @@ impl<'a, 'd: 'a> Reader<'a, 'd> {
             self.drawing.solids.push(Solid { contours, is_even_odd });
             return Ok(());
         }
-        self.drawing.strokes.extend(drawn.into_iter().map(|Drawn { points, curves, is_closed }| Stroke {
-            role,
-            points,
-            is_closed,
-            curves,
-            block: None,
-            part: part.clone(),
-        }));
+        let stroke = |lines| Stroke { role, lines, block: None, part: part.clone() };
+        self.drawing.strokes.extend(drawn.into_iter().map(stroke));
         Ok(())
     }
 }

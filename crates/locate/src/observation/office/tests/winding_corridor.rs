@@ -1,10 +1,12 @@
-//! Buildings of any size, for tests and studies.
+//! Buildings of any size.
 
-use super::{CorridorPlan, DoorPlan, OfficePlan, SurfaceColor};
+use rand::RngExt;
+use visloc_core::RngTree;
+use visloc_world::office::{CorridorPlan, DoorPlan, Office, OfficePlan, SurfaceColor};
 
 /// A corridor that winds back and forth, with doors on both sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindingCorridor {
+pub(super) struct WindingCorridor {
     /// Straight legs, one beside the other.
     pub num_legs: usize,
     /// Length of each leg, meters.
@@ -29,7 +31,6 @@ impl Default for WindingCorridor {
 
 impl WindingCorridor {
     /// The plan of the building. `random` gives numbers of [0, 1).
-    #[must_use]
     pub fn plan(&self, name: &str, mut random: impl FnMut() -> f64) -> OfficePlan {
         let path = self.path();
         let mut plan = OfficePlan::named(name);
@@ -45,14 +46,11 @@ impl WindingCorridor {
     }
 
     /// Length of the whole corridor along its middle, meters.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn length_m(&self) -> f64 {
         self.num_legs as f64 * self.leg_m + self.num_legs.saturating_sub(1) as f64 * self.pitch_m
     }
 
     /// Middle of the corridor from corner to corner.
-    #[allow(clippy::cast_precision_loss)]
     fn path(&self) -> Vec<[f64; 2]> {
         let mut path = Vec::with_capacity(2 * self.num_legs);
         for leg in 0..self.num_legs {
@@ -119,28 +117,13 @@ fn to_millimeters(value_m: f64) -> f64 {
     (value_m * 1000.0).round() / 1000.0
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::office::Office;
-
-    /// A small generator of numbers, good enough for doors.
-    fn random() -> impl FnMut() -> f64 {
-        let mut state = 7_u64;
-        move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        }
-    }
-
-    #[test]
-    fn the_default_is_a_building_of_the_promised_size() {
-        let corridor = WindingCorridor::default();
-        let office = Office::new("large", corridor.plan("large", random())).unwrap();
-        assert!((240.0..260.0).contains(&corridor.length_m()), "{}", corridor.length_m());
-        assert!((130..170).contains(&office.doors().len()), "{}", office.doors().len());
-        // two meters wide, the walls kept clear by 0.1 m
-        let area = office.free_space().area_m2();
-        assert!((area / (corridor.length_m() * 1.8) - 1.0).abs() < 0.03, "{area}");
-    }
+#[test]
+fn the_default_is_a_building_of_the_promised_size() {
+    let (corridor, mut rng) = (WindingCorridor::default(), RngTree::new(7).stream("building", 0));
+    let office = Office::new("large", corridor.plan("large", || rng.random_range(0.0..1.0))).unwrap();
+    assert!((240.0..260.0).contains(&corridor.length_m()), "{}", corridor.length_m());
+    assert!((130..170).contains(&office.doors().len()), "{}", office.doors().len());
+    // two meters wide, the walls kept clear by 0.1 m
+    let area = office.free_space().area_m2();
+    assert!((area / (corridor.length_m() * 1.8) - 1.0).abs() < 0.03, "{area}");
 }
