@@ -45,9 +45,6 @@ const AGREEING_CHI2: f64 = 9.2;
 const SEARCH_RADIUS: usize = 8;
 /// The same where so many pairs agree that the pose is known better.
 const NEAR_RADIUS: usize = 4;
-/// Least share of what should be seen that is found where so many pairs agree: other light, moved things and what stands in front may hide the
-/// rest.
-const LEAST_FOUND: f64 = 0.15;
 /// Parts of the image on each axis, to see whether landmarks are spread over it.
 const PARTS: usize = 4;
 /// Fewest parts with a landmark.
@@ -186,8 +183,7 @@ impl Locator {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
         let radius = if self.is_doubting { NEAR_RADIUS } else { SEARCH_RADIUS };
-        let is_sure = self.is_doubting && agreeing.len() >= ENOUGH_AGREEING;
-        let report = self.follow_within(map, (candidate, &state.pose, radius), is_sure, incoming, work)?;
+        let report = self.follow_within(map, (candidate, &state.pose, radius), incoming, work)?;
         Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
     }
 
@@ -202,14 +198,13 @@ impl Locator {
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<TrackReport, Refusal> {
-        self.follow_within(map, (around, pose, SEARCH_RADIUS), false, incoming, work)
+        self.follow_within(map, (around, pose, SEARCH_RADIUS), incoming, work)
     }
 
     fn follow_within(
         &self,
         map: &Map,
         (around, pose, radius): (KeyframeId, &CameraFromWorld, usize),
-        is_sure: bool,
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<TrackReport, Refusal> {
@@ -227,14 +222,7 @@ impl Locator {
         }
         let pose = wide.frame.camera_from_world;
         let report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
-        let shows_enough = match report.quality {
-            Quality::Good => true,
-            Quality::Insufficient => {
-                is_sure && report.num_matched as f64 >= LEAST_FOUND * report.num_searched as f64
-            }
-            Quality::Bad => false,
-        };
-        if !shows_enough || report.num_converged < self.min_matches {
+        if report.quality != Quality::Good || report.num_converged < self.min_matches {
             return Err(few(&report));
         }
         let parts = self.num_parts(map, &report.frame.features);
