@@ -27,8 +27,8 @@ const LEAST_AGREEING: usize = 12;
 const SAMPLE: usize = 3;
 /// Most samples: enough where one pair in six is right.
 const MOST_SAMPLES: usize = 1000;
-/// The same where those most alike come first.
-const MOST_SAMPLES_OF_ALIKE: usize = 300;
+/// The same where those that most others support come first: of the first twenty, half are right as a rule.
+const MOST_SAMPLES_OF_SUPPORTED: usize = 300;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
 /// Pairs that agree beyond all doubt that it is a pose by chance: no more samples are drawn. What is there twice is told apart by patches.
@@ -279,11 +279,11 @@ fn probable_pose(around: &Surroundings, observations: &[PoseObservation], rng: &
     let start = State::new(&around.camera_from_world);
     let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
     let num = observations.len();
-    for num_drawn in 1..=MOST_SAMPLES_OF_ALIKE {
+    for num_drawn in 1..=MOST_SAMPLES_OF_SUPPORTED {
         if best.num >= ENOUGH_AGREEING {
             break;
         }
-        let drawn = (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES_OF_ALIKE).min(num);
+        let drawn = (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES_OF_SUPPORTED).min(num);
         let sample = std::array::from_fn(|_| &observations[rng.random_range(0..drawn)]);
         poses_of(sample)
             .filter(|pose| around.look_alike_from(pose))

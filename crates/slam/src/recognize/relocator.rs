@@ -13,7 +13,7 @@ use crate::{
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
 
-/// One of so many descriptors in common with a place that is shown clearly is the least of a rival.
+/// One of so many descriptors in common with the place where the camera was found is the least of a rival.
 const RIVAL_SHARE: u32 = 2;
 
 /// Keyframes that are considered for each one that is tried.
