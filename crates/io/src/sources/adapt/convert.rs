@@ -14,15 +14,23 @@ use crate::{
     sources::{OpenFrames, OpenImages, OpenPictures, SourcesError, open::Request},
 };
 
-/// The camera of the first frame, and all frames; `None` if there is none.
-pub(crate) fn with_camera(
-    mut frames: Box<dyn Source<SourceFrame>>,
-) -> Option<Result<(Camera, Box<dyn Source<SourceFrame>>), SourceError>> {
-    let first = frames.next_item()?;
-    Some(first.map(|first| {
-        let camera = first.frame.camera;
-        (camera, Box::new(PutBack::new(first, frames)) as Box<dyn Source<SourceFrame>>)
-    }))
+/// The frames of a robot with one camera.
+pub(crate) struct CameraFrames {
+    pub camera: Camera,
+    pub frames: Box<dyn Source<SourceFrame>>,
+}
+
+impl CameraFrames {
+    /// The camera is that of the first frame; `None` if there is none.
+    pub(crate) fn new(mut frames: Box<dyn Source<SourceFrame>>) -> Option<Result<Self, SourceError>> {
+        let first = frames.next_item()?;
+        Some(
+            first.map(|first| Self {
+                camera: first.frame.camera,
+                frames: Box::new(PutBack::new(first, frames)),
+            }),
+        )
+    }
 }
 
 /// The gray images of a robot's camera, with what its odometry says of it.

@@ -9,8 +9,8 @@ mod until_stopped;
 use visloc_core::{GrayFrame, Picture, Timestamp};
 
 pub(crate) use convert::{
-    frames_of_pictures, gray_of_frames, images_of_gray, images_of_pictures, pictures_of_frames,
-    pictures_of_images, with_camera,
+    CameraFrames, frames_of_pictures, gray_of_frames, images_of_gray, images_of_pictures, pictures_of_frames,
+    pictures_of_images,
 };
 pub use many_cameras::ManyCameras;
 pub use until_stopped::UntilStopped;

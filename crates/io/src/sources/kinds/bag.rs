@@ -18,7 +18,7 @@ use crate::{
             Start, Stride, Topics, TruthTopic, Urdf,
         },
         SourcesError,
-        adapt::{ManyCameras, gray_of_frames, images_of_gray, images_of_pictures, with_camera},
+        adapt::{CameraFrames, ManyCameras, gray_of_frames, images_of_gray, images_of_pictures},
         open::Request,
     },
     urdf::{RobotDescription, read_robot_description},
@@ -150,7 +150,7 @@ fn given_camera(
 fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     // A file that cannot be read is told here: below, whatever stands in the way of a robot only means that there is none.
     given_robot(request)?;
-    if let Some((camera, frames, warnings)) = robot(request) {
+    if let Some((CameraFrames { camera, frames }, warnings)) = robot(request) {
         let calibration = (Calibration::of(&camera), request.address.rest().into());
         return images_of_gray(request, gray_of_frames(frames), Some(calibration), warnings);
     }
@@ -168,12 +168,12 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
 }
 
 /// The camera of a robot with odometry, and its frames. `None` if the recording has no such robot: its images are those of any camera.
-fn robot(request: &Request<'_>) -> Option<(CameraModel, Box<dyn Source<SourceFrame>>, Vec<String>)> {
+fn robot(request: &Request<'_>) -> Option<(CameraFrames, Vec<String>)> {
     let mut warnings = Vec::new();
     let bag = reader(request, &mut warnings).ok()?;
     let has_odometry = bag.available_topics().iter().any(|topic| topic.topic == bag.topics().odometry);
-    let (camera, frames) = with_camera(Box::new(bag)).filter(|_| has_odometry)?.ok()?;
-    Some((camera, frames, warnings))
+    let frames = CameraFrames::new(Box::new(bag)).filter(|_| has_odometry)?.ok()?;
+    Some((frames, warnings))
 }
 
 fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {

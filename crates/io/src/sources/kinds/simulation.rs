@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use visloc_core::{ImageSource, Picture, Source, SourceFrame};
+use visloc_core::{ImageSource, Picture, Source};
 use visloc_sim::{BUILT_IN_SCENARIOS, CameraTour, MAX_FRAMES, Scenario, Simulation, TEAM, TOURS};
 
 use super::{SourceKind, Way, always_usable, claims_nothing};
@@ -12,7 +12,7 @@ use crate::{
         OpenFrames, OpenImages, OpenPictures, SourceAddress,
         SourceOption::{End, Scale, Seed, Start, Stride, Threads},
         SourcesError,
-        adapt::{gray_of_frames, images_of_gray, pictures_of_frames, pictures_of_images, with_camera},
+        adapt::{CameraFrames, gray_of_frames, images_of_gray, pictures_of_frames, pictures_of_images},
         address::nearest,
         open::Request,
     },
@@ -116,23 +116,21 @@ fn images(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     if is_tour(request.address.rest()) {
         return tour(request);
     }
-    let (frames, calibration) = robot(request)?;
-    images_of_gray(request, gray_of_frames(frames), Some(calibration), Vec::new())
+    let (robot, calibration) = robot(request)?;
+    images_of_gray(request, gray_of_frames(robot.frames), Some(calibration), Vec::new())
 }
 
-/// A robot's frames and the calibration of its camera.
-type Robot = (Box<dyn Source<SourceFrame>>, (Calibration, PathBuf));
-
-/// Opens the simulated robot.
-fn robot(request: &Request<'_>) -> Result<Robot, SourcesError> {
+/// The simulated robot, and the calibration of its camera.
+fn robot(request: &Request<'_>) -> Result<(CameraFrames, (Calibration, PathBuf)), SourcesError> {
     let simulation = simulation(request)?;
     if !simulation.scenario().more_cameras.is_empty() {
         return request
             .cannot("expected a robot with one camera here, found a scenario with [[more_cameras]]");
     }
-    let opened = with_camera(Box::new(simulation));
-    let (camera, frames) = opened.ok_or_else(|| request.empty(String::new()))??;
-    Ok((frames, (Calibration::of(&camera), request.argument().into())))
+    let opened = CameraFrames::new(Box::new(simulation));
+    let robot = opened.ok_or_else(|| request.empty(String::new()))??;
+    let calibration = Calibration::of(&robot.camera);
+    Ok((robot, (calibration, request.argument().into())))
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -165,8 +163,8 @@ fn pictures(request: &Request<'_>) -> Result<OpenPictures, SourcesError> {
         let calibration = (Calibration::of(images.camera()), request.argument().into());
         (pictures_of_images(images), calibration)
     } else {
-        let (frames, calibration) = robot(request)?;
-        (pictures_of_frames(frames), calibration)
+        let (robot, calibration) = robot(request)?;
+        (pictures_of_frames(robot.frames), calibration)
     };
     Ok(OpenPictures { pictures, calibration: Some(calibration), warnings: Vec::new() })
 }
