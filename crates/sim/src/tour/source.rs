@@ -64,7 +64,7 @@ impl Stamp {
 /// threads.
 ///
 /// ```
-/// use visloc_core::ImageSource;
+/// use visloc_core::Source;
 /// use visloc_sim::CameraTour;
 /// let mut tour = CameraTour::new("room", 1)?.with_size((160, 120))?;
 /// let first = tour.next_item().expect("400 images").expect("no reading, no error");
