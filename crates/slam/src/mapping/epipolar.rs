@@ -111,6 +111,7 @@ impl View<'_> {
             limits: LIMITS,
             num_levels: self.num_levels,
             recognition: self.recognition,
+            seen_by: None,
         }
     }
 

@@ -43,10 +43,44 @@ pub struct Ranked {
     pub num_shared: u32,
 }
 
+/// A place of a view and one of a keyframe that look alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Alike {
+    /// Index of the place in its view.
+    pub place: usize,
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Index of the place in the view of the keyframe.
+    pub known: usize,
+}
+
+/// Bits of the number of a place in its keyframe; of those with more places, the others do not tell how they lie.
+const PLACE_BITS: u32 = 10;
+/// Places that have a number of their own, and the number of all others.
+const MOST_PLACES: usize = (1 << PLACE_BITS) - 1;
+
+/// A place of a keyframe. There are as many as a map has observations, in each table: keyframe and place share one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Entry {
     signature: u32,
-    keyframe: KeyframeId,
+    keyframe_and_place: u32,
+}
+
+impl Entry {
+    /// A keyframe is listed as long as its number fits: so many nobody makes in a month.
+    fn new(signature: u32, keyframe: KeyframeId, place: usize) -> Self {
+        let place = place.min(MOST_PLACES) as u32;
+        Self { signature, keyframe_and_place: keyframe.0 << PLACE_BITS | place }
+    }
+
+    fn keyframe(self) -> KeyframeId {
+        KeyframeId(self.keyframe_and_place >> PLACE_BITS)
+    }
+
+    fn place(self) -> Option<usize> {
+        let place = self.keyframe_and_place as usize & MOST_PLACES;
+        (place < MOST_PLACES).then_some(place)
+    }
 }
 
 /// Finds the keyframes that look most like a view. There is no vocabulary to learn: a descriptor is listed under some of its own
@@ -78,8 +112,8 @@ impl PlaceIndex {
     /// Adds a keyframe.
     pub fn add(&mut self, keyframe: KeyframeId, view: &View) {
         self.lists.resize_with(NUM_TABLES << KEY_BITS, Vec::new);
-        for place in &view.places {
-            let entry = Entry { signature: signature(&place.descriptor), keyframe };
+        for (number, place) in view.places.iter().enumerate() {
+            let entry = Entry::new(signature(&place.descriptor), keyframe, number);
             for list in lists_of(&place.descriptor) {
                 self.lists[list].push(entry);
             }
@@ -94,7 +128,7 @@ impl PlaceIndex {
     /// Takes a keyframe out that was added with this view.
     pub fn remove(&mut self, keyframe: KeyframeId, view: &View) {
         for list in view.places.iter().flat_map(|place| lists_of(&place.descriptor)) {
-            self.lists[list].retain(|entry| entry.keyframe != keyframe);
+            self.lists[list].retain(|entry| entry.keyframe() != keyframe);
         }
         self.num_keyframes -= 1;
     }
@@ -112,28 +146,37 @@ impl PlaceIndex {
 
     /// As [`PlaceIndex::query`], but lists that are far longer than others are passed over: what is listed there is everywhere, and most of
     /// the time goes into it. Source: Sivic and Zisserman, "Video Google", 2003, section 4.1 (stop list).
+    ///
+    /// With them, which of their places look alike.
     #[must_use]
-    pub fn query_rare(&self, view: &View) -> Vec<Ranked> {
+    pub fn query_rare(&self, view: &View) -> (Vec<Ranked>, Vec<Alike>) {
+        let mut alike = Vec::new();
         let mean = self.sizes.iter().map(|size| *size as usize).sum::<usize>() >> KEY_BITS;
-        self.ranked(view, |_| false, LEAST_STOPPED.max(STOPPED * mean))
+        let ranked = self.ranked(view, |_| false, (LEAST_STOPPED.max(STOPPED * mean), |it| alike.push(it)));
+        (ranked, alike)
     }
 
     /// The same for a view of a visit that is under way: what its own keyframes show, they show nearly the same. How much others have in common
     /// is counted as if there were none of them.
     #[must_use]
     pub fn query_beside(&self, view: &View, is_own: impl Fn(KeyframeId) -> bool) -> Vec<Ranked> {
-        self.ranked(view, is_own, usize::MAX)
+        self.ranked(view, is_own, (usize::MAX, |_| ()))
     }
 
     /// Keyframes by lists up to a length.
-    fn ranked(&self, view: &View, is_own: impl Fn(KeyframeId) -> bool, most_listed: usize) -> Vec<Ranked> {
+    fn ranked(
+        &self,
+        view: &View,
+        is_own: impl Fn(KeyframeId) -> bool,
+        (most_listed, mut take_alike): (usize, impl FnMut(Alike)),
+    ) -> Vec<Ranked> {
         if self.lists.is_empty() {
             return Vec::new();
         }
         let mut found: Vec<(f32, u32)> = vec![(0.0, 0); self.sizes.len()];
         // The number of the descriptor that each keyframe was found with last.
         let mut found_by: Vec<u32> = vec![0; self.sizes.len()];
-        let mut near: Vec<(KeyframeId, u32)> = Vec::new();
+        let mut near: Vec<(Entry, u32)> = Vec::new();
         let mut alike: Vec<KeyframeId> = Vec::new();
         for (number, place) in (1_u32..).zip(&view.places) {
             let wanted = signature(&place.descriptor);
@@ -142,19 +185,23 @@ impl PlaceIndex {
             let lists = lists_of(&place.descriptor).map(|list| &self.lists[list]);
             for entry in lists.into_iter().filter(|list| list.len() <= most_listed).flatten() {
                 let different = (entry.signature ^ wanted).count_ones();
-                if least.is_none_or(|least| different < least) && !is_own(entry.keyframe) {
+                if least.is_none_or(|least| different < least) && !is_own(entry.keyframe()) {
                     least = Some(different);
                 }
                 if different <= MOST_DIFFERENT {
-                    near.push((entry.keyframe, different));
+                    near.push((*entry, different));
                 }
             }
             let Some(least) = least else { continue };
             alike.clear();
-            for (keyframe, different) in &near {
+            for (entry, different) in &near {
+                let keyframe = entry.keyframe();
                 let mut is_new = || std::mem::replace(&mut found_by[keyframe.index()], number) != number;
                 if *different <= least + 1 && is_new() {
-                    alike.push(*keyframe);
+                    alike.push(keyframe);
+                    if let Some(known) = entry.place() {
+                        take_alike(Alike { place: number as usize - 1, keyframe, known });
+                    }
                 }
             }
             // What all have in common counts nothing where there are many.
@@ -259,10 +306,10 @@ mod tests {
             index.add(id, &view(std::iter::repeat_n(everywhere, 5)));
         }
         let mut again = seen_again(&views[17], &mut rng);
-        let rare = index.query_rare(&again);
+        let rare = index.query_rare(&again).0;
         assert_eq!(rare[0].keyframe.index(), 17);
         again.places.extend(view(std::iter::repeat_n(everywhere, 100)).places);
-        assert_eq!(index.query_rare(&again), rare);
+        assert_eq!(index.query_rare(&again).0, rare);
         (100..400).map(KeyframeId).for_each(|id| index.remove(id, &view(std::iter::once(everywhere))));
         index.remove(KeyframeId(17), &views[17]);
         let again = seen_again(&views[17], &mut rng);

@@ -4,31 +4,31 @@ use nalgebra::{Matrix2, Point3, Vector3};
 use rand::RngExt;
 use visloc_core::{Rng, geom::Camera};
 
-use super::{Pair, Refusal, View, pair_views, pair_views_fast};
+use super::{Pair, Refusal, View, pair_views, pair_views_by_support};
 use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map, MapId},
     solve::{PoseObservation, State, poses_from_three_points, refine_pose},
-    track::{Feature, Frame, FrameWork, Incoming, TrackReport, Tracker, focal_px, whitening},
+    track::{Feature, Frame, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px, whitening},
 };
 
 /// Connected keyframes whose landmarks are compared together with those of a candidate.
 const NEIGHBORS: usize = 3;
+/// The same for those who doubt: pairs are told apart by how they lie in the candidate's own image.
+const NEIGHBORS_DOUBTED: usize = 1;
 /// Fewest landmarks that two keyframes share to be neighbors.
-const NEIGHBORS_SHARE: u32 = 15;
+pub(super) const NEIGHBORS_SHARE: u32 = 15;
 /// Fewest pairs of places and landmarks that look alike.
 const LEAST_PAIRS: usize = 12;
 /// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
 const LEAST_AGREEING: usize = 12;
-/// The same where a wrong place harms nobody, since it is doubted until more is seen: three pairs find a pose, and five more are rare by chance.
-const LEAST_AGREEING_DOUBTED: usize = 8;
 /// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
 const SAMPLE: usize = 3;
 /// Most samples: enough where one pair in six is right.
 const MOST_SAMPLES: usize = 1000;
 /// The same where those most alike come first.
-const MOST_SAMPLES_OF_ALIKE: usize = 700;
+const MOST_SAMPLES_OF_ALIKE: usize = 300;
 /// Probability of one sample without a wrong pair.
 const CONFIDENCE: f64 = 0.995;
 /// Pairs that agree beyond all doubt that it is a pose by chance: no more samples are drawn. What is there twice is told apart by patches.
@@ -142,14 +142,26 @@ impl Locator {
         &self,
         map: &Map,
         candidate: KeyframeId,
+        image: (&View, &Incoming<'_>),
+        work: &mut FrameWork<'_>,
+    ) -> Result<Located, Refusal> {
+        let connected = map.connected(candidate, NEIGHBORS_SHARE);
+        self.locate_near(map, (candidate, &connected), image, work)
+    }
+
+    /// The same where it is known which keyframes are connected.
+    pub(super) fn locate_near(
+        &self,
+        map: &Map,
+        (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
         (view, incoming): (&View, &Incoming<'_>),
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Refusal> {
         let mut around = vec![candidate];
-        let neighbors = map.connected(candidate, NEIGHBORS_SHARE);
-        around.extend(neighbors.into_iter().map(|(id, _)| id).take(NEIGHBORS));
+        let num_neighbors = if self.is_doubting { NEIGHBORS_DOUBTED } else { NEIGHBORS };
+        around.extend(connected.iter().map(|(id, _)| *id).take(num_neighbors));
         let pairs = if self.is_doubting {
-            pair_views_fast(map, view, &around)
+            pair_views_by_support(map, &self.camera, view, &around)
         } else {
             pair_views(map, view, &around)
         };
@@ -160,19 +172,17 @@ impl Locator {
         let start = *map.keyframe(candidate).camera_from_world();
         let state = if self.is_doubting {
             let around = Surroundings::of(map, candidate);
-            probable_pose(&around, &observations, &most_alike_first(&pairs), work.rng)
+            probable_pose(&around, &observations, work.rng)
         } else {
             agreed_pose(&start, &observations, work.rng)
         };
         let all = pairs.iter().zip(&observations);
         let agreeing: Vec<Pair> =
             all.filter(|(_, o)| is_agreeing(o, &state)).map(|(pair, _)| *pair).collect();
-        let least = if self.is_doubting { LEAST_AGREEING_DOUBTED } else { LEAST_AGREEING };
-        if agreeing.len() < least {
+        if agreeing.len() < LEAST_AGREEING {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
-        let radius =
-            if self.is_doubting && agreeing.len() >= ENOUGH_AGREEING { NEAR_RADIUS } else { SEARCH_RADIUS };
+        let radius = if self.is_doubting { NEAR_RADIUS } else { SEARCH_RADIUS };
         let report = self.follow_within(map, (candidate, &state.pose, radius), incoming, work)?;
         Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
     }
@@ -202,13 +212,17 @@ impl Locator {
             |report: &TrackReport| Refusal::FewFound { num: report.num_matched, of: report.num_searched };
         let Some(reference) = frame_of(map, around) else { return Err(Refusal::FewFound { num: 0, of: 0 }) };
         // The pose is only about right: look around first, then as in tracking.
-        let wide = self.tracker.track_near(map, incoming, (pose, radius), &reference, work);
+        let wide = if self.is_doubting {
+            self.tracker.track_as_seen_by(map, incoming, (pose, radius), (around, &reference), work)
+        } else {
+            self.tracker.track_near(map, incoming, (pose, radius), &reference, work)
+        };
         if wide.num_matched < self.min_matches / 2 {
             return Err(few(&wide));
         }
         let pose = wide.frame.camera_from_world;
         let report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
-        if report.quality != crate::track::Quality::Good || report.num_converged < self.min_matches {
+        if report.quality != Quality::Good || report.num_converged < self.min_matches {
             return Err(few(&report));
         }
         let parts = self.num_parts(map, &report.frame.features);
@@ -245,13 +259,6 @@ fn part(px: f64, size: u32) -> usize {
     ((px / f64::from(size) * PARTS as f64).max(0.0) as usize).min(PARTS - 1)
 }
 
-/// Pairs by how alike they are: the fewer bits differ, the more probably a pair is right.
-fn most_alike_first(pairs: &[Pair]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..pairs.len()).collect();
-    order.sort_by_key(|i| pairs[*i].distance);
-    order
-}
-
 /// The pose that most observations agree on: from samples, then from all that agree.
 fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &mut Rng) -> State {
     let start = State::new(start);
@@ -265,15 +272,10 @@ fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &
     best.refined(observations)
 }
 
-/// The same where most pairs are wrong: samples are drawn from the pairs that are most alike, then from ever more, and only poses count
+/// The same where most pairs are wrong: samples are drawn from the first pairs, then from ever more, and only poses count
 /// from which things look as they do from the keyframe. So many that agree are not there by chance, and no more samples are drawn.
 /// Source: Chum and Matas, "Matching with PROSAC", 2005; here the number grows evenly.
-fn probable_pose(
-    around: &Surroundings,
-    observations: &[PoseObservation],
-    order: &[usize],
-    rng: &mut Rng,
-) -> State {
+fn probable_pose(around: &Surroundings, observations: &[PoseObservation], rng: &mut Rng) -> State {
     let start = State::new(&around.camera_from_world);
     let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
     let num = observations.len();
@@ -282,7 +284,7 @@ fn probable_pose(
             break;
         }
         let drawn = (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES_OF_ALIKE).min(num);
-        let sample = std::array::from_fn(|_| &observations[order[rng.random_range(0..drawn)]]);
+        let sample = std::array::from_fn(|_| &observations[rng.random_range(0..drawn)]);
         poses_of(sample)
             .filter(|pose| around.look_alike_from(pose))
             .for_each(|pose| best.offer(pose, observations));

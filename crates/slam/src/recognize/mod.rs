@@ -9,13 +9,15 @@ mod locate;
 mod pairs;
 mod refusal;
 mod relocator;
+mod support;
 mod view;
 
-pub use index::{PlaceIndex, Ranked};
+pub use index::{Alike, PlaceIndex, Ranked};
 pub(crate) use locate::frame_of;
 pub use locate::{Located, Locator, Rival};
-pub use pairs::{Pair, pair_views, pair_views_fast};
+pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
 pub use relocator::Relocator;
 pub(crate) use relocator::are_apart;
+pub use support::pair_views_by_support;
 pub use view::{Described, View};

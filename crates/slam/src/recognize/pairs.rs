@@ -31,15 +31,17 @@ const BLOCK: usize = 32;
 
 /// Landmarks with their descriptors, word by word: the first word alone tells most of them apart.
 #[derive(Default)]
-struct Known {
-    ids: Vec<LandmarkId>,
+pub(super) struct Known {
+    pub ids: Vec<LandmarkId>,
+    /// Levels on which they were described.
+    pub levels: Vec<usize>,
     first_words: Vec<u64>,
     descriptors: Vec<OrbDescriptor>,
 }
 
 impl Known {
     /// The converged landmarks of some keyframes, each as the first of them sees it.
-    fn of(map: &Map, keyframes: &[KeyframeId]) -> Self {
+    pub fn of(map: &Map, keyframes: &[KeyframeId]) -> Self {
         let mut known = Self::default();
         let mut is_known = vec![false; map.num_landmark_ids()];
         let views = keyframes.iter().filter_map(|id| map.keyframe(*id).view.as_deref());
@@ -48,6 +50,7 @@ impl Known {
                 && !std::mem::replace(&mut is_known[id.index()], true)
             {
                 known.ids.push(id);
+                known.levels.push(place.level);
                 known.first_words.push(place.descriptor.first_word());
                 known.descriptors.push(place.descriptor);
             }
@@ -78,15 +81,17 @@ impl Known {
 }
 
 /// The most alike of some landmarks, and how alike the second one is.
-struct Nearest {
+#[derive(Clone, Copy)]
+pub(super) struct Nearest {
     index: usize,
     least: u32,
+    second_index: usize,
     second: u32,
 }
 
 impl Default for Nearest {
     fn default() -> Self {
-        Self { index: 0, least: u32::MAX, second: u32::MAX }
+        Self { index: 0, least: u32::MAX, second_index: 0, second: u32::MAX }
     }
 }
 
@@ -94,14 +99,20 @@ impl Nearest {
     #[inline]
     fn offer(&mut self, index: usize, distance: u32) {
         if distance < self.least {
-            *self = Self { index, least: distance, second: self.least };
-        } else {
-            self.second = self.second.min(distance);
+            *self = Self { index, least: distance, second_index: self.index, second: self.least };
+        } else if distance < self.second {
+            (self.second_index, self.second) = (index, distance);
         }
     }
 
+    /// Those that are alike at all, with their different bits.
+    pub fn alike(&self) -> impl Iterator<Item = (usize, u32)> {
+        let both = [(self.index, self.least), (self.second_index, self.second)];
+        both.into_iter().filter(|(_, distance)| *distance <= MOST_DIFFERENT)
+    }
+
     /// The most alike one with its different bits, if it is clearly more alike than any other.
-    fn clear(&self) -> Option<(usize, u32)> {
+    pub fn clear(&self) -> Option<(usize, u32)> {
         let is_clear =
             self.least <= MOST_DIFFERENT && f64::from(self.least) < LESS_THAN_SECOND * f64::from(self.second);
         is_clear.then_some((self.index, self.least))
@@ -119,7 +130,7 @@ const LEAST_COMMON: u8 = 2;
 /// Landmarks listed under each piece of their descriptors.
 ///
 /// Source: Norouzi, Punjani and Fleet, "Fast search in Hamming space with multi-index hashing", 2012.
-struct ByPieces<'a> {
+pub(super) struct ByPieces<'a> {
     known: &'a Known,
     /// For each piece of a descriptor and each of its values where the list of those that have it begins; at the end of the values the
     /// end of the last list.
@@ -133,7 +144,7 @@ impl<'a> ByPieces<'a> {
     /// Begins of lists for each piece.
     const STARTS: usize = (1 << PIECE_BITS) + 1;
 
-    fn new(known: &'a Known) -> Self {
+    pub fn new(known: &'a Known) -> Self {
         // More than a few keyframes see.
         let num = known.descriptors.len().min(usize::from(u16::MAX));
         let mut starts = vec![0; NUM_PIECES * Self::STARTS];
@@ -160,8 +171,8 @@ impl<'a> ByPieces<'a> {
         Self { known, starts, listed, num_common: vec![0; num] }
     }
 
-    /// As [`Known::best`], among those that have some pieces in common.
-    fn best(&mut self, descriptor: &OrbDescriptor) -> Option<(LandmarkId, u32)> {
+    /// The most alike of those that have some pieces in common.
+    pub fn nearest(&mut self, descriptor: &OrbDescriptor) -> Nearest {
         let mut nearest = Nearest::default();
         self.num_common.fill(0);
         for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
@@ -175,7 +186,7 @@ impl<'a> ByPieces<'a> {
                 }
             }
         }
-        nearest.clear().map(|(index, distance)| (self.known.ids[index], distance))
+        nearest
     }
 }
 
@@ -184,22 +195,10 @@ impl<'a> ByPieces<'a> {
 #[must_use]
 pub fn pair_views(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
     let known = Known::of(map, keyframes);
-    each_once(view, |descriptor| known.best(descriptor))
-}
-
-/// As [`pair_views`], but some pairs that are less alike are missed, for a fraction of the time.
-#[must_use]
-pub fn pair_views_fast(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
-    let known = Known::of(map, keyframes);
-    let mut listed = ByPieces::new(&known);
-    each_once(view, |descriptor| listed.best(descriptor))
-}
-
-fn each_once(view: &View, mut best: impl FnMut(&OrbDescriptor) -> Option<(LandmarkId, u32)>) -> Vec<Pair> {
     let places = view.places.iter().enumerate();
     let mut pairs: Vec<Pair> = places
         .filter_map(|(place, described)| {
-            let (landmark, distance) = best(&described.descriptor)?;
+            let (landmark, distance) = known.best(&described.descriptor)?;
             Some(Pair { place, landmark, distance })
         })
         .collect();
@@ -235,10 +234,11 @@ mod tests {
             let seen = known_descriptor.with_wrong(wrong);
             let Some(best) = known.best(&seen) else { continue };
             num += 1;
-            num_same += u32::from(listed.best(&seen) == Some(best));
+            let found = listed.nearest(&seen).clear().map(|(index, distance)| (known.ids[index], distance));
+            num_same += u32::from(found == Some(best));
         }
         assert!(num > 550 && num_same > num - 6, "{num_same} of {num}");
         let foreign = OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()));
-        assert_eq!(listed.best(&foreign), None);
+        assert_eq!(listed.nearest(&foreign).clear(), None);
     }
 }

@@ -4,17 +4,20 @@ use std::cmp::Reverse;
 
 use visloc_core::geom::Camera;
 
-use super::{Located, Locator, Ranked, Refusal, Rival, View};
+use super::{
+    Located, Locator, Ranked, Refusal, Rival, View, locate::NEIGHBORS_SHARE, support::num_supported,
+};
 use crate::{
     config::SlamConfig,
     map::{KeyframeId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
 
-/// Landmarks that show a place clearly, in units of the fewest that it is recognized by.
-const CLEAR: usize = 5;
 /// One of so many descriptors in common with a place that is shown clearly is the least of a rival.
 const RIVAL_SHARE: u32 = 2;
+
+/// Keyframes that are considered for each one that is tried.
+const CONSIDERED: usize = 5;
 
 /// Looks for a lost camera.
 #[derive(Debug, Clone)]
@@ -68,17 +71,30 @@ impl Relocator {
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
+        let is_doubting = self.locator.is_doubting();
+        let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
         let (mut refused, mut found) = (None, Vec::<Located>::new());
-        // Most descriptors in common with a keyframe by which so much was found that a place with less in common is no rival.
+        let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
+        // Most descriptors in common with a keyframe by which the camera was found: a place with far less in common is no rival.
         let mut most_shared = 0;
-        for Ranked { keyframe: id, num_shared, .. } in self.candidates(map, is_candidate, &view) {
-            if RIVAL_SHARE * num_shared < most_shared {
+        for Ranked { keyframe: id, num_shared, .. } in ranked {
+            if num_tried >= self.config.relocation.max_tries || RIVAL_SHARE * num_shared < most_shared {
+                break;
+            }
+            if is_tried[id.index()] || !is_candidate(id) {
                 continue;
             }
+            num_tried += 1;
+            // What is next to a keyframe that was refused would be refused, too.
+            let connected = map.connected(id, NEIGHBORS_SHARE);
+            let share =
+                if is_doubting { map.keyframe(id).landmarks.len() as u32 / 2 } else { NEIGHBORS_SHARE };
+            let near = connected.iter().filter(|(_, num)| *num >= share);
+            near.for_each(|(near, _)| is_tried[near.index()] = true);
             let searched = map.with_active(map.keyframe(id).map);
-            match self.locator.locate(&searched, id, (&view, incoming), work) {
+            match self.locator.locate_near(&searched, (id, &connected), (&view, incoming), work) {
                 Ok(located) => {
-                    if self.locator.is_doubting() && self.is_clear(&located) {
+                    if is_doubting {
                         most_shared = most_shared.max(num_shared);
                     }
                     found.push(located);
@@ -89,30 +105,25 @@ impl Relocator {
         best_of(map, found).ok_or(refused)
     }
 
-    /// Whether so much was found that only a place that looks as much like the image may be another one.
-    fn is_clear(&self, located: &Located) -> bool {
-        located.report.num_converged >= CLEAR * self.config.relocation.min_matches
-    }
-
-    /// The keyframes to try, those most like the view first.
-    fn candidates(&self, map: &Map, is_candidate: impl Fn(KeyframeId) -> bool, view: &View) -> Vec<Ranked> {
-        let index = map.index();
-        let ranked = if self.locator.is_doubting() { index.query_rare(view) } else { index.query(view) };
-        let mut is_tried = vec![false; map.num_keyframe_ids()];
-        let mut candidates = Vec::with_capacity(self.config.relocation.max_tries);
-        for candidate in ranked {
-            let id = candidate.keyframe;
-            if candidates.len() >= self.config.relocation.max_tries {
-                break;
-            }
-            // What is next to a keyframe that was refused would be refused, too.
-            if is_tried[id.index()] || !is_candidate(id) {
-                continue;
-            }
-            map.connected(id, 15).iter().for_each(|(near, _)| is_tried[near.index()] = true);
-            candidates.push(candidate);
+    /// Keyframes that look most like the view, first those where most of what looks alike lies as it does here.
+    fn by_support(&self, map: &Map, view: &View) -> Vec<Ranked> {
+        let (mut ranked, mut alike) = map.index().query_rare(view);
+        ranked.truncate(CONSIDERED * self.config.relocation.max_tries);
+        let mut is_considered = vec![false; map.num_keyframe_ids()];
+        ranked.iter().for_each(|it| is_considered[it.keyframe.index()] = true);
+        alike.retain(|it| is_considered[it.keyframe.index()]);
+        alike.sort_by_key(|it| it.keyframe);
+        let num_supported = |it: &Ranked| {
+            let start = alike.partition_point(|other| other.keyframe < it.keyframe);
+            let places = alike[start..].iter().take_while(|other| other.keyframe == it.keyframe);
+            num_supported(&self.camera, (view, places), map.keyframe(it.keyframe))
+        };
+        let num: Vec<usize> = ranked.iter().map(num_supported).collect();
+        for (it, num) in ranked.iter_mut().zip(num) {
+            it.num_shared = num as u32;
         }
-        candidates
+        ranked.sort_by_key(|it| Reverse(it.num_shared));
+        ranked
     }
 }
 
