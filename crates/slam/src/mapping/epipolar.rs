@@ -111,7 +111,6 @@ impl View<'_> {
             limits: LIMITS,
             num_levels: self.num_levels,
             recognition: self.recognition,
-            seen_by: None,
         }
     }
 

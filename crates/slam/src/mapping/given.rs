@@ -268,7 +268,6 @@ impl GivenViews {
                 limits: MATCH_LIMITS,
                 num_levels: self.config.features.search_levels,
                 recognition: self.config.features.recognition(),
-                seen_by: None,
             };
             let Some(predicted) = matcher.project(&landmark.point_in_world) else { continue };
             let Some(found) = matcher.find(&self.map, landmark) else { continue };

@@ -194,7 +194,6 @@ impl Mapper {
             limits: crate::track::MATCH_LIMITS,
             num_levels: self.config.features.search_levels,
             recognition: self.config.features.recognition(),
-            seen_by: None,
         }
     }
 

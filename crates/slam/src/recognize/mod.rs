@@ -4,6 +4,7 @@
 //! the keyframes that look alike; a candidate counts once geometry agrees ([`Locator`]): a pose from descriptors, and the landmarks
 //! around it found again by their patches.
 
+mod guided;
 mod index;
 mod locate;
 mod pairs;

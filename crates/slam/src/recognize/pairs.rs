@@ -18,7 +18,7 @@ pub struct Pair {
 }
 
 /// Most different bits of a pair. Thesis: 100 around a predicted place; here the place is not known.
-const MOST_DIFFERENT: u32 = 64;
+pub(super) const MOST_DIFFERENT: u32 = 64;
 /// Different bits from which on a second most alike landmark does not matter.
 const MOST_COMPARED: u32 = 76;
 /// Share of the different bits of the second most alike landmark that the most alike one may have at most.
@@ -35,6 +35,8 @@ pub(super) struct Known {
     pub ids: Vec<LandmarkId>,
     /// Levels on which they were described.
     pub levels: Vec<usize>,
+    /// Sizes of the patches that were described: pixels times depth, map units.
+    pub sizes: Vec<f64>,
     first_words: Vec<u64>,
     descriptors: Vec<OrbDescriptor>,
 }
@@ -44,18 +46,26 @@ impl Known {
     pub fn of(map: &Map, keyframes: &[KeyframeId]) -> Self {
         let mut known = Self::default();
         let mut is_known = vec![false; map.num_landmark_ids()];
-        let views = keyframes.iter().filter_map(|id| map.keyframe(*id).view.as_deref());
-        for place in views.flat_map(|view| &view.places) {
+        let keyframes = keyframes.iter().map(|id| map.keyframe(*id));
+        let views = keyframes.filter_map(|it| Some((it.camera_from_world(), it.view.as_deref()?)));
+        for (pose, place) in views.flat_map(|(pose, view)| view.places.iter().map(move |it| (pose, it))) {
             if let Some(id) = place.landmark.filter(|id| map.landmark(*id).is_converged())
                 && !std::mem::replace(&mut is_known[id.index()], true)
             {
                 known.ids.push(id);
                 known.levels.push(place.level);
+                let depth = pose.transform(&map.landmark(id).point_in_world).z;
+                known.sizes.push(f64::from(1_u32 << place.level) * depth);
                 known.first_words.push(place.descriptor.first_word());
                 known.descriptors.push(place.descriptor);
             }
         }
         known
+    }
+
+    /// How a landmark looks.
+    pub fn descriptor(&self, index: usize) -> &OrbDescriptor {
+        &self.descriptors[index]
     }
 
     /// The landmark that is most like a descriptor, if it is clearly more alike than any other.

@@ -5,16 +5,17 @@ use std::cmp::Reverse;
 use visloc_core::geom::Camera;
 
 use super::{
-    Located, Locator, Ranked, Refusal, Rival, View, locate::NEIGHBORS_SHARE, support::num_supported,
+    Located, Locator, Ranked, Refusal, Rival, View,
+    guided::Guide,
+    locate::{NEIGHBORS_SHARE, Proposal},
+    support::num_supported,
 };
 use crate::{
     config::SlamConfig,
+    lie::CameraFromWorld,
     map::{KeyframeId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
-
-/// One of so many descriptors in common with a place that is shown clearly is the least of a rival.
-const RIVAL_SHARE: u32 = 2;
 
 /// Keyframes that are considered for each one that is tried.
 const CONSIDERED: usize = 5;
@@ -71,38 +72,88 @@ impl Relocator {
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
-        let is_doubting = self.locator.is_doubting();
-        let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
+        if self.locator.is_doubting() {
+            return self.attempt_doubting(map, is_candidate, (&view, incoming), work);
+        }
         let (mut refused, mut found) = (None, Vec::<Located>::new());
-        let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
-        // Most descriptors in common with a keyframe by which the camera was found: a place with far less in common is no rival.
-        let mut most_shared = 0;
-        for Ranked { keyframe: id, num_shared, .. } in ranked {
-            if num_tried >= self.config.relocation.max_tries || RIVAL_SHARE * num_shared < most_shared {
-                break;
-            }
-            if is_tried[id.index()] || !is_candidate(id) {
-                continue;
-            }
-            num_tried += 1;
-            // What is next to a keyframe that was refused would be refused, too.
-            let connected = map.connected(id, NEIGHBORS_SHARE);
-            let share =
-                if is_doubting { map.keyframe(id).landmarks.len() as u32 / 2 } else { NEIGHBORS_SHARE };
-            let near = connected.iter().filter(|(_, num)| *num >= share);
-            near.for_each(|(near, _)| is_tried[near.index()] = true);
+        for (id, _) in self.candidates(map, map.index().query(&view), is_candidate, |_| NEIGHBORS_SHARE) {
             let searched = map.with_active(map.keyframe(id).map);
-            match self.locator.locate_near(&searched, (id, &connected), (&view, incoming), work) {
-                Ok(located) => {
-                    if is_doubting {
-                        most_shared = most_shared.max(num_shared);
-                    }
-                    found.push(located);
-                }
+            match self.locator.locate(&searched, id, (&view, incoming), work) {
+                Ok(located) => found.push(located),
                 Err(reason) => refused = refused.or(Some((id, reason))),
             }
         }
         best_of(map, found).ok_or(refused)
+    }
+
+    /// Asks more keyframes where the image may have been taken; the patches of landmarks are looked for at the most probable of these places.
+    fn attempt_doubting(
+        &self,
+        map: &Map,
+        is_candidate: impl Fn(KeyframeId) -> bool,
+        (view, incoming): (&View, &Incoming<'_>),
+        work: &mut FrameWork<'_>,
+    ) -> Result<Located, Option<(KeyframeId, Refusal)>> {
+        let guide = Guide::new(view, &self.camera);
+        let (mut unlike, mut proposals) = (None, Vec::<Proposal>::new());
+        let half = |id| map.keyframe(id).landmarks.len() as u32 / 2;
+        for (id, connected) in self.candidates(map, self.by_support(map, view), is_candidate, half) {
+            let searched = map.with_active(map.keyframe(id).map);
+            match self.locator.propose(&searched, (id, &connected), &guide, work.rng) {
+                Ok(proposal) => proposals.push(proposal),
+                Err(reason) => unlike = unlike.or(Some((id, reason))),
+            }
+        }
+        proposals.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        let (mut found, mut missed, mut refused) = (Vec::<Located>::new(), Vec::new(), None);
+        let is_same = |it: &Located, id: KeyframeId, pose: &CameraFromWorld| {
+            let here = (map.keyframe(it.keyframe).map, &it.report.frame.camera_from_world);
+            !are_apart_by(here, (map.keyframe(id).map, pose), (scene_depth(map, &it.report.frame), SAME_POSE))
+        };
+        for proposal in proposals {
+            let (id, pose) = (proposal.keyframe, proposal.pose);
+            if found.iter().any(|it| is_same(it, id, &pose)) {
+                continue;
+            }
+            let searched = map.with_active(map.keyframe(id).map);
+            match self.locator.confirm(&searched, proposal, incoming, work) {
+                Ok(located) => found.push(located),
+                Err(reason) => {
+                    if let Refusal::FewFound { num, .. } = reason {
+                        missed.push((id, pose, num));
+                    }
+                    refused = refused.or(Some((id, reason)));
+                }
+            }
+        }
+        // Where more is found elsewhere, though too little of what should be seen there, nobody knows which of both it is.
+        found.retain(|it| {
+            let is_more = |num: usize| num > it.report.num_matched;
+            !missed.iter().any(|(id, pose, num)| is_more(*num) && !is_same(it, *id, pose))
+        });
+        best_of(map, found).ok_or(refused.or(unlike))
+    }
+
+    /// The keyframes to try with those connected to them. What shares enough with one of them would be refused, too.
+    fn candidates<'a>(
+        &self,
+        map: &'a Map,
+        ranked: Vec<Ranked>,
+        is_candidate: impl Fn(KeyframeId) -> bool + 'a,
+        share: impl Fn(KeyframeId) -> u32 + 'a,
+    ) -> impl Iterator<Item = (KeyframeId, Vec<(KeyframeId, u32)>)> + 'a {
+        let mut is_tried = vec![false; map.num_keyframe_ids()];
+        let ids = ranked.into_iter().map(|it| it.keyframe).filter(move |id| is_candidate(*id));
+        let tried = ids.filter_map(move |id| {
+            if is_tried[id.index()] {
+                return None;
+            }
+            let connected = map.connected(id, NEIGHBORS_SHARE);
+            let near = connected.iter().filter(|(_, num)| *num >= share(id));
+            near.for_each(|(near, _)| is_tried[near.index()] = true);
+            Some((id, connected))
+        });
+        tried.take(self.config.relocation.max_tries)
     }
 
     /// Keyframes that look most like the view, first those where most of what looks alike lies as it does here.
@@ -129,6 +180,8 @@ impl Relocator {
 
 /// Distance up to which two poses are the same place, share of the depth of the scene; radians for a turn.
 const SAME_PLACE: f64 = 0.2;
+/// The same for poses that differ by no more than they are known.
+const SAME_POSE: f64 = 0.05;
 
 /// Of the places where an image may have been taken, the one where most landmarks were found; it knows the others, each once.
 fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
@@ -151,8 +204,18 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
 
 /// Whether an image was taken at another place than here, in a map: it would be shifted by more than a fifth of its focal length.
 pub(crate) fn are_apart(map: &Map, (of, here): (MapId, &TrackReport), other: &Rival) -> bool {
-    let here_from_other = here.frame.camera_from_world * other.camera_from_world.inverse();
-    other.map != of
-        || here_from_other.translation().norm() > SAME_PLACE * scene_depth(map, &here.frame)
-        || here_from_other.rotation_angle_rad() > SAME_PLACE
+    let there = (other.map, &other.camera_from_world);
+    are_apart_by((of, &here.frame.camera_from_world), there, (scene_depth(map, &here.frame), SAME_PLACE))
+}
+
+/// Whether two poses are farther apart than a share of the depth of the scene, or as many radians.
+fn are_apart_by(
+    here: (MapId, &CameraFromWorld),
+    there: (MapId, &CameraFromWorld),
+    (depth, share): (f64, f64),
+) -> bool {
+    let here_from_there = *here.1 * there.1.inverse();
+    here.0 != there.0
+        || here_from_there.translation().norm() > share * depth
+        || here_from_there.rotation_angle_rad() > share
 }

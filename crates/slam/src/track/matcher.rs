@@ -48,8 +48,6 @@ pub struct Matcher<'a> {
     pub num_levels: usize,
     /// How landmarks are recognized.
     pub recognition: Recognition,
-    /// The keyframe as which landmarks are searched; without, each as that one which sees it most as it is seen here.
-    pub seen_by: Option<KeyframeId>,
 }
 
 /// Pixels between a place and the border of the image for it to be searched.
@@ -177,8 +175,7 @@ impl Matcher<'_> {
         let view = landmark.point_in_world - center;
         let distance = view.norm();
         let mut best: Option<(f64, &Observation)> = None;
-        let is_wanted = |it: &&Observation| self.seen_by.is_none_or(|keyframe| it.keyframe == keyframe);
-        for observation in landmark.observations.iter().filter(is_wanted) {
+        for observation in &landmark.observations {
             let keyframe = map.keyframe(observation.keyframe);
             if keyframe.picture.is_none() {
                 continue;

@@ -13,11 +13,6 @@ use crate::{
 
 /// Matches after which a search that looks around its places ends.
 const WIDE_MATCHES: usize = 50;
-/// Share of the places where something is found around a pose that is about right, at least; and around a wrong one, at most.
-const FOUND_AT_RIGHT: f64 = 0.15;
-const FOUND_BY_CHANCE: f64 = 0.03;
-/// Share of the right poses that a hasty search gives up.
-const MOST_GIVEN_UP: f64 = 0.02;
 /// Landmarks that are tried in one cell.
 const TRIED_IN_CELL: usize = 4;
 /// A candidate whose place in the image is known worse than this is not looked for: half of the length that it can lie on, pixels.
@@ -80,15 +75,6 @@ impl Search {
         search
     }
 
-    /// Whether so little was found that the pose is wrong. Source: Wald, "Sequential analysis", 1947.
-    fn is_clearly_wrong(&self) -> bool {
-        let num_found = self.features.len() as f64;
-        let num_missed = self.num_searched as f64 - num_found;
-        let by_found = (FOUND_AT_RIGHT / FOUND_BY_CHANCE).ln();
-        let by_missed = ((1.0 - FOUND_AT_RIGHT) / (1.0 - FOUND_BY_CHANCE)).ln();
-        num_found * by_found + num_missed * by_missed < MOST_GIVEN_UP.ln()
-    }
-
     fn find_expected(
         &mut self,
         map: &Map,
@@ -101,8 +87,7 @@ impl Search {
         let is_wide = self.radius > 0;
         let most = if is_wide { WIDE_MATCHES.min(max_matches) } else { max_matches };
         for in_cell in cells {
-            let is_enough = self.features.len() >= most || (is_wide && self.num_searched >= 3 * WIDE_MATCHES);
-            if is_enough || (matcher.seen_by.is_some() && self.is_clearly_wrong()) {
+            if self.features.len() >= most || (is_wide && self.num_searched >= 3 * WIDE_MATCHES) {
                 break;
             }
             self.num_searched += 1;
@@ -152,36 +137,5 @@ impl Search {
         let Some(found) = found else { return false };
         self.features.push(Feature::new(id, &found));
         true
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::{Matrix2, Point2, Vector3};
-
-    use super::*;
-
-    #[test]
-    fn a_search_ends_early_only_where_next_to_nothing_is_found() {
-        let feature = Feature {
-            landmark: LandmarkId(0),
-            px: Point2::origin(),
-            ray: Vector3::z(),
-            level: 0,
-            covariance_px: Matrix2::identity(),
-        };
-        let ends_at = |found_every: usize| {
-            let mut search = Search::default();
-            (1..=3 * WIDE_MATCHES).find(|num| {
-                search.num_searched = *num;
-                if num.is_multiple_of(found_every) {
-                    search.features.push(feature);
-                }
-                search.is_clearly_wrong()
-            })
-        };
-        assert_eq!(ends_at(usize::MAX), Some(30));
-        assert!(ends_at(40).is_some_and(|num| num < 80));
-        assert_eq!(ends_at(7), None);
     }
 }

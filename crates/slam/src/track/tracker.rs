@@ -12,7 +12,7 @@ use super::{
 use crate::{
     config::{FeatureConfig, TrackingConfig},
     lie::CameraFromWorld,
-    map::{KeyframeId, Landmark, LandmarkId, LandmarkState, Map},
+    map::{Landmark, LandmarkId, LandmarkState, Map},
     odometry::{CameraMotion, motion_deviations},
     orb::Recognition,
     patch::AlignLimits,
@@ -258,36 +258,10 @@ impl Tracker {
         last: &Frame,
         work: &mut FrameWork<'_>,
     ) -> TrackReport {
+        let Incoming { number, at, pyramid, .. } = *incoming;
         let seen: Vec<LandmarkId> = last.features.iter().map(|feature| feature.landmark).collect();
         let depth = scene_depth(map, last);
         let local_map = collect_local_map(map, &seen, predicted, depth, self.config.max_local_keyframes);
-        self.track_in(map, incoming, (predicted, radius, None), (last, local_map), work)
-    }
-
-    /// Matches only what one keyframe sees, as it looks from there; ends as soon as it is clear that the pose is wrong. All pixels (of the
-    /// level) within a radius are searched.
-    pub(crate) fn track_as_seen_by(
-        &self,
-        map: &Map,
-        incoming: &Incoming<'_>,
-        (predicted, radius): (&CameraFromWorld, usize),
-        (keyframe, reference): (KeyframeId, &Frame),
-        work: &mut FrameWork<'_>,
-    ) -> TrackReport {
-        let landmarks = reference.features.iter().map(|feature| feature.landmark).collect();
-        let local_map = LocalMap { keyframes: vec![keyframe], landmarks };
-        self.track_in(map, incoming, (predicted, radius, Some(keyframe)), (reference, local_map), work)
-    }
-
-    fn track_in(
-        &self,
-        map: &Map,
-        incoming: &Incoming<'_>,
-        (predicted, radius, seen_by): (&CameraFromWorld, usize, Option<KeyframeId>),
-        (last, local_map): (&Frame, LocalMap),
-        work: &mut FrameWork<'_>,
-    ) -> TrackReport {
-        let Incoming { number, at, pyramid, .. } = *incoming;
         let matcher = Matcher {
             camera: &self.camera,
             pyramid,
@@ -295,7 +269,6 @@ impl Tracker {
             limits: MATCH_LIMITS,
             num_levels: self.search_levels,
             recognition: self.recognition,
-            seen_by,
         };
         work.timer.end("local map");
         let search = Search::run(map, &matcher, &local_map, (&self.config, radius), work);
