@@ -155,7 +155,7 @@ impl Default for RefinementConfig {
             max_evidence_difference: 1.0,
             max_bend_evidence: 3.0,
             search_poses: 200,
-            max_births: 3,
+            max_births: 6,
             evidence_kept: 1.0,
             stale_evidence_kept: 1.0,
             blurring_turn_rad_per_s: 1.2,

@@ -22,7 +22,7 @@ use crate::{
 const MAX_STEP_SECS: f64 = 1.0;
 /// A hypothesis less probable than this is not worth a track.
 const MIN_PROBABILITY: f64 = 0.02;
-/// Poses weighed and places kept in one step while localized, and places kept while not.
+/// Poses weighed and places kept in one step while localized, and places kept in a building while not.
 const SEARCH: (usize, usize) = (40, 1);
 const DEEP_PLACES: usize = 6;
 /// While there is no track at all on a field, an image is searched this much more: what is found then is not behind anything.
@@ -241,14 +241,17 @@ impl Refined {
         }
         let is_localized = self.estimate.reliability_up_to_symmetry > LOCALIZED_RELIABILITY;
         let is_first = self.tracks.best().is_none() && !self.config.has_look_alikes;
+        let config = &self.config;
+        // On a field as many as leave room for all tracks' places and as many rivals.
+        let num_places = if config.has_look_alikes { DEEP_PLACES } else { 2 * config.max_tracks };
         let effort = match (is_localized, is_first) {
             (true, _) => SEARCH,
-            (false, true) => (FIRST_SEARCH * self.config.search_poses, 2 * self.config.max_tracks),
-            (false, false) => (self.config.search_poses, DEEP_PLACES),
+            (false, true) => (FIRST_SEARCH * config.search_poses, num_places),
+            (false, false) => (config.search_poses, num_places),
         };
         let hypotheses = &self.search.estimate().hypotheses;
         let mount = *self.tracks.mount();
-        let (tracks, config) = (&self.tracks, &self.config);
+        let tracks = &self.tracks;
         let is_known = |model: &dyn FeatureModel, pose: &PlanarPose| {
             config.has_look_alikes && tracks.know(model, pose, config)
         };

@@ -84,7 +84,7 @@ impl PlaceSearch {
                 let likelihood = self.model.likelihood(&pose);
                 if is_worth_keeping(&self.best, likelihood, num_kept) && !is_known(&pose) {
                     let candidate = Candidate { world_from_robot: pose, tilt_rad: *tilt_rad };
-                    keep(&mut self.best, candidate, likelihood, num_kept);
+                    keep(&mut self.best, candidate, features.mirrored(&pose), likelihood, num_kept);
                 }
             }
         }
@@ -96,13 +96,22 @@ fn is_worth_keeping(best: &[(Candidate, f64)], likelihood: f64, max: usize) -> b
     best.len() < max || best.last().is_some_and(|last| last.1 < likelihood)
 }
 
-/// Keeps the best `max`, one for each place.
-fn keep(best: &mut Vec<(Candidate, f64)>, candidate: Candidate, likelihood: f64, max: usize) {
-    let pose = candidate.world_from_robot;
-    let is_same = |other: &PlanarPose| {
-        other.distance_m(&pose) < SAME_PLACE_M && other.heading_difference_rad(&pose) < SAME_PLACE_RAD
+/// Keeps the best `max`, one for each place: its mirrored one is the same.
+fn keep(
+    best: &mut Vec<(Candidate, f64)>,
+    candidate: Candidate,
+    mirrored: Option<PlanarPose>,
+    likelihood: f64,
+    max: usize,
+) {
+    let is_near = |a: &PlanarPose, b: &PlanarPose| {
+        a.distance_m(b) < SAME_PLACE_M && a.heading_difference_rad(b) < SAME_PLACE_RAD
     };
-    if let Some(i) = best.iter().position(|(other, _)| is_same(&other.world_from_robot)) {
+    let is_same = |(other, _): &(Candidate, f64)| {
+        let other = &other.world_from_robot;
+        is_near(other, &candidate.world_from_robot) || mirrored.is_some_and(|pose| is_near(other, &pose))
+    };
+    if let Some(i) = best.iter().position(is_same) {
         if best[i].1 >= likelihood {
             return;
         }

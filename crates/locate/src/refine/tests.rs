@@ -237,6 +237,29 @@ fn one_view_is_relied_upon_if_it_fits_one_place_only() {
     }
 }
 
+/// Two places that explain as much are as probable, whichever image they were found in and whatever worse place was found beside one of them.
+#[test]
+fn a_worse_place_beside_it_gives_nobody_a_lead() {
+    let places = [(2.0, 0.0), (-2.0, 1.0), (0.0, 2.0)].map(|(x_m, y_m)| PlanarPose::new(x_m, y_m, 0.0));
+    // No camera is tilted like that, so the first place explains three of four features.
+    let world = Alike { tilts_rad: vec![0.5, 0.0, 0.0], ..Alike::new(&places) };
+    let (config, known) = (RefinementConfig::default(), Known::new(StartPrior::Uniform));
+    let view = View {
+        novelty: 0.0,
+        clearness: 1.0,
+        has_landmarks: true,
+        is_localized: false,
+        region: world.region(),
+    };
+    let candidates =
+        places.map(|world_from_robot| Candidate { world_from_robot, tilt_rad: nalgebra::Vector3::zeros() });
+    let mut tracks = Tracks::new(&config);
+    tracks.update(&world, &candidates[..2], &view, &known, &config);
+    tracks.update(&world, &candidates[2..], &view, &known, &config);
+    let log_odds: Vec<f64> = tracks.iter().map(|track| track.log_odds).collect();
+    assert!(log_odds.len() == 3 && log_odds[1] > -0.1 && log_odds[2] < -3.0, "{log_odds:?}");
+}
+
 #[test]
 fn an_established_track_is_not_replaced_by_a_newcomer_that_is_as_good() {
     let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];

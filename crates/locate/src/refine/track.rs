@@ -18,6 +18,9 @@ const CONTRADICTION: f64 = 0.02;
 const VIEW_CONFIRMATION: f64 = 0.04;
 const GOOD_AGREEMENT: f64 = 0.8;
 
+/// Places that explain an image alike are found at rates that differ by half of their mean (standard deviation): the shape of a gamma
+/// distribution.
+const RATE_SHAPE: f64 = 4.0;
 /// A fit with this much more evidence is another one, and not the same with other noise.
 const BETTER_FIT: f64 = 1.0;
 
@@ -148,10 +151,13 @@ impl Track {
         self.past_found += found;
     }
 
-    /// Probability that the searches of the whole map have missed another place that explains as much: it would have been found as often.
+    /// Probability that the searches of the whole map have missed another place that explains as much: it would have been found about as
+    /// often, but some places are harder to find than others. Findings of a place whose rate is as that of this one times a factor with a
+    /// gamma distribution of this shape and mean 1 are negative binomial.
     pub fn missed(&self) -> f64 {
         let others: f64 = self.other_views.iter().map(|(_, (view, _))| view.num_found).sum();
-        (-self.past_found - self.view_evidence.num_found - others).exp()
+        let num_found = self.past_found + self.view_evidence.num_found + others;
+        (1.0 + num_found / RATE_SHAPE).powf(-RATE_SHAPE)
     }
 
     /// How much more probable it is that what the present view shows is nothing that is on the map; the last image alone must not show that

@@ -225,20 +225,23 @@ impl Tracks {
 
     /// Odds of the tracks: what the present view tells and what was known before.
     fn weigh(&mut self, config: &RefinementConfig) {
-        let best = self.best_log_evidence().unwrap_or_default();
+        let even = self.even_log_evidence().unwrap_or_default();
         for track in &mut self.tracks {
             if track.fitted_in == self.turn {
-                track.view_evidence.add(track.last_log_evidence, best);
+                track.view_evidence.add(track.last_log_evidence, even);
             }
             track.bend = self.robot.bend(&track.filter, config);
             track.weigh();
         }
     }
 
-    /// Evidence of this image for the track that explains it best.
-    fn best_log_evidence(&self) -> Option<f64> {
+    /// Evidence of this image for a track that is as good as the zero of the odds: by the track with most images of this view, the more probable
+    /// one of equals, since its odds are known best.
+    fn even_log_evidence(&self) -> Option<f64> {
         let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
-        fitted.map(|track| track.last_log_evidence).reduce(f64::max)
+        let images = |track: &Track| track.view_evidence.num_images;
+        let longest = fitted.reduce(|a, b| if images(b) > images(a) { b } else { a })?;
+        Some(longest.last_log_evidence - longest.view_evidence.log_odds)
     }
 
     /// Where places look alike, counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
@@ -309,14 +312,16 @@ impl Tracks {
         near(&self.tracks, model, place, 1.5, config).any(|i| good(&self.tracks[i]))
     }
 
-    /// The best one first, with odds of 1.
+    /// The best one first, with odds of 1 by all that it has seen and by the present view alone.
     fn rank(&mut self) {
         // Stable: of equals the older one stays in front.
         self.tracks.sort_by(|a, b| b.log_odds.total_cmp(&a.log_odds));
-        let best = self.tracks.first().map_or(0.0, |track| track.log_odds);
+        let best =
+            self.tracks.first().map_or((0.0, 0.0), |track| (track.log_odds, track.view_evidence.log_odds));
         for track in &mut self.tracks {
-            track.log_odds -= best;
-            track.past_log_odds -= best;
+            track.log_odds -= best.0;
+            track.past_log_odds += best.1 - best.0;
+            track.view_evidence.log_odds -= best.1;
         }
     }
 
@@ -341,7 +346,7 @@ impl Tracks {
         let agreement = fitted.agreement.value();
         let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
         let view_evidence =
-            ViewEvidence::found(last_log_evidence, self.best_log_evidence().unwrap_or(last_log_evidence));
+            ViewEvidence::found(last_log_evidence, self.even_log_evidence().unwrap_or(last_log_evidence));
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2) {
