@@ -28,7 +28,7 @@ pub(crate) fn projection(camera: &Camera, robot_from_camera: &Rigid3<Robot, Came
 
 /// Projection of points of the world, for a robot at a pose, from that of points of the robot frame.
 #[inline]
-pub(crate) fn moved_to(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Matrix3x4<f64> {
+pub(crate) fn ideal_from_world_at(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Matrix3x4<f64> {
     let (sin, cos) = pose.yaw_rad.sin_cos();
     let mut ideal_from_world = *ideal_from_robot;
     for r in 0..3 {

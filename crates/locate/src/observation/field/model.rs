@@ -20,7 +20,7 @@ use crate::{
     ConfigError, ObservationModel, Region,
     observation::{
         Landmark,
-        projection::{combine, moved_to, projection},
+        projection::{combine, ideal_from_world_at, projection},
     },
     vision::{FeatureKind, Percept, px_tolerance},
 };
@@ -269,7 +269,7 @@ impl View {
     fn new(pose: &PlanarPose, ideal_from_robot: &Matrix3x4<f64>) -> Self {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let (x, y) = (pose.x_m, pose.y_m);
-        Self { x, y, sin, cos, ideal_from_world: moved_to(pose, ideal_from_robot) }
+        Self { x, y, sin, cos, ideal_from_world: ideal_from_world_at(pose, ideal_from_robot) }
     }
 
     #[inline]

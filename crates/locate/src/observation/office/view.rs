@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Matrix3x4, Point2, Point3, RowVector4, Vector2};
 use visloc_core::geom::PlanarPose;
 
 use super::lines::TheoreticalLine;
-use crate::observation::{edge::Eye, projection::moved_to};
+use crate::observation::{edge::Eye, projection::ideal_from_world_at};
 
 /// What is nearer to the camera's plane than this is cut off, meters.
 const NEAR_M: f64 = 0.05;
@@ -26,7 +26,7 @@ impl View {
             cos * eye_in_robot.x - sin * eye_in_robot.y,
             sin * eye_in_robot.x + cos * eye_in_robot.y,
         );
-        Self { eye: Point2::new(x, y) + eye, ideal_from_world: moved_to(pose, ideal_from_robot) }
+        Self { eye: Point2::new(x, y) + eye, ideal_from_world: ideal_from_world_at(pose, ideal_from_robot) }
     }
 
     /// What the camera of a state sees, its tilt included.
