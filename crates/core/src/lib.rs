@@ -15,6 +15,7 @@ mod image_source;
 mod rng;
 pub mod settings;
 mod source;
+mod statistics;
 mod time;
 mod trajectory;
 
@@ -27,5 +28,6 @@ pub use image::{ImageSizeError, RgbImage};
 pub use image_source::{CalibratedImages, GrayFrame, ImageSource, Picture};
 pub use rng::{Rng, RngTree, gaussian};
 pub use source::{Mapped, PutBack, SkippedInput, Source, SourceError, SourceStatus};
+pub use statistics::{mean, median};
 pub use time::Timestamp;
 pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

@@ -1,6 +1,7 @@
 //! The ground below the way of a camera: who was carried or driven along a way had nothing but the ground below.
 
 use nalgebra::{Point3, Vector3};
+use visloc_core::median;
 use visloc_slam::map::{Keyframe, Map};
 
 /// Distance to the side of the way, in heights of the camera, up to which there is nothing but the ground.
@@ -53,8 +54,7 @@ pub fn find_ground(map: &Map) -> Option<Ground> {
 
 /// The same from the places of the camera and points.
 fn ground_below(way: &[Place], points: &[Point3<f64>]) -> Option<Ground> {
-    let mut lengths: Vec<f64> = way.windows(2).map(|piece| (piece[1].0 - piece[0].0).norm()).collect();
-    let longest = JUMP * median(&mut lengths)?;
+    let longest = JUMP * median(way.windows(2).map(|piece| (piece[1].0 - piece[0].0).norm()))?;
     // Logarithm of the height, and the piece of the way.
     let below: Vec<(f64, usize)> = points
         .iter()
@@ -69,13 +69,13 @@ fn ground_below(way: &[Place], points: &[Point3<f64>]) -> Option<Ground> {
     let mut middle = most_frequent(&below)?;
     let near = |middle: f64| below.iter().filter(move |point| (point.0 - middle).abs() < 2.0 * ALIKE);
     for _ in 0..5 {
-        middle = median(&mut near(middle).map(|point| point.0).collect::<Vec<_>>())?;
+        middle = median(near(middle).map(|point| point.0))?;
     }
     let num_points = near(middle).count();
     let mut pieces: Vec<usize> = near(middle).map(|point| point.1).collect();
     pieces.sort_unstable();
     pieces.dedup();
-    let spread = median(&mut near(middle).map(|point| (point.0 - middle).abs()).collect::<Vec<_>>())?;
+    let spread = median(near(middle).map(|point| (point.0 - middle).abs()))?;
     let num_below = below.iter().filter(|point| point.0 > middle + BELOW.ln_1p()).count();
     let is_sure = num_points >= LEAST_POINTS
         && pieces.len() >= LEAST_PIECES
@@ -105,11 +105,6 @@ fn most_frequent(values: &[(f64, usize)]) -> Option<f64> {
     };
     let dense = values.iter().map(|(value, _)| (*value, density(*value)));
     dense.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(value, _)| value)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point2, Vector2};
 use serde::Serialize;
+use visloc_core::median;
 
 use crate::{
     Map,
@@ -148,9 +149,7 @@ fn of_office(office: &Office) -> Vec<Hindrance> {
     if plan.doors.iter().all(|door| door.is_open) {
         found.push(Hindrance::NoDoors { has_open_doors: !plan.doors.is_empty() });
     }
-    let mut widths: Vec<f64> = office.doors().iter().map(|door| (door.right - door.left).norm()).collect();
-    widths.sort_by(f64::total_cmp);
-    if let Some(median_width_m) = widths.get(widths.len() / 2).copied()
+    if let Some(median_width_m) = median(office.doors().iter().map(|door| (door.right - door.left).norm()))
         && !(DOORS_M[0]..=DOORS_M[1]).contains(&median_width_m)
     {
         found.push(Hindrance::StrangeDoors { median_width_m });

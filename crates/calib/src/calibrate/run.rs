@@ -1,6 +1,6 @@
 //! The steps of a calibration.
 
-use visloc_core::geom::Camera;
+use visloc_core::{geom::Camera, median};
 
 use super::{CalibrateError, Calibration, DropReason, DroppedView, Parameter, SeenCorner, View};
 use crate::{
@@ -152,8 +152,9 @@ impl Work {
 
     /// The picture whose residuals are farthest above the usual ones, if any is.
     fn worst_view(&self, factor: f64) -> Option<(usize, DropReason)> {
-        let medians: Vec<f64> = (0..self.poses.len()).map(|view| median(self.distances_px(view))).collect();
-        let usual_px = median(medians.clone());
+        let of_view = |view| median(self.distances_px(view)).unwrap_or(0.0);
+        let medians: Vec<f64> = (0..self.poses.len()).map(of_view).collect();
+        let usual_px = median(medians.iter().copied()).unwrap_or(0.0);
         let (worst, median_px) = medians.into_iter().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let is_bad = median_px > (factor * usual_px).max(HARMLESS_PX);
         is_bad.then_some((worst, DropReason::LargeResiduals { median_px, usual_px }))
@@ -168,8 +169,8 @@ impl Work {
 
     /// Standard deviation along one axis, from the median distance: of a normal distribution in the plane it is 1.1774 of it.
     fn robust_sigma_px(&self) -> f64 {
-        let all = (0..self.poses.len()).flat_map(|view| self.distances_px(view)).collect();
-        (median(all) / 1.177_41).max(1e-6)
+        let all = (0..self.poses.len()).flat_map(|view| self.distances_px(view));
+        (median(all).unwrap_or(0.0) / 1.177_41).max(1e-6)
     }
 
     fn keep_within(&mut self, limit_px: f64) {
@@ -204,7 +205,7 @@ impl Work {
             views: self.views(all),
             dropped,
             rms_px: (sum / used.len().max(1) as f64).sqrt(),
-            median_px: median(used),
+            median_px: median(used).unwrap_or(0.0),
             corner_noise_px,
             iterations: self.iterations,
         })
@@ -258,10 +259,4 @@ impl Work {
         };
         (0..self.poses.len()).map(view).collect()
     }
-}
-
-/// Median; 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

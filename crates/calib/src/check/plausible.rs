@@ -4,6 +4,7 @@ use nalgebra::Point2;
 use visloc_core::{
     GrayImage,
     geom::{Camera, Distortion},
+    median,
 };
 
 use super::{CameraCheck, Severity, lines::bows_px};
@@ -178,7 +179,8 @@ fn check_lines(camera: &Camera, images: &[GrayImage], check: &mut CameraCheck) {
         return;
     }
     let (width, height) = size(camera);
-    let (seen, ideal) = (median(bows.iter().map(|b| b.0)), median(bows.iter().map(|b| b.1)));
+    let usual = |bow: fn(&(f64, f64)) -> f64| median(bows.iter().map(bow)).unwrap_or(0.0);
+    let (seen, ideal) = (usual(|b| b.0), usual(|b| b.1));
     let severity = graded(ideal.abs() / width.hypot(height), BEND);
     let way = if ideal > 0.0 {
         "outwards: distortion is left"
@@ -193,12 +195,6 @@ fn check_lines(camera: &Camera, images: &[GrayImage], check: &mut CameraCheck) {
         message += &format!("; they bend {way}");
     }
     check.add("straight lines", severity, message);
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

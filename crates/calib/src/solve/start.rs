@@ -1,6 +1,7 @@
 //! A first guess of the camera and of the poses.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Point2};
+use visloc_core::median;
 
 use super::{CameraFromBoard, Intrinsics, LensModel, Observation, homography, pose_of_plane};
 
@@ -72,8 +73,7 @@ fn median_error(
             seen.map_or(f64::INFINITY, |px| (px - o.px.coords).norm())
         }));
     }
-    errors.sort_by(f64::total_cmp);
-    errors.get(errors.len() / 2).copied().unwrap_or(f64::INFINITY)
+    median(errors).unwrap_or(f64::INFINITY)
 }
 
 /// Zhang's constraints on 1 / fx^2 and 1 / fy^2.

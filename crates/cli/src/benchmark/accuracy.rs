@@ -15,6 +15,7 @@ use visloc_core::{
         camera::{AbsoluteError, associate},
     },
     geom::PlanarPose,
+    median,
 };
 use visloc_io::{
     camera_trajectory::read_camera_trajectory,
@@ -137,8 +138,6 @@ fn figures(evaluation: &Evaluation) -> BTreeMap<Quantity, f64> {
     let claims: Vec<_> = evaluation.frame_errors.iter().filter(|f| f.is_localized && !f.is_carried).collect();
     let num_wrong = claims.iter().filter(|frame| frame.position_error_m > WRONG_CLAIM_M).count();
     let kidnaps = &evaluation.kidnaps;
-    let mut recoveries: Vec<f64> = kidnaps.iter().filter_map(|kidnap| kidnap.recovery_s).collect();
-    recoveries.sort_by(f64::total_cmp);
     let share = |part: usize, whole: usize| (whole > 0).then(|| part as f64 / whole as f64);
     let figures = [
         (Quantity::PositionM, evaluation.position_error_m.mean),
@@ -149,7 +148,7 @@ fn figures(evaluation: &Evaluation) -> BTreeMap<Quantity, f64> {
         (Quantity::WrongClaims, share(num_wrong, claims.len())),
         (Quantity::FirstClaimS, evaluation.time_to_localize_s),
         (Quantity::KidnapsFound, share(kidnaps.iter().filter(|k| k.recovered).count(), kidnaps.len())),
-        (Quantity::RecoveryS, recoveries.get(recoveries.len() / 2).copied()),
+        (Quantity::RecoveryS, median(kidnaps.iter().filter_map(|kidnap| kidnap.recovery_s))),
     ];
     figures.into_iter().filter_map(|(quantity, value)| Some((quantity, value?))).collect()
 }

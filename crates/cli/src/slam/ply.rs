@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use nalgebra::{Point2, Point3};
-use visloc_core::{files, geom::Camera};
+use visloc_core::{files, geom::Camera, median};
 use visloc_slam::map::{Keyframe, Landmark, Map};
 
 /// Color of the keyframes: no landmark is red, since landmarks are gray.
@@ -87,7 +87,5 @@ fn usual_depth(map: &Map, landmarks: &[&Landmark]) -> f64 {
         let host = map.keyframe(landmark.observations.first()?.keyframe);
         Some((landmark.point_in_world - host.center_in_world()).norm())
     };
-    let mut depths: Vec<f64> = landmarks.iter().filter_map(depth).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.get(depths.len() / 2).copied().unwrap_or(1.0)
+    median(landmarks.iter().filter_map(depth)).unwrap_or(1.0)
 }

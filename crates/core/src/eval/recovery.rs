@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Timestamp,
-    eval::{CarriedSpan, EvaluationOptions, FrameError, summary::mean},
+    eval::{CarriedSpan, EvaluationOptions, FrameError},
+    mean,
 };
 
 /// One kidnap and what came of it.

@@ -1,10 +1,6 @@
 //! Numbers that describe many values, and how they are written.
 
-/// Arithmetic mean; `None` if there are no values.
-#[allow(clippy::cast_precision_loss)]
-pub(crate) fn mean(values: &[f64]) -> Option<f64> {
-    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-}
+pub(crate) use visloc_core::mean;
 
 /// Smallest of the sorted values that at least this share of them, 0 to 1, does not exceed.
 #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -1,5 +1,7 @@
 //! Counts of what a detector found and what there was.
 
+use visloc_core::median;
+
 /// Counts of one detector.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DetectionScore {
@@ -31,9 +33,7 @@ impl DetectionScore {
     /// Median error on the ground of the right detections, meters; it contains that of the reported camera.
     #[must_use]
     pub fn median_error_m(&self) -> Option<f64> {
-        let mut errors_m = self.errors_m.clone();
-        errors_m.sort_by(f64::total_cmp);
-        errors_m.get(errors_m.len() / 2).copied()
+        median(self.errors_m.iter().copied())
     }
 }
 

@@ -1,5 +1,7 @@
 //! A keyframe that shows an earlier place.
 
+use visloc_core::median;
+
 use crate::{
     atlas::Similarity,
     lie::CameraFromWorld,
@@ -57,16 +59,15 @@ impl Sighting {
             let here = own.camera_from_world().transform(&map.landmark(*new).point_in_world).z;
             if there > 0.0 && here > 0.0 { there / here } else { 0.0 }
         };
-        let mut ratios: Vec<f64> = same.iter().map(ratio).filter(|ratio| *ratio > 0.0).collect();
-        ratios.sort_by(f64::total_cmp);
-        let median = ratios.get(ratios.len() / 2).copied().unwrap_or(0.0);
-        let agrees = |ratio: f64| ratio > median / SAME_SCALE && ratio < median * SAME_SCALE;
+        let ratios: Vec<f64> = same.iter().map(ratio).filter(|ratio| *ratio > 0.0).collect();
+        let usual = median(ratios.iter().copied()).unwrap_or(0.0);
+        let agrees = |ratio: f64| ratio > usual / SAME_SCALE && ratio < usual * SAME_SCALE;
         let num = ratios.iter().filter(|ratio| agrees(**ratio)).count();
         if num < LEAST_BOTH || (num as f64) < LEAST_SHARE * ratios.len() as f64 {
             return Err(Refusal::NoCommonScale { num, of: ratios.len() });
         }
         same.retain(|pair| agrees(ratio(pair)));
-        let old_from_new = Similarity::between(own.camera_from_world(), &pose_there, median);
+        let old_from_new = Similarity::between(own.camera_from_world(), &pose_there, usual);
         let depth = crate::track::scene_depth(map, &report.frame);
         let features = report.frame.features.clone();
         let found = (report.num_matched, report.num_searched);

@@ -6,6 +6,7 @@ use nalgebra::{Point3, Rotation3};
 use visloc_core::{
     Timestamp,
     geom::{Camera, Rigid3},
+    median,
 };
 
 use super::{
@@ -368,9 +369,7 @@ impl Map {
         let keyframe = self.keyframe(id);
         let point = |id: &LandmarkId| self.landmark(*id).point_in_world;
         let depth = |id: &LandmarkId| keyframe.camera_from_world().transform(&point(id)).z;
-        let mut depths: Vec<f64> = keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0).collect();
-        depths.sort_by(f64::total_cmp);
-        depths.get(depths.len() / 2).copied()
+        median(keyframe.landmarks.iter().map(depth).filter(|z| *z > 0.0))
     }
 
     /// Checks the invariants; the message names the first that is broken.

@@ -9,7 +9,10 @@
 //! odometry accuracy", 2021.
 
 use nalgebra::{Point2, Vector2};
-use visloc_core::geom::{Camera, Distortion};
+use visloc_core::{
+    geom::{Camera, Distortion},
+    median,
+};
 
 use super::adjust::{adjust_all, collect};
 use crate::{
@@ -183,9 +186,7 @@ fn growth(map: &Map, id: KeyframeId, before: &[(LandmarkId, f64)]) -> f64 {
         let depth = keyframe.camera_from_world().transform(&landmark.point_in_world).z;
         (landmark.is_alive() && depth > 0.0).then_some(depth / before)
     };
-    let mut factors: Vec<f64> = before.iter().filter_map(factor).collect();
-    factors.sort_by(f64::total_cmp);
-    factors.get(factors.len() / 2).copied().unwrap_or(1.0)
+    median(before.iter().filter_map(factor)).unwrap_or(1.0)
 }
 
 #[cfg(test)]

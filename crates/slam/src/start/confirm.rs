@@ -1,5 +1,7 @@
 //! When a start is believed.
 
+use visloc_core::median;
+
 use super::{StartWait, VerifiedStart};
 
 /// A start that is not believed yet.
@@ -64,17 +66,9 @@ pub fn confirm(
 #[must_use]
 pub fn are_alike(some: &[Option<f64>], others: &[Option<f64>]) -> bool {
     let both = some.iter().zip(others);
-    let mut ratios: Vec<f64> = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln())).collect();
-    let Some(middle) = median(&mut ratios) else { return false };
-    for ratio in &mut ratios {
-        *ratio = (*ratio - middle).abs();
-    }
-    median(&mut ratios).is_some_and(|deviation| deviation < SAME_DEVIATION)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    let ratios = both.filter_map(|(a, b)| Some(((*b)? / (*a)?).ln()));
+    let Some(middle) = median(ratios.clone()) else { return false };
+    median(ratios.map(|ratio| (ratio - middle).abs())).is_some_and(|deviation| deviation < SAME_DEVIATION)
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix2, Point2};
+use visloc_core::median;
 
 use super::local_warp::{Moved, local_warps};
 use crate::{
@@ -115,10 +116,7 @@ impl Follower {
     /// Median distance of the corners from their first places, pixels; 0 without corners.
     #[must_use]
     pub fn median_shift_px(&self) -> f64 {
-        let mut shifts: Vec<f64> =
-            self.tracks.iter().map(|track| (track.px - track.first_px).norm()).collect();
-        shifts.sort_by(f64::total_cmp);
-        shifts.get(shifts.len() / 2).copied().unwrap_or(0.0)
+        median(self.tracks.iter().map(|track| (track.px - track.first_px).norm())).unwrap_or(0.0)
     }
 }
 

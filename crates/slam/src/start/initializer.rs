@@ -6,6 +6,7 @@ use nalgebra::{Matrix2, Point2, Rotation3};
 use visloc_core::{
     Rng, Timestamp,
     geom::{Camera, CameraFrame, Rigid3},
+    median,
 };
 
 use super::{
@@ -471,9 +472,8 @@ fn direction_only(motion: &TwoViewMotion) -> TwoViewMotion {
 /// Scales a map of two keyframes, the first at the origin, so that the median depth of the first is 1.
 fn normalize_depth(map: &mut Map, first: KeyframeId, second: KeyframeId) {
     let ids: Vec<LandmarkId> = map.keyframe(first).landmarks.clone();
-    let mut depths: Vec<f64> = ids.iter().map(|id| map.landmark(*id).point_in_world.z).collect();
-    depths.sort_by(f64::total_cmp);
-    let scale = 1.0 / depths.get(depths.len() / 2).copied().unwrap_or(1.0).max(1e-9);
+    let depths = ids.iter().map(|id| map.landmark(*id).point_in_world.z);
+    let scale = 1.0 / median(depths).unwrap_or(1.0).max(1e-9);
     let pose = map.keyframe(second).camera_from_world();
     let rotation = Rotation3::from_matrix_unchecked(*pose.rotation());
     let scaled: Rigid3<CameraFrame, _> = Rigid3::new(rotation, pose.translation() * scale);

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix6, Rotation3, Vector2};
-use visloc_core::geom::{Camera, CameraFrame, Rigid3};
+use visloc_core::{
+    geom::{Camera, CameraFrame, Rigid3},
+    median,
+};
 
 use super::{
     AlignFeature, AlignReference, Feature, Frame, FrameWork, Incoming, LocalMap, Matcher, MotionModel,
@@ -414,9 +417,7 @@ pub fn scene_depth(map: &Map, frame: &Frame) -> f64 {
         let landmark = map.landmark(feature.landmark);
         landmark.is_alive().then(|| frame.camera_from_world.transform(&landmark.point_in_world).z)
     };
-    let mut depths: Vec<f64> = frame.features.iter().filter_map(depth).filter(|z| *z > 0.0).collect();
-    depths.sort_by(f64::total_cmp);
-    depths.get(depths.len() / 2).copied().unwrap_or(1.0)
+    median(frame.features.iter().filter_map(depth).filter(|z| *z > 0.0)).unwrap_or(1.0)
 }
 
 /// Features of a frame as points in its camera, along their measured rays.

@@ -5,6 +5,7 @@
 //! as any other is kept exactly.
 
 use nalgebra::Rotation3;
+use visloc_core::median;
 
 use super::{Frame, whitening};
 use crate::{
@@ -55,11 +56,9 @@ pub fn only_turned(
     // The residuals themselves say how far to trust the covariances.
     let variance = if known.len() < 10 { 1.0 } else { free_chi2 / (2.0 * known.len() as f64 - 6.0) };
     let state = State::new(&turned);
-    let mut each: Vec<f64> = candidates.iter().map(|observation| observation.chi2(&state)).collect();
-    each.sort_by(f64::total_cmp);
-    let median = each.get(each.len() / 2).copied().unwrap_or(0.0);
+    let usual = median(candidates.iter().map(|observation| observation.chi2(&state))).unwrap_or(0.0);
     let gain = (turned_chi2 - free_chi2) / variance.max(0.3);
-    (gain <= MOST_CHI2 && median <= MOST_MEDIAN_CHI2).then_some(turned)
+    (gain <= MOST_CHI2 && usual <= MOST_MEDIAN_CHI2).then_some(turned)
 }
 
 /// Landmarks whose place is known, and candidates that were made at the same place, of whose depth nothing needs to be known.

@@ -1,6 +1,6 @@
 //! Which pose of the truth belongs to which estimate.
 
-use crate::{CameraPose, CameraTrajectory};
+use crate::{CameraPose, CameraTrajectory, median};
 
 /// Poses of the same moment.
 #[derive(Debug, Clone, Copy)]
@@ -44,9 +44,7 @@ pub fn coverage(truth: &CameraTrajectory, pairs: &[PosePair]) -> Option<f64> {
         return None;
     }
     let steps: Vec<f64> = pairs.windows(2).map(|p| p[1].truth.at.secs_since(p[0].truth.at)).collect();
-    let mut sorted = steps.clone();
-    sorted.sort_by(f64::total_cmp);
-    let longest = sorted.get(sorted.len() / 2).map_or(0.0, |median| 3.0 * median);
+    let longest = median(steps.iter().copied()).map_or(0.0, |usual| 3.0 * usual);
     let covered_secs: f64 = steps.iter().filter(|step| **step <= longest).sum();
     Some(covered_secs / duration_secs)
 }
