@@ -10,7 +10,9 @@ use crate::{
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map, MapId},
     solve::{PoseObservation, State, poses_from_three_points, refine_pose},
-    track::{Feature, Frame, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px, whitening},
+    track::{
+        FOUND_AT_RIGHT, Feature, Frame, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px, whitening,
+    },
 };
 
 /// Connected keyframes whose landmarks are compared together with those of a candidate.
@@ -23,6 +25,8 @@ pub(super) const NEIGHBORS_SHARE: u32 = 15;
 const LEAST_PAIRS: usize = 12;
 /// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
 const LEAST_AGREEING: usize = 12;
+/// The same for those who doubt: three find it, and where six more are there by chance, a few patches tell.
+const LEAST_AGREEING_DOUBTED: usize = 9;
 /// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
 const SAMPLE: usize = 3;
 /// Most samples: enough where one pair in six is right.
@@ -49,6 +53,8 @@ const NEAR_RADIUS: usize = 4;
 const PARTS: usize = 4;
 /// Fewest parts with a landmark.
 const LEAST_PARTS: usize = 5;
+/// Landmarks from which on a place is sure enough, in units of the fewest that it is recognized by.
+pub(crate) const SURE: usize = 2;
 
 /// Where an image was taken.
 #[derive(Debug, Clone)]
@@ -76,6 +82,13 @@ pub struct Rival {
     pub num_searched: usize,
 }
 
+impl Rival {
+    /// The map, and the pose in it.
+    pub(crate) fn pose(&self) -> (MapId, &CameraFromWorld) {
+        (self.map, &self.camera_from_world)
+    }
+}
+
 impl Located {
     /// As a place where an image may have been taken that was taken elsewhere.
     pub(crate) fn as_rival(&self, map: &Map) -> Rival {
@@ -92,6 +105,17 @@ impl Located {
     pub fn num_elsewhere(&self) -> usize {
         self.rivals.iter().map(|rival| rival.num_matched).max().unwrap_or(0)
     }
+}
+
+/// Where an image may have been taken by what looks alike.
+#[derive(Debug, Clone)]
+pub(super) struct Proposal {
+    /// The keyframe that shows the place.
+    pub keyframe: KeyframeId,
+    /// The pose.
+    pub pose: CameraFromWorld,
+    /// Pairs from descriptors that agree with it.
+    pub pairs: Vec<Pair>,
 }
 
 /// Checks candidates by geometry.
@@ -142,21 +166,25 @@ impl Locator {
         &self,
         map: &Map,
         candidate: KeyframeId,
-        image: (&View, &Incoming<'_>),
-        work: &mut FrameWork<'_>,
-    ) -> Result<Located, Refusal> {
-        let connected = map.connected(candidate, NEIGHBORS_SHARE);
-        self.locate_near(map, (candidate, &connected), image, work)
-    }
-
-    /// The same where it is known which keyframes are connected.
-    pub(super) fn locate_near(
-        &self,
-        map: &Map,
-        (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
         (view, incoming): (&View, &Incoming<'_>),
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Refusal> {
+        let connected = map.connected(candidate, NEIGHBORS_SHARE);
+        let proposal = self.propose(map, (candidate, &connected), view, work.rng)?;
+        self.confirm(map, proposal, incoming, work)
+    }
+
+    /// Where an image may have been taken by what looks alike in it and in a keyframe, of which it is known what is connected to it.
+    ///
+    /// # Errors
+    /// If too little looks alike.
+    pub(super) fn propose(
+        &self,
+        map: &Map,
+        (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
+        view: &View,
+        rng: &mut Rng,
+    ) -> Result<Proposal, Refusal> {
         let mut around = vec![candidate];
         let num_neighbors = if self.is_doubting { NEIGHBORS_DOUBTED } else { NEIGHBORS };
         around.extend(connected.iter().map(|(id, _)| *id).take(num_neighbors));
@@ -172,19 +200,35 @@ impl Locator {
         let start = *map.keyframe(candidate).camera_from_world();
         let state = if self.is_doubting {
             let around = Surroundings::of(map, candidate);
-            probable_pose(&around, &observations, work.rng)
+            probable_pose(&around, &observations, rng)
         } else {
-            agreed_pose(&start, &observations, work.rng)
+            agreed_pose(&start, &observations, rng)
         };
         let all = pairs.iter().zip(&observations);
         let agreeing: Vec<Pair> =
             all.filter(|(_, o)| is_agreeing(o, &state)).map(|(pair, _)| *pair).collect();
-        if agreeing.len() < LEAST_AGREEING {
+        let least = if self.is_doubting { LEAST_AGREEING_DOUBTED } else { LEAST_AGREEING };
+        if agreeing.len() < least {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
+        Ok(Proposal { keyframe: candidate, pose: state.pose, pairs: agreeing })
+    }
+
+    /// Looks for the landmarks around a keyframe by their patches where an image may have been taken.
+    ///
+    /// # Errors
+    /// Why it is another place.
+    pub(super) fn confirm(
+        &self,
+        map: &Map,
+        proposal: Proposal,
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> Result<Located, Refusal> {
+        let Proposal { keyframe, pose, pairs } = proposal;
         let radius = if self.is_doubting { NEAR_RADIUS } else { SEARCH_RADIUS };
-        let report = self.follow_within(map, (candidate, &state.pose, radius), incoming, work)?;
-        Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
+        let report = self.follow_within(map, (keyframe, &pose, radius), incoming, work)?;
+        Ok(Located { report, keyframe, pairs, rivals: Vec::new() })
     }
 
     /// Looks for the landmarks around a keyframe in an image of which the pose is about known.
@@ -221,8 +265,11 @@ impl Locator {
             return Err(few(&wide));
         }
         let pose = wide.frame.camera_from_world;
-        let report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
-        if report.quality != Quality::Good || report.num_converged < self.min_matches {
+        let mut report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
+        if self.is_doubting && !self.is_shown(&report) {
+            report = self.grown(map, report, incoming, work);
+        }
+        if !self.is_shown(&report) {
             return Err(few(&report));
         }
         let parts = self.num_parts(map, &report.frame.features);
@@ -230,6 +277,34 @@ impl Locator {
             return Err(Refusal::SmallPart { parts });
         }
         Ok(report)
+    }
+
+    /// Looks again around what was found until no more is found: landmarks in a corner of the image, or on a thing that was moved, give
+    /// a pose from which the others are missed.
+    pub(super) fn grown(
+        &self,
+        map: &Map,
+        mut report: TrackReport,
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> TrackReport {
+        while report.num_matched >= self.min_matches / 2 {
+            let here = Frame { odometry: None, ..report.frame.clone() };
+            let next = self.tracker.track_near(map, incoming, (&here.camera_from_world, 0), &here, work);
+            if next.num_matched <= report.num_matched {
+                break;
+            }
+            report = next;
+        }
+        report
+    }
+
+    /// Whether an image shows enough of a place: a fair share of what should be seen, or so much that a smaller share will do.
+    fn is_shown(&self, report: &TrackReport) -> bool {
+        let is_sure = self.is_doubting
+            && report.num_converged >= SURE * self.min_matches
+            && report.num_matched as f64 > FOUND_AT_RIGHT * report.num_searched as f64;
+        is_sure || (report.quality == Quality::Good && report.num_converged >= self.min_matches)
     }
 
     fn observations(&self, map: &Map, view: &View, pairs: &[Pair]) -> Vec<PoseObservation> {

@@ -13,7 +13,7 @@ mod support;
 mod view;
 
 pub use index::{Alike, PlaceIndex, Ranked};
-pub(crate) use locate::frame_of;
+pub(crate) use locate::{SURE, frame_of};
 pub use locate::{Located, Locator, Rival};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
