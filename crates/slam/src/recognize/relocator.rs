@@ -76,6 +76,7 @@ impl Relocator {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let is_doubting = self.locator.is_doubting();
         let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
+        let listed = self.locator.listed(&view);
         let (mut refused, mut found) = (None, Vec::<Located>::new());
         let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
         // Most descriptors in common with a keyframe by which the camera was found: a place with far less in common is no rival.
@@ -95,7 +96,8 @@ impl Relocator {
             let near = connected.iter().filter(|(_, num)| *num >= share);
             near.for_each(|(near, _)| is_tried[near.index()] = true);
             let searched = map.with_active(map.keyframe(id).map);
-            let proposed = self.locator.propose(&searched, (id, &connected), &view, work.rng);
+            let proposed =
+                self.locator.propose(&searched, (id, &connected), (&view, listed.as_ref()), work.rng);
             // Where it is found already it need not be looked for again.
             let is_known = |proposal: &Proposal| {
                 let there = (searched.active(), &proposal.pose);
@@ -154,9 +156,8 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
     let mut places: Vec<Located> = Vec::new();
     for located in found {
         let place = located.as_rival(map);
-        let is_elsewhere = |other: &Located| {
-            are_apart(map, (map.keyframe(other.keyframe).map, &other.report), place.pose())
-        };
+        let is_elsewhere =
+            |other: &Located| are_apart(map, (map.keyframe(other.keyframe).map, &other.report), place.pose());
         if places.iter().all(is_elsewhere) {
             places.push(located);
         }
