@@ -6,14 +6,12 @@ use super::{FrontEnd, Keeping, PROBATION_FRAMES, Phase};
 use crate::{
     map::{KeyframeId, Map},
     outcome::{FrameOutcome, TrackingState},
-    recognize::{Located, Refusal, Rival, are_apart},
+    recognize::{Located, Refusal, Rival, SURE, are_apart},
     schedule::Job,
     timing::StageTimer,
     track::{FrameWork, Incoming, TrackReport},
 };
 
-/// Landmarks from which on a place is sure enough to go on mapping there, in units of the fewest that it is recognized by.
-const SURE: usize = 2;
 /// Images from one look elsewhere to the next while the place is in doubt: several a second, and one costs as much as some tracked images.
 const LOOK_EVERY: usize = 5;
 
@@ -71,7 +69,7 @@ impl FrontEnd {
         let is_candidate = |id| self.map.is_fixed(id);
         let found = self.relocator.attempt_among(&self.map, is_candidate, incoming, &mut work);
         timer.end("relocalize");
-        let is_apart = |rival: &Rival| are_apart(&self.map, (self.map.active(), here), rival);
+        let is_apart = |rival: &Rival| are_apart(&self.map, (self.map.active(), here), rival.pose());
         let elsewhere = |located: &Located| {
             let best = std::iter::once(located.as_rival(&self.map));
             best.chain(located.rivals.iter().copied()).filter(is_apart).collect()

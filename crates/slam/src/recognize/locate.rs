@@ -1,16 +1,24 @@
 //! Whether an image shows the place of a keyframe, and from where.
 
-use nalgebra::{Matrix2, Point3, Vector3};
-use rand::RngExt;
+use nalgebra::Matrix2;
 use visloc_core::{Rng, geom::Camera};
 
-use super::{Pair, Refusal, View, pair_views, pair_views_by_support};
+use super::{
+    Pair, Refusal, View,
+    agreement::{Surroundings, agreed_pose, is_agreeing, probable_pose},
+    pair_views,
+    pairs::ByPieces,
+    support::pair_views_by_support,
+};
 use crate::{
     config::SlamConfig,
     lie::CameraFromWorld,
     map::{KeyframeId, LandmarkId, Map, MapId},
-    solve::{PoseObservation, State, poses_from_three_points, refine_pose},
-    track::{Feature, Frame, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px, whitening},
+    solve::PoseObservation,
+    track::{
+        FOUND_AT_RIGHT, Feature, Frame, FrameWork, Incoming, Quality, TrackReport, Tracker, focal_px,
+        whitening,
+    },
 };
 
 /// Connected keyframes whose landmarks are compared together with those of a candidate.
@@ -20,27 +28,13 @@ const NEIGHBORS_DOUBTED: usize = 1;
 /// Fewest landmarks that two keyframes share to be neighbors.
 pub(super) const NEIGHBORS_SHARE: u32 = 15;
 /// Fewest pairs of places and landmarks that look alike.
-const LEAST_PAIRS: usize = 12;
+pub(super) const LEAST_PAIRS: usize = 12;
 /// Fewest pairs that agree on a pose. Four are enough to find it: eight more by chance, within a few pixels, are not to be expected.
 const LEAST_AGREEING: usize = 12;
-/// Pairs from which poses are found: the six numbers of a pose need three; the other pairs say which of the solutions it is.
-const SAMPLE: usize = 3;
-/// Most samples: enough where one pair in six is right.
-const MOST_SAMPLES: usize = 1000;
-/// The same where those that most others support come first: of the first twenty, half are right as a rule.
-const MOST_SAMPLES_OF_SUPPORTED: usize = 300;
-/// Probability of one sample without a wrong pair.
-const CONFIDENCE: f64 = 0.995;
-/// Pairs that agree beyond all doubt that it is a pose by chance: no more samples are drawn. What is there twice is told apart by patches.
-const ENOUGH_AGREEING: usize = 16;
-/// Cosine of the farthest angle between two views that look alike: 60 degrees.
-const LEAST_COS: f64 = 0.5;
-/// Squared ratio of the distances of two views that look alike.
-const FARTHEST2: f64 = 16.0;
+/// The same for those who doubt: three find it, and where six more are there by chance, a few patches tell.
+const LEAST_AGREEING_DOUBTED: usize = 9;
 /// Standard deviation of the place of a corner, pixels of its level.
 const CORNER_SIGMA_PX: f64 = 1.2;
-/// Largest squared residual of an agreeing pair in standard deviations: 99 % of two degrees of freedom.
-const AGREEING_CHI2: f64 = 9.2;
 /// Pixels (of its level) around a predicted place that are searched for a landmark at first.
 const SEARCH_RADIUS: usize = 8;
 /// The same where so many pairs agree that the pose is known better.
@@ -49,6 +43,8 @@ const NEAR_RADIUS: usize = 4;
 const PARTS: usize = 4;
 /// Fewest parts with a landmark.
 const LEAST_PARTS: usize = 5;
+/// Landmarks from which on a place is sure enough, in units of the fewest that it is recognized by.
+pub(crate) const SURE: usize = 2;
 
 /// Where an image was taken.
 #[derive(Debug, Clone)]
@@ -76,6 +72,13 @@ pub struct Rival {
     pub num_searched: usize,
 }
 
+impl Rival {
+    /// The map, and the pose in it.
+    pub(crate) fn pose(&self) -> (MapId, &CameraFromWorld) {
+        (self.map, &self.camera_from_world)
+    }
+}
+
 impl Located {
     /// As a place where an image may have been taken that was taken elsewhere.
     pub(crate) fn as_rival(&self, map: &Map) -> Rival {
@@ -92,6 +95,17 @@ impl Located {
     pub fn num_elsewhere(&self) -> usize {
         self.rivals.iter().map(|rival| rival.num_matched).max().unwrap_or(0)
     }
+}
+
+/// Where an image may have been taken by what looks alike.
+#[derive(Debug, Clone)]
+pub(super) struct Proposal {
+    /// The keyframe that shows the place.
+    pub keyframe: KeyframeId,
+    /// The pose.
+    pub pose: CameraFromWorld,
+    /// Pairs from descriptors that agree with it.
+    pub pairs: Vec<Pair>,
 }
 
 /// Checks candidates by geometry.
@@ -142,28 +156,37 @@ impl Locator {
         &self,
         map: &Map,
         candidate: KeyframeId,
-        image: (&View, &Incoming<'_>),
-        work: &mut FrameWork<'_>,
-    ) -> Result<Located, Refusal> {
-        let connected = map.connected(candidate, NEIGHBORS_SHARE);
-        self.locate_near(map, (candidate, &connected), image, work)
-    }
-
-    /// The same where it is known which keyframes are connected.
-    pub(super) fn locate_near(
-        &self,
-        map: &Map,
-        (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
         (view, incoming): (&View, &Incoming<'_>),
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Refusal> {
+        let connected = map.connected(candidate, NEIGHBORS_SHARE);
+        let listed = self.listed(view);
+        let proposal = self.propose(map, (candidate, &connected), (view, listed.as_ref()), work.rng)?;
+        self.confirm(map, proposal, incoming, work)
+    }
+
+    /// The places of an image as they are compared in a fixed map.
+    pub(super) fn listed<'a>(&self, view: &'a View) -> Option<ByPieces<'a>> {
+        self.is_doubting.then(|| ByPieces::new(view))
+    }
+
+    /// Where an image may have been taken by what looks alike in it and in a keyframe, of which it is known what is connected to it.
+    ///
+    /// # Errors
+    /// If too little looks alike.
+    pub(super) fn propose(
+        &self,
+        map: &Map,
+        (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
+        (view, listed): (&View, Option<&ByPieces<'_>>),
+        rng: &mut Rng,
+    ) -> Result<Proposal, Refusal> {
         let mut around = vec![candidate];
         let num_neighbors = if self.is_doubting { NEIGHBORS_DOUBTED } else { NEIGHBORS };
         around.extend(connected.iter().map(|(id, _)| *id).take(num_neighbors));
-        let pairs = if self.is_doubting {
-            pair_views_by_support(map, &self.camera, view, &around)
-        } else {
-            pair_views(map, view, &around)
+        let pairs = match listed {
+            Some(listed) => pair_views_by_support(map, &self.camera, (view, listed), &around),
+            None => pair_views(map, view, &around),
         };
         if pairs.len() < LEAST_PAIRS {
             return Err(Refusal::FewAlike { num: pairs.len() });
@@ -172,19 +195,35 @@ impl Locator {
         let start = *map.keyframe(candidate).camera_from_world();
         let state = if self.is_doubting {
             let around = Surroundings::of(map, candidate);
-            probable_pose(&around, &observations, work.rng)
+            probable_pose(&around, &observations, rng)
         } else {
-            agreed_pose(&start, &observations, work.rng)
+            agreed_pose(&start, &observations, rng)
         };
         let all = pairs.iter().zip(&observations);
         let agreeing: Vec<Pair> =
             all.filter(|(_, o)| is_agreeing(o, &state)).map(|(pair, _)| *pair).collect();
-        if agreeing.len() < LEAST_AGREEING {
+        let least = if self.is_doubting { LEAST_AGREEING_DOUBTED } else { LEAST_AGREEING };
+        if agreeing.len() < least {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
+        Ok(Proposal { keyframe: candidate, pose: state.pose, pairs: agreeing })
+    }
+
+    /// Looks for the landmarks around a keyframe by their patches where an image may have been taken.
+    ///
+    /// # Errors
+    /// Why it is another place.
+    pub(super) fn confirm(
+        &self,
+        map: &Map,
+        proposal: Proposal,
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> Result<Located, Refusal> {
+        let Proposal { keyframe, pose, pairs } = proposal;
         let radius = if self.is_doubting { NEAR_RADIUS } else { SEARCH_RADIUS };
-        let report = self.follow_within(map, (candidate, &state.pose, radius), incoming, work)?;
-        Ok(Located { report, keyframe: candidate, pairs: agreeing, rivals: Vec::new() })
+        let report = self.follow_within(map, (keyframe, &pose, radius), incoming, work)?;
+        Ok(Located { report, keyframe, pairs, rivals: Vec::new() })
     }
 
     /// Looks for the landmarks around a keyframe in an image of which the pose is about known.
@@ -221,8 +260,11 @@ impl Locator {
             return Err(few(&wide));
         }
         let pose = wide.frame.camera_from_world;
-        let report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
-        if report.quality != Quality::Good || report.num_converged < self.min_matches {
+        let mut report = self.tracker.track_near(map, incoming, (&pose, 0), &reference, work);
+        if self.is_doubting && !self.is_shown(&report) {
+            report = self.grown(map, report, incoming, work);
+        }
+        if !self.is_shown(&report) {
             return Err(few(&report));
         }
         let parts = self.num_parts(map, &report.frame.features);
@@ -230,6 +272,34 @@ impl Locator {
             return Err(Refusal::SmallPart { parts });
         }
         Ok(report)
+    }
+
+    /// Looks again around what was found until no more is found: landmarks in a corner of the image, or on a thing that was moved, give
+    /// a pose from which the others are missed.
+    pub(super) fn grown(
+        &self,
+        map: &Map,
+        mut report: TrackReport,
+        incoming: &Incoming<'_>,
+        work: &mut FrameWork<'_>,
+    ) -> TrackReport {
+        while report.num_matched >= self.min_matches / 2 {
+            let here = Frame { odometry: None, ..report.frame.clone() };
+            let next = self.tracker.track_near(map, incoming, (&here.camera_from_world, 0), &here, work);
+            if next.num_matched <= report.num_matched {
+                break;
+            }
+            report = next;
+        }
+        report
+    }
+
+    /// Whether an image shows enough of a place: a fair share of what should be seen, or so much that a smaller share will do.
+    fn is_shown(&self, report: &TrackReport) -> bool {
+        let is_sure = self.is_doubting
+            && report.num_converged >= SURE * self.min_matches
+            && report.num_matched as f64 > FOUND_AT_RIGHT * report.num_searched as f64;
+        is_sure || (report.quality == Quality::Good && report.num_converged >= self.min_matches)
     }
 
     fn observations(&self, map: &Map, view: &View, pairs: &[Pair]) -> Vec<PoseObservation> {
@@ -257,122 +327,6 @@ impl Locator {
 
 fn part(px: f64, size: u32) -> usize {
     ((px / f64::from(size) * PARTS as f64).max(0.0) as usize).min(PARTS - 1)
-}
-
-/// The pose that most observations agree on: from samples, then from all that agree.
-fn agreed_pose(start: &CameraFromWorld, observations: &[PoseObservation], rng: &mut Rng) -> State {
-    let start = State::new(start);
-    let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
-    let (num, mut num_drawn) = (observations.len(), 0);
-    while num_drawn < needed(best.num as f64 / num as f64) {
-        num_drawn += 1;
-        let sample = std::array::from_fn(|_| &observations[rng.random_range(0..num)]);
-        poses_of(sample).for_each(|pose| best.offer(pose, observations));
-    }
-    best.refined(observations)
-}
-
-/// The same where most pairs are wrong: samples are drawn from the first pairs, then from ever more, and only poses count
-/// from which things look as they do from the keyframe. So many that agree are not there by chance, and no more samples are drawn.
-/// Source: Chum and Matas, "Matching with PROSAC", 2005; here the number grows evenly.
-fn probable_pose(around: &Surroundings, observations: &[PoseObservation], rng: &mut Rng) -> State {
-    let start = State::new(&around.camera_from_world);
-    let mut best = Agreed { num: count_agreeing(observations, &start, 0).unwrap_or(0), state: start };
-    let num = observations.len();
-    for num_drawn in 1..=MOST_SAMPLES_OF_SUPPORTED {
-        if best.num >= ENOUGH_AGREEING {
-            break;
-        }
-        let drawn = (LEAST_PAIRS + num * num_drawn / MOST_SAMPLES_OF_SUPPORTED).min(num);
-        let sample = std::array::from_fn(|_| &observations[rng.random_range(0..drawn)]);
-        poses_of(sample)
-            .filter(|pose| around.look_alike_from(pose))
-            .for_each(|pose| best.offer(pose, observations));
-    }
-    best.refined(observations)
-}
-
-fn poses_of(sample: [&PoseObservation; SAMPLE]) -> impl Iterator<Item = CameraFromWorld> {
-    let points = sample.map(|observation| observation.anchor_in_world);
-    poses_from_three_points(&points, &sample.map(|observation| observation.ray))
-}
-
-/// A pose and how many observations agree with it.
-struct Agreed {
-    num: usize,
-    state: State,
-}
-
-impl Agreed {
-    /// Takes over a pose that more agree with.
-    fn offer(&mut self, pose: CameraFromWorld, observations: &[PoseObservation]) {
-        let state = State::new(&pose);
-        if let Some(num) = count_agreeing(observations, &state, self.num + 1) {
-            *self = Self { num, state };
-        }
-    }
-
-    /// The pose by all that agree.
-    fn refined(mut self, observations: &[PoseObservation]) -> State {
-        for _ in 0..2 {
-            let is_used: Vec<bool> = observations.iter().map(|o| is_agreeing(o, &self.state)).collect();
-            let state = refine_pose(&self.state, None, observations, |i| is_used[i], f64::INFINITY, 5);
-            if let Some(num) = count_agreeing(observations, &state, self.num) {
-                self = Self { num, state };
-            }
-        }
-        self.state
-    }
-}
-
-/// What a keyframe looks at.
-struct Surroundings {
-    camera_from_world: CameraFromWorld,
-    /// What is in its middle.
-    middle: Point3<f64>,
-    /// From its center to there.
-    view: Vector3<f64>,
-}
-
-impl Surroundings {
-    fn of(map: &Map, id: KeyframeId) -> Self {
-        let keyframe = map.keyframe(id);
-        let camera_from_world = *keyframe.camera_from_world();
-        let depth = map.depth_of(id).unwrap_or(1.0);
-        let view = camera_from_world.rotation().transpose() * Vector3::z() * depth;
-        Self { camera_from_world, middle: keyframe.center_in_world() + view, view }
-    }
-
-    /// Whether a camera at this pose would see the same from a like direction and distance: else its patches would not be recognized.
-    fn look_alike_from(&self, camera_from_world: &CameraFromWorld) -> bool {
-        let there = camera_from_world.transform(&self.middle).coords;
-        let view = camera_from_world.rotation().transpose() * there;
-        let (here2, there2) = (self.view.norm_squared(), there.norm_squared());
-        let cos = self.view.dot(&view) / (here2 * there2).sqrt();
-        there.z > 0.0 && cos > LEAST_COS && there2 < here2 * FARTHEST2 && here2 < there2 * FARTHEST2
-    }
-}
-
-fn is_agreeing(observation: &PoseObservation, state: &State) -> bool {
-    observation.chi2(state) <= AGREEING_CHI2
-}
-
-/// How many observations agree with a state; `None` as soon as it is sure that they are fewer than a number.
-fn count_agreeing(observations: &[PoseObservation], state: &State, least: usize) -> Option<usize> {
-    let most_missed = observations.len().checked_sub(least)?;
-    let mut num_missed = 0;
-    for observation in observations {
-        num_missed += usize::from(!is_agreeing(observation, state));
-        if num_missed > most_missed {
-            return None;
-        }
-    }
-    Some(observations.len() - num_missed)
-}
-
-fn needed(share: f64) -> usize {
-    let all_good = share.clamp(1e-3, 1.0 - 1e-9).powi(SAMPLE as i32);
-    (((1.0 - CONFIDENCE).ln() / (1.0 - all_good).ln()).ceil() as usize).min(MOST_SAMPLES)
 }
 
 /// A keyframe as a frame with its converged landmarks.

@@ -4,6 +4,7 @@
 //! the keyframes that look alike; a candidate counts once geometry agrees ([`Locator`]): a pose from descriptors, and the landmarks
 //! around it found again by their patches.
 
+mod agreement;
 mod index;
 mod locate;
 mod pairs;
@@ -13,11 +14,10 @@ mod support;
 mod view;
 
 pub use index::{Alike, PlaceIndex, Ranked};
-pub(crate) use locate::frame_of;
 pub use locate::{Located, Locator, Rival};
+pub(crate) use locate::{SURE, frame_of};
 pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
 pub use relocator::Relocator;
 pub(crate) use relocator::are_apart;
-pub use support::pair_views_by_support;
 pub use view::{Described, View};

@@ -3,7 +3,7 @@
 use crate::{
     map::{KeyframeId, LandmarkId, Map},
     orb::OrbDescriptor,
-    recognize::View,
+    recognize::{Described, View},
 };
 
 /// A place of an image and the landmark that looks like it.
@@ -127,32 +127,31 @@ const NUM_PIECES: usize = 256 / PIECE_BITS;
 /// of those of different places one in thirty.
 const LEAST_COMMON: u8 = 2;
 
-/// Landmarks listed under each piece of their descriptors.
+/// The places of an image listed under each piece of their descriptors.
 ///
 /// Source: Norouzi, Punjani and Fleet, "Fast search in Hamming space with multi-index hashing", 2012.
 pub(super) struct ByPieces<'a> {
-    known: &'a Known,
+    places: &'a [Described],
     /// For each piece of a descriptor and each of its values where the list of those that have it begins; at the end of the values the
     /// end of the last list.
     starts: Vec<u32>,
     listed: Vec<u16>,
-    /// How many pieces of the descriptor that is looked for each landmark has.
-    num_common: Vec<u8>,
 }
 
 impl<'a> ByPieces<'a> {
     /// Begins of lists for each piece.
     const STARTS: usize = (1 << PIECE_BITS) + 1;
 
-    pub fn new(known: &'a Known) -> Self {
-        // More than a few keyframes see.
-        let num = known.descriptors.len().min(usize::from(u16::MAX));
+    pub fn new(view: &'a View) -> Self {
+        // More than an image has.
+        let num = view.places.len().min(usize::from(u16::MAX));
+        let places = &view.places[..num];
         let mut starts = vec![0; NUM_PIECES * Self::STARTS];
         let mut listed = vec![0; NUM_PIECES * num];
         for (piece, starts) in starts.chunks_exact_mut(Self::STARTS).enumerate() {
-            let value = |descriptor: &OrbDescriptor| descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
-            for descriptor in &known.descriptors[..num] {
-                starts[value(descriptor) + 1] += 1;
+            let value = |place: &Described| place.descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
+            for place in places {
+                starts[value(place) + 1] += 1;
             }
             let mut total = (num * piece) as u32;
             for start in &mut *starts {
@@ -160,29 +159,31 @@ impl<'a> ByPieces<'a> {
                 *start = total;
             }
             // Filled from behind, each list ends where the next one begins.
-            for (index, descriptor) in (0..num as u16).zip(&known.descriptors).rev() {
-                let end = &mut starts[value(descriptor) + 1];
+            for (index, place) in (0..num as u16).zip(places).rev() {
+                let end = &mut starts[value(place) + 1];
                 *end -= 1;
                 listed[*end as usize] = index;
             }
             starts.rotate_left(1);
             starts[Self::STARTS - 1] = (num * (piece + 1)) as u32;
         }
-        Self { known, starts, listed, num_common: vec![0; num] }
+        Self { places, starts, listed }
     }
 
-    /// The most alike of those that have some pieces in common.
-    pub fn nearest(&mut self, descriptor: &OrbDescriptor) -> Nearest {
-        let mut nearest = Nearest::default();
-        self.num_common.fill(0);
-        for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
-            let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
-            for index in &self.listed[starts[value] as usize..starts[value + 1] as usize] {
-                let index = usize::from(*index);
-                let num = &mut self.num_common[index];
-                *num += 1;
-                if *num == LEAST_COMMON {
-                    nearest.offer(index, descriptor.distance(&self.known.descriptors[index]));
+    /// For each place the landmarks that are most like it, of those that have some pieces in common with it.
+    pub fn nearest(&self, known: &Known) -> Vec<Nearest> {
+        let mut nearest = vec![Nearest::default(); self.places.len()];
+        let mut num_common = vec![0_u8; self.places.len()];
+        for (index, descriptor) in known.descriptors.iter().enumerate() {
+            num_common.fill(0);
+            for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
+                let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
+                for place in &self.listed[starts[value] as usize..starts[value + 1] as usize] {
+                    let place = usize::from(*place);
+                    num_common[place] += 1;
+                    if num_common[place] == LEAST_COMMON {
+                        nearest[place].offer(index, descriptor.distance(&self.places[place].descriptor));
+                    }
                 }
             }
         }
@@ -211,6 +212,7 @@ pub fn pair_views(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair>
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point2;
     use rand::Rng as _;
     use visloc_core::RngTree;
 
@@ -226,19 +228,23 @@ mod tests {
             known.first_words.push(descriptor.first_word());
             known.descriptors.push(descriptor);
         }
-        let mut listed = ByPieces::new(&known);
-        let (mut num, mut num_same) = (0, 0);
+        let mut view = View::default();
+        let mut see = |descriptor| {
+            view.places.push(Described { px: Point2::origin(), level: 0, descriptor, landmark: None });
+        };
         for known_descriptor in &known.descriptors {
             // Each bit is wrong with a probability of an eighth.
-            let wrong = std::array::from_fn(|_| rng.next_u64() & rng.next_u64() & rng.next_u64());
-            let seen = known_descriptor.with_wrong(wrong);
-            let Some(best) = known.best(&seen) else { continue };
-            num += 1;
-            let found = listed.nearest(&seen).clear().map(|(index, distance)| (known.ids[index], distance));
-            num_same += u32::from(found == Some(best));
+            see(known_descriptor
+                .with_wrong(std::array::from_fn(|_| rng.next_u64() & rng.next_u64() & rng.next_u64())));
         }
-        assert!(num > 550 && num_same > num - 6, "{num_same} of {num}");
         let foreign = OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()));
-        assert_eq!(listed.nearest(&foreign).clear(), None);
+        see(foreign);
+        let nearest = ByPieces::new(&view).nearest(&known);
+        let found = |nearest: &Nearest| nearest.clear().map(|(index, distance)| (known.ids[index], distance));
+        let best = view.places.iter().map(|place| known.best(&place.descriptor));
+        let both: Vec<_> = best.zip(nearest.iter().map(found)).filter(|(best, _)| best.is_some()).collect();
+        let num_same = both.iter().filter(|(best, found)| best == found).count();
+        assert!(both.len() > 550 && num_same > both.len() - 6, "{num_same} of {}", both.len());
+        assert_eq!(found(&nearest[600]), None);
     }
 }

@@ -5,10 +5,13 @@ use std::cmp::Reverse;
 use visloc_core::geom::Camera;
 
 use super::{
-    Located, Locator, Ranked, Refusal, Rival, View, locate::NEIGHBORS_SHARE, support::num_supported,
+    Located, Locator, Ranked, Refusal, View,
+    locate::{NEIGHBORS_SHARE, Proposal},
+    support::num_supported,
 };
 use crate::{
     config::SlamConfig,
+    lie::CameraFromWorld,
     map::{KeyframeId, Map, MapId},
     track::{FrameWork, Incoming, TrackReport, scene_depth},
 };
@@ -73,6 +76,7 @@ impl Relocator {
         let view = View::of_image(incoming.pyramid, &self.camera, &self.config.features);
         let is_doubting = self.locator.is_doubting();
         let ranked = if is_doubting { self.by_support(map, &view) } else { map.index().query(&view) };
+        let listed = self.locator.listed(&view);
         let (mut refused, mut found) = (None, Vec::<Located>::new());
         let (mut num_tried, mut is_tried) = (0, vec![false; map.num_keyframe_ids()]);
         // Most descriptors in common with a keyframe by which the camera was found: a place with far less in common is no rival.
@@ -92,7 +96,17 @@ impl Relocator {
             let near = connected.iter().filter(|(_, num)| *num >= share);
             near.for_each(|(near, _)| is_tried[near.index()] = true);
             let searched = map.with_active(map.keyframe(id).map);
-            match self.locator.locate_near(&searched, (id, &connected), (&view, incoming), work) {
+            let proposed =
+                self.locator.propose(&searched, (id, &connected), (&view, listed.as_ref()), work.rng);
+            // Where it is found already it need not be looked for again.
+            let is_known = |proposal: &Proposal| {
+                let there = (searched.active(), &proposal.pose);
+                found.iter().any(|it| !are_apart(map, (map.keyframe(it.keyframe).map, &it.report), there))
+            };
+            if is_doubting && proposed.as_ref().is_ok_and(is_known) {
+                continue;
+            }
+            match proposed.and_then(|proposal| self.locator.confirm(&searched, proposal, incoming, work)) {
                 Ok(located) => {
                     if is_doubting {
                         most_shared = most_shared.max(num_shared);
@@ -102,7 +116,12 @@ impl Relocator {
                 Err(reason) => refused = refused.or(Some((id, reason))),
             }
         }
-        best_of(map, found).ok_or(refused)
+        let mut best = best_of(map, found).ok_or(refused)?;
+        if is_doubting {
+            let searched = map.with_active(map.keyframe(best.keyframe).map);
+            best.report = self.locator.grown(&searched, best.report, incoming, work);
+        }
+        Ok(best)
     }
 
     /// Keyframes that look most like the view, first those where most of what looks alike lies as it does here.
@@ -138,7 +157,7 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
     for located in found {
         let place = located.as_rival(map);
         let is_elsewhere =
-            |other: &Located| are_apart(map, (map.keyframe(other.keyframe).map, &other.report), &place);
+            |other: &Located| are_apart(map, (map.keyframe(other.keyframe).map, &other.report), place.pose());
         if places.iter().all(is_elsewhere) {
             places.push(located);
         }
@@ -150,9 +169,13 @@ fn best_of(map: &Map, mut found: Vec<Located>) -> Option<Located> {
 }
 
 /// Whether an image was taken at another place than here, in a map: it would be shifted by more than a fifth of its focal length.
-pub(crate) fn are_apart(map: &Map, (of, here): (MapId, &TrackReport), other: &Rival) -> bool {
-    let here_from_other = here.frame.camera_from_world * other.camera_from_world.inverse();
-    other.map != of
+pub(crate) fn are_apart(
+    map: &Map,
+    (of, here): (MapId, &TrackReport),
+    (of_other, other): (MapId, &CameraFromWorld),
+) -> bool {
+    let here_from_other = here.frame.camera_from_world * other.inverse();
+    of_other != of
         || here_from_other.translation().norm() > SAME_PLACE * scene_depth(map, &here.frame)
         || here_from_other.rotation_angle_rad() > SAME_PLACE
 }

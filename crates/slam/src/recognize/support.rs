@@ -42,10 +42,14 @@ struct Proposal {
 /// lie to each other as they do in the first of the keyframes, seen the same way up. The others are clearly more alike than any other.
 ///
 /// Source: Bian et al., "GMS: Grid-based motion statistics for fast, ultra-robust feature correspondence", 2017; here the support is counted pair by pair.
-#[must_use]
-pub fn pair_views_by_support(map: &Map, camera: &Camera, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
+pub(super) fn pair_views_by_support(
+    map: &Map,
+    camera: &Camera,
+    (view, listed): (&View, &ByPieces<'_>),
+    keyframes: &[KeyframeId],
+) -> Vec<Pair> {
     let known = Known::of(map, keyframes);
-    let mut proposals = proposals(map, camera, view, (keyframes[0], &known));
+    let mut proposals = proposals(map, camera, (view, listed), (keyframes[0], &known));
     count_support(&mut proposals, REACH);
     proposals.retain(|proposal| proposal.is_clear || proposal.support >= LEAST_SUPPORT);
     proposals.sort_by_key(|it| (Reverse(it.support), it.pair.distance, it.pair.place));
@@ -90,7 +94,7 @@ pub(super) fn num_supported<'a>(
 fn proposals(
     map: &Map,
     camera: &Camera,
-    view: &View,
+    (view, listed): (&View, &ByPieces<'_>),
     (keyframe, known): (KeyframeId, &Known),
 ) -> Vec<Proposal> {
     let pose = map.keyframe(keyframe).camera_from_world();
@@ -101,10 +105,8 @@ fn proposals(
         .map(|point| (point.z > 0.0).then(|| Point2::new(point.x / point.z, point.y / point.z)))
         .collect();
     let (focal, focal_there) = (focal_px(camera), focal_px(map.keyframe(keyframe).camera(camera)));
-    let mut listed = ByPieces::new(known);
     let mut proposals = Vec::new();
-    for (place, described) in view.places.iter().enumerate() {
-        let nearest = listed.nearest(&described.descriptor);
+    for (place, (described, nearest)) in view.places.iter().zip(listed.nearest(known)).enumerate() {
         let clear = nearest.clear().map(|(index, _)| index);
         let here = described.px / focal;
         for (index, distance) in nearest.alike() {

@@ -14,7 +14,7 @@ use crate::{
 /// Matches after which a search that looks around its places ends.
 const WIDE_MATCHES: usize = 50;
 /// Share of the places where something is found around a pose that is about right, at least; and around a wrong one, at most.
-const FOUND_AT_RIGHT: f64 = 0.15;
+pub(crate) const FOUND_AT_RIGHT: f64 = 0.15;
 const FOUND_BY_CHANCE: f64 = 0.03;
 /// Share of the right poses that a hasty search gives up.
 const MOST_GIVEN_UP: f64 = 0.02;
