@@ -65,6 +65,36 @@ fn a_camera_that_leaves_its_map_is_followed_by_what_it_has_seen_since() {
     localizer.slam().map().check().unwrap();
 }
 
+/// Where a view reaches over the border of what was taught, little of it is found at first, and from there the rest.
+#[test]
+fn a_camera_is_found_from_nothing_where_little_of_its_view_is_mapped() {
+    let mut tour = tour(2 * TAUGHT);
+    let (truth, camera) = (tour.truth(), *tour.camera());
+    let map = taught(&truth);
+    let images: Vec<GrayFrame> = std::iter::from_fn(|| tour.next_item())
+        .map(Result::unwrap)
+        .map(|frame| GrayFrame::new(frame.at, frame.image))
+        .collect();
+    let is_found = |first: usize, seed: u64| {
+        let mut localizer =
+            MapLocalizer::new(&map, Some(1.0), &camera, &SlamConfig::default(), seed).unwrap();
+        let mut steps = images[first..first + 2].iter();
+        steps.any(|image| {
+            let Some(estimate) = localizer.step(image.clone()).unwrap().filter(|e| e.is_localized()) else {
+                return false;
+            };
+            let known = truth.nearest(image.at, 0.001).unwrap().world_from_camera;
+            let off_m = (known.inverse() * estimate.world_from_camera).translation().norm();
+            assert!(off_m < 0.1, "{off_m} m from image {first}, seed {seed}");
+            true
+        })
+    };
+    let starts = (TAUGHT..2 * TAUGHT - 2).flat_map(|first| (1..=3).map(move |seed| (first, seed)));
+    // In the middle of this part nothing is seen that was taught.
+    let num_found = starts.filter(|(first, seed)| is_found(*first, *seed)).count();
+    assert!(num_found >= 87, "{num_found}");
+}
+
 /// A robot that walks straight along the office corridor while its head turns from side to side.
 fn straight_walk() -> Scenario {
     let text = "map = \"office\"\nduration_secs = 10.0\nstart = { x_m = 2.2, y_m = 0.0, yaw_deg = 0.0 }\n[robot]\nneck_height_m = 0.42\n\
