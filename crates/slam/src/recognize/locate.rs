@@ -99,7 +99,7 @@ impl Located {
 
 /// Where an image may have been taken by what looks alike.
 #[derive(Debug, Clone)]
-pub(super) struct Proposal {
+pub(super) struct ProposedPlace {
     /// The keyframe that shows the place.
     pub keyframe: KeyframeId,
     /// The pose.
@@ -180,7 +180,7 @@ impl Locator {
         (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
         (view, listed): (&View, Option<&ByPieces<'_>>),
         rng: &mut Rng,
-    ) -> Result<Proposal, Refusal> {
+    ) -> Result<ProposedPlace, Refusal> {
         let mut around = vec![candidate];
         let num_neighbors = if self.is_doubting { NEIGHBORS_DOUBTED } else { NEIGHBORS };
         around.extend(connected.iter().map(|(id, _)| *id).take(num_neighbors));
@@ -206,7 +206,7 @@ impl Locator {
         if agreeing.len() < least {
             return Err(Refusal::NoCommonPose { num: agreeing.len(), of: pairs.len() });
         }
-        Ok(Proposal { keyframe: candidate, pose: state.pose, pairs: agreeing })
+        Ok(ProposedPlace { keyframe: candidate, pose: state.pose, pairs: agreeing })
     }
 
     /// Looks for the landmarks around a keyframe by their patches where an image may have been taken.
@@ -216,11 +216,11 @@ impl Locator {
     pub(super) fn confirm(
         &self,
         map: &Map,
-        proposal: Proposal,
+        proposal: ProposedPlace,
         incoming: &Incoming<'_>,
         work: &mut FrameWork<'_>,
     ) -> Result<Located, Refusal> {
-        let Proposal { keyframe, pose, pairs } = proposal;
+        let ProposedPlace { keyframe, pose, pairs } = proposal;
         let radius = if self.is_doubting { NEAR_RADIUS } else { SEARCH_RADIUS };
         let report = self.follow_within(map, (keyframe, &pose, radius), incoming, work)?;
         Ok(Located { report, keyframe, pairs, rivals: Vec::new() })

@@ -6,7 +6,7 @@ use visloc_core::geom::Camera;
 
 use super::{
     Located, Locator, Ranked, Refusal, View,
-    locate::{NEIGHBORS_SHARE, Proposal},
+    locate::{NEIGHBORS_SHARE, ProposedPlace},
     support::num_supported,
 };
 use crate::{
@@ -99,7 +99,7 @@ impl Relocator {
             let proposed =
                 self.locator.propose(&searched, (id, &connected), (&view, listed.as_ref()), work.rng);
             // Where it is found already it need not be looked for again.
-            let is_known = |proposal: &Proposal| {
+            let is_known = |proposal: &ProposedPlace| {
                 let there = (searched.active(), &proposal.pose);
                 found.iter().any(|it| !are_apart(map, (map.keyframe(it.keyframe).map, &it.report), there))
             };
