@@ -49,6 +49,11 @@ fn a_camera_that_leaves_its_map_is_followed_by_what_it_has_seen_since() {
         if let Some(estimate) = localizer.step(GrayFrame::new(frame.at, frame.image)).unwrap() {
             let apart = known.inverse() * estimate.world_from_camera;
             assert!(apart.translation().norm() < 0.06, "{} m at {}", apart.translation().norm(), frame.at);
+            // What has no depth of its own tells nothing where the landmarks do.
+            let features = &localizer.outcome().unwrap().features;
+            let num_landmarks = features.iter().filter(|(_, is_converged)| *is_converged).count();
+            let is_known = num_landmarks >= SlamConfig::default().tracking.min_matches;
+            assert!(!is_known || num_landmarks == features.len(), "{num_landmarks} of {}", features.len());
             estimates.push(estimate);
         }
     }

@@ -46,8 +46,8 @@ struct Expected {
 }
 
 impl Search {
-    /// At most one landmark for each cell, those found most often first; candidates where converged ones are few. With a
-    /// `radius` above 0, all pixels (of the level) within it are searched.
+    /// At most one landmark for each cell, those found most often first; candidates where converged ones are few, beside a fixed map
+    /// fewer than a pose needs. With a `radius` above 0, all pixels (of the level) within it are searched.
     pub fn run(
         map: &Map,
         matcher: &Matcher<'_>,
@@ -74,7 +74,9 @@ impl Search {
         work.timer.end("projection");
         let mut search = Self { radius, ..Self::default() };
         search.find_expected(map, matcher, &cells, &mut grid, config.max_matches);
-        let wanted = if radius > 0 { 0 } else { config.max_matches / 2 };
+        // Depths of candidates are guessed. A map that grows has no length of its own that they could bend; a fixed one has.
+        let is_known = map.has_fixed() && search.features.len() >= config.min_matches;
+        let wanted = if radius > 0 || is_known { 0 } else { config.max_matches / 2 };
         search.find_candidates(map, matcher, &candidates, &mut grid, wanted);
         work.timer.end("matching");
         search
