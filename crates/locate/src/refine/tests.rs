@@ -237,6 +237,24 @@ fn one_view_is_relied_upon_if_it_fits_one_place_only() {
     }
 }
 
+/// A robot that was carried without noticing, and stands: of two places that explain its images alike the one that is found first has no lead over
+/// the other, although it was the only one to explain the image then.
+#[test]
+fn a_place_that_is_found_first_has_no_lead_over_its_look_alike() {
+    let before = PlanarPose::new(0.0, -2.0, 0.0);
+    let alike = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];
+    let mut localizer = refined(&Alike::new(&[before]), &[before]);
+    look(&mut localizer, 0..3, false, 0.0);
+    localizer.model = Box::new(Alike::new(&alike));
+    localizer.search = Box::new(Fixed::new(&alike[..1]));
+    look(&mut localizer, 3..5, false, 0.0);
+    localizer.search = Box::new(Fixed::new(&alike));
+    for i in 5..60 {
+        let estimate = look(&mut localizer, i..i + 1, false, 0.0);
+        assert!(!estimate.is_localized(), "image {i}: {estimate:?}");
+    }
+}
+
 #[test]
 fn an_established_track_is_not_replaced_by_a_newcomer_that_is_as_good() {
     let places = [PlanarPose::new(2.0, 0.0, 0.0), PlanarPose::new(-2.0, 1.0, 0.0)];

@@ -99,15 +99,16 @@ impl Track {
         self.log_odds = self.log_odds.max(new_log_odds);
     }
 
-    /// A search has come to this place again. If its fit explains the image better the track was stuck beside it.
+    /// A search has come to this place again. If its fit explains the image better the track was stuck beside it. The evidence is what this image
+    /// tells of the fit, and what the view does.
     pub fn find_again(
         &mut self,
         (filter, bend): (PoseFilter, f64),
         fit: &ImageFit,
-        evidence: ViewEvidence,
+        (found, evidence): (ViewEvidence, ViewEvidence),
         model: &dyn FeatureModel,
     ) {
-        if evidence.log_odds < self.view_evidence.log_odds + BETTER_FIT {
+        if found.log_odds < self.view_evidence.log_odds + BETTER_FIT {
             return;
         }
         let (here, there) = (self.filter.pose(), filter.pose());
@@ -120,7 +121,7 @@ impl Track {
         let num_found = self.view_evidence.num_found;
         self.view_evidence = evidence;
         self.view_evidence.num_found = num_found;
-        self.last_log_evidence = evidence.log_evidence;
+        self.last_log_evidence = found.log_evidence;
         self.bend = bend;
         self.weigh();
         self.last_agreement = fit.agreement.value();
@@ -137,8 +138,19 @@ impl Track {
 
     /// Odds by the present views and all before, and by the camera that it needs.
     pub fn weigh(&mut self) {
-        let others: f64 = self.other_views.iter().map(|(_, (view, _))| view.log_odds).sum();
-        self.log_odds = self.past_log_odds + self.view_evidence.log_odds + others - self.bend;
+        self.log_odds = self.past_log_odds + self.view_evidence.log_odds + self.other_log_odds() - self.bend;
+    }
+
+    /// What the present views of the other cameras tell.
+    pub fn other_log_odds(&self) -> f64 {
+        self.other_views.iter().map(|(_, (view, _))| view.log_odds).sum()
+    }
+
+    /// What the other cameras may tell of a place that they have not been compared with: as much as of this one, until they look again.
+    pub fn expected_other_views(&self) -> OtherCameras<(ViewEvidence, f64)> {
+        let mut others = self.other_views.clone();
+        others.values_mut().for_each(|other| *other = (ViewEvidence::expected(other.0.log_odds), 0.0));
+        others
     }
 
     /// The present view moves on.

@@ -49,6 +49,8 @@ pub(super) struct Tracks {
     turn: u64,
     /// The tracks that take turns: image that they were last fitted to, and name.
     waiting: Vec<(u64, u64)>,
+    /// Logarithm of the marginal likelihood of the present image for a place whose view has odds of 1.
+    even_log_evidence: Option<f64>,
     robot: KnownRobot,
 }
 
@@ -225,20 +227,29 @@ impl Tracks {
 
     /// Odds of the tracks: what the present view tells and what was known before.
     fn weigh(&mut self, config: &RefinementConfig) {
-        let best = self.best_log_evidence().unwrap_or_default();
+        self.even_log_evidence = self.weigh_image();
         for track in &mut self.tracks {
-            if track.fitted_in == self.turn {
-                track.view_evidence.add(track.last_log_evidence, best);
+            if let Some(even) = self.even_log_evidence
+                && track.fitted_in == self.turn
+            {
+                track.view_evidence.add(track.last_log_evidence, even);
             }
             track.bend = self.robot.bend(&track.filter, config);
             track.weigh();
         }
     }
 
-    /// Evidence of this image for the track that explains it best.
-    fn best_log_evidence(&self) -> Option<f64> {
+    /// What this image is to a place whose view has odds of 1, so that evidence of different images is told from what one shows more than the
+    /// other: the expectation over which track is right, where tracks that are known from more images of the view tell it better.
+    fn weigh_image(&self) -> Option<f64> {
         let fitted = self.tracks.iter().filter(|track| track.fitted_in == self.turn);
-        fitted.map(|track| track.last_log_evidence).reduce(f64::max)
+        let (mut sum, mut total) = (0.0, 0.0);
+        for track in fitted {
+            let weight = track.log_odds.exp() * (1.0 + track.view_evidence.num_images);
+            sum += weight * (track.last_log_evidence - track.view_evidence.log_odds);
+            total += weight;
+        }
+        (total > 0.0).then(|| sum / total)
     }
 
     /// Where places look alike, counts an image as evidence: who explains it worse than the best one loses odds. A track whose turn it was not is taken to
@@ -340,8 +351,9 @@ impl Tracks {
         let fitted = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config);
         let agreement = fitted.agreement.value();
         let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
-        let view_evidence =
-            ViewEvidence::found(last_log_evidence, self.best_log_evidence().unwrap_or(last_log_evidence));
+        let even = *self.even_log_evidence.get_or_insert(last_log_evidence);
+        let found = ViewEvidence::found(last_log_evidence, even);
+        let view_evidence = self.best().map_or(found, |best| found.after(&best.view_evidence));
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2) {
@@ -355,13 +367,14 @@ impl Tracks {
         } else {
             // It could have been there all the time, as well as the best one, if nobody has carried the robot.
             let past = self.best().map_or(0.0, |best| best.past_log_odds) - handicap;
-            (past + view_evidence.log_odds - bend, past)
+            let others = self.best().map_or(0.0, Track::other_log_odds);
+            (past + view_evidence.log_odds + others - bend, past)
         };
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
         if let Some(i) = found_again {
             let stuck = &mut self.tracks[i];
             if !config.has_look_alikes {
-                stuck.find_again((filter, bend), &fitted, view_evidence, model);
+                stuck.find_again((filter, bend), &fitted, (found, view_evidence), model);
                 return;
             }
             if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
@@ -387,7 +400,7 @@ impl Tracks {
             past_found: 0.0,
             bend,
             view_evidence,
-            other_views: OtherCameras::none(),
+            other_views: self.best().map_or_else(OtherCameras::none, Track::expected_other_views),
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };
         track.share(known.share(model, &track.filter.pose()), model);

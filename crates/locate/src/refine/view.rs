@@ -56,27 +56,42 @@ impl PresentView {
 pub(super) struct ViewEvidence {
     /// Mean of the logarithm of the marginal likelihood of the last images.
     pub log_evidence: f64,
-    /// Mean of the same against the best of all tracks that were fitted to the same image: evidence of different images is not compared, since
-    /// one shows more than the other.
+    /// Mean of the same against one zero for all tracks (`weigh_image` in `tracks.rs`): evidence of different images is not compared, since one
+    /// shows more than the other.
     pub log_odds: f64,
-    num_images: f64,
+    pub num_images: f64,
     /// How many searches of the whole map have come to this place.
     pub num_found: f64,
 }
 
 impl ViewEvidence {
     /// Of a place that one search has just come to.
-    pub fn found(log_evidence: f64, best: f64) -> Self {
+    pub fn found(log_evidence: f64, even: f64) -> Self {
         let mut evidence = Self { num_found: 1.0, ..Self::default() };
-        evidence.add(log_evidence, best);
+        evidence.add(log_evidence, even);
         evidence
     }
 
-    /// Takes in an image with its evidence for this place and for the best one.
-    pub fn add(&mut self, log_evidence: f64, best: f64) {
+    /// The same where images of the view before have shown the best place. If this one is explained better here, those were explained as well at
+    /// most: else searches of them would have come here. That is as little known as one image tells.
+    pub fn after(mut self, best: &Self) -> Self {
+        let lead = self.log_odds - best.log_odds;
+        if lead > 0.0 {
+            self.log_odds = best.log_odds + lead / best.num_images.max(1.0);
+        }
+        self
+    }
+
+    /// Of a place that no image of this view has been compared with.
+    pub fn expected(log_odds: f64) -> Self {
+        Self { log_odds, ..Self::default() }
+    }
+
+    /// Takes in an image with its evidence for this place, and for one whose odds are even.
+    pub fn add(&mut self, log_evidence: f64, even: f64) {
         self.num_images = (self.num_images + 1.0).min(MAX_AVERAGED);
         self.log_evidence += (log_evidence - self.log_evidence) / self.num_images;
-        self.log_odds += (log_evidence - best - self.log_odds) / self.num_images;
+        self.log_odds += (log_evidence - even - self.log_odds) / self.num_images;
     }
 
     /// The view moves on: a share of it is new. What the share that is out of view has told, and how often the place was found there.
