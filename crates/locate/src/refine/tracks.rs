@@ -139,6 +139,7 @@ impl Tracks {
         let weight = config.evidence_per_image * fullness(model) * view.clearness;
         self.tracks.iter_mut().for_each(|track| track.move_on(view.novelty));
         self.fit(model, view, known, config);
+        self.even_log_evidence = self.weigh_image();
         if config.has_look_alikes {
             self.compete(weight, config);
         } else {
@@ -227,7 +228,6 @@ impl Tracks {
 
     /// Odds of the tracks: what the present view tells and what was known before.
     fn weigh(&mut self, config: &RefinementConfig) {
-        self.even_log_evidence = self.weigh_image();
         for track in &mut self.tracks {
             if let Some(even) = self.even_log_evidence
                 && track.fitted_in == self.turn

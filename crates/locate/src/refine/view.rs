@@ -59,6 +59,7 @@ pub(super) struct ViewEvidence {
     /// Mean of the same against one zero for all tracks (`weigh_image` in `tracks.rs`): evidence of different images is not compared, since one
     /// shows more than the other.
     pub log_odds: f64,
+    /// How many images the means are of.
     pub num_images: f64,
     /// How many searches of the whole map have come to this place.
     pub num_found: f64,
