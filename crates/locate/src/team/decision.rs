@@ -2,14 +2,18 @@
 
 use visloc_core::Timestamp;
 
-use super::{joint::Joint, mate::Mate, message::Root, symmetry::Symmetry};
+use super::{
+    joint::Joint,
+    mate::{KNOWN, Mate},
+    message::Root,
+    symmetry::Symmetry,
+};
 
 /// Sightings tie the halves of two robots if they make one of both combinations so probable. Each pair is asked with every message, and one
 /// wrong answer drags a robot, so this is far more than what makes a robot's own half known.
 const TIED: f64 = 0.999;
-/// A robot that is so probably elsewhere than it says, or makes up what it sees, has no say: nearly sure, since one that knows may look wrong
-/// for a moment.
-const DISTRUSTED: f64 = 0.99;
+/// A robot that is so probably elsewhere than it says, or makes up what it sees, has no say.
+const DISTRUSTED: f64 = KNOWN;
 /// From this probability on it supports nobody, but may contradict.
 const DOUBTFUL: f64 = 0.5;
 
