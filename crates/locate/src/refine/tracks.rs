@@ -377,7 +377,7 @@ impl Tracks {
                 stuck.find_again((filter, bend), &fitted, (found, view_evidence), model);
                 return;
             }
-            if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
+            if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
                 stuck.correct((filter, bend), (agreement, deficit), log_odds);
                 stuck.fitted_in = self.turn;
             }
