@@ -41,6 +41,31 @@ pub fn another() -> Host {
     })
 }
 
+/// Begins the program anew, as the same process, if it listens to topics. For hours messages of all sizes come and go then, and the GNU C library
+/// keeps blocks of such sizes in pools, which grow by what is left over between them; from this limit on it returns them at once. It reads
+/// the limit from the environment, when a program begins.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+pub fn return_blocks_of_messages() {
+    use std::{env, os::unix::process::CommandExt};
+
+    const LIMIT: &str = "MALLOC_MMAP_THRESHOLD_";
+    const LIMIT_BYTES: &str = "16384";
+    let mut args = env::args_os();
+    let name = args.next().unwrap_or_default();
+    let listens = args.any(|arg| arg == "--params-file" || arg.to_string_lossy().starts_with("ros2:"));
+    if listens
+        && env::var_os(LIMIT).is_none()
+        && let Ok(program) = env::current_exe()
+    {
+        // If it cannot begin anew, it goes on as it is.
+        let _ = process::Command::new(program)
+            .arg0(name)
+            .args(env::args_os().skip(1))
+            .env(LIMIT, LIMIT_BYTES)
+            .exec();
+    }
+}
+
 /// From the program's start on, Ctrl-C, SIGTERM and hang-up set the stop sign, and a second one ends the program at once. A command that
 /// does not look at the sign ends by the first one, with a word.
 pub fn watch_signals() {

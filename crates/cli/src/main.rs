@@ -33,6 +33,8 @@ use clap::{
 };
 
 fn main() -> ExitCode {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    host::return_blocks_of_messages();
     host::watch_signals();
     let result = run();
     let (said, code) = match &result {

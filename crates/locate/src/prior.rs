@@ -142,27 +142,30 @@ impl StartPrior {
         *self == Self::Uniform
     }
 
-    /// Whether a pose agrees with it; three standard deviations are allowed.
+    /// Probability that a pose agrees with it, 0 to 1, whose position is known to `spread_m` (standard deviation in meters, in each axis): at the edge
+    /// of a region it is even. Of poses and side lines three of their own standard deviations are allowed.
     #[must_use]
-    pub fn allows(&self, pose: &PlanarPose) -> bool {
+    pub fn agreement(&self, pose: &PlanarPose, spread_m: f64) -> f64 {
         let is_near = |yaw_rad: f64, spread_rad: f64| {
             angle::difference(pose.yaw_rad, yaw_rad).abs() <= MAX_DEVIATION * spread_rad
         };
+        let whether = |agrees: bool| f64::from(u8::from(agrees));
         match self {
-            Self::Uniform => true,
+            Self::Uniform => 1.0,
             Self::Region { region, heading } => {
-                region.contains(pose) && heading.is_none_or(|h| is_near(h.yaw_rad, h.spread_rad))
+                whether(heading.is_none_or(|h| is_near(h.yaw_rad, h.spread_rad)))
+                    * probability_inside(region, pose, spread_m)
             }
-            Self::Poses(poses) => poses.iter().any(|p| {
+            Self::Poses(poses) => whether(poses.iter().any(|p| {
                 pose.distance_m(&p.world_from_robot) <= MAX_DEVIATION * p.position_spread_m
                     && is_near(p.world_from_robot.yaw_rad, p.heading_spread_rad)
-            }),
-            Self::SideLines(lines) => [1.0, -1.0].into_iter().any(|side| {
+            })),
+            Self::SideLines(lines) => whether([1.0, -1.0].into_iter().any(|side| {
                 let reach = MAX_DEVIATION * lines.position_spread_m;
                 (lines.min_x_m - reach..=lines.max_x_m + reach).contains(&pose.x_m)
                     && (pose.y_m - side * lines.half_width_m).abs() <= reach
                     && is_near(-side * FRAC_PI_2, lines.heading_spread_rad)
-            }),
+            })),
         }
     }
 
@@ -214,6 +217,17 @@ fn choose<'a>(poses: &'a [PosePrior], rng: &mut Rng) -> Option<&'a PosePrior> {
         }
     }
     poses.iter().rfind(|pose| pose.weight > 0.0)
+}
+
+/// Probability that a position is inside of a region, with errors of a logistic distribution in each axis.
+fn probability_inside(region: &Region, pose: &PlanarPose, spread_m: f64) -> f64 {
+    let is_beyond = |by_m: f64| {
+        1.0 / (1.0 + (-by_m * std::f64::consts::PI / (3.0_f64.sqrt() * spread_m.max(1e-9))).exp())
+    };
+    let is_between =
+        |at_m: f64, least_m: f64, most_m: f64| is_beyond(at_m - least_m) * is_beyond(most_m - at_m);
+    is_between(pose.x_m, region.min_x_m, region.max_x_m)
+        * is_between(pose.y_m, region.min_y_m, region.max_y_m)
 }
 
 #[cfg(test)]

@@ -310,3 +310,25 @@ fn a_live_calibration_that_is_ended_is_that_of_the_pictures_until_then() {
     assert_eq!(end_of(&mut child, "calibrate").code(), Some(0));
     assert!(workspace.read("camera.toml").contains("focal_px"));
 }
+
+/// A program that listens to topics begins anew, as the same process, with a limit for blocks of memory; one that the user has set stays.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+#[test]
+fn who_listens_for_hours_returns_its_memory() {
+    const LIMIT: &str = "MALLOC_MMAP_THRESHOLD_";
+    for (own, expected) in [(None, "16384"), (Some("65536"), "65536")] {
+        let workspace = Workspace::new();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_visloc"));
+        command.args(["localize", "ros2:/nobody", "--map", "robocup-spl-2010"]).env_remove(LIMIT);
+        command.envs(own.map(|own| (LIMIT, own))).current_dir(workspace.path("."));
+        let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
+        let limit = format!("{LIMIT}={expected}");
+        wait_until("the limit", || {
+            let environment = fs::read(format!("/proc/{}/environ", child.id())).unwrap();
+            environment.split(|byte| *byte == 0).any(|variable| variable == limit.as_bytes())
+        });
+        wait_until("signals are caught", || are_signals_caught(&child));
+        send("-INT", &child);
+        assert_eq!(end_of(&mut child, "listening").code(), Some(130));
+    }
+}

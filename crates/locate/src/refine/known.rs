@@ -60,21 +60,22 @@ impl Known {
         spread_m.hypot(DRIFT * self.way_m)
     }
 
-    /// Probability of a pose beside its mirrored one if the prior tells them apart.
-    pub fn share_by_prior(&self, model: &dyn FeatureModel, pose: &PlanarPose) -> Option<f64> {
+    /// Probability of a pose beside its mirrored one if the prior tells them apart. The pose is known to `spread_m`: beside the line that parts two
+    /// halves a half says little.
+    pub fn share_by_prior(&self, model: &dyn FeatureModel, pose: &PlanarPose, spread_m: f64) -> Option<f64> {
         let mirrored = model.mirrored(pose)?;
-        let allows = |pose: &PlanarPose| self.prior.allows(&pose.compose(&self.start_from_robot.inverse()));
-        match (allows(pose), allows(&mirrored)) {
-            (true, false) => Some(SURE),
-            (false, true) => Some(1.0 - SURE),
-            _ => None,
-        }
+        let agrees = |pose: &PlanarPose| {
+            let start = pose.compose(&self.start_from_robot.inverse());
+            (1.0 - SURE) + SURE * self.prior.agreement(&start, self.spread_m(spread_m))
+        };
+        let (here, there) = (agrees(pose), agrees(&mirrored));
+        (here != there).then(|| (here / (here + there)).clamp(1.0 - SURE, SURE))
     }
 
     /// Probability of a pose beside its mirrored one: the prior decides, then where the robot was last.
-    pub fn share(&self, model: &dyn FeatureModel, pose: &PlanarPose) -> f64 {
+    pub fn share(&self, model: &dyn FeatureModel, pose: &PlanarPose, spread_m: f64) -> f64 {
         let Some(mirrored) = model.mirrored(pose) else { return 1.0 };
-        if let Some(share) = self.share_by_prior(model, pose) {
+        if let Some(share) = self.share_by_prior(model, pose, spread_m) {
             return share;
         }
         let Some((last, share_of_last)) = self.last else { return 0.5 };
@@ -108,14 +109,14 @@ mod tests {
         let mut known = Known::new(StartPrior::Uniform);
         for (share, again) in [(0.5, 0.5), (1.0, SURE), (0.99, 0.98)] {
             known.establish(pose, share);
-            assert!((known.share(&model, &pose) - again).abs() < 0.001);
+            assert!((known.share(&model, &pose, 0.1) - again).abs() < 0.001);
         }
         // The robot walks on while it is lost: ahead is where it was going.
         let step = PlanarPose::new(1.5, 0.0, 0.0);
         known.move_by(&step);
         let there = pose.compose(&step);
-        assert!(known.share(&model, &there) > 0.9);
+        assert!(known.share(&model, &there, 0.1) > 0.9);
         let mirrored = PlanarPose::new(-there.x_m, -there.y_m, there.yaw_rad + PI);
-        assert!(known.share(&model, &mirrored) < 0.1);
+        assert!(known.share(&model, &mirrored, 0.1) < 0.1);
     }
 }

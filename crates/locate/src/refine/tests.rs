@@ -368,13 +368,13 @@ fn a_given_half_follows_the_robot_over_the_middle_line() {
     let half = Region { min_x_m: 0.0, ..world.region() };
     let mut known = Known::new(StartPrior::Region { region: half, heading: None });
     let start = PlanarPose::new(0.5, 1.0, 3.0);
-    assert!(known.share(&world, &start) > 0.9);
+    assert!(known.share(&world, &start, 0.1) > 0.9);
     let motion = PlanarPose::new(1.0, 0.0, 0.2);
     known.move_by(&motion);
     let now = start.compose(&motion);
-    assert!(now.x_m < 0.0 && known.share(&world, &now) > 0.9);
+    assert!(now.x_m < 0.0 && known.share(&world, &now, 0.1) > 0.9);
     let mirrored = world.mirrored(&now).unwrap();
-    assert!(known.share(&world, &mirrored) < 0.1);
+    assert!(known.share(&world, &mirrored, 0.1) < 0.1);
 }
 
 /// Beside the middle line the first guess may be on its wrong side; as the pose gets better, the half is asked again.

@@ -190,7 +190,7 @@ impl Track {
     pub fn ask(&mut self, known: &Known, model: &dyn FeatureModel) {
         let spread_m = known.spread_m(self.filter.spread_m());
         if spread_m < self.asked_spread_m
-            && let Some(share) = known.share_by_prior(model, &self.filter.pose())
+            && let Some(share) = known.share_by_prior(model, &self.filter.pose(), self.filter.spread_m())
         {
             self.asked_spread_m = spread_m;
             self.share(share, model);

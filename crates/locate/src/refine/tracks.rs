@@ -377,7 +377,7 @@ impl Tracks {
                 stuck.find_again((filter, bend), &fitted, (found, view_evidence), model);
                 return;
             }
-            if config.has_look_alikes && i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
+            if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
                 stuck.correct((filter, bend), (agreement, deficit), log_odds);
                 stuck.fitted_in = self.turn;
             }
@@ -403,7 +403,8 @@ impl Tracks {
             other_views: self.best().map_or_else(OtherCameras::none, Track::expected_other_views),
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };
-        track.share(known.share(model, &track.filter.pose()), model);
+        let share = known.share(model, &track.filter.pose(), track.filter.spread_m());
+        track.share(share, model);
         self.tracks.push(track);
         self.next_id += 1;
     }

@@ -9,12 +9,11 @@ use super::{
     symmetry::Symmetry,
 };
 
-/// Sightings tie the halves of two robots if they make one of both combinations so probable: what a robot says of its own half counts from
-/// the same probability on.
-const TIED: f64 = KNOWN;
-/// A robot that is so probably elsewhere than it says, or makes up what it sees, has no say: nearly sure, since one that knows may look wrong
-/// for a moment.
-const DISTRUSTED: f64 = 0.99;
+/// Sightings tie the halves of two robots if they make one of both combinations so probable. Each pair is asked with every message, and one
+/// wrong answer drags a robot, so this is far more than what makes a robot's own half known.
+const TIED: f64 = 0.999;
+/// A robot that is so probably elsewhere than it says, or makes up what it sees, has no say.
+const DISTRUSTED: f64 = KNOWN;
 /// From this probability on it supports nobody, but may contradict.
 const DOUBTFUL: f64 = 0.5;
 

@@ -6,8 +6,8 @@ use visloc_core::Timestamp;
 use super::{
     TeamConfig,
     belief::{Place, Spare},
-    joint::Factor,
-    mate::Mate,
+    joint::{Case, Factor},
+    mate::{Mate, Seen},
     message::{Sighting, SightingKind},
     outbox,
     symmetry::Symmetry,
@@ -118,32 +118,44 @@ impl SightingModel<'_> {
         robot.doubt.probability(self.scene.honesty)
     }
 
-    /// Of nobody who is known, or made up. What was there a moment ago, whatever it is, is still there; what was not may be anywhere.
+    /// Of nobody who is known, or made up.
     fn set_base(&self, sighting: &Sighting, num_unknown: f64, factor: &mut Factor) {
         let seer = self.robots[self.observer];
+        let Scene { num_false, correlation_secs, .. } = *self.scene;
+        let (same, old) = self.seen_before(sighting);
+        let (counted, secs) =
+            old.map_or((0.0, 0.0), |old| (old.counted, sighting.at.secs_since(old.sighting.at)));
+        factor.again = same / (self.scene.unexplained(sighting.kind, num_false, num_unknown) + same);
+        let num_false = num_false * (1.0 - factor.again);
+        let unexplained = |kind: SightingKind, unknown: f64| self.scene.unexplained(kind, num_false, unknown);
+        factor.base = unexplained(sighting.kind, num_unknown);
+        // Who makes up what it sees sees as much as if there were as many robots again.
+        factor.invented = unexplained(SightingKind::Robot, self.robots.len() as f64);
+        factor.doubt = self.doubt(seer);
+        // What is seen once says nothing yet, since it may be false, and the second time all that it will say for a while. From then on it stays
+        // where it was, whatever it is.
+        factor.cases = [
+            Case { share: 1.0 - counted, weight: factor.again, same: 0.0 },
+            Case { share: counted, weight: factor.again * secs / correlation_secs, same },
+        ];
+    }
+
+    /// What was seen a moment ago and fits best, with the density of a sighting if it is the same.
+    fn seen_before(&self, sighting: &Sighting) -> (f64, Option<&Seen>) {
+        let seer = self.robots[self.observer];
         let (step, _) = seer.belief.motion.between(seer.weighed_from, seer.seen_from);
-        let of_same = |old: &Sighting| {
-            let moved_m = self.spare.robot_m_per_s * sighting.at.secs_since(old.at);
-            let old = outbox::turned(old, &step.inverse());
+        let is_recent = |old: &&Seen| {
+            let secs = sighting.at.secs_since(old.sighting.at);
+            old.sighting.kind == sighting.kind && secs > 0.0 && secs <= self.scene.correlation_secs
+        };
+        let density = |old: &Seen| {
+            let moved_m = self.spare.robot_m_per_s * sighting.at.secs_since(old.sighting.at);
+            let old = outbox::turned(&old.sighting, &step.inverse());
             let covariance = sighting.covariance + old.covariance + Matrix2::identity() * moved_m * moved_m;
             self.scene.detection * gaussian(&(sighting.in_robot - old.in_robot), &covariance)
         };
-        let is_recent = |old: &&Sighting| {
-            let secs = sighting.at.secs_since(old.at);
-            old.kind == sighting.kind && secs > 0.0 && secs <= self.scene.correlation_secs
-        };
-        let unexplained =
-            |kind: SightingKind, unknown: f64| self.scene.unexplained(kind, self.scene.num_false, unknown);
-        let same = match sighting.kind {
-            SightingKind::Ball => 0.0,
-            _ => seer.weighed.iter().filter(is_recent).map(of_same).fold(0.0, f64::max),
-        };
-        factor.base = unexplained(sighting.kind, num_unknown) + same;
-        // There is one ball: what is seen of it is never new.
-        factor.again = if sighting.kind == SightingKind::Ball { 1.0 } else { same / factor.base };
-        // Who makes up what it sees sees as much as if there were as many robots again.
-        factor.invented = unexplained(SightingKind::Robot, self.robots.len() as f64) + same;
-        factor.doubt = self.doubt(seer);
+        let recent = seer.weighed.iter().filter(is_recent).map(|old| (density(old), Some(old)));
+        recent.fold((0.0, None), |best, next| if next.0 > best.0 { next } else { best })
     }
 
     /// Of a robot, by all that it may be.
@@ -167,17 +179,16 @@ impl SightingModel<'_> {
             let secs = robot.clock.to_own(ball.at).secs_since(seen_at).abs();
             (secs <= BALL_SECS).then_some((ball, frame_at, self.ball_m_per_s * secs))
         };
-        let num = (0..self.robots.len()).filter(|index| recent(*index).is_some()).count();
         self.set_base(sighting, 0.0, factor);
+        let has_any = (0..self.robots.len()).any(|index| recent(index).is_some());
         for (index, (table, robot)) in factor.tables.iter_mut().zip(self.robots).enumerate() {
             let Some((ball, frame_at, rolled_m)) = recent(index) else { continue };
             let doubt = self.doubt(robot);
             self.fill(robot, frame_at, table, |from, witness| {
                 self.scene.of_ball((sighting, from), (&ball, witness), rolled_m, doubt)
             });
-            table.iter_mut().for_each(|density| *density /= num as f64);
         }
-        num > 0
+        has_any
     }
 
     /// A density for each option of who sees and each one of another robot, which is told where it is at a time of its own clock.
@@ -287,30 +298,43 @@ mod tests {
         assert!((at - Point2::new(0.5, -0.4)).norm() < 1e-9 && covariance.determinant() > 0.0);
     }
 
-    /// What is seen where something was seen a moment ago may be the same again; elsewhere it is new.
+    /// What is seen once says nothing, where something was seen a moment ago all that it will say for a while, and elsewhere it is new.
     #[test]
-    fn what_is_seen_again_is_not_new() {
+    fn what_is_seen_twice_counts_once() {
         let at = Timestamp::from_secs;
         let seen = |secs: f64, bearing_rad: f64| {
             Sighting::polar(at(secs), SightingKind::Teammate, (bearing_rad, 0.05), (2.0, 0.2))
         };
         let mut mate = Mate::new(1, 1);
-        mate.weighed.push(seen(1.0, 0.3));
         (mate.weighed_from, mate.seen_from) = (at(1.0), at(1.2));
-        let robots = [&mate];
-        let model = SightingModel {
-            robots: &robots,
-            observer: 0,
-            symmetry: Symmetry::Point,
-            scene: &SCENE,
-            spare: Spare { robot_m_per_s: 0.3, clock_secs: 0.1 },
-            ball_m_per_s: 0.5,
-        };
-        let mut factor = Factor::default();
-        let mut again = |secs: f64, bearing_rad: f64| {
+        let factor = |mate: &Mate, secs: f64, bearing_rad: f64| {
+            let robots = [mate];
+            let model = SightingModel {
+                robots: &robots,
+                observer: 0,
+                symmetry: Symmetry::Point,
+                scene: &SCENE,
+                spare: Spare { robot_m_per_s: 0.3, clock_secs: 0.1 },
+                ball_m_per_s: 0.5,
+            };
+            let mut factor = Factor::default();
             assert!(model.densities(&seen(secs, bearing_rad), &mut factor));
-            factor.again
+            factor
         };
-        assert!(again(1.2, 0.32) > 0.9 && again(1.2, -0.5) < 0.01 && again(2.2, 0.32) < 0.01);
+        let weight = |mate: &Mate, secs: f64, bearing_rad: f64| {
+            factor(mate, secs, bearing_rad).cases.iter().map(|case| case.share * case.weight).sum::<f64>()
+        };
+        assert_eq!(weight(&mate, 1.2, 0.3), 0.0);
+        mate.weighed.push(Seen { sighting: seen(1.0, 0.3), again: 0.0, counted: 0.0 });
+        assert!(weight(&mate, 1.2, 0.32) > 0.9 && weight(&mate, 1.2, -0.5) < 0.01);
+        assert!(weight(&mate, 2.2, 0.32) < 0.01, "that was long ago");
+        let base = factor(&mate, 1.2, 0.32).base;
+        assert!(
+            base < SCENE.unexplained(SightingKind::Teammate, SCENE.num_false, 0.0),
+            "false ones do not last"
+        );
+        (mate.weighed[0].again, mate.weighed[0].counted) = (1.0, 1.0);
+        let again = factor(&mate, 1.2, 0.32);
+        assert!((weight(&mate, 1.2, 0.32) - 0.2).abs() < 0.05 && again.cases[1].same > 100.0 * base);
     }
 }

@@ -10,7 +10,7 @@ use super::{
     decision::{Decision, Terms},
     evidence::{Scene, SightingModel},
     joint::{Factor, Joint, MAX_COMBINATIONS, Variable},
-    mate::Mate,
+    mate::{Mate, Seen},
     message::{Member, Root, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage, ToldHalf},
     names::Names,
     outbox::{Outbox, turned},
@@ -351,10 +351,9 @@ impl TeamFilter {
         let looked = robot.looked_secs.clamp(0.0, 1.0 / messages_per_sec) / correlation_secs;
         robot.doubt.look(detection * looked);
         let robot = index.map_or(&self.own, |index| &self.mates[index]);
-        let newest = robot.sightings.iter().filter(|s| s.kind != SightingKind::Opponent).map(|s| s.at).max();
-        let Some(newest) = newest.filter(|_| self.joint.variables().len() > 1) else { return };
-        let since = robot.weighed_at.map_or(f64::INFINITY, |last| newest.secs_since(last));
-        let weight = (since / correlation_secs).clamp(0.0, 1.0);
+        if robot.sightings.is_empty() || self.joint.variables().len() < 2 {
+            return;
+        }
         let mut joint = std::mem::take(&mut self.joint);
         let mut factor = std::mem::take(&mut self.factor);
         let (robots, _) = self.robots(&joint);
@@ -368,24 +367,22 @@ impl TeamFilter {
             ball_m_per_s: self.config.ball_m_per_s,
         };
         let priors: Vec<&[f64]> = robots.iter().map(|robot| robot.neutral.as_slice()).collect();
-        let mut doubt = robot.doubt;
-        for sighting in &robot.sightings {
+        let (mut doubt, mut seen) = (robot.doubt, Vec::new());
+        for sighting in robot.sightings.iter().filter(|s| s.kind != SightingKind::Opponent) {
+            let mut counted = 0.0;
             if model.densities(sighting, &mut factor) {
-                // What is new says as much as all together that will resemble it.
-                let weight = 1.0 - factor.again * (1.0 - weight);
-                let of_anything = joint.weigh(observer, &factor, weight, &priors);
-                doubt.weigh(factor.invented, of_anything, weight.min(looked));
+                for case in factor.cases.iter().filter(|case| case.share > 0.0) {
+                    let of_anything = joint.weigh(observer, &factor, case, &priors);
+                    doubt.weigh(factor.invented + case.same, of_anything, looked * case.share);
+                }
+                counted = factor.again;
             }
+            seen.push(Seen { sighting: *sighting, again: factor.again, counted });
         }
         (self.joint, self.factor) = (joint, factor);
         let robot = self.robot_mut(index);
-        robot.weighed_at = Some(newest);
-        robot.weighed.clone_from(&robot.sightings);
-        robot.weighed_from = robot.seen_from;
         robot.doubt = doubt;
-        if let Some(ball) = robot.sightings.iter().rfind(|s| s.kind == SightingKind::Ball) {
-            robot.ball = Some((*ball, robot.seen_from));
-        }
+        robot.remember(&seen, correlation_secs);
     }
 
     /// Decides the half, and looks for this robot in what others see if it does not know its place.

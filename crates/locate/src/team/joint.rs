@@ -23,24 +23,45 @@ impl Variable {
 /// How well one sighting fits each pair of options of the robot that saw it and another one.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Factor {
-    /// Density of what fits to nobody.
+    /// Density of what fits to nobody and was not seen before.
     pub base: f64,
-    /// How much of that is of what was seen a moment ago, 0 to 1.
+    /// Probability that it is of what was seen a moment ago, if it fits to nobody.
     pub again: f64,
     /// Density if the robot makes up what it sees, and the probability of that.
     pub invented: f64,
     pub doubt: f64,
+    /// What was seen has not counted yet, or it has.
+    pub cases: [Case; 2],
     /// For each robot the density for its option and that of the observer, `[observer * options + option]`; empty for who has no part in it.
     pub tables: Vec<Vec<f64>>,
+}
+
+/// What a sighting says if something is so.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Case {
+    /// Probability that it is so.
+    pub share: f64,
+    /// How much the sighting counts then, 0 to 1.
+    pub weight: f64,
+    /// Density of what stays where it was, whatever it is.
+    pub same: f64,
 }
 
 impl Factor {
     /// Density for a combination of options, if the sighting is of anything.
     fn density(&self, observer: usize, options: &[usize], variables: &[Variable]) -> f64 {
-        let with = self.tables.iter().zip(options).zip(variables).filter(|((table, _), _)| !table.is_empty());
-        with.fold(self.base, |sum, ((table, option), variable)| {
-            sum + table[options[observer] * variable.num_options() + option]
-        })
+        let from = options[observer];
+        let (mut anywhere, mut somewhere) = (0.0, 0.0_f64);
+        for ((table, option), variable) in self.tables.iter().zip(options).zip(variables) {
+            let Some(density) = table.get(from * variable.num_options() + option) else { continue };
+            if from == 0 || *option == 0 {
+                anywhere += density;
+            } else {
+                // Two are not in the same place.
+                somewhere = somewhere.max(*density);
+            }
+        }
+        self.base + anywhere + somewhere
     }
 }
 
@@ -125,25 +146,26 @@ impl Joint {
         self.log_likelihoods.iter_mut().for_each(|value| *value *= kept);
     }
 
-    /// Takes in a sighting by a robot, with a weight of 0 to 1. Returns the density that it had by what was known before, given the
-    /// probabilities of all options, if it is of anything.
-    pub fn weigh(&mut self, observer: usize, factor: &Factor, weight: f64, priors: &[&[f64]]) -> f64 {
+    /// Takes in a sighting by a robot in one of its cases. Returns the density that it had by what was known before, given the probabilities of
+    /// all options, if it is of anything.
+    pub fn weigh(&mut self, observer: usize, factor: &Factor, case: &Case, priors: &[&[f64]]) -> f64 {
+        let (weight, invented) = (case.share * case.weight, factor.invented + case.same);
         self.options.clear();
         self.options.resize(self.variables.len(), 0);
         let (mut most, mut expected, mut total) = (f64::NEG_INFINITY, 0.0, 0.0);
         for value in &mut self.log_likelihoods {
-            let density = factor.density(observer, &self.options, &self.variables);
+            let density = case.same + factor.density(observer, &self.options, &self.variables);
             if self.options[observer] != 0 {
                 let probability = product(&self.options, priors) * value.exp();
                 expected += probability * density;
                 total += probability;
             }
-            *value += weight * ((1.0 - factor.doubt) * density + factor.doubt * factor.invented).ln();
+            *value += weight * ((1.0 - factor.doubt) * density + factor.doubt * invented).ln();
             most = most.max(*value);
             advance(&mut self.options, &self.variables);
         }
         self.log_likelihoods.iter_mut().for_each(|value| *value = (*value - most).max(-MAX_DIFFERENCE));
-        if total > 0.0 { expected / total } else { factor.base }
+        if total > 0.0 { expected / total } else { factor.base + case.same }
     }
 
     /// Calls `visit` with the options of every combination and its weight, which is the product of the probabilities of all options and of
@@ -202,7 +224,8 @@ mod tests {
         let table = vec![0.1, 0.1, 0.1, 0.1, 9.0, 0.0, 0.1, 0.0, 9.0];
         let factor = Factor { base: 0.1, tables: vec![Vec::new(), table], ..Factor::default() };
         let even = [1.0 / 3.0; 3];
-        let expected = joint.weigh(0, &factor, 1.0, &[&even, &even]);
+        let case = Case { share: 1.0, weight: 1.0, same: 0.0 };
+        let expected = joint.weigh(0, &factor, &case, &[&even, &even]);
         assert!((expected - (0.1 + (2.0 * 0.1 + 2.0 * 9.0) / 6.0)).abs() < 1e-12);
         joint
     }
@@ -213,6 +236,18 @@ mod tests {
         joint.for_each(&slices, |options, weight| sums[options[axis]] += weight);
         let total: f64 = sums.iter().sum();
         sums.iter().map(|sum| sum / total).collect()
+    }
+
+    #[test]
+    fn a_sighting_is_of_one_robot() {
+        let variables = [variable(1, &[0]), variable(2, &[0]), variable(3, &[0])];
+        let table = vec![0.1, 0.1, 0.1, 9.0];
+        let factor =
+            Factor { base: 0.5, tables: vec![Vec::new(), table.clone(), table], ..Factor::default() };
+        let density = |options: [usize; 3]| factor.density(0, &options, &variables);
+        assert_eq!(density([1, 1, 1]), 9.5, "two are not in the same place");
+        assert_eq!(density([1, 1, 0]), 9.6);
+        assert_eq!(density([1, 0, 0]), 0.7, "but either may be anywhere");
     }
 
     #[test]

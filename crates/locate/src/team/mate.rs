@@ -8,8 +8,9 @@ use super::{
     belief::{Belief, Place, Spare, Track},
     clock::ClockOffset,
     joint::MAX_DIFFERENCE,
-    message::{Root, Sighting, TeamMessage, ToldHalf, ToldHypothesis},
+    message::{Root, Sighting, SightingKind, TeamMessage, ToldHalf, ToldHypothesis},
     names::MAX_TRACKS,
+    outbox::{is_same_thing, turned},
     symmetry::{Symmetry, mirrored_covariance},
 };
 
@@ -22,6 +23,16 @@ const MAX_RATE: f64 = 3.0;
 
 /// What a start or a map tells makes a side more probable than this; where the robot was last does not.
 pub(super) const KNOWN: f64 = 0.95;
+
+/// Something that was seen a moment ago.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    pub sighting: Sighting,
+    /// Probability that it was not seen for the first time.
+    pub again: f64,
+    /// How much of what it says has counted, 0 to 1.
+    pub counted: f64,
+}
 
 /// One robot: a teammate, or oneself.
 #[derive(Debug, Clone, Default)]
@@ -45,10 +56,8 @@ pub(super) struct Mate {
     pub seen_from: Timestamp,
     /// Its last sighting of the ball, and the time of the frame that this is in.
     pub ball: Option<(Sighting, Timestamp)>,
-    /// Images after which its sightings counted last, by its clock.
-    pub weighed_at: Option<Timestamp>,
-    /// The last sightings that counted, in its frame at that time.
-    pub weighed: Vec<Sighting>,
+    /// What it has seen of late, in its frame at a time.
+    pub weighed: Vec<Seen>,
     pub weighed_from: Timestamp,
     /// Time between its last two messages, or images, seconds.
     pub looked_secs: f64,
@@ -127,6 +136,23 @@ impl Mate {
         self.sightings.clone_from(&message.sightings);
         self.looked_secs = message.at.secs_since(self.seen_from);
         self.seen_from = message.at;
+    }
+
+    /// Takes in what it sees now, and keeps what it has seen for so long, seconds. A ball that was seen once is none yet.
+    pub fn remember(&mut self, seen: &[Seen], secs: f64) {
+        let (step, _) = self.belief.motion.between(self.weighed_from, self.seen_from);
+        let back = step.inverse();
+        let is_over = |old: &Seen, new: &Seen| {
+            new.sighting.at.secs_since(old.sighting.at) > secs || is_same_thing(&old.sighting, &new.sighting)
+        };
+        self.weighed.iter_mut().for_each(|old| old.sighting = turned(&old.sighting, &back));
+        self.weighed.retain(|old| !seen.iter().any(|new| is_over(old, new)));
+        self.weighed.extend_from_slice(seen);
+        self.weighed_from = self.seen_from;
+        let is_ball = |seen: &&Seen| seen.sighting.kind == SightingKind::Ball && seen.again >= 0.5;
+        if let Some(ball) = seen.iter().rfind(is_ball) {
+            self.ball = Some((ball.sighting, self.seen_from));
+        }
     }
 
     /// Brings the probabilities of its options up to date. A robot that is sure may be wrong about its half or lie: that is `1 - honesty`.

@@ -34,10 +34,7 @@ impl Outbox {
         }
         self.sightings.retain(|sighting| at.secs_since(sighting.at) <= TOLD_SECS);
         for new in seen {
-            self.sightings.retain(|old| {
-                let is_same = old.kind == new.kind && (old.in_robot - new.in_robot).norm() < SAME_THING_M;
-                !is_same || old.at == new.at
-            });
+            self.sightings.retain(|old| !is_same_thing(old, new) || old.at == new.at);
             if self.sightings.len() == MAX_SIGHTINGS {
                 self.sightings.remove(0);
             }
@@ -77,6 +74,11 @@ impl Outbox {
             sightings: std::mem::take(&mut self.sightings),
         })
     }
+}
+
+/// Whether two sightings in one frame are of one thing.
+pub(super) fn is_same_thing(old: &Sighting, new: &Sighting) -> bool {
+    old.kind == new.kind && (old.in_robot - new.in_robot).norm() < SAME_THING_M
 }
 
 /// A sighting in another frame, given the pose of its own frame there.

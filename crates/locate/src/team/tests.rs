@@ -204,6 +204,26 @@ fn who_still_looks_for_its_place_has_a_say() {
     assert!(is_right(&players[1]), "{:?}", players[1].filter.answer());
 }
 
+/// Something is seen once where the mirrored robot would be: nobody is tied by it, and the robot itself, seen for a second, is.
+#[test]
+fn one_false_sighting_ties_nobody() {
+    let mut players = row([0.99, 0.5 - 1e-6, 0.5]);
+    players.truncate(2);
+    players.iter_mut().for_each(|player| player.sees = false);
+    play(&mut players, 0.0, 3.0, nobody);
+    let truth = players[1].truth;
+    (players[0].sees, players[1].truth) = (true, mirrored(&truth));
+    play(&mut players, 3.0, STEP_SECS, nobody);
+    (players[0].sees, players[1].truth) = (false, truth);
+    for second in 0..10 {
+        play(&mut players, 3.1 + f64::from(second), 1.0, nobody);
+        assert_eq!(players[1].filter.answer().help, Help::Alone, "{second}");
+    }
+    players[0].sees = true;
+    play(&mut players, 13.1, 1.0, nobody);
+    assert!(is_right(&players[1]), "{:?}", players[1].filter.answer());
+}
+
 /// One that sees robots and balls everywhere and is sure of the wrong half: nobody believes it, and it ties nobody to anybody.
 #[test]
 fn an_inventor_ties_nobody() {

@@ -108,31 +108,38 @@ fn nobody_hears_a_robot_whose_link_is_cut_until_it_is_restored() {
 #[test]
 fn a_liar_drags_nobody_and_one_that_is_seen_elsewhere_loses_trust() {
     for how in ["elsewhere", "wrong_half", "inventing"] {
-        let mut session = team(2);
-        step_until(&mut *session, 60 * PER_SEC, all_know);
-        let before = trust(&state(&mut *session), 1, 4).unwrap();
-        assert!(before > 0.8, "{before}");
-        tell(&mut *session, json!({ "type": "lie", "robot": 4, "how": how }));
-        let (mut num_wrong, mut num_knowing, mut least) = (0, 0, before);
-        for _ in 0..30 * PER_SEC {
-            session.step().unwrap();
-            let now = state(&mut *session);
-            num_wrong += wrong(&now).into_iter().filter(|number| *number != 4).count();
-            num_knowing += robots(&now)[1..3].iter().filter(|robot| knows_half(robot)).count();
-            least = trust(&now, 1, 4).map_or(least, |trust| trust.min(least));
-        }
-        assert!(num_wrong <= PER_SEC, "{how}: {num_wrong}");
+        // How soon somebody sees the liar is chance.
+        let shares = [2, 3].map(|seed| share_beside_liar(how, seed));
+        let share = shares.iter().sum::<f64>() / shares.len() as f64;
         // One word against another: nobody else is helped. Whom sightings contradict has no say.
-        let share = num_knowing as f64 / (2 * 30 * PER_SEC) as f64;
-        assert!(if how == "wrong_half" { share < 0.4 } else { share > 0.6 }, "{how}: {share}");
-        if how == "elsewhere" {
-            assert!(least < 0.3, "{least}");
-            tell(&mut *session, json!({ "type": "lie", "robot": 4 }));
-            step_until(&mut *session, 60 * PER_SEC, |now| {
-                robots(now)[3]["lie"].is_null() && trust(now, 1, 4).is_some_and(|trust| trust > 0.8)
-            });
-        }
+        assert!(if how == "wrong_half" { share < 0.4 } else { share > 0.6 }, "{how}: {shares:?}");
     }
+}
+
+/// Robot 4 begins to lie when all know where they are. Returns for which share of the next half minute the two know it that nobody told.
+fn share_beside_liar(how: &str, seed: u64) -> f64 {
+    let mut session = team(seed);
+    step_until(&mut *session, 60 * PER_SEC, all_know);
+    let before = trust(&state(&mut *session), 1, 4).unwrap();
+    assert!(before > 0.8, "{before}");
+    tell(&mut *session, json!({ "type": "lie", "robot": 4, "how": how }));
+    let (mut num_wrong, mut num_knowing, mut least) = (0, 0, before);
+    for _ in 0..30 * PER_SEC {
+        session.step().unwrap();
+        let now = state(&mut *session);
+        num_wrong += wrong(&now).into_iter().filter(|number| *number != 4).count();
+        num_knowing += robots(&now)[1..3].iter().filter(|robot| knows_half(robot)).count();
+        least = trust(&now, 1, 4).map_or(least, |trust| trust.min(least));
+    }
+    assert!(num_wrong <= PER_SEC, "{how}: {num_wrong}");
+    if how == "elsewhere" {
+        assert!(least < 0.3, "{least}");
+        tell(&mut *session, json!({ "type": "lie", "robot": 4 }));
+        step_until(&mut *session, 60 * PER_SEC, |now| {
+            robots(now)[3]["lie"].is_null() && trust(now, 1, 4).is_some_and(|trust| trust > 0.8)
+        });
+    }
+    num_knowing as f64 / (2 * 30 * PER_SEC) as f64
 }
 
 #[test]
