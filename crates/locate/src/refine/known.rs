@@ -101,6 +101,19 @@ mod tests {
     use super::*;
     use crate::observation::field::FieldFeatureModel;
 
+    /// A half tells a pose from its mirrored one as far as the line between the halves is away, measured by what the pose is known to.
+    #[test]
+    fn beside_the_middle_line_a_half_says_little() {
+        let Ok(Map::Field(field)) = Map::load("robocup-spl-2024") else { panic!("built-in map") };
+        let model = FieldFeatureModel::new(&field);
+        let at = |x_m: f64| PlanarPose::new(x_m, 1.0, 0.5);
+        let known = Known::new(StartPrior::half_of(&Map::Field(field), &at(1.0)));
+        let share = |x_m: f64, spread_m: f64| known.share(&model, &at(x_m), spread_m);
+        assert!((share(0.0, 0.05) - 0.5).abs() < 1e-9);
+        assert!(share(0.02, 0.05) > 0.6 && share(0.02, 0.05) < 0.9 && share(-0.02, 0.05) < 0.4);
+        assert!(share(0.02, 0.002) > 0.98 && share(1.0, 0.05) > 0.98 && share(-1.0, 0.05) < 0.02);
+    }
+
     #[test]
     fn who_never_knew_the_side_does_not_learn_it_by_being_lost() {
         let Ok(Map::Field(field)) = Map::load("robocup-spl-2024") else { panic!("built-in map") };
