@@ -190,7 +190,7 @@ pub struct Percept {
     pub borders: Vec<BorderPixel>,
     /// Lines, junctions, circle, marks and posts; empty if they are not looked for.
     pub features: FieldFeatures,
-    /// Robots and balls, the clearest first; empty if they are not looked for.
+    /// Robots and balls, the clearest first; empty if they are not looked for in this image.
     pub objects: Vec<DetectedObject>,
     /// The dropped pixels.
     pub dropped: Vec<DroppedPixel>,

@@ -134,7 +134,7 @@ pub struct FieldAnalysisConfig {
     pub max_goal_borders: usize,
     /// Composite features.
     pub composite: FeatureDetectionConfig,
-    /// Whether robots and balls are detected, for teams. It changes nothing else.
+    /// Whether robots and balls are detected, five times a second at most, for teams. It changes nothing else.
     pub detect_objects: bool,
     /// Diameter of the ball, meters. No key: the map says it.
     #[serde(skip)]

@@ -488,6 +488,24 @@ mod tests {
     }
 
     #[test]
+    fn objects_are_looked_for_five_times_a_second() {
+        let mut frame = frame();
+        paint_upright(&mut frame, Point2::new(1.3, 0.25), (0.1, 0.1), checkered_ball);
+        let config = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
+        let mut analyzer = FieldAnalyzer::new(config).unwrap();
+        let rng = &mut RngTree::new(1).stream("analysis", 0);
+        for images_per_sec in [5, 30] {
+            let start = frame.at + 1.0;
+            let mut num_found = 0;
+            for i in 0..2 * images_per_sec {
+                frame.at = start + f64::from(i) / f64::from(images_per_sec);
+                num_found += analyzer.analyze(&frame, rng).unwrap().objects.len();
+            }
+            assert_eq!(num_found, 10, "{images_per_sec} images a second");
+        }
+    }
+
+    #[test]
     fn an_orange_ball_may_touch_a_line() {
         let at = Point2::new(1.3, 0.25);
         let orange = |u: f64, v: f64| ((u - 0.5).hypot(v - 0.5) < 0.5).then_some([225, 95, 28]);
