@@ -1,6 +1,24 @@
 //! Normal equations of small least-squares problems.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector2};
+
+/// Adds a weighted residual to normal equations. nalgebra calls its loop over matrices of any size for these products.
+#[inline]
+pub fn add_residual<const N: usize>(
+    (hessian, gradient): (&mut SMatrix<f64, N, N>, &mut SVector<f64, N>),
+    error: &Vector2<f64>,
+    jacobian: &SMatrix<f64, 2, N>,
+    weight: f64,
+) {
+    let [first, second]: [SVector<f64, N>; 2] = [0, 1].map(|row| jacobian.row(row).transpose());
+    for i in 0..N {
+        let (x, y) = (first[i], second[i]);
+        for j in 0..N {
+            hessian[(j, i)] += (first[j] * x + second[j] * y) * weight;
+        }
+        gradient[i] -= (x * error.x + y * error.y) * weight;
+    }
+}
 
 /// Solves a 7 x 7 system with a touch of damping, so that directions nothing is known of stay where they are. `None` if the
 /// matrix is not positive definite.
