@@ -136,11 +136,7 @@ struct Level<'a> {
 }
 
 impl Level<'_> {
-    fn align(
-        &self,
-        start: &Rigid3<CameraFrame, CameraFrame>,
-        max_iterations: usize,
-    ) -> ImageAlignment {
+    fn align(&self, start: &Rigid3<CameraFrame, CameraFrame>, max_iterations: usize) -> ImageAlignment {
         let (Light { mut gain, mut offset }, scale) = self.robust_start(start);
         let mut motion = *start;
         let mut accepted = (motion, gain, offset);
