@@ -80,7 +80,7 @@ impl CornerGrid {
     /// The column of cells of each column of a level's pixels, and the row of each row.
     fn cells_of_level(&self, image: &GrayImage, level: usize) -> (Vec<usize>, Vec<usize>) {
         let cell = |x: usize, y: usize| self.cell(&px_from_level(&Point2::new(x as f64, y as f64), level));
-        let columns = (0..image.width()).map(|x| cell(x, 0)).collect();
+        let columns = (0..image.width()).map(|x| cell(x, 0) % self.columns).collect();
         (columns, (0..image.height()).map(|y| cell(0, y) / self.columns).collect())
     }
 }
