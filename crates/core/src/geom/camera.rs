@@ -217,6 +217,7 @@ impl Camera {
     }
 
     /// Whether a pixel lies in the image, with its center at least half a pixel inside the border.
+    #[inline]
     #[must_use]
     pub fn contains(&self, px: &Point2<f64>) -> bool {
         let (w, h) = (f64::from(self.size_px.0), f64::from(self.size_px.1));
@@ -227,6 +228,7 @@ impl Camera {
     ///
     /// # Errors
     /// If the point has no pixel.
+    #[inline]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Result<Point2<f64>, ProjectionReject> {
         if point_in_camera.z <= 0.0 {
             return Err(ProjectionReject::BehindCamera);
@@ -313,6 +315,7 @@ impl Camera {
     ///
     /// # Errors
     /// If the point is outside the range of the lens model.
+    #[inline]
     pub fn pixel_of_normalized(&self, normalized: &Point2<f64>) -> Result<Point2<f64>, ProjectionReject> {
         // Past the fold the image runs backwards; such points would land on wrong pixels.
         if normalized.coords.norm_squared() > self.max_radius2 {

@@ -1,5 +1,7 @@
 //! FAST corners.
 
+use std::ops::Range;
+
 use visloc_core::GrayImage;
 
 /// Radius of the circle, pixels; no corner lies closer to the border.
@@ -42,44 +44,47 @@ pub struct FastCorner {
 ///
 /// Source: Rosten and Drummond, "Machine learning for high-speed corner detection", 2006 (FAST-9).
 pub fn detect_fast(image: &GrayImage, threshold: u8, corners: &mut Vec<FastCorner>) {
-    for_each_corner(image, threshold, |corner, _| corners.push(corner));
+    let all = 0..image.width();
+    for_each_corner(image, threshold, |_| std::slice::from_ref(&all), |corner, _| corners.push(corner));
 }
 
-/// As [`detect_fast`], and whether each corner is one with a higher threshold, too.
-pub fn detect_graded_fast(
+/// As [`detect_fast`] within some columns of each row (from left to right), and whether each corner is one with a higher threshold, too.
+pub fn detect_graded_fast<'a>(
     image: &GrayImage,
     (threshold, high_threshold): (u8, u8),
-    corners: &mut Vec<(FastCorner, bool)>,
+    columns: impl Fn(usize) -> &'a [Range<usize>],
+    mut take: impl FnMut(FastCorner, bool),
 ) {
-    for_each_corner(image, threshold, |corner, strength| corners.push((corner, strength > high_threshold)));
+    for_each_corner(image, threshold, columns, |corner, strength| take(corner, strength > high_threshold));
 }
 
 /// Each corner with its strength: the highest threshold up to which it is one, and one more.
-fn for_each_corner(image: &GrayImage, threshold: u8, mut take: impl FnMut(FastCorner, u8)) {
-    for_each_block(image, |x, y, num_before| {
-        let Some(strengths) = block_strengths(image, x, y, threshold) else { return };
-        for (i, strength) in strengths.iter().enumerate().skip(num_before) {
-            if *strength > threshold {
-                take(FastCorner { x: (x + i) as u32, y: y as u32 }, *strength);
-            }
-        }
-    });
-}
-
-/// Column and row of each block, and how many of its first pixels are those of the block before.
-fn for_each_block(image: &GrayImage, mut take: impl FnMut(usize, usize, usize)) {
+fn for_each_corner<'a>(
+    image: &GrayImage,
+    threshold: u8,
+    columns: impl Fn(usize) -> &'a [Range<usize>],
+    mut take: impl FnMut(FastCorner, u8),
+) {
     let (width, height) = (image.width(), image.height());
     if width < 2 * FAST_RADIUS_PX + BLOCK || height <= 2 * FAST_RADIUS_PX {
         return;
     }
+    let end = width - FAST_RADIUS_PX;
     for y in FAST_RADIUS_PX..height - FAST_RADIUS_PX {
-        let end = width - FAST_RADIUS_PX;
-        let mut x = FAST_RADIUS_PX;
-        while x < end {
-            // The last block overlaps the one before.
-            let start = x.min(end - BLOCK);
-            take(start, y, x - start);
-            x = start + BLOCK;
+        for range in columns(y) {
+            let mut x = range.start.max(FAST_RADIUS_PX);
+            while x < range.end.min(end) {
+                // The last block of a row overlaps the one before.
+                let start = x.min(end - BLOCK);
+                let past = (start + BLOCK).min(range.end);
+                let strengths = block_strengths(image, start, y, threshold);
+                for (strength, x) in strengths.iter().flat_map(|s| &s[x - start..past - start]).zip(x..) {
+                    if *strength > threshold {
+                        take(FastCorner { x: x as u32, y: y as u32 }, *strength);
+                    }
+                }
+                x = past;
+            }
         }
     }
 }
@@ -207,9 +212,12 @@ mod tests {
                 }
             }
             prop_assert_eq!(&corners, &expected);
+            let columns = [0..9, 12..13, 20..41];
             let mut graded = Vec::new();
-            detect_graded_fast(&image, (threshold, threshold + 30), &mut graded);
+            let take = |corner, is_clear| graded.push((corner, is_clear));
+            detect_graded_fast(&image, (threshold, threshold + 30), |_| &columns, take);
             let (corners, is_clear): (Vec<FastCorner>, Vec<bool>) = graded.into_iter().unzip();
+            expected.retain(|corner| columns.iter().any(|range| range.contains(&(corner.x as usize))));
             prop_assert_eq!(&corners, &expected);
             for (corner, is_clear) in expected.iter().zip(is_clear) {
                 let (x, y) = (corner.x as usize, corner.y as usize);

@@ -1,9 +1,11 @@
 //! The best corner of each cell.
 
+use std::ops::Range;
+
 use nalgebra::Point2;
 use visloc_core::GrayImage;
 
-use super::{detect_fast, detect_graded_fast, fast::FastCorner, shi_tomasi_score};
+use super::{detect_graded_fast, shi_tomasi_score};
 use crate::image::{Pyramid, px_from_level};
 
 /// A corner of some level.
@@ -59,6 +61,28 @@ impl CornerGrid {
     pub fn is_taken(&self, cell: usize) -> bool {
         self.is_taken[cell]
     }
+
+    /// For each row of cells the columns of a level's pixels that belong to free cells, from left to right.
+    fn free_columns(&self, cell_of_column: &[usize]) -> Vec<Vec<Range<usize>>> {
+        let free = |row: &[bool]| {
+            let mut ranges: Vec<Range<usize>> = Vec::new();
+            for (x, _) in cell_of_column.iter().enumerate().filter(|(_, cell)| !row[**cell]) {
+                match ranges.last_mut() {
+                    Some(range) if range.end == x => range.end += 1,
+                    _ => ranges.push(x..x + 1),
+                }
+            }
+            ranges
+        };
+        self.is_taken.chunks_exact(self.columns).map(free).collect()
+    }
+
+    /// The column of cells of each column of a level's pixels, and the row of each row.
+    fn cells_of_level(&self, image: &GrayImage, level: usize) -> (Vec<usize>, Vec<usize>) {
+        let cell = |x: usize, y: usize| self.cell(&px_from_level(&Point2::new(x as f64, y as f64), level));
+        let columns = (0..image.width()).map(|x| cell(x, 0) % self.columns).collect();
+        (columns, (0..image.height()).map(|y| cell(0, y) / self.columns).collect())
+    }
 }
 
 /// How corners are searched.
@@ -93,63 +117,45 @@ fn gradient_noise_of(image: &GrayImage) -> f32 {
     scores.get(scores.len() / 4).copied().unwrap_or(0.0).min(MOST_NOISE)
 }
 
-/// The best corner of each free cell, best cells first: clear ones, then faint ones in the cells that have none. The cells of the clear
-/// ones are taken afterwards. The threshold of faint ones is not above that of clear ones.
+/// The best corner of each free cell, best cells first: clear ones, then faint ones in the cells that have none. Both are searched on the
+/// levels of the clear ones, and the threshold of faint ones is not above that of clear ones.
 #[must_use]
-pub fn detect_corners_twice(
+pub fn detect_corners(
     pyramid: &Pyramid,
-    grid: &mut CornerGrid,
+    grid: &CornerGrid,
     (clear, faint): (CornerSearch, CornerSearch),
 ) -> Vec<Corner> {
-    let num_levels = clear.num_levels.max(faint.num_levels).min(pyramid.num_levels());
-    let graded = |level: usize| {
-        let mut found = Vec::new();
-        detect_graded_fast(pyramid.level(level), (faint.threshold, clear.threshold), &mut found);
-        found
-    };
-    let found: Vec<Vec<(FastCorner, bool)>> = (0..num_levels).map(graded).collect();
-    let is_clear = |(corner, is_clear): &(FastCorner, bool)| is_clear.then_some(*corner);
-    let mut corners = best_of_cells(pyramid, grid, clear, |level| found[level].iter().filter_map(is_clear));
-    for corner in &corners {
-        grid.take(grid.cell(&corner.px));
+    let mut best: Vec<(Option<Corner>, Option<Corner>)> = vec![(None, None); grid.num_cells()];
+    for level in 0..clear.num_levels.min(pyramid.num_levels()) {
+        let image = pyramid.level(level);
+        let (columns, rows) = grid.cells_of_level(image, level);
+        let free = grid.free_columns(&columns);
+        let free = |y: usize| free[rows[y]].as_slice();
+        detect_graded_fast(image, (faint.threshold, clear.threshold), free, |corner, is_clear| {
+            let (x, y) = (corner.x as usize, corner.y as usize);
+            let (best_clear, best_faint) = &mut best[rows[y] * grid.columns + columns[x]];
+            if best_clear.is_some() && !is_clear {
+                return;
+            }
+            let score = shi_tomasi_score(image, x, y);
+            let is_best = |best: &Option<Corner>| best.is_none_or(|b| score > b.score);
+            let px = px_from_level(&Point2::new(x as f64, y as f64), level);
+            let corner = Corner { px, level, score };
+            if is_clear && score >= clear.min_score && is_best(best_clear) {
+                *best_clear = Some(corner);
+            }
+            if score >= faint.min_score && is_best(best_faint) {
+                *best_faint = Some(corner);
+            }
+        });
     }
-    let all = |level: usize| found[level].iter().map(|(corner, _)| *corner);
-    corners.extend(best_of_cells(pyramid, grid, faint, all));
+    let mut corners = best_first(best.iter().filter_map(|(clear, _)| *clear));
+    corners.extend(best_first(best.iter().filter_map(|(clear, faint)| faint.filter(|_| clear.is_none()))));
     corners
 }
 
-/// The best corner of each free cell, best cells first.
-#[must_use]
-pub fn detect_corners(pyramid: &Pyramid, grid: &CornerGrid, search: CornerSearch) -> Vec<Corner> {
-    best_of_cells(pyramid, grid, search, |level| {
-        let mut found: Vec<FastCorner> = Vec::new();
-        detect_fast(pyramid.level(level), search.threshold, &mut found);
-        found.into_iter()
-    })
-}
-
-fn best_of_cells<I: Iterator<Item = FastCorner>>(
-    pyramid: &Pyramid,
-    grid: &CornerGrid,
-    search: CornerSearch,
-    corners_of: impl Fn(usize) -> I,
-) -> Vec<Corner> {
-    let mut best: Vec<Option<Corner>> = vec![None; grid.num_cells()];
-    for level in 0..search.num_levels.min(pyramid.num_levels()) {
-        let image = pyramid.level(level);
-        for corner in corners_of(level) {
-            let px = px_from_level(&Point2::new(f64::from(corner.x), f64::from(corner.y)), level);
-            let cell = grid.cell(&px);
-            if grid.is_taken(cell) {
-                continue;
-            }
-            let score = shi_tomasi_score(image, corner.x as usize, corner.y as usize);
-            if score >= search.min_score && best[cell].is_none_or(|b| score > b.score) {
-                best[cell] = Some(Corner { px, level, score });
-            }
-        }
-    }
-    let mut corners: Vec<Corner> = best.into_iter().flatten().collect();
+fn best_first(corners: impl Iterator<Item = Corner>) -> Vec<Corner> {
+    let mut corners: Vec<Corner> = corners.collect();
     corners.sort_by(|a, b| b.score.total_cmp(&a.score));
     corners
 }

@@ -6,7 +6,7 @@ use visloc_core::geom::Camera;
 use super::{DepthFilter, EpipolarSearch};
 use crate::{
     config::{FeatureConfig, MappingConfig},
-    feature::{Corner, CornerGrid, CornerSearch, detect_corners, detect_corners_twice, gradient_noise},
+    feature::{Corner, CornerGrid, CornerSearch, detect_corners, gradient_noise},
     map::{KeyframeId, LandmarkId, LandmarkState, Map, Observation},
     solve::cos_parallax,
     track::{Found, Matcher},
@@ -33,7 +33,7 @@ pub fn new_corners(
             grid.take(grid.cell(&observation.px));
         }
     }
-    let mut corners = corners_in_two_passes(&pyramid, &mut grid, features);
+    let mut corners = corners_in_two_passes(&pyramid, &grid, features);
     corners.truncate(max);
     corners
 }
@@ -41,7 +41,7 @@ pub fn new_corners(
 /// Strong corners first, weak ones in the cells that stay empty.
 pub fn corners_in_two_passes(
     pyramid: &crate::image::Pyramid,
-    grid: &mut CornerGrid,
+    grid: &CornerGrid,
     features: &FeatureConfig,
 ) -> Vec<Corner> {
     let search = CornerSearch {
@@ -50,7 +50,7 @@ pub fn corners_in_two_passes(
         min_score: features.min_score,
     };
     if features.low_fast_threshold >= features.fast_threshold {
-        return detect_corners(pyramid, grid, search);
+        return detect_corners(pyramid, grid, (search, search));
     }
     let low = CornerSearch {
         threshold: features.low_fast_threshold,
@@ -59,7 +59,7 @@ pub fn corners_in_two_passes(
             .max(NOISE_FACTOR * gradient_noise(pyramid, 1).first().copied().unwrap_or(0.0)),
         ..search
     };
-    detect_corners_twice(pyramid, grid, (search, low))
+    detect_corners(pyramid, grid, (search, low))
 }
 
 /// Inverse depths of the landmarks that a keyframe sees: median and a high value. `None` if there are too few.

@@ -16,7 +16,8 @@ impl SearchPatch {
     /// From the inner pixels of a template, rounded to gray levels.
     #[must_use]
     pub fn new(template: &Template) -> Self {
-        let values = template.inner().map(|v| v.round() as i16);
+        // Rounded; nothing is negative here.
+        let values = template.inner().map(|v| (v + 0.5) as i16);
         let sum = values.iter().map(|v| i32::from(*v)).sum();
         let sum_of_squares = values.iter().map(|v| i32::from(*v) * i32::from(*v)).sum();
         Self { values, sum, sum_of_squares }

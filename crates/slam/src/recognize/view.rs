@@ -56,8 +56,8 @@ impl View {
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
     #[must_use]
     pub fn of_image(pyramid: &Pyramid, camera: &Camera, features: &FeatureConfig) -> Self {
-        let mut grid = CornerGrid::new(camera.size_px(), features.cell_px / DENSER);
-        let corners = corners_in_two_passes(pyramid, &mut grid, features);
+        let grid = CornerGrid::new(camera.size_px(), features.cell_px / DENSER);
+        let corners = corners_in_two_passes(pyramid, &grid, features);
         let levels = |level: usize| level.saturating_sub(1)..(level + 2).min(pyramid.num_levels());
         let searched = 0..levels(features.search_levels.saturating_sub(1)).end;
         let sums: Vec<BoxSums> = searched.map(|level| BoxSums::new(pyramid.level(level))).collect();

@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix6, Point3, SMatrix, SVector, V
 use rand::RngExt;
 use visloc_core::Rng;
 
-use super::normal::solve_damped;
+use super::normal::{add_residual, solve_damped};
 use crate::lie::{CameraFromWorld, log, moved, skew};
 
 /// One landmark and where the camera sees it.
@@ -201,8 +201,7 @@ pub fn refine_pose(
                 continue;
             }
             let weight = (1.0 - ratio2).powi(2);
-            hessian += jacobian.transpose() * jacobian * weight;
-            gradient -= jacobian.transpose() * error * weight;
+            add_residual((&mut hessian, &mut gradient), &error, &jacobian, weight);
         }
         if let Some(prior) = prior {
             prior.add(&state, &mut hessian, &mut gradient);

@@ -190,8 +190,8 @@ impl Initializer {
 
     fn begin(&mut self, incoming: &Incoming<'_>) -> StartWait {
         let Incoming { number, at, pyramid, .. } = *incoming;
-        let mut grid = CornerGrid::new(self.camera.size_px(), self.config.features.cell_px);
-        let corners = corners_in_two_passes(pyramid, &mut grid, &self.config.features);
+        let grid = CornerGrid::new(self.camera.size_px(), self.config.features.cell_px);
+        let corners = corners_in_two_passes(pyramid, &grid, &self.config.features);
         if corners.len() < least_points(&self.config, incoming) {
             self.attempt = None;
             return StartWait::FewCorners(corners.len());

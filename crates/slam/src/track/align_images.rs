@@ -32,10 +32,17 @@ pub struct AlignFeature {
 pub struct ImageAlignment {
     /// Motion between the images.
     pub current_from_reference: Rigid3<CameraFrame, CameraFrame>,
-    /// Median absolute residual on the last level, gray levels.
-    pub median_residual: f32,
     /// Features inside both images on the last level.
     pub num_features: usize,
+    level: usize,
+    light: Light,
+}
+
+/// Gain and offset of the current image against the reference.
+#[derive(Debug, Clone, Copy)]
+struct Light {
+    gain: f32,
+    offset: f32,
 }
 
 /// The patch of one feature on one level, with what does not change over the iterations.
@@ -89,25 +96,35 @@ impl<'a> AlignReference<'a> {
     ) -> ImageAlignment {
         let (camera, pyramid, features) = (self.camera, self.pyramid, self.features);
         let mut motion = *start;
-        let mut result =
-            ImageAlignment { current_from_reference: *start, median_residual: f32::MAX, num_features: 0 };
+        let light = Light { gain: 1.0, offset: 0.0 };
+        let mut result = ImageAlignment { current_from_reference: *start, num_features: 0, level: 0, light };
         let coarsest = levels.0.min(pyramid.num_levels() - 1).min(current.num_levels() - 1);
         for level in (levels.1.min(coarsest)..=coarsest).rev() {
             let patches = self.patches[level].get_or_insert_with(|| {
                 features.iter().filter_map(|feature| Patch::new(camera, pyramid, feature, level)).collect()
             });
             let problem = Level { camera, image: current.level(level), level, patches };
-            let (aligned, residual, num_features) = problem.align(&motion, max_iterations);
-            if num_features >= 4 {
-                motion = aligned;
-                result = ImageAlignment {
-                    current_from_reference: motion,
-                    median_residual: residual,
-                    num_features,
-                };
+            let aligned = problem.align(&motion, max_iterations);
+            if aligned.num_features >= 4 {
+                motion = aligned.current_from_reference;
+                result = aligned;
             }
         }
         result
+    }
+
+    /// Median absolute residual of an alignment on its last level, gray levels; `f32::MAX` if there is none.
+    #[must_use]
+    pub fn median_residual(&self, current: &Pyramid, alignment: &ImageAlignment) -> f32 {
+        let ImageAlignment { current_from_reference, level, light, .. } = alignment;
+        match self.patches.get(*level) {
+            Some(Some(patches)) if alignment.num_features > 0 => {
+                let problem =
+                    Level { camera: self.camera, image: current.level(*level), level: *level, patches };
+                median(&mut problem.residuals(current_from_reference, light))
+            }
+            _ => f32::MAX,
+        }
     }
 }
 
@@ -119,14 +136,8 @@ struct Level<'a> {
 }
 
 impl Level<'_> {
-    fn align(
-        &self,
-        start: &Rigid3<CameraFrame, CameraFrame>,
-        max_iterations: usize,
-    ) -> (Rigid3<CameraFrame, CameraFrame>, f32, usize) {
-        let (mut gain, mut offset) = (1.0_f32, 0.0_f32);
-        let mut residuals = Vec::with_capacity(self.patches.len() * NUM);
-        let mut scale = self.robust_start(start, &mut gain, &mut offset, &mut residuals);
+    fn align(&self, start: &Rigid3<CameraFrame, CameraFrame>, max_iterations: usize) -> ImageAlignment {
+        let (Light { mut gain, mut offset }, scale) = self.robust_start(start);
         let mut motion = *start;
         let mut accepted = (motion, gain, offset);
         let mut last_cost = f64::INFINITY;
@@ -161,19 +172,13 @@ impl Level<'_> {
                 break;
             }
         }
-        self.residuals(&accepted.0, accepted.1, accepted.2, &mut residuals);
-        scale = median(&mut residuals);
-        (accepted.0, scale, num_features)
+        let (current_from_reference, gain, offset) = accepted;
+        let light = Light { gain, offset };
+        ImageAlignment { current_from_reference, num_features, level: self.level, light }
     }
 
     /// Gain and offset from the medians, and the scale of the robust weights.
-    fn robust_start(
-        &self,
-        motion: &Rigid3<CameraFrame, CameraFrame>,
-        gain: &mut f32,
-        offset: &mut f32,
-        residuals: &mut Vec<f32>,
-    ) -> f32 {
+    fn robust_start(&self, motion: &Rigid3<CameraFrame, CameraFrame>) -> (Light, f32) {
         let num = self.patches.len() * NUM;
         let (mut before, mut now) = (Vec::with_capacity(num), Vec::with_capacity(num));
         let mut sampled = [0.0; NUM];
@@ -186,28 +191,23 @@ impl Level<'_> {
         let (mut ordered_before, mut ordered_now) = (before.clone(), now.clone());
         let (center_before, spread_before) = center_and_spread(&mut ordered_before);
         let (center_now, spread_now) = center_and_spread(&mut ordered_now);
-        *gain = (spread_now / spread_before.max(1.0)).clamp(FIRST_GAINS.0, FIRST_GAINS.1);
-        *offset = center_now - *gain * center_before;
-        let signed: Vec<f32> = now.iter().zip(&before).map(|(now, before)| now - *gain * before).collect();
-        residuals.clear();
-        residuals.extend(signed.iter().map(|r| (r - *offset).abs()));
-        (1.4826 * median(residuals)).clamp(3.0, 40.0)
+        let gain = (spread_now / spread_before.max(1.0)).clamp(FIRST_GAINS.0, FIRST_GAINS.1);
+        let offset = center_now - gain * center_before;
+        let residual = |(now, before): (&f32, &f32)| (now - gain * before - offset).abs();
+        let mut residuals: Vec<f32> = now.iter().zip(&before).map(residual).collect();
+        (Light { gain, offset }, (1.4826 * median(&mut residuals)).clamp(3.0, 40.0))
     }
 
-    fn residuals(
-        &self,
-        motion: &Rigid3<CameraFrame, CameraFrame>,
-        gain: f32,
-        offset: f32,
-        out: &mut Vec<f32>,
-    ) {
-        out.clear();
+    fn residuals(&self, motion: &Rigid3<CameraFrame, CameraFrame>, light: &Light) -> Vec<f32> {
+        let mut residuals = Vec::with_capacity(self.patches.len() * NUM);
         let mut sampled = [0.0; NUM];
         for patch in self.patches {
             if self.sample(patch, motion, &mut sampled).is_some() {
-                out.extend(sampled.iter().zip(&patch.values).map(|(s, t)| (s - gain * t - offset).abs()));
+                let residual = |(s, t): (&f32, &f32)| (s - light.gain * t - light.offset).abs();
+                residuals.extend(sampled.iter().zip(&patch.values).map(residual));
             }
         }
+        residuals
     }
 
     #[inline]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix6, Rotation3, Vector2};
 use visloc_core::{
-    geom::{Camera, CameraFrame, Rigid3},
+    geom::{Camera, Rigid3},
     median,
 };
 
@@ -227,17 +227,17 @@ impl Tracker {
         let turned = self.rotation_aligner.align(&last.pyramid, pyramid, &guess);
         let by_images = Rigid3::new(turned, *expected.translation());
         let mut reference = AlignReference::new(&self.camera, &last.pyramid, &features);
-        let mut align = |start: &Rigid3<CameraFrame, CameraFrame>, levels| {
-            reference.align(pyramid, start, levels, self.config.max_align_iterations)
-        };
+        let most = self.config.max_align_iterations;
         // The start that fits better on the coarsest level goes on to the finer ones.
         let coarse = (COARSEST_LEVEL, COARSEST_LEVEL - 1);
-        let mut best = align(&expected, coarse);
-        let other = align(&by_images, coarse);
-        if other.num_features >= best.num_features / 2 && other.median_residual < best.median_residual {
+        let mut best = reference.align(pyramid, &expected, coarse, most);
+        let other = reference.align(pyramid, &by_images, coarse, most);
+        let residual = |alignment| reference.median_residual(pyramid, alignment);
+        if other.num_features >= best.num_features / 2 && residual(&other) < residual(&best) {
             best = other;
         }
-        let fine = align(&best.current_from_reference, (COARSEST_LEVEL - 2, self.config.finest_align_level));
+        let fine_levels = (COARSEST_LEVEL - 2, self.config.finest_align_level);
+        let fine = reference.align(pyramid, &best.current_from_reference, fine_levels, most);
         let motion =
             if fine.num_features >= 4 { fine.current_from_reference } else { best.current_from_reference };
         motion * last.camera_from_world
