@@ -172,10 +172,7 @@ impl Map {
             });
         }
         for landmark in others.landmarks.iter() {
-            let mut observations = landmark.observations.clone();
-            for observation in &mut observations {
-                observation.keyframe = offsets.keyframe(observation.keyframe);
-            }
+            let observations = landmark.observations.renumbered(|id| offsets.keyframe(id));
             self.landmarks.push(Landmark { observations, ..landmark.clone() });
         }
         self.num_maps += others.num_maps;
@@ -298,7 +295,7 @@ impl Map {
         let observations = self.landmark(removed).observations.clone();
         let counts = (self.landmark(removed).num_visible, self.landmark(removed).num_found);
         self.remove_landmark(removed);
-        for observation in observations {
+        for observation in observations.iter() {
             self.add_observation(kept, observation);
         }
         let landmark = self.landmark_mut(kept);
