@@ -182,3 +182,32 @@ impl Observations {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_ones_are_what_they_are_when_measured() {
+        let camera = Camera::pinhole((640, 480), (500.0, 510.0), (320.0, 240.0)).unwrap();
+        let session = || Arc::new(SessionCamera { calibrated: camera, camera });
+        let short = |keyframe: u32| ShortObservation {
+            keyframe: KeyframeId(keyframe),
+            px: [100.3 + keyframe as f32, 7.7],
+            variance_px: [0x3e80, 0x3f01],
+            correlation: -77,
+            level: 2,
+        };
+        let (one, other) = (session(), session());
+        let of_one = Observations::read(&[4, 2, 9].map(|id| (short(id), Arc::clone(&one))));
+        let of_two = Observations::read(&[(short(4), Arc::clone(&one)), (short(2), other), (short(9), one)]);
+        assert!(of_one.are_through(&camera) && !of_two.are_through(&camera));
+        let text = |observations: &Observations| format!("{:?}", observations.iter().collect::<Vec<_>>());
+        assert_eq!(text(&of_one), text(&of_two));
+        assert_eq!(of_one.of(KeyframeId(2)).map(|it| it.ray), Some(camera.bearing(&short(2).px())));
+        let mut changed = of_one.renumbered(|id| KeyframeId(id.0 + 1));
+        assert_eq!(changed.keyframes().collect::<Vec<_>>(), [5, 3, 10].map(KeyframeId));
+        changed.change().remove(1);
+        assert_eq!((changed.len(), of_one.len(), changed.of(KeyframeId(3)).is_none()), (2, 3, true));
+    }
+}

@@ -149,13 +149,8 @@ impl Map {
     pub fn append_all(&mut self, others: &Self) -> Offsets {
         let offsets = self.offsets();
         for (id, keyframe) in (0..).map(KeyframeId).zip(others.keyframes.iter()) {
-            let view = keyframe.view.as_deref().map(|view| {
-                let mut view = view.clone();
-                for place in &mut view.places {
-                    place.landmark = place.landmark.map(|landmark| offsets.landmark(landmark));
-                }
-                Arc::new(view)
-            });
+            let view = keyframe.view.as_deref();
+            let view = view.map(|view| Arc::new(view.renumbered(|landmark| offsets.landmark(landmark))));
             if let Some(view) = &view {
                 Arc::make_mut(&mut self.index).add(offsets.keyframe(id), view);
             }

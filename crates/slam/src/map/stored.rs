@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Matrix3, Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_core::{
@@ -16,7 +16,12 @@ use super::{
     observations::{CORRELATIONS, ShortObservation},
     store::center,
 };
-use crate::{lie::CameraFromWorld, mapping::DepthFilter, orb::OrbDescriptor, recognize::Described};
+use crate::{
+    lie::CameraFromWorld,
+    mapping::DepthFilter,
+    orb::OrbDescriptor,
+    recognize::{PlaceIndex, ShortPlace},
+};
 
 /// Levels that an observation may be on: an image of 2^16 px has no more halvings.
 const MOST_LEVELS: u8 = 16;
@@ -160,7 +165,7 @@ impl Map {
     #[allow(clippy::cast_possible_truncation)]
     fn stored_observation(&self, id: LandmarkId, seen: &Observation, keyframe: u32) -> StoredObservation {
         let view = self.keyframe(seen.keyframe).view.as_deref();
-        let place = view.and_then(|view| view.places.iter().find(|place| place.landmark == Some(id)));
+        let place = view.and_then(|view| view.iter().find(|place| place.landmark == Some(id)));
         let covariance = &seen.covariance_px;
         StoredObservation {
             keyframe,
@@ -205,7 +210,8 @@ impl Map {
         }
         let id = LandmarkId(self.landmarks.len() as u32);
         let point_in_world = Point3::from(stored.point);
-        let mut seen: Vec<(ShortObservation, Arc<SessionCamera>)> = Vec::with_capacity(stored.observations.len());
+        let mut seen: Vec<(ShortObservation, Arc<SessionCamera>)> =
+            Vec::with_capacity(stored.observations.len());
         for stored in &stored.observations {
             let index = stored.keyframe as usize;
             if index >= self.keyframes.len() {
@@ -239,30 +245,27 @@ impl Map {
         for StoredObservation { keyframe, descriptor, .. } in seen {
             // A keyframe sees it once, as it is said first.
             let first = seen.iter().find(|other| other.keyframe == *keyframe);
-            let Some((StoredObservation { px, level, .. }, descriptor)) = first.zip(*descriptor) else { continue };
-            let (px, level) = (Point2::from(px.map(f64::from)), usize::from(*level));
+            let Some((StoredObservation { px, level, .. }, descriptor)) = first.zip(*descriptor) else {
+                continue;
+            };
             let descriptor = OrbDescriptor::from_bytes(&descriptor);
-            let place = Described { px, level, descriptor, landmark: Some(id) };
             let view = self.keyframes[*keyframe as usize].view.get_or_insert_default();
-            Arc::make_mut(view).places.push(place);
+            Arc::make_mut(view).read(ShortPlace { px: *px, level: *level, descriptor, landmark: id });
         }
     }
 
     /// Lists all keyframes that were described in the index.
     fn index_views(&mut self) {
-        let index = Arc::make_mut(&mut self.index);
         for number in 0..self.keyframes.len() {
-            if self.keyframes[number].view.is_none() {
-                continue;
-            }
             let keyframe = &mut self.keyframes[number];
             keyframe.landmarks.shrink_to_fit();
             if let Some(view) = &mut keyframe.view {
-                Arc::make_mut(view).places.shrink_to_fit();
-                index.add(KeyframeId(number as u32), view);
+                Arc::make_mut(view).shrink();
             }
         }
-        index.shrink();
+        let views = (0..).map(KeyframeId).zip(self.keyframes.iter());
+        let views = views.filter_map(|(id, keyframe)| Some((id, keyframe.view.as_deref()?)));
+        self.index = Arc::new(PlaceIndex::read(views));
     }
 
     /// Follows a camera from now on: keyframes that a camera with the same calibration took are its own. Answers the camera as these

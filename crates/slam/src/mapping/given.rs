@@ -190,9 +190,9 @@ impl GivenViews {
         let line = motion.translation().cross(&motion.rotate(&host.ray));
         let length = line.xy().norm();
         let focal = focal_px(&self.camera);
-        let mut best: Option<(u32, &crate::recognize::Described, Vector3<f64>)> = None;
+        let mut best: Option<(u32, crate::recognize::Described, Vector3<f64>)> = None;
         let mut second = u32::MAX;
-        for place in &corners.places {
+        for place in corners.iter() {
             let distance = descriptor.distance(&place.descriptor);
             if distance > 2 * MOST_DIFFERENT {
                 continue;
