@@ -64,11 +64,13 @@ impl VisualMap {
         let mut num_seen = vec![0_usize; self.map.num_keyframe_ids()];
         let mut seen = vec![String::new(); self.map.num_keyframe_ids()];
         let is_of_map = |id: KeyframeId| self.map.keyframe(id).map == map;
-        for (id, landmark) in self.map.all_landmarks().filter(|(_, l)| is_of_map(l.host().keyframe)) {
+        for (id, landmark) in
+            self.map.all_landmarks().filter(|(_, l)| is_of_map(l.observations.keyframe_at(0)))
+        {
             let point = landmark.point_in_world;
             let number = id.index() + 1;
             let mut track = String::new();
-            for observation in &landmark.observations {
+            for observation in landmark.observations.iter() {
                 let index = observation.keyframe.index();
                 let _ = write!(track, " {} {}", index + 1, num_seen[index]);
                 let (x, y) = (observation.px.x + 0.5, observation.px.y + 0.5);

@@ -50,8 +50,8 @@ impl VisualMap {
         let mut picture = FloorPicture::unknown(CELL_M, (x.0 - margin, y.0 - margin), size);
         for landmark in &obstacles {
             let to = landmark.point_in_world.xy();
-            for observation in &landmark.observations {
-                let center = of_map.keyframe(observation.keyframe).center_in_world();
+            for keyframe in landmark.observations.keyframes() {
+                let center = of_map.keyframe(keyframe).center_in_world();
                 picture.draw(&center.xy(), &to, FloorCell::Free);
             }
         }

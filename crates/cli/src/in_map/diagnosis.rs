@@ -123,5 +123,5 @@ impl MapCounters {
 /// Corners of an image that a place could be recognized by.
 fn num_corners(frame: &MapFrame, config: &SlamConfig) -> usize {
     let pyramid = Pyramid::new(frame.gray.image.clone(), config.features.pyramid_levels);
-    View::of_image(&pyramid, &frame.camera, &config.features).places.len()
+    View::of_image(&pyramid, &frame.camera, &config.features).len()
 }

@@ -84,7 +84,7 @@ fn gray_of(map: &Map, landmark: &Landmark) -> u8 {
 /// Median distance of landmarks from the keyframes that they were made from; 1 without landmarks.
 fn usual_depth(map: &Map, landmarks: &[&Landmark]) -> f64 {
     let depth = |landmark: &&Landmark| {
-        let host = map.keyframe(landmark.observations.first()?.keyframe);
+        let host = map.keyframe(landmark.observations.keyframes().next()?);
         Some((landmark.point_in_world - host.center_in_world()).norm())
     };
     median(landmarks.iter().filter_map(depth)).unwrap_or(1.0)

@@ -100,9 +100,9 @@ impl Sighting {
 fn candidates_for_same(map: &Map, keyframe: KeyframeId, located: &Located) -> Vec<(LandmarkId, LandmarkId)> {
     let own = map.keyframe(keyframe);
     let mut same: Vec<(LandmarkId, LandmarkId)> = Vec::new();
-    let places = own.view.as_deref().map_or(&[][..], |view| &view.places);
     for pair in &located.pairs {
-        if let Some(own) = places.get(pair.place).and_then(|place| place.landmark) {
+        let view = own.view.as_deref().filter(|view| pair.place < view.len());
+        if let Some(own) = view.and_then(|view| view.at(pair.place).landmark) {
             same.push((pair.landmark, own));
         }
     }

@@ -1,8 +1,8 @@
 //! Landmarks.
 
-use nalgebra::{Matrix2, Point2, Point3, Vector3};
+use nalgebra::Point3;
 
-use super::KeyframeId;
+use super::{KeyframeId, Observation, Observations};
 use crate::mapping::DepthFilter;
 
 /// Number of a landmark, in order of creation.
@@ -29,21 +29,6 @@ pub enum LandmarkState {
     Removed,
 }
 
-/// Where a keyframe sees a landmark.
-#[derive(Debug, Clone, Copy)]
-pub struct Observation {
-    /// The keyframe.
-    pub keyframe: KeyframeId,
-    /// Pixel of level 0.
-    pub px: Point2<f64>,
-    /// The same on the plane z = 1 of the camera, without distortion.
-    pub ray: Vector3<f64>,
-    /// Level on which it was measured.
-    pub level: usize,
-    /// Covariance of the place, squared pixels of level 0.
-    pub covariance_px: Matrix2<f64>,
-}
-
 /// A point of the world.
 #[derive(Debug, Clone)]
 pub struct Landmark {
@@ -52,7 +37,7 @@ pub struct Landmark {
     /// Place, map units.
     pub point_in_world: Point3<f64>,
     /// Where keyframes see it; the first is its host.
-    pub observations: Vec<Observation>,
+    pub observations: Observations,
     /// Inverse depth along the host's ray (z = 1), while it is a candidate.
     pub filter: DepthFilter,
     /// Frames in which it should have been seen.
@@ -72,8 +57,8 @@ impl Landmark {
     /// If the landmark was removed.
     #[inline]
     #[must_use]
-    pub fn host(&self) -> &Observation {
-        &self.observations[0]
+    pub fn host(&self) -> Observation {
+        self.observations.at(0)
     }
 
     /// What stands for every landmark that was removed: a map that is used for hours has given out far more numbers than it has
@@ -82,7 +67,7 @@ impl Landmark {
         Self {
             state: LandmarkState::Removed,
             point_in_world: Point3::origin(),
-            observations: Vec::new(),
+            observations: Observations::from(Vec::new()),
             filter: DepthFilter::new(1.0, 1.0),
             num_visible: 0,
             num_found: 0,
@@ -107,7 +92,7 @@ impl Landmark {
 
     /// What a keyframe sees of it.
     #[must_use]
-    pub fn observation_in(&self, keyframe: KeyframeId) -> Option<&Observation> {
-        self.observations.iter().find(|observation| observation.keyframe == keyframe)
+    pub fn observation_in(&self, keyframe: KeyframeId) -> Option<Observation> {
+        self.observations.of(keyframe)
     }
 }

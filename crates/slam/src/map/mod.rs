@@ -4,6 +4,7 @@
 mod crossing;
 mod keyframe;
 mod landmark;
+mod observations;
 mod picture;
 mod several;
 mod shared_vec;
@@ -12,7 +13,8 @@ mod stored;
 
 pub use crossing::{Crossing, Standing};
 pub use keyframe::{Keyframe, KeyframeId, MapId, SessionCamera};
-pub use landmark::{Landmark, LandmarkId, LandmarkState, Observation};
+pub use landmark::{Landmark, LandmarkId, LandmarkState};
+pub use observations::{Observation, Observations};
 pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};
 pub use several::{Correction, Offsets};
 pub use store::{Map, NewKeyframe, scaled};

@@ -149,13 +149,8 @@ impl Map {
     pub fn append_all(&mut self, others: &Self) -> Offsets {
         let offsets = self.offsets();
         for (id, keyframe) in (0..).map(KeyframeId).zip(others.keyframes.iter()) {
-            let view = keyframe.view.as_deref().map(|view| {
-                let mut view = view.clone();
-                for place in &mut view.places {
-                    place.landmark = place.landmark.map(|landmark| offsets.landmark(landmark));
-                }
-                Arc::new(view)
-            });
+            let view = keyframe.view.as_deref();
+            let view = view.map(|view| Arc::new(view.renumbered(|landmark| offsets.landmark(landmark))));
             if let Some(view) = &view {
                 Arc::make_mut(&mut self.index).add(offsets.keyframe(id), view);
             }
@@ -172,10 +167,7 @@ impl Map {
             });
         }
         for landmark in others.landmarks.iter() {
-            let mut observations = landmark.observations.clone();
-            for observation in &mut observations {
-                observation.keyframe = offsets.keyframe(observation.keyframe);
-            }
+            let observations = landmark.observations.renumbered(|id| offsets.keyframe(id));
             self.landmarks.push(Landmark { observations, ..landmark.clone() });
         }
         self.num_maps += others.num_maps;
@@ -298,7 +290,7 @@ impl Map {
         let observations = self.landmark(removed).observations.clone();
         let counts = (self.landmark(removed).num_visible, self.landmark(removed).num_found);
         self.remove_landmark(removed);
-        for observation in observations {
+        for observation in observations.iter() {
             self.add_observation(kept, observation);
         }
         let landmark = self.landmark_mut(kept);

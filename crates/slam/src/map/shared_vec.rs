@@ -44,7 +44,7 @@ impl<T> SharedVec<T> {
         Arc::make_mut(&mut self.chunks[index / CHUNK])[index % CHUNK] = Arc::clone(item);
     }
 
-    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &T> {
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = &T> + Clone {
         self.chunks.iter().flat_map(|chunk| chunk.iter().map(Arc::as_ref))
     }
 }

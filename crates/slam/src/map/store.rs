@@ -115,7 +115,7 @@ impl Map {
 
     /// The landmarks of the map that is tracked, in order of creation.
     pub fn landmarks(&self) -> impl Iterator<Item = (LandmarkId, &Landmark)> {
-        self.all_landmarks().filter(|(_, l)| self.keyframe(l.host().keyframe).map == self.active)
+        self.all_landmarks().filter(|(_, l)| self.keyframe(l.observations.keyframe_at(0)).map == self.active)
     }
 
     /// The landmarks of all maps, in order of creation.
@@ -177,18 +177,19 @@ impl Map {
     pub(crate) fn look_through(&mut self, camera: &Camera) {
         let is_own: Vec<bool> = self.keyframes.iter().map(|keyframe| keyframe.foreign.is_none()).collect();
         for index in 0..self.landmarks.len() {
-            if !self.landmarks[index].is_alive() {
+            let landmark = &self.landmarks[index];
+            if !landmark.is_alive() || landmark.observations.are_through(camera) {
                 continue;
             }
             // What stays as it is stays shared with other copies.
-            let is_changed = |observation: &Observation| {
+            let is_changed = |observation: Observation| {
                 is_own[observation.keyframe.index()] && observation.ray != camera.bearing(&observation.px)
             };
-            if !self.landmarks[index].observations.iter().any(is_changed) {
+            if !landmark.observations.iter().any(is_changed) {
                 continue;
             }
             let of_own = |observation: &&mut Observation| is_own[observation.keyframe.index()];
-            for observation in self.landmarks[index].observations.iter_mut().filter(of_own) {
+            for observation in self.landmarks[index].observations.change().iter_mut().filter(of_own) {
                 observation.ray = camera.bearing(&observation.px);
             }
         }
@@ -222,7 +223,7 @@ impl Map {
         self.landmarks.push(Landmark {
             state,
             point_in_world: keyframe.camera_from_world.inverse().transform(&point_in_camera.into()),
-            observations: vec![host],
+            observations: vec![host].into(),
             filter,
             num_visible: 1,
             num_found: 1,
@@ -237,7 +238,7 @@ impl Map {
         let keyframe = observation.keyframe.index();
         let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
         if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
-            self.landmarks[id.index()].observations.push(observation);
+            self.landmarks[id.index()].observations.change().push(observation);
             self.keyframes[keyframe].landmarks.push(id);
         }
     }
@@ -249,7 +250,7 @@ impl Map {
             return;
         }
         let landmark = &mut self.landmarks[id.index()];
-        landmark.observations.retain(|observation| observation.keyframe != keyframe);
+        landmark.observations.change().retain(|observation| observation.keyframe != keyframe);
         let least = if landmark.is_converged() { 2 } else { 1 };
         let is_too_few = landmark.observations.len() < least;
         self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
@@ -261,16 +262,16 @@ impl Map {
     /// Unlinks a landmark from a keyframe that is not its host, and keeps the landmark in any case.
     pub(crate) fn remove_candidate_observation(&mut self, id: LandmarkId, keyframe: KeyframeId) {
         let landmark = &mut self.landmarks[id.index()];
-        if landmark.observations.first().is_none_or(|host| host.keyframe == keyframe) {
+        if landmark.observations.keyframes().next().is_none_or(|host| host == keyframe) {
             return;
         }
-        landmark.observations.retain(|observation| observation.keyframe != keyframe);
+        landmark.observations.change().retain(|observation| observation.keyframe != keyframe);
         self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
     }
 
     /// Takes a landmark out of the map.
     pub fn remove_landmark(&mut self, id: LandmarkId) {
-        let keyframes: Vec<KeyframeId> = self.landmark(id).observations.iter().map(|o| o.keyframe).collect();
+        let keyframes: Vec<KeyframeId> = self.landmark(id).observations.keyframes().collect();
         self.landmarks.share(id.index(), &self.removed);
         for keyframe in keyframes {
             self.keyframes[keyframe.index()].landmarks.retain(|other| *other != id);
@@ -344,8 +345,8 @@ impl Map {
     pub fn sharing(&self, landmarks: &[LandmarkId], min_shared: u32) -> Vec<(KeyframeId, u32)> {
         let mut counts = vec![0_u32; self.keyframes.len()];
         for landmark in landmarks.iter().map(|id| self.landmark(*id)).filter(|l| l.is_converged()) {
-            for observation in &landmark.observations {
-                counts[observation.keyframe.index()] += 1;
+            for keyframe in landmark.observations.keyframes() {
+                counts[keyframe.index()] += 1;
             }
         }
         let mut sharing: Vec<(KeyframeId, u32)> =
@@ -381,10 +382,10 @@ impl Map {
             if landmark.observations.is_empty() {
                 return Err(format!("landmark {id:?} has no observation"));
             }
-            for observation in &landmark.observations {
-                let keyframe = self.keyframe(observation.keyframe);
+            for number in landmark.observations.keyframes() {
+                let keyframe = self.keyframe(number);
                 if !keyframe.is_alive() || keyframe.landmarks.iter().filter(|l| **l == id).count() != 1 {
-                    return Err(format!("{:?} does not list {id:?} once", observation.keyframe));
+                    return Err(format!("{number:?} does not list {id:?} once"));
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Matrix2, Matrix3, Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Point3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use visloc_core::{
@@ -12,14 +12,19 @@ use visloc_core::{
 
 use super::{
     Keyframe, KeyframeId, KeyframePicture, Landmark, LandmarkId, LandmarkState, Map, MapId, Observation,
-    SessionCamera, store::center,
+    Observations, SessionCamera,
+    observations::{CORRELATIONS, ShortObservation},
+    store::center,
 };
-use crate::{lie::CameraFromWorld, mapping::DepthFilter, orb::OrbDescriptor, recognize::Described};
+use crate::{
+    lie::CameraFromWorld,
+    mapping::DepthFilter,
+    orb::OrbDescriptor,
+    recognize::{PlaceIndex, ShortPlace},
+};
 
 /// Levels that an observation may be on: an image of 2^16 px has no more halvings.
 const MOST_LEVELS: u8 = 16;
-/// Steps of a correlation.
-const CORRELATIONS: f64 = 128.0;
 /// Error of a rotation matrix that is rounding, not damage.
 const ROTATION_ERROR: f64 = 1e-6;
 
@@ -150,7 +155,7 @@ impl Map {
                 num_visible: landmark.num_visible,
                 num_found: landmark.num_found,
                 observations: observations
-                    .filter_map(|o| Some(self.stored_observation(id, o, number_of(o.keyframe)?)))
+                    .filter_map(|o| Some(self.stored_observation(id, &o, number_of(o.keyframe)?)))
                     .collect(),
             });
         }
@@ -160,7 +165,7 @@ impl Map {
     #[allow(clippy::cast_possible_truncation)]
     fn stored_observation(&self, id: LandmarkId, seen: &Observation, keyframe: u32) -> StoredObservation {
         let view = self.keyframe(seen.keyframe).view.as_deref();
-        let place = view.and_then(|view| view.places.iter().find(|place| place.landmark == Some(id)));
+        let place = view.and_then(|view| view.iter().find(|place| place.landmark == Some(id)));
         let covariance = &seen.covariance_px;
         StoredObservation {
             keyframe,
@@ -192,19 +197,8 @@ impl Map {
         // Each is let go of at once: a large map is in memory once.
         for (number, landmark) in landmarks.into_iter().enumerate() {
             let wrong = |expected| RestoreError::Landmark { number, expected };
-            let descriptors = landmark.observations.iter().map(|seen| (seen.keyframe, seen.descriptor));
             map.add_restored(&landmark).map_err(wrong)?;
-            let id = LandmarkId(number as u32);
-            for (keyframe, descriptor) in descriptors {
-                let Some(descriptor) = descriptor else { continue };
-                let seen = map.landmark(id).observation_in(KeyframeId(keyframe)).copied();
-                if let Some(Observation { px, level, .. }) = seen {
-                    let descriptor = OrbDescriptor::from_bytes(&descriptor);
-                    let place = Described { px, level, descriptor, landmark: Some(id) };
-                    let view = map.keyframes[keyframe as usize].view.get_or_insert_default();
-                    Arc::make_mut(view).places.push(place);
-                }
-            }
+            map.add_places(LandmarkId(number as u32), &landmark.observations);
         }
         map.index_views();
         Ok(map)
@@ -216,26 +210,27 @@ impl Map {
         }
         let id = LandmarkId(self.landmarks.len() as u32);
         let point_in_world = Point3::from(stored.point);
-        let mut observations: Vec<Observation> = Vec::with_capacity(stored.observations.len());
-        for seen in &stored.observations {
-            let index = seen.keyframe as usize;
+        let mut seen: Vec<(ShortObservation, Arc<SessionCamera>)> =
+            Vec::with_capacity(stored.observations.len());
+        for stored in &stored.observations {
+            let index = stored.keyframe as usize;
             if index >= self.keyframes.len() {
                 return Err("keyframes that there are");
             }
-            let camera = self.keyframes[index].foreign.as_deref().ok_or("a camera")?.camera;
-            let observation = restored_observation(seen, &camera)?;
-            if observations.iter().all(|other| other.keyframe != observation.keyframe) {
-                observations.push(observation);
+            let camera = self.keyframes[index].foreign.as_ref().ok_or("a camera")?;
+            let observation = restored_observation(stored, &camera.camera)?;
+            if seen.iter().all(|(other, _)| other.keyframe != observation.keyframe) {
+                seen.push((observation, Arc::clone(camera)));
                 self.keyframes[index].landmarks.push(id);
             }
         }
-        let host = observations.first().ok_or("at least one observation")?.keyframe;
+        let host = seen.first().ok_or("at least one observation")?.0.keyframe;
         let depth = self.keyframe(host).camera_from_world.transform(&point_in_world).z;
         let inverse_depth = 1.0 / depth.abs().max(f64::MIN_POSITIVE.sqrt());
         self.landmarks.push(Landmark {
             state: LandmarkState::Converged,
             point_in_world,
-            observations,
+            observations: Observations::read(&seen),
             filter: DepthFilter::new(inverse_depth, inverse_depth),
             num_visible: stored.num_visible,
             num_found: stored.num_found,
@@ -245,21 +240,32 @@ impl Map {
         Ok(())
     }
 
+    /// Notes what a landmark looks like where keyframes see it.
+    fn add_places(&mut self, id: LandmarkId, seen: &[StoredObservation]) {
+        for StoredObservation { keyframe, descriptor, .. } in seen {
+            // A keyframe sees it once, as it is said first.
+            let first = seen.iter().find(|other| other.keyframe == *keyframe);
+            let Some((StoredObservation { px, level, .. }, descriptor)) = first.zip(*descriptor) else {
+                continue;
+            };
+            let descriptor = OrbDescriptor::from_bytes(&descriptor);
+            let view = self.keyframes[*keyframe as usize].view.get_or_insert_default();
+            Arc::make_mut(view).read(ShortPlace { px: *px, level: *level, descriptor, landmark: id });
+        }
+    }
+
     /// Lists all keyframes that were described in the index.
     fn index_views(&mut self) {
-        let index = Arc::make_mut(&mut self.index);
         for number in 0..self.keyframes.len() {
-            if self.keyframes[number].view.is_none() {
-                continue;
-            }
             let keyframe = &mut self.keyframes[number];
             keyframe.landmarks.shrink_to_fit();
             if let Some(view) = &mut keyframe.view {
-                Arc::make_mut(view).places.shrink_to_fit();
-                index.add(KeyframeId(number as u32), view);
+                Arc::make_mut(view).shrink();
             }
         }
-        index.shrink();
+        let views = (0..).map(KeyframeId).zip(self.keyframes.iter());
+        let views = views.filter_map(|(id, keyframe)| Some((id, keyframe.view.as_deref()?)));
+        self.index = Arc::new(PlaceIndex::read(views));
     }
 
     /// Follows a camera from now on: keyframes that a camera with the same calibration took are its own. Answers the camera as these
@@ -334,21 +340,19 @@ fn restored_keyframe(
     })
 }
 
-fn restored_observation(stored: &StoredObservation, camera: &Camera) -> Result<Observation, &'static str> {
-    let px = Point2::new(f64::from(stored.px[0]), f64::from(stored.px[1]));
-    let [xx, yy] = stored.variance_px.map(|half| f64::from(f32::from_bits(u32::from(half) << 16)));
-    let xy = f64::from(stored.correlation) / CORRELATIONS * (xx * yy).sqrt();
-    if !camera.contains(&px) || stored.level >= MOST_LEVELS {
+fn restored_observation(
+    stored: &StoredObservation,
+    camera: &Camera,
+) -> Result<ShortObservation, &'static str> {
+    let StoredObservation { keyframe, px, level, variance_px, correlation, .. } = *stored;
+    let short = ShortObservation { keyframe: KeyframeId(keyframe), px, variance_px, correlation, level };
+    if !camera.contains(&short.px()) || level >= MOST_LEVELS {
         return Err("places inside of the images");
     }
+    let covariance = short.covariance_px();
+    let (xx, yy, xy) = (covariance[(0, 0)], covariance[(1, 1)], covariance[(0, 1)]);
     if !(xx > 0.0 && xx * yy > xy * xy && (xx + yy).is_finite()) {
         return Err("places with a covariance");
     }
-    Ok(Observation {
-        keyframe: KeyframeId(stored.keyframe),
-        px,
-        ray: camera.bearing(&px),
-        level: usize::from(stored.level),
-        covariance_px: Matrix2::new(xx, xy, xy, yy),
-    })
+    Ok(short)
 }

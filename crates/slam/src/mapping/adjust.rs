@@ -157,7 +157,7 @@ pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle,
         let point = all.index.landmarks.len();
         all.index.landmarks.push(*id);
         all.bundle.points.push(landmark.point_in_world);
-        for observation in &landmark.observations {
+        for observation in landmark.observations.iter() {
             let keyframe = observation.keyframe;
             let camera = all.camera(keyframe);
             all.bundle.observations.push(BundleObservation {

@@ -13,7 +13,7 @@ use crate::{
     config::{ConfigError, SlamConfig},
     image::{Pyramid, level_from_px},
     lie::CameraFromWorld,
-    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation},
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, Observations},
     orb::OrbDescriptor,
     outcome::FrameError,
     recognize::View,
@@ -190,9 +190,9 @@ impl GivenViews {
         let line = motion.translation().cross(&motion.rotate(&host.ray));
         let length = line.xy().norm();
         let focal = focal_px(&self.camera);
-        let mut best: Option<(u32, &crate::recognize::Described, Vector3<f64>)> = None;
+        let mut best: Option<(u32, crate::recognize::Described, Vector3<f64>)> = None;
         let mut second = u32::MAX;
-        for place in &corners.places {
+        for place in corners.iter() {
             let distance = descriptor.distance(&place.descriptor);
             if distance > 2 * MOST_DIFFERENT {
                 continue;
@@ -286,7 +286,7 @@ impl GivenViews {
             let Some(point) = self.meeting_point(&landmark.observations, landmark.point_in_world) else {
                 return;
             };
-            let host = landmark.host().keyframe;
+            let host = landmark.observations.keyframe_at(0);
             let is_off = |o: &Observation| {
                 let seen = self.map.keyframe(o.keyframe).camera_from_world().transform(&point);
                 let error = (seen.coords / seen.z - o.ray).xy().norm() * focal;
@@ -307,11 +307,11 @@ impl GivenViews {
     }
 
     /// Where rays meet: Gauss and Newton on the plane z = 1, a few steps.
-    fn meeting_point(&self, observations: &[Observation], start: Point3<f64>) -> Option<Point3<f64>> {
+    fn meeting_point(&self, observations: &Observations, start: Point3<f64>) -> Option<Point3<f64>> {
         let mut point = start;
         for _ in 0..5 {
             let (mut hessian, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
-            for observation in observations {
+            for observation in observations.iter() {
                 let pose = self.map.keyframe(observation.keyframe).camera_from_world();
                 let seen = pose.transform(&point);
                 if seen.z <= 0.0 {
@@ -337,11 +337,8 @@ impl GivenViews {
     /// Whether two views see a landmark under an angle that tells its depth.
     fn has_parallax(&self, id: LandmarkId) -> bool {
         let landmark = self.map.landmark(id);
-        let center = |o: &Observation| *self.map.keyframe(o.keyframe).center_in_world();
-        let host = center(landmark.host());
-        landmark
-            .observations
-            .iter()
-            .any(|o| cos_parallax(&landmark.point_in_world, &host, &center(o)) < MOST_COS_PARALLAX)
+        let mut centers = landmark.observations.keyframes().map(|id| self.map.keyframe(id).center_in_world());
+        let host = self.map.keyframe(landmark.observations.keyframe_at(0)).center_in_world();
+        centers.any(|center| cos_parallax(&landmark.point_in_world, host, center) < MOST_COS_PARALLAX)
     }
 }

@@ -265,7 +265,7 @@ impl Mapper {
         map.landmark_mut(id).num_missed = 0;
         let point = map.landmark(id).point_in_world;
         let host = map.landmark(id).host().keyframe;
-        let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).copied().collect();
+        let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).collect();
         for observation in observers {
             let keyframe = map.keyframe(observation.keyframe);
             let seen = keyframe.camera_from_world().transform(&point);

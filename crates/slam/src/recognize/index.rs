@@ -5,7 +5,10 @@ use std::sync::LazyLock;
 use rand::seq::SliceRandom;
 use visloc_core::RngTree;
 
-use super::View;
+use super::{
+    View,
+    lists::{Entry, Listed, Lists, MOST_DIFFERENT},
+};
 use crate::{map::KeyframeId, orb::OrbDescriptor};
 
 /// Tables. A descriptor of the same place, of which one bit in eight differs, has the same key in two of three places in at least
@@ -13,11 +16,10 @@ use crate::{map::KeyframeId, orb::OrbDescriptor};
 const NUM_TABLES: usize = 4;
 /// Bits of a key: as many as keep the lists short for some thousand keyframes.
 const KEY_BITS: usize = 13;
+/// Lists of all tables.
+const NUM_LISTS: usize = NUM_TABLES << KEY_BITS;
 /// Bits of a signature, which tells the descriptors of one list apart.
 const SIGNATURE_BITS: usize = 32;
-/// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
-const MOST_DIFFERENT: u32 = 6;
-
 /// Length from which on a list may be passed over, mean lengths.
 const STOPPED: usize = 12;
 /// The same, descriptors: short ones cost nothing.
@@ -54,35 +56,6 @@ pub struct Alike {
     pub known: usize,
 }
 
-/// Bits of the number of a place in its keyframe; of those with more places, the others do not tell how they lie.
-const PLACE_BITS: u32 = 10;
-/// Places that have a number of their own, and the number of all others.
-const MOST_PLACES: usize = (1 << PLACE_BITS) - 1;
-
-/// A place of a keyframe. There are as many as a map has observations, in each table: keyframe and place share one number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Entry {
-    signature: u32,
-    keyframe_and_place: u32,
-}
-
-impl Entry {
-    /// A keyframe is listed as long as its number fits: so many nobody makes in a month.
-    fn new(signature: u32, keyframe: KeyframeId, place: usize) -> Self {
-        let place = place.min(MOST_PLACES) as u32;
-        Self { signature, keyframe_and_place: keyframe.0 << PLACE_BITS | place }
-    }
-
-    fn keyframe(self) -> KeyframeId {
-        KeyframeId(self.keyframe_and_place >> PLACE_BITS)
-    }
-
-    fn place(self) -> Option<usize> {
-        let place = self.keyframe_and_place as usize & MOST_PLACES;
-        (place < MOST_PLACES).then_some(place)
-    }
-}
-
 /// Finds the keyframes that look most like a view. There is no vocabulary to learn: a descriptor is listed under some of its own
 /// bits, in several tables with different bits, and what is listed together is compared by other bits.
 ///
@@ -90,7 +63,7 @@ impl Entry {
 #[derive(Debug, Clone, Default)]
 pub struct PlaceIndex {
     /// For each table and key, one after the other, what is listed there.
-    lists: Vec<Vec<Entry>>,
+    lists: Lists,
     num_keyframes: usize,
     /// Number of descriptors of each keyframe.
     sizes: Vec<u32>,
@@ -111,31 +84,45 @@ impl PlaceIndex {
 
     /// Adds a keyframe.
     pub fn add(&mut self, keyframe: KeyframeId, view: &View) {
-        self.lists.resize_with(NUM_TABLES << KEY_BITS, Vec::new);
-        for (number, place) in view.places.iter().enumerate() {
-            let entry = Entry::new(signature(&place.descriptor), keyframe, number);
-            for list in lists_of(&place.descriptor) {
-                self.lists[list].push(entry);
+        for (number, descriptor) in view.descriptors().enumerate() {
+            let listed = (signature(descriptor), Entry::new(keyframe, number));
+            for list in lists_of(descriptor) {
+                self.lists.add(NUM_LISTS, list, listed);
             }
         }
+        self.count(keyframe, view);
+    }
+
+    fn count(&mut self, keyframe: KeyframeId, view: &View) {
         if keyframe.index() >= self.sizes.len() {
             self.sizes.resize(keyframe.index() + 1, 0);
         }
-        self.sizes[keyframe.index()] = view.places.len() as u32;
+        self.sizes[keyframe.index()] = view.len() as u32;
         self.num_keyframes += 1;
     }
 
     /// Takes a keyframe out that was added with this view.
     pub fn remove(&mut self, keyframe: KeyframeId, view: &View) {
-        for list in view.places.iter().flat_map(|place| lists_of(&place.descriptor)) {
-            self.lists[list].retain(|entry| entry.keyframe() != keyframe);
+        for list in view.descriptors().flat_map(lists_of) {
+            self.lists.remove(list, keyframe);
         }
         self.num_keyframes -= 1;
     }
 
-    /// Lets go of the memory that was set aside for growing.
-    pub(crate) fn shrink(&mut self) {
-        self.lists.iter_mut().for_each(Vec::shrink_to_fit);
+    /// With the keyframes of a map that was read, in order.
+    pub(crate) fn read<'a>(views: impl Iterator<Item = (KeyframeId, &'a View)> + Clone) -> Self {
+        let mut index = Self::default();
+        let num = views.clone().map(|(_, view)| view.len()).sum();
+        let mut places = Vec::with_capacity(num);
+        for (keyframe, view) in views {
+            for (number, descriptor) in view.descriptors().enumerate() {
+                let lists = lists_of(descriptor).map(|list| list as u16);
+                places.push((lists, signature(descriptor), Entry::new(keyframe, number)));
+            }
+            index.count(keyframe, view);
+        }
+        index.lists = Lists::read(NUM_LISTS, &places);
+        index
     }
 
     /// Keyframes that look like a view, those most alike first.
@@ -170,29 +157,30 @@ impl PlaceIndex {
         is_own: impl Fn(KeyframeId) -> bool,
         (most_listed, mut take_alike): (usize, impl FnMut(Alike)),
     ) -> Vec<Ranked> {
-        if self.lists.is_empty() {
-            return Vec::new();
-        }
         let mut found: Vec<(f32, u32)> = vec![(0.0, 0); self.sizes.len()];
         // The number of the descriptor that each keyframe was found with last.
         let mut found_by: Vec<u32> = vec![0; self.sizes.len()];
         let mut near: Vec<(Entry, u32)> = Vec::new();
         let mut alike: Vec<KeyframeId> = Vec::new();
-        for (number, place) in (1_u32..).zip(&view.places) {
-            let wanted = signature(&place.descriptor);
+        for (number, descriptor) in (1_u32..).zip(view.descriptors()) {
+            let wanted = signature(descriptor);
             near.clear();
-            let mut least = None;
-            let lists = lists_of(&place.descriptor).map(|list| &self.lists[list]);
-            for entry in lists.into_iter().filter(|list| list.len() <= most_listed).flatten() {
-                let different = (entry.signature ^ wanted).count_ones();
-                if least.is_none_or(|least| different < least) && !is_own(entry.keyframe()) {
-                    least = Some(different);
-                }
-                if different <= MOST_DIFFERENT {
-                    near.push((*entry, different));
-                }
-            }
-            let Some(least) = least else { continue };
+            let lists = lists_of(descriptor).map(|list| self.lists.parts(list));
+            let is_short = |parts: &[Listed<'_>; 2]| {
+                parts.iter().map(|it| it.entries.len()).sum::<usize>() <= most_listed
+            };
+            let lists = lists.iter().filter(|parts| is_short(parts)).flatten();
+            lists.clone().for_each(|part| part.find(wanted, &mut near));
+            // Where all others are less alike, all that are near count; where there are no others, none.
+            let is_other = |entry: &Entry| !is_own(entry.keyframe());
+            let least =
+                near.iter().filter(|(entry, _)| is_other(entry)).map(|(_, different)| *different).min();
+            let Some(least) = least.or_else(|| {
+                let has_others = !near.is_empty() && lists.flat_map(|part| part.entries).any(is_other);
+                has_others.then_some(MOST_DIFFERENT)
+            }) else {
+                continue;
+            };
             alike.clear();
             for (entry, different) in &near {
                 let keyframe = entry.keyframe();
@@ -257,13 +245,13 @@ mod tests {
 
     fn view(descriptors: impl Iterator<Item = OrbDescriptor>) -> View {
         let place = |descriptor| Described { px: Point2::origin(), level: 0, descriptor, landmark: None };
-        View { places: descriptors.map(place).collect() }
+        descriptors.map(place).collect::<Vec<_>>().into()
     }
 
     /// A place as it is seen again: a third of it is new, and of the rest each bit is wrong with a probability of an eighth.
     fn seen_again(view_before: &View, rng: &mut Rng) -> View {
         let mut again = Vec::new();
-        for place in &view_before.places {
+        for place in view_before.iter() {
             if rng.random_range(0..3) == 0 {
                 again.push(random(rng));
                 continue;
@@ -308,12 +296,36 @@ mod tests {
         let mut again = seen_again(&views[17], &mut rng);
         let rare = index.query_rare(&again).0;
         assert_eq!(rare[0].keyframe.index(), 17);
-        again.places.extend(view(std::iter::repeat_n(everywhere, 100)).places);
+        let more: Vec<Described> =
+            again.iter().chain(view(std::iter::repeat_n(everywhere, 100)).iter()).collect();
+        again = more.into();
         assert_eq!(index.query_rare(&again).0, rare);
         (100..400).map(KeyframeId).for_each(|id| index.remove(id, &view(std::iter::once(everywhere))));
         index.remove(KeyframeId(17), &views[17]);
         let again = seen_again(&views[17], &mut rng);
         assert!(index.query(&again).iter().all(|ranked| ranked.keyframe != KeyframeId(17)));
         assert_eq!(index.len(), 59);
+    }
+
+    #[test]
+    fn keyframes_that_were_read_are_found_as_those_that_were_added() {
+        let mut rng = RngTree::new(4).stream("index", 0);
+        let (mut added, views) = index_of(40, &mut rng);
+        let all = (0..).map(KeyframeId).zip(&views);
+        let mut read = PlaceIndex::read(all.clone().take(30));
+        all.skip(30).for_each(|(id, view)| read.add(id, view));
+        let again: Vec<View> =
+            [3, 17, 35].into_iter().map(|wanted| seen_again(&views[wanted], &mut rng)).collect();
+        let is_own = |id: KeyframeId| id.0 < 20;
+        for removed in [None, Some(35), Some(3)] {
+            for index in [&mut added, &mut read] {
+                removed.into_iter().for_each(|id| index.remove(KeyframeId(id), &views[id as usize]));
+            }
+            for view in &again {
+                assert_eq!(read.query_rare(view), added.query_rare(view));
+                assert_eq!(read.query_beside(view, is_own), added.query_beside(view, is_own));
+            }
+            assert_eq!(read.len(), added.len());
+        }
     }
 }

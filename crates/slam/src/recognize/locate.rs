@@ -166,7 +166,7 @@ impl Locator {
     }
 
     /// The places of an image as they are compared in a fixed map.
-    pub(super) fn listed<'a>(&self, view: &'a View) -> Option<ByPieces<'a>> {
+    pub(super) fn listed(&self, view: &View) -> Option<ByPieces> {
         self.is_doubting.then(|| ByPieces::new(view))
     }
 
@@ -178,7 +178,7 @@ impl Locator {
         &self,
         map: &Map,
         (candidate, connected): (KeyframeId, &[(KeyframeId, u32)]),
-        (view, listed): (&View, Option<&ByPieces<'_>>),
+        (view, listed): (&View, Option<&ByPieces>),
         rng: &mut Rng,
     ) -> Result<ProposedPlace, Refusal> {
         let mut around = vec![candidate];
@@ -305,7 +305,7 @@ impl Locator {
     fn observations(&self, map: &Map, view: &View, pairs: &[Pair]) -> Vec<PoseObservation> {
         let focal = focal_px(&self.camera);
         let observation = |pair: &Pair| {
-            let place = &view.places[pair.place];
+            let place = view.at(pair.place);
             let sigma = CORNER_SIGMA_PX * f64::from(1_u32 << place.level);
             let whitening = whitening(focal, &(Matrix2::identity() * (sigma * sigma)));
             let point = map.landmark(pair.landmark).point_in_world;

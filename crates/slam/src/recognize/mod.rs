@@ -6,6 +6,7 @@
 
 mod agreement;
 mod index;
+mod lists;
 mod locate;
 mod pairs;
 mod refusal;
@@ -20,4 +21,5 @@ pub use pairs::{Pair, pair_views};
 pub use refusal::Refusal;
 pub use relocator::Relocator;
 pub(crate) use relocator::are_apart;
+pub(crate) use view::ShortPlace;
 pub use view::{Described, View};

@@ -3,7 +3,7 @@
 use crate::{
     map::{KeyframeId, LandmarkId, Map},
     orb::OrbDescriptor,
-    recognize::{Described, View},
+    recognize::View,
 };
 
 /// A place of an image and the landmark that looks like it.
@@ -19,7 +19,7 @@ pub struct Pair {
 
 /// Most different bits of a pair. Thesis: 100 around a predicted place; here the place is not known.
 const MOST_DIFFERENT: u32 = 64;
-/// Different bits from which on a second most alike landmark does not matter.
+/// Different bits from which on a landmark does not matter, be it the second most alike one.
 const MOST_COMPARED: u32 = 76;
 /// Share of the different bits of the second most alike landmark that the most alike one may have at most.
 const LESS_THAN_SECOND: f64 = 0.85;
@@ -45,7 +45,7 @@ impl Known {
         let mut known = Self::default();
         let mut is_known = vec![false; map.num_landmark_ids()];
         let views = keyframes.iter().filter_map(|id| map.keyframe(*id).view.as_deref());
-        for place in views.flat_map(|view| &view.places) {
+        for place in views.flat_map(View::iter) {
             if let Some(id) = place.landmark.filter(|id| map.landmark(*id).is_converged())
                 && !std::mem::replace(&mut is_known[id.index()], true)
             {
@@ -130,27 +130,27 @@ const LEAST_COMMON: u8 = 2;
 /// The places of an image listed under each piece of their descriptors.
 ///
 /// Source: Norouzi, Punjani and Fleet, "Fast search in Hamming space with multi-index hashing", 2012.
-pub(super) struct ByPieces<'a> {
-    places: &'a [Described],
+pub(super) struct ByPieces {
+    descriptors: Vec<OrbDescriptor>,
     /// For each piece of a descriptor and each of its values where the list of those that have it begins; at the end of the values the
     /// end of the last list.
     starts: Vec<u32>,
     listed: Vec<u16>,
 }
 
-impl<'a> ByPieces<'a> {
+impl ByPieces {
     /// Begins of lists for each piece.
     const STARTS: usize = (1 << PIECE_BITS) + 1;
 
-    pub fn new(view: &'a View) -> Self {
+    pub fn new(view: &View) -> Self {
         // More than an image has.
-        let num = view.places.len().min(usize::from(u16::MAX));
-        let places = &view.places[..num];
+        let num = view.len().min(usize::from(u16::MAX));
+        let descriptors: Vec<OrbDescriptor> = view.descriptors().take(num).copied().collect();
         let mut starts = vec![0; NUM_PIECES * Self::STARTS];
         let mut listed = vec![0; NUM_PIECES * num];
         for (piece, starts) in starts.chunks_exact_mut(Self::STARTS).enumerate() {
-            let value = |place: &Described| place.descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
-            for place in places {
+            let value = |descriptor: &OrbDescriptor| descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
+            for place in &descriptors {
                 starts[value(place) + 1] += 1;
             }
             let mut total = (num * piece) as u32;
@@ -159,7 +159,7 @@ impl<'a> ByPieces<'a> {
                 *start = total;
             }
             // Filled from behind, each list ends where the next one begins.
-            for (index, place) in (0..num as u16).zip(places).rev() {
+            for (index, place) in (0..num as u16).zip(&descriptors).rev() {
                 let end = &mut starts[value(place) + 1];
                 *end -= 1;
                 listed[*end as usize] = index;
@@ -167,23 +167,31 @@ impl<'a> ByPieces<'a> {
             starts.rotate_left(1);
             starts[Self::STARTS - 1] = (num * (piece + 1)) as u32;
         }
-        Self { places, starts, listed }
+        Self { descriptors, starts, listed }
     }
 
     /// For each place the landmarks that are most like it, of those that have some pieces in common with it.
     pub fn nearest(&self, known: &Known) -> Vec<Nearest> {
-        let mut nearest = vec![Nearest::default(); self.places.len()];
-        let mut num_common = vec![0_u8; self.places.len()];
+        let mut nearest = vec![Nearest::default(); self.descriptors.len()];
+        let mut num_common = vec![0_u8; self.descriptors.len()];
+        // Places that are compared, and room for one that is not. Written without branches, which nobody can predict here.
+        let mut compared = vec![0_u16; self.descriptors.len() + 1];
         for (index, descriptor) in known.descriptors.iter().enumerate() {
             num_common.fill(0);
+            let mut num_compared = 0;
             for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
                 let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
                 for place in &self.listed[starts[value] as usize..starts[value + 1] as usize] {
-                    let place = usize::from(*place);
-                    num_common[place] += 1;
-                    if num_common[place] == LEAST_COMMON {
-                        nearest[place].offer(index, descriptor.distance(&self.places[place].descriptor));
-                    }
+                    let common = &mut num_common[usize::from(*place)];
+                    *common += 1;
+                    compared[num_compared] = *place;
+                    num_compared += usize::from(*common == LEAST_COMMON);
+                }
+            }
+            for place in compared[..num_compared].iter().map(|place| usize::from(*place)) {
+                let distance = descriptor.distance(&self.descriptors[place]);
+                if distance < MOST_COMPARED {
+                    nearest[place].offer(index, distance);
                 }
             }
         }
@@ -196,10 +204,10 @@ impl<'a> ByPieces<'a> {
 #[must_use]
 pub fn pair_views(map: &Map, view: &View, keyframes: &[KeyframeId]) -> Vec<Pair> {
     let known = Known::of(map, keyframes);
-    let places = view.places.iter().enumerate();
+    let places = view.descriptors().enumerate();
     let mut pairs: Vec<Pair> = places
-        .filter_map(|(place, described)| {
-            let (landmark, distance) = known.best(&described.descriptor)?;
+        .filter_map(|(place, descriptor)| {
+            let (landmark, distance) = known.best(descriptor)?;
             Some(Pair { place, landmark, distance })
         })
         .collect();
@@ -217,6 +225,7 @@ mod tests {
     use visloc_core::RngTree;
 
     use super::*;
+    use crate::recognize::Described;
 
     #[test]
     fn what_has_pieces_in_common_is_nearly_all_that_is_alike() {
@@ -228,9 +237,9 @@ mod tests {
             known.first_words.push(descriptor.first_word());
             known.descriptors.push(descriptor);
         }
-        let mut view = View::default();
+        let mut places = Vec::new();
         let mut see = |descriptor| {
-            view.places.push(Described { px: Point2::origin(), level: 0, descriptor, landmark: None });
+            places.push(Described { px: Point2::origin(), level: 0, descriptor, landmark: None });
         };
         for known_descriptor in &known.descriptors {
             // Each bit is wrong with a probability of an eighth.
@@ -239,9 +248,10 @@ mod tests {
         }
         let foreign = OrbDescriptor::from_words(std::array::from_fn(|_| rng.next_u64()));
         see(foreign);
+        let view = View::from(places);
         let nearest = ByPieces::new(&view).nearest(&known);
         let found = |nearest: &Nearest| nearest.clear().map(|(index, distance)| (known.ids[index], distance));
-        let best = view.places.iter().map(|place| known.best(&place.descriptor));
+        let best = view.descriptors().map(|descriptor| known.best(descriptor));
         let both: Vec<_> = best.zip(nearest.iter().map(found)).filter(|(best, _)| best.is_some()).collect();
         let num_same = both.iter().filter(|(best, found)| best == found).count();
         assert!(both.len() > 550 && num_same > both.len() - 6, "{num_same} of {}", both.len());

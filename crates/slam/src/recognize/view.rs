@@ -31,14 +31,90 @@ pub struct Described {
     pub landmark: Option<LandmarkId>,
 }
 
-/// The described places of one image.
+/// A place of a keyframe in less memory, as far as files keep it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ShortPlace {
+    pub px: [f32; 2],
+    pub level: u8,
+    pub descriptor: OrbDescriptor,
+    pub landmark: LandmarkId,
+}
+
+/// The described places of one image: in a keyframe in order of its landmarks, in another image the best corner of each cell.
 #[derive(Debug, Clone, Default)]
 pub struct View {
-    /// In a keyframe in order of its landmarks, in another image the best corner of each cell.
-    pub places: Vec<Described>,
+    described: Vec<Described>,
+    /// Those of a keyframe that was read with its map, which has no others.
+    short: Vec<ShortPlace>,
+}
+
+impl From<Vec<Described>> for View {
+    fn from(described: Vec<Described>) -> Self {
+        Self { described, short: Vec::new() }
+    }
 }
 
 impl View {
+    /// Adds a place of a keyframe that is read with its map.
+    pub(crate) fn read(&mut self, place: ShortPlace) {
+        self.short.push(place);
+    }
+
+    /// Lets go of the memory that was set aside for growing.
+    pub(crate) fn shrink(&mut self) {
+        self.short.shrink_to_fit();
+    }
+
+    /// How many places there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.described.len() + self.short.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of the places.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[must_use]
+    pub fn at(&self, index: usize) -> Described {
+        match self.short.get(index) {
+            None => self.described[index],
+            Some(ShortPlace { px, level, descriptor, landmark }) => Described {
+                px: px.map(f64::from).into(),
+                level: usize::from(*level),
+                descriptor: *descriptor,
+                landmark: Some(*landmark),
+            },
+        }
+    }
+
+    /// All places.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = Described> + ExactSizeIterator + '_ {
+        (0..self.len()).map(|index| self.at(index))
+    }
+
+    /// The descriptors of all places.
+    pub fn descriptors(&self) -> impl Iterator<Item = &OrbDescriptor> {
+        let short = self.short.iter().map(|place| &place.descriptor);
+        self.described.iter().map(|place| &place.descriptor).chain(short)
+    }
+
+    /// The same with other numbers of the landmarks.
+    pub(crate) fn renumbered(&self, number: impl Fn(LandmarkId) -> LandmarkId) -> Self {
+        let mut renumbered = self.clone();
+        for place in &mut renumbered.described {
+            place.landmark = place.landmark.map(&number);
+        }
+        renumbered.short.iter_mut().for_each(|place| place.landmark = number(place.landmark));
+        renumbered
+    }
+
     /// Of the landmarks that a keyframe sees.
     #[must_use]
     pub fn of_keyframe(map: &Map, id: KeyframeId) -> Self {
@@ -50,7 +126,7 @@ impl View {
             let place = |x, y| OrbDescriptor::new(pyramid.level(level), x, y);
             describe(&observation.px, level, Some(*landmark), place)
         };
-        Self { places: keyframe.landmarks.iter().filter_map(described).collect() }
+        keyframe.landmarks.iter().filter_map(described).collect::<Vec<_>>().into()
     }
 
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.
@@ -69,7 +145,7 @@ impl View {
                 let place = |x, y| OrbDescriptor::with_sums(pyramid.level(level), &sums[level], x, y);
                 describe(&px, level, None, place)
             });
-        Self { places: described.collect() }
+        described.collect::<Vec<_>>().into()
     }
 }
 

@@ -278,7 +278,7 @@ impl Initializer {
         let between = self.poses_between(attempt, &map, &landmarks, rng);
         let features = landmarks.iter().filter_map(|(id, _)| {
             let observation = map.landmark(*id).observation_in(second)?;
-            let Observation { px, ray, level, covariance_px, .. } = *observation;
+            let Observation { px, ray, level, covariance_px, .. } = observation;
             Some(Feature { landmark: *id, px, ray, level, covariance_px })
         });
         let frame = Frame {

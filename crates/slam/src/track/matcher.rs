@@ -172,14 +172,15 @@ impl Matcher<'_> {
 
     /// The observation whose view is most like this one: the oldest of those that look from nearly the same direction and
     /// distance, so that errors do not add up from one keyframe to the next; else the nearest in direction.
-    fn reference<'m>(&self, map: &Map, landmark: &'m Landmark) -> Option<&'m Observation> {
+    fn reference(&self, map: &Map, landmark: &Landmark) -> Option<Observation> {
         let center = Point3::from(*self.camera_from_world.inverse().translation());
         let view = landmark.point_in_world - center;
         let distance = view.norm();
-        let mut best: Option<(f64, &Observation)> = None;
-        let is_wanted = |it: &&Observation| self.seen_by.is_none_or(|keyframe| it.keyframe == keyframe);
-        for observation in landmark.observations.iter().filter(is_wanted) {
-            let keyframe = map.keyframe(observation.keyframe);
+        let mut best: Option<(f64, usize)> = None;
+        let is_wanted = |id: &KeyframeId| self.seen_by.is_none_or(|keyframe| *id == keyframe);
+        let seen = landmark.observations.keyframes().enumerate();
+        for (index, id) in seen.filter(|(_, id)| is_wanted(id)) {
+            let keyframe = map.keyframe(id);
             if keyframe.picture.is_none() {
                 continue;
             }
@@ -188,15 +189,15 @@ impl Matcher<'_> {
             let cos = view.dot(&other) / (distance * other_distance);
             let octaves = (distance / other_distance).log2().abs();
             if cos > 0.97 && octaves < 0.5 {
-                return Some(observation);
+                return Some(landmark.observations.at(index));
             }
             let score = cos - 0.2 * octaves;
             if best.is_none_or(|(most, _)| score > most) {
-                best = Some((score, observation));
+                best = Some((score, index));
             }
         }
         // Beyond 60 degrees nothing looks the same.
-        best.filter(|(score, _)| *score > 0.5).map(|(_, observation)| observation)
+        best.filter(|(score, _)| *score > 0.5).map(|(_, index)| landmark.observations.at(index))
     }
 }
 

@@ -1,0 +1,213 @@
+//! Where keyframes see a landmark: as measured, or as short as a file has it.
+
+use std::sync::Arc;
+
+use nalgebra::{Matrix2, Point2, Vector3};
+use visloc_core::geom::Camera;
+
+use super::{KeyframeId, SessionCamera};
+
+/// Where a keyframe sees a landmark.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation {
+    /// The keyframe.
+    pub keyframe: KeyframeId,
+    /// Pixel of level 0.
+    pub px: Point2<f64>,
+    /// The same on the plane z = 1 of the camera, without distortion.
+    pub ray: Vector3<f64>,
+    /// Level on which it was measured.
+    pub level: usize,
+    /// Covariance of the place, squared pixels of level 0.
+    pub covariance_px: Matrix2<f64>,
+}
+
+/// Steps of a correlation.
+pub(super) const CORRELATIONS: f64 = 128.0;
+
+/// An observation in a quarter of the memory, as far as files keep it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShortObservation {
+    pub keyframe: KeyframeId,
+    /// Pixel of level 0.
+    pub px: [f32; 2],
+    /// See [`super::StoredObservation`].
+    pub variance_px: [u16; 2],
+    /// See [`super::StoredObservation`].
+    pub correlation: i8,
+    pub level: u8,
+}
+
+impl ShortObservation {
+    pub fn px(&self) -> Point2<f64> {
+        Point2::new(f64::from(self.px[0]), f64::from(self.px[1]))
+    }
+
+    pub fn covariance_px(&self) -> Matrix2<f64> {
+        let [xx, yy] = self.variance_px.map(|half| f64::from(f32::from_bits(u32::from(half) << 16)));
+        let xy = f64::from(self.correlation) / CORRELATIONS * (xx * yy).sqrt();
+        Matrix2::new(xx, xy, xy, yy)
+    }
+
+    fn through(&self, camera: &Camera) -> Observation {
+        let px = self.px();
+        Observation {
+            keyframe: self.keyframe,
+            px,
+            ray: camera.bearing(&px),
+            level: usize::from(self.level),
+            covariance_px: self.covariance_px(),
+        }
+    }
+}
+
+/// Where keyframes see a landmark, in order of the observations; the first keyframe is its host. A large map consists of little else, so
+/// those of a map that was read stay short until one is changed.
+#[derive(Debug, Clone)]
+pub struct Observations(Kept);
+
+#[derive(Debug, Clone)]
+enum Kept {
+    Measured(Vec<Observation>),
+    /// All through one camera.
+    Short(Arc<SessionCamera>, Box<[ShortObservation]>),
+}
+
+impl From<Vec<Observation>> for Observations {
+    fn from(observations: Vec<Observation>) -> Self {
+        Self(Kept::Measured(observations))
+    }
+}
+
+impl Observations {
+    /// Of a map that was read, each with its camera.
+    pub(super) fn read(observations: &[(ShortObservation, Arc<SessionCamera>)]) -> Self {
+        match observations {
+            [(_, camera), more @ ..] if more.iter().all(|(_, other)| Arc::ptr_eq(camera, other)) => {
+                Self(Kept::Short(Arc::clone(camera), observations.iter().map(|(short, _)| *short).collect()))
+            }
+            _ => {
+                let observations = observations.iter().map(|(short, camera)| short.through(&camera.camera));
+                Self(Kept::Measured(observations.collect()))
+            }
+        }
+    }
+
+    /// How many there are.
+    #[inline]
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match &self.0 {
+            Kept::Measured(observations) => observations.len(),
+            Kept::Short(_, observations) => observations.len(),
+        }
+    }
+
+    /// Whether there is none.
+    #[inline]
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of them.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, index: usize) -> Observation {
+        match &self.0 {
+            Kept::Measured(observations) => observations[index],
+            Kept::Short(camera, observations) => observations[index].through(&camera.camera),
+        }
+    }
+
+    /// The keyframe of one of them, see [`Observations::at`].
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[inline]
+    #[must_use]
+    pub fn keyframe_at(&self, index: usize) -> KeyframeId {
+        match &self.0 {
+            Kept::Measured(observations) => observations[index].keyframe,
+            Kept::Short(_, observations) => observations[index].keyframe,
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = Observation> + '_ {
+        (0..self.len()).map(|index| self.at(index))
+    }
+
+    /// The keyframes, which takes less time than all of the observations.
+    pub fn keyframes(&self) -> impl DoubleEndedIterator<Item = KeyframeId> + '_ {
+        (0..self.len()).map(|index| self.keyframe_at(index))
+    }
+
+    /// What a keyframe sees.
+    #[must_use]
+    pub fn of(&self, keyframe: KeyframeId) -> Option<Observation> {
+        self.keyframes().position(|other| other == keyframe).map(|index| self.at(index))
+    }
+
+    /// Whether all were made by one camera that looks like this one.
+    pub(super) fn are_through(&self, camera: &Camera) -> bool {
+        matches!(&self.0, Kept::Short(by, _) if by.camera == *camera)
+    }
+
+    /// The same with other numbers of the keyframes.
+    pub(super) fn renumbered(&self, number: impl Fn(KeyframeId) -> KeyframeId) -> Self {
+        let mut renumbered = self.clone();
+        match &mut renumbered.0 {
+            Kept::Measured(observations) => {
+                observations.iter_mut().for_each(|it| it.keyframe = number(it.keyframe));
+            }
+            Kept::Short(_, observations) => {
+                observations.iter_mut().for_each(|it| it.keyframe = number(it.keyframe));
+            }
+        }
+        renumbered
+    }
+
+    /// To be changed.
+    pub(super) fn change(&mut self) -> &mut Vec<Observation> {
+        if let Kept::Short(..) = &self.0 {
+            self.0 = Kept::Measured(self.iter().collect());
+        }
+        match &mut self.0 {
+            Kept::Measured(observations) => observations,
+            Kept::Short(..) => unreachable!("it was measured just now"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_ones_are_what_they_are_when_measured() {
+        let camera = Camera::pinhole((640, 480), (500.0, 510.0), (320.0, 240.0)).unwrap();
+        let session = || Arc::new(SessionCamera { calibrated: camera, camera });
+        let short = |keyframe: u32| ShortObservation {
+            keyframe: KeyframeId(keyframe),
+            px: [100.3 + keyframe as f32, 7.7],
+            variance_px: [0x3e80, 0x3f01],
+            correlation: -77,
+            level: 2,
+        };
+        let (one, other) = (session(), session());
+        let of_one = Observations::read(&[4, 2, 9].map(|id| (short(id), Arc::clone(&one))));
+        let of_two = Observations::read(&[(short(4), Arc::clone(&one)), (short(2), other), (short(9), one)]);
+        assert!(of_one.are_through(&camera) && !of_two.are_through(&camera));
+        let text = |observations: &Observations| format!("{:?}", observations.iter().collect::<Vec<_>>());
+        assert_eq!(text(&of_one), text(&of_two));
+        assert_eq!(of_one.of(KeyframeId(2)).map(|it| it.ray), Some(camera.bearing(&short(2).px())));
+        let mut changed = of_one.renumbered(|id| KeyframeId(id.0 + 1));
+        assert_eq!(changed.keyframes().collect::<Vec<_>>(), [5, 3, 10].map(KeyframeId));
+        changed.change().remove(1);
+        assert_eq!((changed.len(), of_one.len(), changed.of(KeyframeId(3)).is_none()), (2, 3, true));
+    }
+}

@@ -1,0 +1,163 @@
+//! What an index lists, by key.
+
+use std::sync::Arc;
+
+use crate::map::KeyframeId;
+
+/// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
+pub(super) const MOST_DIFFERENT: u32 = 6;
+
+/// Bits of the number of a place in its keyframe; of those with more places, the others do not tell how they lie.
+const PLACE_BITS: u32 = 10;
+/// Places that have a number of their own, and the number of all others.
+const MOST_PLACES: usize = (1 << PLACE_BITS) - 1;
+
+/// A place of a keyframe. There are as many as a map has places, in each table: keyframe and place share one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Entry(u32);
+
+impl Entry {
+    /// A keyframe is listed as long as its number fits: so many nobody makes in a month.
+    pub fn new(keyframe: KeyframeId, place: usize) -> Self {
+        Self(keyframe.0 << PLACE_BITS | place.min(MOST_PLACES) as u32)
+    }
+
+    pub fn keyframe(self) -> KeyframeId {
+        KeyframeId(self.0 >> PLACE_BITS)
+    }
+
+    pub fn place(self) -> Option<usize> {
+        let place = self.0 as usize & MOST_PLACES;
+        (place < MOST_PLACES).then_some(place)
+    }
+}
+
+/// What is listed together, signatures side by side: so that many are compared at a time.
+#[derive(Debug, Clone, Default)]
+struct List {
+    signatures: Vec<u32>,
+    entries: Vec<Entry>,
+}
+
+/// Signatures that are compared at once.
+const BLOCK: usize = 16;
+
+/// A part of a list.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Listed<'a> {
+    signatures: &'a [u32],
+    pub entries: &'a [Entry],
+}
+
+impl Listed<'_> {
+    /// Adds those that are alike, with how many bits are different.
+    pub fn find(&self, wanted: u32, near: &mut Vec<(Entry, u32)>) {
+        let blocks = self.signatures.chunks(BLOCK).zip(self.entries.chunks(BLOCK));
+        for (signatures, entries) in blocks {
+            let mut different = [0; BLOCK];
+            match signatures.as_array() {
+                // Of whole blocks the compiler makes vector instructions.
+                Some(whole) => different = whole.map(|signature: u32| (signature ^ wanted).count_ones()),
+                None => {
+                    for (different, signature) in different.iter_mut().zip(signatures) {
+                        *different = (signature ^ wanted).count_ones();
+                    }
+                }
+            }
+            // Written without branches, which nobody can predict here.
+            let (mut alike, mut num) = ([(Entry(0), 0); BLOCK], 0);
+            for (entry, different) in entries.iter().zip(different) {
+                alike[num % BLOCK] = (*entry, different);
+                num += usize::from(different <= MOST_DIFFERENT);
+            }
+            near.extend_from_slice(&alike[..num]);
+        }
+    }
+}
+
+/// All lists. What was read with a map lies in one piece, which copies share; what came later, in lists that grow.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lists {
+    read: Arc<Read>,
+    /// Empty until something is added.
+    added: Vec<List>,
+}
+
+#[derive(Debug, Default)]
+struct Read {
+    num_keyframes: usize,
+    /// Where each list begins, and where the last one ends; empty without any.
+    starts: Vec<u32>,
+    all: List,
+}
+
+impl Lists {
+    /// Of places in order, each with its signature and the lists that it belongs to.
+    pub fn read<const N: usize>(num_lists: usize, places: &[([u16; N], u32, Entry)]) -> Self {
+        let mut starts = vec![0_u32; num_lists + 1];
+        for list in places.iter().flat_map(|(lists, ..)| lists) {
+            starts[usize::from(*list) + 1] += 1;
+        }
+        for list in 0..num_lists {
+            starts[list + 1] += starts[list];
+        }
+        let num = N * places.len();
+        let mut all = List { signatures: vec![0; num], entries: vec![Entry(0); num] };
+        let mut next = starts.clone();
+        for (lists, signature, entry) in places {
+            for list in lists {
+                let next = &mut next[usize::from(*list)];
+                all.signatures[*next as usize] = *signature;
+                all.entries[*next as usize] = *entry;
+                *next += 1;
+            }
+        }
+        let num_keyframes = places.last().map_or(0, |(_, _, entry)| entry.keyframe().index() + 1);
+        Self { read: Arc::new(Read { num_keyframes, starts, all }), added: Vec::new() }
+    }
+
+    /// The parts of a list, in order.
+    pub fn parts(&self, list: usize) -> [Listed<'_>; 2] {
+        let read = match self.read.starts.get(list..list + 2) {
+            Some([start, end]) => *start as usize..*end as usize,
+            _ => 0..0,
+        };
+        let all = &self.read.all;
+        let added = self.added.get(list).map_or((&[][..], &[][..]), |it| (&it.signatures, &it.entries));
+        [
+            Listed { signatures: &all.signatures[read.clone()], entries: &all.entries[read] },
+            Listed { signatures: added.0, entries: added.1 },
+        ]
+    }
+
+    /// Adds a place of a keyframe to one of so many lists.
+    pub fn add(&mut self, num_lists: usize, list: usize, (signature, entry): (u32, Entry)) {
+        self.added.resize_with(num_lists, List::default);
+        self.added[list].signatures.push(signature);
+        self.added[list].entries.push(entry);
+    }
+
+    /// Takes a keyframe out of a list.
+    pub fn remove(&mut self, list: usize, keyframe: KeyframeId) {
+        if keyframe.index() < self.read.num_keyframes {
+            self.take_apart();
+        }
+        let Some(List { signatures, entries }) = self.added.get_mut(list) else { return };
+        let mut is_kept = entries.iter().map(|entry| entry.keyframe() != keyframe);
+        signatures.retain(|_| is_kept.next().unwrap_or(false));
+        entries.retain(|entry| entry.keyframe() != keyframe);
+    }
+
+    /// Makes lists of what lies in one piece.
+    fn take_apart(&mut self) {
+        let list = |list| {
+            let parts = self.parts(list);
+            List {
+                signatures: parts.iter().flat_map(|part| part.signatures).copied().collect(),
+                entries: parts.iter().flat_map(|part| part.entries).copied().collect(),
+            }
+        };
+        self.added = (0..self.read.starts.len() - 1).map(list).collect();
+        self.read = Arc::default();
+    }
+}
