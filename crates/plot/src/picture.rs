@@ -10,6 +10,11 @@ use crate::PlotError;
 pub(crate) const MARK: &str = "<!-- visloc -->";
 /// It stands before this byte.
 const MARK_BEFORE: u64 = 1024;
+/// The same for a PNG: a chunk of text, "Software: visloc", with its length before it and its checksum behind it.
+const PNG_MARK: &[u8] = b"\x00\x00\x00\x0ftEXtSoftware\x00visloc\x96\xdc\xde\xc7";
+/// Signature and header of a PNG have so many bytes.
+#[cfg(feature = "png")]
+const PNG_HEADER_BYTES: usize = 33;
 
 /// A finished picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,7 +62,9 @@ impl Picture {
         let mut pixels = pixels.ok_or(refused)?;
         let transform = tiny_skia::Transform::from_scale(scale, scale);
         resvg::render(&tree, transform, &mut pixels.as_mut());
-        pixels.encode_png().map_err(|error| PlotError::Png(error.to_string()))
+        let mut png = pixels.encode_png().map_err(|error| PlotError::Png(error.to_string()))?;
+        png.splice(PNG_HEADER_BYTES..PNG_HEADER_BYTES, PNG_MARK.iter().copied());
+        Ok(png)
     }
 
     /// Writes `name.svg` into `dir`, which is made if missing, and with the feature `png` also `name.png`. They replace those of an
@@ -67,10 +74,10 @@ impl Picture {
     /// If a file cannot be written or the PNG would be too large.
     pub fn save(&self, dir: &Path, name: &str) -> Result<(), PlotError> {
         let path = |extension: &str| dir.join(format!("{name}.{extension}"));
-        let is_own = is_own(&path("svg"));
         let write = |extension: &str, bytes: &[u8]| {
             let path = path(extension);
-            let written = if is_own { files::replace(&path, bytes) } else { files::write(&path, bytes) };
+            let written =
+                if is_own(&path) { files::replace(&path, bytes) } else { files::write(&path, bytes) };
             written.map_err(|source| PlotError::Write { path, source })
         };
         #[cfg(feature = "png")]
@@ -82,21 +89,25 @@ impl Picture {
     }
 }
 
-/// Whether a picture was drawn here. A PNG is judged by the SVG of its name.
-fn is_own(svg: &Path) -> bool {
+/// Whether a picture was drawn here.
+fn is_own(path: &Path) -> bool {
     let mut start = Vec::new();
-    let read = files::open(svg).and_then(|file| file.take(MARK_BEFORE).read_to_end(&mut start));
-    read.is_ok() && start.windows(MARK.len()).any(|bytes| bytes == MARK.as_bytes())
+    let read = files::open(path).and_then(|file| file.take(MARK_BEFORE).read_to_end(&mut start));
+    let has = |mark: &[u8]| start.windows(mark.len()).any(|bytes| bytes == mark);
+    read.is_ok() && (has(MARK.as_bytes()) || has(PNG_MARK))
 }
 
 /// Removes pictures of an earlier run from a folder, so that they are not taken for those of this one: those whose names, without the ending,
-/// are to go. A PNG without an SVG of its name is somebody else's. What cannot be removed stays.
+/// are to go. A PNG without an SVG of its name stays, too, and so does what cannot be removed.
 pub fn remove_earlier(dir: &Path, is_to_go: impl Fn(&str) -> bool) {
     let Ok(entries) = std::fs::read_dir(dir) else { return };
     for svg in entries.flatten().map(|entry| entry.path()) {
         let is_svg = svg.extension().is_some_and(|ending| ending == "svg");
         if is_svg && is_own(&svg) && svg.file_stem().and_then(|stem| stem.to_str()).is_some_and(&is_to_go) {
-            let _ = std::fs::remove_file(svg.with_extension("png"));
+            let png = svg.with_extension("png");
+            if is_own(&png) {
+                let _ = std::fs::remove_file(png);
+            }
             let _ = std::fs::remove_file(svg);
         }
     }
@@ -150,5 +161,27 @@ mod tests {
         assert_eq!(std::fs::read_to_string(path("map.svg")).unwrap(), picture.svg());
         #[cfg(feature = "png")]
         assert_eq!(std::fs::read_to_string(path("map.png~")).unwrap(), "precious");
+    }
+
+    #[cfg(feature = "png")]
+    #[test]
+    fn a_photo_beside_a_drawing_of_its_name_is_somebody_elses() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let picture = Picture::new(format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"9\" height=\"9\">{MARK}</svg>"
+        ));
+        picture.save(folder.path(), "map").unwrap();
+        let png = std::fs::read(path("map.png")).unwrap();
+        let pixels = resvg::tiny_skia::Pixmap::decode_png(&png).unwrap();
+        assert_eq!((pixels.width(), pixels.height()), (18, 18), "the mark harms nothing");
+        picture.save(folder.path(), "map").unwrap();
+        assert!(!path("map.png~").exists(), "the one of before goes");
+        std::fs::write(path("map.png"), "precious").unwrap();
+        picture.save(folder.path(), "map").unwrap();
+        assert_eq!(std::fs::read_to_string(path("map.png~")).unwrap(), "precious");
+        std::fs::write(path("map.png"), "precious, too").unwrap();
+        remove_earlier(folder.path(), |name| name == "map");
+        assert!(path("map.png").exists() && !path("map.svg").exists());
     }
 }
