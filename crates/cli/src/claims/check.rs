@@ -130,7 +130,13 @@ fn check_input(input: &Input, output: &Output) -> Result<()> {
         bail!("{}: expected something else than {}, which is read", output.text, input.text);
     }
     let is_refused = match output.use_as {
-        UseAs::File | UseAs::Map => written.kind() != Kind::Missing && written.is_inside(read),
+        // What is new there is read by the next run if its name is that of an image or of a recording.
+        UseAs::File | UseAs::Map => {
+            let is_taken = written.kind() != Kind::Missing
+                || is_picture(&output.path)
+                || has_ending(&output.path, &RECORDING_ENDINGS);
+            is_taken && written.is_inside(read)
+        }
         // A new part of a recording would belong to it.
         UseAs::Recording => written.is_inside(read) || read.is_inside(written),
         UseAs::Folder => has_harm(written, read),

@@ -67,6 +67,8 @@ enum Way {
     SymbolicLink,
     HardLink,
     InsideFolder,
+    /// A new file with the name of an image.
+    NewImageInFolder,
     /// A link in the folder that is read leads to it.
     LinkInFolder,
     /// A list in the folder that is read names it.
@@ -93,7 +95,8 @@ fn place(way: Way, is_folder_written: bool) -> Place {
         (Way::DetourByNothing, _) => (file.clone(), path("nothing/below/../../data/images/0001.png")),
         (Way::SymbolicLink | Way::HardLink, _) => (file.clone(), path("link")),
         (Way::InsideFolder, false) => (path("data"), file.clone()),
-        (Way::InsideFolder, true) => (path("data"), path("data/images")),
+        (Way::NewImageInFolder, false) => (path("data"), path("data/images/0002.png")),
+        (Way::InsideFolder | Way::NewImageInFolder, true) => (path("data"), path("data/images")),
         (Way::LinkInFolder | Way::ListInFolder, false) => (path("other"), file.clone()),
         (Way::LinkInFolder | Way::ListInFolder, true) => (path("other"), path("data/images")),
     };
@@ -141,6 +144,7 @@ fn no_output_of_any_command_may_be_one_of_its_inputs() {
         Way::SymbolicLink,
         Way::HardLink,
         Way::InsideFolder,
+        Way::NewImageInFolder,
         Way::LinkInFolder,
         Way::ListInFolder,
     ];
