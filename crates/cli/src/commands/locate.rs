@@ -7,13 +7,17 @@ use visloc_io::{
     image_codec::read_image,
     sequence::{fit_calibration, read_calibration},
 };
-use visloc_locate::{Photo, PhotoAnswer, PhotoPose, locate_photo};
+use visloc_locate::{
+    Photo, PhotoAnswer, PhotoPose,
+    diagnosis::{Diagnosis, Finding},
+    locate_photo,
+};
 use visloc_plot::{is_of_series, remove_earlier};
 use visloc_world::Map;
 
 use crate::{
     args::LocateArgs,
-    report::{draw_overlay, save_json},
+    report::{FindingReport, draw_overlay, explain_localization, save_json},
     run::Saving,
     say,
     settings::pipeline_config,
@@ -32,6 +36,8 @@ struct LocateReport {
     poses: Vec<PoseReport>,
     /// How probable it is that the photo was taken at none of them.
     elsewhere: f64,
+    /// What is wrong with the photo; empty if nothing is.
+    diagnosis: Vec<FindingReport>,
 }
 
 /// Place of the camera over the ground, the direction in which it looked, and how it was held: meters, degrees.
@@ -81,7 +87,10 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
+    let findings = answer.cause.map(|cause| Finding { cause, share: 1.0 }).into_iter().collect();
+    let diagnosis = explain_localization(&Diagnosis { findings, ..Diagnosis::default() });
     print(&answer, &photo);
+    diagnosis.iter().for_each(|finding| say::line!("{}\n  -> {}", finding.sentence, finding.advice));
     let mut saving = Saving::default();
     saving.save_if(args.json.json.as_deref(), |path| {
         let report = LocateReport {
@@ -90,6 +99,7 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
             seed: args.seed.value(),
             poses: answer.poses.iter().map(PoseReport::from).collect(),
             elsewhere: answer.elsewhere,
+            diagnosis,
         };
         save_json(path, &report)
     });

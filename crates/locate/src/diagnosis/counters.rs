@@ -270,6 +270,12 @@ impl RunCounters {
         is_known && self.view_extent.0 < SAME_VIEW.0 && self.view_extent.1 < SAME_VIEW.1
     }
 
+    /// What is wrong with the image of a frame by itself, wherever its camera was.
+    pub(crate) fn cause_in_image(&self, frame: &Frame, percept: &Percept) -> Option<Cause> {
+        let look = ImageLook::new(&frame.image, &self.carpet);
+        of_light(&look).or_else(|| self.of_world(&look, percept))
+    }
+
     /// The first cause that applies on the way from the camera to the pose.
     fn cause(&self, frame: &Frame, percept: &Percept, estimate: &Estimate) -> Cause {
         let look = ImageLook::new(&frame.image, &self.carpet);
