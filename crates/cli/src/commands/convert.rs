@@ -51,7 +51,11 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
         say::note!("{} attachments are left out; only messages are copied", messages.num_attachments());
     }
     if let Some(first) = first_damage {
-        say::line!("left out {num_damaged} damaged parts; the first at {}: {}", first.origin(), first.reason);
+        say::line!(
+            "{num_damaged} damaged parts, of which only what can be read is copied, which may be wrong; the first at {}: {}",
+            first.origin(),
+            first.reason
+        );
     }
     match end {
         Some(end) if num_messages == 0 => Err(anyhow!("{}: {}", end.origin(), end.reason)),

@@ -95,7 +95,7 @@ fn of_localization(cause: locating::Cause, facts: &locating::RunFacts) -> (Strin
         Cause::PointSymmetric => (
             "the place is known up to the half: the field looks the same turned by 180 degrees".to_owned(),
             "say in which half (of x) the robot starts: --start half:negative or --start half:positive; goals of two \
-             colors tell it if the map has them (colors in [goals])",
+             colors tell it if the map has them (colors in [goals]); if it is said, this may be the map of another field",
         ),
         Cause::LookAlikes => (
             "several places of the map fit as well".to_owned(),
