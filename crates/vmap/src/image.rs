@@ -13,7 +13,7 @@ const LEAST_BYTES: usize = 8_000;
 /// Qualities that are tried, until one is small enough.
 const QUALITIES: [u8; 8] = [90, 80, 70, 60, 50, 40, 25, 10];
 /// Images that are kept unpacked; about 1.4 bytes a pixel each.
-pub const SHELF_PICTURES: usize = 40;
+pub const SHELF_PICTURES: usize = 64;
 /// Levels of the pyramids that are made of them.
 const NUM_LEVELS: usize = 5;
 
