@@ -9,7 +9,7 @@ use visloc_io::{
 };
 use visloc_locate::{
     Photo, PhotoAnswer, PhotoPose,
-    diagnosis::{Diagnosis, Finding},
+    diagnosis::{Diagnosis, Finding, RunCounters},
     locate_photo,
 };
 use visloc_plot::{is_of_series, remove_earlier};
@@ -36,7 +36,7 @@ struct LocateReport {
     poses: Vec<PoseReport>,
     /// How probable it is that the photo was taken at none of them.
     elsewhere: f64,
-    /// What is wrong with the photo; empty if nothing is.
+    /// What is wrong with the photo; empty if nothing is, or if it tells a place.
     diagnosis: Vec<FindingReport>,
 }
 
@@ -87,7 +87,9 @@ pub fn execute(args: &LocateArgs) -> Result<()> {
     let pitch_down_rad = args.pitch.map(f64::to_radians);
     let photo = Photo { image, camera, pitch_down_rad, height_m: args.height };
     let answer = locate_photo(&map, &config, &photo, RngTree::new(args.seed.value())).with_context(place)?;
-    let findings = answer.cause.map(|cause| Finding { cause, share: 1.0 }).into_iter().collect();
+    let best = answer.poses.first().map_or(0.0, |pose| pose.probability);
+    let cause = RunCounters::new(&map, &config).cause_in_photo(&photo.image).filter(|_| best < ABOUT_SURE);
+    let findings = cause.map(|cause| Finding { cause, share: 1.0 }).into_iter().collect();
     let diagnosis = explain_localization(&Diagnosis { findings, ..Diagnosis::default() });
     print(&answer, &photo);
     diagnosis.iter().for_each(|finding| say::line!("{}\n  -> {}", finding.sentence, finding.advice));

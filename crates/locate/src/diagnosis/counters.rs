@@ -1,6 +1,6 @@
 //! Counting over a run.
 
-use visloc_core::{Frame, Timestamp, geom::PlanarPose};
+use visloc_core::{Frame, RgbImage, Timestamp, geom::PlanarPose};
 use visloc_world::Map;
 
 use super::{Cause, view};
@@ -270,10 +270,11 @@ impl RunCounters {
         is_known && self.view_extent.0 < SAME_VIEW.0 && self.view_extent.1 < SAME_VIEW.1
     }
 
-    /// What is wrong with the image of a frame by itself, wherever its camera was.
-    pub(crate) fn cause_in_image(&self, frame: &Frame, percept: &Percept) -> Option<Cause> {
-        let look = ImageLook::new(&frame.image, &self.carpet);
-        of_light(&look).or_else(|| self.of_world(&look, percept))
+    /// What is wrong with a photo by its light and colors, wherever its camera was.
+    #[must_use]
+    pub fn cause_in_photo(&self, image: &RgbImage) -> Option<Cause> {
+        let look = ImageLook::new(image, &self.carpet);
+        of_light(&look).or_else(|| self.of_colors(&look))
     }
 
     /// The first cause that applies on the way from the camera to the pose.
@@ -286,18 +287,26 @@ impl RunCounters {
     }
 
     fn of_world(&self, look: &ImageLook, percept: &Percept) -> Option<Cause> {
-        let is_gray = look.chroma < GRAY;
+        if percept.is_informative && matches!(self.world, World::Office { has_doors: true, .. }) {
+            return None;
+        }
         let is_empty = percept.borders.len() < FEW_BORDERS && !percept.is_informative;
+        self.of_colors(look).or(match self.world {
+            World::Field { .. } => is_empty.then_some(Cause::FewBorders),
+            World::Office { .. } => Some(Cause::NoDoors),
+            World::Other => None,
+        })
+    }
+
+    fn of_colors(&self, look: &ImageLook) -> Option<Cause> {
+        let is_gray = look.chroma < GRAY;
         match self.world {
             World::Field { .. } if is_gray => Some(Cause::Gray),
             World::Field { .. } if look.carpet_share < SOME_CARPET => Some(Cause::NoCarpet),
-            World::Field { .. } => is_empty.then_some(Cause::FewBorders),
             World::Office { has_doors: false, .. } => Some(Cause::MapWithoutDoors),
-            World::Office { .. } if percept.is_informative => None,
             World::Office { .. } if look.carpet_share > MUCH_CARPET => Some(Cause::FieldImage),
             World::Office { has_colored_doors: true, .. } if is_gray => Some(Cause::Gray),
-            World::Office { .. } => Some(Cause::NoDoors),
-            World::Other => None,
+            _ => None,
         }
     }
 

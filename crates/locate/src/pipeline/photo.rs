@@ -10,7 +10,6 @@ use visloc_world::Map;
 
 use super::{ConfigError, FeatureChoice, ImageAnalyzer, PipelineConfig, WorldParts, unknown_kind};
 use crate::{
-    diagnosis::{Cause, RunCounters},
     observation::features::CameraState,
     refine::{RefinementConfig, SingleImage},
     vision::AnalysisError,
@@ -78,8 +77,6 @@ pub struct PhotoAnswer {
     /// How probable it is that the photo was taken at none of them: at a place that was not found or is hardly probable, or what it shows is
     /// not on the map, or too little.
     pub elsewhere: f64,
-    /// What is wrong with the photo for every camera that may have taken it; `None` if nothing is.
-    pub cause: Option<Cause>,
 }
 
 /// A photo that cannot be located.
@@ -115,8 +112,7 @@ pub fn locate_photo(
     let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));
     #[allow(clippy::cast_precision_loss)]
     let log_prior = -(mounts.len() as f64).ln();
-    let (mut places, mut found, mut causes) = (Vec::new(), Vec::new(), Vec::new());
-    let counters = RunCounters::new(map, &config);
+    let (mut places, mut found) = (Vec::new(), Vec::new());
     let at = Timestamp::default();
     let mut frame = Frame::new(at, photo.image.clone(), photo.camera, Rigid3::identity());
     for mount in &mounts {
@@ -124,7 +120,6 @@ pub fn locate_photo(
         for _ in 0..NUM_LOOKS {
             analyzer.analyze(&frame, &mut looks)?;
         }
-        causes.push(counters.cause_in_image(&frame, analyzer.percept()));
         let config = uncertain(&rich.config, photo, mount);
         for number in 0..NUM_SEARCHES {
             found.clear();
@@ -137,8 +132,7 @@ pub fn locate_photo(
         }
     }
     let mirrored = |pose: &PlanarPose| search.mirrored(pose);
-    let cause = causes.into_iter().min().flatten();
-    Ok(PhotoAnswer { cause, ..answer(&distinct(places, mirrored), mirrored) })
+    Ok(answer(&distinct(places, mirrored), mirrored))
 }
 
 /// Cameras that may have taken a photo.
@@ -250,5 +244,5 @@ fn answer(places: &[Place], mirrored: impl Fn(&PlanarPose) -> Option<PlanarPose>
     poses.retain(|pose| pose.probability >= MIN_PROBABILITY);
     poses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let listed: f64 = poses.iter().map(|pose| pose.probability).sum();
-    PhotoAnswer { poses, elsewhere: (1.0 - listed).clamp(0.0, 1.0), cause: None }
+    PhotoAnswer { poses, elsewhere: (1.0 - listed).clamp(0.0, 1.0) }
 }
