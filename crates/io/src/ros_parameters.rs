@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use toml::{Table, Value};
 
+use crate::text::yaml_reason;
+
 /// Sections that are for every node, then those of one, in the order in which they win.
 const EVERYBODY: [&str; 3] = ["/**", "/*", "**"];
 
@@ -13,11 +15,8 @@ const EVERYBODY: [&str; 3] = ["/**", "/*", "**"];
 /// # Errors
 /// If the text is no YAML, no section is for the node, or a value is none (ROS has no empty ones). The reason names the place.
 pub fn read_ros_parameters(text: &str, node: &str) -> Result<BTreeMap<String, Value>, String> {
-    let file: Table = serde_saphyr::from_str(text).map_err(|error| {
-        let error = error.to_string();
-        let first = error.lines().next().unwrap_or_default();
-        format!("expected parameters of ROS 2 in YAML: {}", first.trim_start_matches("error: "))
-    })?;
+    let file: Table = serde_saphyr::from_str(text)
+        .map_err(|error| format!("expected parameters of ROS 2 in YAML: {}", yaml_reason(&error)))?;
     let own = [node.to_owned(), format!("/{node}")];
     let mut parameters = BTreeMap::new();
     let mut is_meant = false;

@@ -41,3 +41,8 @@ pub(crate) fn data_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let is_data = |line: &(usize, &str)| !line.1.is_empty() && !line.1.starts_with('#');
     text.lines().map(str::trim).enumerate().map(|(i, line)| (i + 1, line)).filter(is_data)
 }
+/// What is wrong with a YAML text, and where, without the lines around it that its parser draws below.
+pub(crate) fn yaml_reason(error: &serde_saphyr::Error) -> String {
+    let text = error.to_string();
+    text.lines().next().unwrap_or_default().trim().trim_start_matches("error: ").to_owned()
+}

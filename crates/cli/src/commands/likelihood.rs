@@ -193,7 +193,10 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
         }
     };
     check_cells(eye, args.step)?;
+    let progress =
+        Progress::message("weighing every place and heading; larger steps (--step) take less time");
     let map = LikelihoodMap::new(eye.model(), heading, args.step);
+    progress.clear();
     let (maximum, likelihood) = map.maximum();
     let place = args.place.map(|[x_m, y_m]| (x_m, y_m));
     let (x_m, y_m) = place.unwrap_or_else(|| truth.map_or((maximum.x_m, maximum.y_m), |t| (t.x_m, t.y_m)));

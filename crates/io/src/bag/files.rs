@@ -8,7 +8,7 @@ use std::{
 use serde::Deserialize;
 use visloc_core::files;
 
-use crate::bag::BagError;
+use crate::{bag::BagError, text::yaml_reason};
 
 /// Endings of the files that a folder of rosbag2 has.
 const EXTENSIONS: [&str; 2] = ["mcap", "db3"];
@@ -91,8 +91,8 @@ fn files_by_name(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 
 /// The files that `metadata.yaml` lists.
 fn listed_files(folder: &Path, yaml: &str) -> Result<BagFiles, String> {
-    let metadata: Metadata =
-        serde_saphyr::from_str(yaml).map_err(|error| format!("expected the metadata of rosbag2: {error}"))?;
+    let metadata: Metadata = serde_saphyr::from_str(yaml)
+        .map_err(|error| format!("expected the metadata of rosbag2: {}", yaml_reason(&error)))?;
     let Information { version, relative_file_paths: names, compression_format, compression_mode } =
         metadata.rosbag2_bagfile_information;
     if names.is_empty() {

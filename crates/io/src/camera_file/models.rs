@@ -5,7 +5,7 @@ use serde::Deserialize;
 use visloc_core::geom::Distortion;
 
 use super::Calibration;
-use crate::text::{data_lines, parse_number};
+use crate::text::{data_lines, parse_number, yaml_reason};
 
 /// Models of COLMAP that are read.
 const MODELS: [&str; 7] =
@@ -108,7 +108,7 @@ struct TransformsCamera {
 }
 
 fn transforms(text: &str) -> Result<Calibration, String> {
-    let read: Transforms = serde_saphyr::from_str(text).map_err(|error| error.to_string())?;
+    let read: Transforms = serde_saphyr::from_str(text).map_err(|error| yaml_reason(&error))?;
     let of_frame = read.frames.into_iter().find_map(|frame| frame.camera);
     let Some(camera) = read.camera.or(of_frame) else {
         return Err("expected w, h, fl_x, cx and cy of a transforms.json, found none".to_owned());

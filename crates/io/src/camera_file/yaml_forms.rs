@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use visloc_core::geom::{Camera, Distortion};
 
-use crate::ros_lens::distortion_of_ros;
+use crate::{ros_lens::distortion_of_ros, text::yaml_reason};
 
 /// `camchain.yaml` of Kalibr: one entry a camera.
 type Chain = BTreeMap<String, KalibrCamera>;
@@ -25,7 +25,7 @@ struct KalibrCamera {
 
 /// The camera of a chain of one. Entries that are no cameras cannot be there.
 pub(super) fn kalibr(text: &str) -> Result<Camera, String> {
-    let chain: Chain = serde_saphyr::from_str(text).map_err(|error| one_line(&error))?;
+    let chain: Chain = serde_saphyr::from_str(text).map_err(|error| yaml_reason(&error))?;
     let (name, entry) = chain.iter().next().ok_or("expected cam0, found nothing")?;
     if chain.len() > 1 {
         let names: Vec<String> =
@@ -90,7 +90,7 @@ pub(super) fn matrices(text: &str) -> Result<Camera, String> {
         .filter(|line| !line.starts_with('%'))
         .map(|line| line.replace("!!opencv-matrix", "") + "\n")
         .collect();
-    let file: MatrixFile = serde_saphyr::from_str(&yaml).map_err(|error| one_line(&error))?;
+    let file: MatrixFile = serde_saphyr::from_str(&yaml).map_err(|error| yaml_reason(&error))?;
     let (Some(width), Some(height)) = (file.image_width, file.image_height) else {
         return Err("expected image_width and image_height, found none".to_owned());
     };
@@ -107,9 +107,4 @@ pub(super) fn matrices(text: &str) -> Result<Camera, String> {
     let model = if file.fisheye_model != 0 { "equidistant" } else { file.distortion_model.as_str() };
     let lens = distortion_of_ros(model, &d)?;
     Camera::checked((width, height), (fx, fy), (cx, cy), lens).map_err(|error| error.to_string())
-}
-
-fn one_line(error: &impl ToString) -> String {
-    let text = error.to_string();
-    text.lines().next().unwrap_or_default().trim().to_owned()
 }

@@ -143,6 +143,7 @@ fn dxf_errors_name_the_entity() {
     assert!(error("AutoCAD Binary\n1\n").contains("line 1: expected a group code"));
     assert!(error(&dxf_plan("x")).contains("expected a number, found \"x\""));
     assert!(error(&dxf(&[(0, "EOF")])).contains("expected lines on layers"));
+    assert!(error("AC1027 and so on").contains("found a DWG"));
     let elsewhere = dxf_plan("0").replace("A-WALL", "OUTER").replace("A-DOOR", "INNER");
     assert!(error(&elsewhere).ends_with("found lines on DIMENSIONS, INNER, OUTER"), "{}", error(&elsewhere));
     let whole = dxf_plan("0");

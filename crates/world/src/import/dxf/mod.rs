@@ -32,6 +32,9 @@ const MAX_ENTITIES: usize = 1_000_000;
 /// follow `$INSUNITS`, without it they are meters. The frame is that of the drawing.
 pub(crate) fn read_dxf(name: &str, title: &str, bytes: &[u8]) -> Result<Import, MapError> {
     let syntax = |(line, reason): Failure| MapError::Syntax { name: name.to_owned(), line, reason };
+    if bytes.starts_with(b"AC10") {
+        return Err(syntax((None, "expected a DXF, found a DWG: save the drawing as DXF".to_owned())));
+    }
     let file = pairs(bytes).and_then(|pairs| File::read(&pairs)).map_err(syntax)?;
     let mut reader =
         Reader { file: &file, drawing: Drawing::default(), other_layers: BTreeSet::new(), num: [0; 3] };
