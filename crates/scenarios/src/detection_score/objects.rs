@@ -23,6 +23,8 @@ const TRUTH: DetectorSetup = DetectorSetup {
     range_sigma: 0.0,
     max_range_m: (5.0, 4.0),
 };
+/// Robots on the field.
+const NUM_ROBOTS: usize = 5;
 /// A detection is right within this share of the distance, and so far across the view, meters.
 const RIGHT_RANGE: f64 = 0.35;
 const RIGHT_ACROSS_M: f64 = 0.2;
@@ -38,13 +40,14 @@ impl DetectionScores {
     /// If the game cannot be played.
     pub fn add_game(&mut self, scenario: &Scenario, seed: u64, num_images: usize) -> Result<(), RunError> {
         let scenario = Scenario { frames_per_sec: 2.0, ..scenario.clone() };
-        let mut team = TeamSimulation::new(&scenario, 5, TRUTH, seed)?;
+        let mut team = TeamSimulation::new(&scenario, NUM_ROBOTS, TRUTH, seed)?;
         let Map::Field(field) = team.map().clone() else { return Ok(()) };
         let analysis = analysis_for(&field, &PipelineConfig::default());
-        let mut analyzer = FieldAnalyzer::new(FieldAnalysisConfig { detect_objects: true, ..analysis })?;
+        let analyzer = FieldAnalyzer::new(FieldAnalysisConfig { detect_objects: true, ..analysis })?;
+        let mut of_robots: Vec<FieldAnalyzer> = (0..NUM_ROBOTS).map(|_| analyzer.anew()).collect();
         let mut rng = RngTree::new(seed).stream("analysis", 0);
         for _ in 0..num_images {
-            for seen in team.step() {
+            for (seen, analyzer) in team.step().into_iter().zip(&mut of_robots) {
                 let frame = &seen.source.frame;
                 let objects = &analyzer.analyze(frame, &mut rng)?.objects;
                 self.add_objects(objects, frame, &seen.detections);
