@@ -84,7 +84,7 @@ impl View {
     #[must_use]
     pub fn at(&self, index: usize) -> Described {
         match self.short.get(index) {
-            None => self.described[index],
+            None => self.described[index - self.short.len()],
             Some(ShortPlace { px, level, descriptor, landmark }) => Described {
                 px: px.map(f64::from).into(),
                 level: usize::from(*level),
@@ -101,8 +101,8 @@ impl View {
 
     /// The descriptors of all places.
     pub fn descriptors(&self) -> impl Iterator<Item = &OrbDescriptor> {
-        let short = self.short.iter().map(|place| &place.descriptor);
-        self.described.iter().map(|place| &place.descriptor).chain(short)
+        let described = self.described.iter().map(|place| &place.descriptor);
+        self.short.iter().map(|place| &place.descriptor).chain(described)
     }
 
     /// The same with other numbers of the landmarks.
