@@ -2,9 +2,12 @@
 
 use std::{
     ffi::OsString,
-    io,
+    io::{self, Read},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::mpsc,
+    thread,
+    time::Duration,
 };
 
 use super::Pixels;
@@ -40,11 +43,38 @@ fn passthrough(version: &str) -> [&'static str; 2] {
     if is_old { ["-vsync", "0"] } else { ["-fps_mode", "passthrough"] }
 }
 
+/// In this time every ffmpeg says its version, which it has at hand; and so many bytes of it are enough.
+const VERSION_WITHIN: Duration = Duration::from_secs(5);
+const VERSION_BYTES: u64 = 4096;
+
 /// What the program says of its version.
 fn version(program: &Path) -> io::Result<String> {
-    let output = Command::new(program).arg("-version").stdin(Stdio::null()).output()?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let mut command = Command::new(program);
+    command.arg("-version");
+    let text = answer(command, VERSION_WITHIN)?;
     Ok(text.split_whitespace().nth(2).unwrap_or_default().to_owned())
+}
+
+/// How a program's answer begins.
+///
+/// # Errors
+/// If the program cannot be started, or says nothing more and does not end either.
+fn answer(mut command: Command, within: Duration) -> io::Result<String> {
+    let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?;
+    let (sender, receiver) = mpsc::channel();
+    if let Some(stdout) = child.stdout.take() {
+        thread::spawn(move || {
+            let mut text = Vec::new();
+            let read = stdout.take(VERSION_BYTES).read_to_end(&mut text);
+            // Nobody listens any more if it took too long.
+            let _ = sender.send(read.map(|_| String::from_utf8_lossy(&text).into_owned()));
+        });
+    }
+    let text = receiver.recv_timeout(within);
+    // Whatever else it does is not wanted.
+    child.kill()?;
+    child.wait()?;
+    text.map_err(|_| io::Error::new(io::ErrorKind::TimedOut, "it does not answer to '-version'"))?
 }
 
 /// Why there is no ffmpeg to work with; `None` if there is one.
@@ -105,6 +135,24 @@ mod tests {
         ] {
             assert_eq!(passthrough(version)[0], option, "{version}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_program_that_never_ends_is_not_waited_for() {
+        let command = |program: &str, argument: &str| {
+            let mut command = Command::new(program);
+            command.arg(argument);
+            command
+        };
+        let silent = answer(command("sleep", "60"), Duration::from_millis(100)).unwrap_err();
+        assert_eq!(silent.kind(), io::ErrorKind::TimedOut);
+        let endless = answer(command("yes", "version"), Duration::from_secs(30)).unwrap();
+        assert_eq!(endless.len() as u64, VERSION_BYTES);
+        assert_eq!(
+            answer(command("echo", "ffmpeg version 7.1"), VERSION_WITHIN).unwrap(),
+            "ffmpeg version 7.1\n"
+        );
     }
 
     #[test]
