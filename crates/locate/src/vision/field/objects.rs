@@ -130,6 +130,8 @@ struct Colors {
     num_orange: f64,
     /// Darker than the carpet, the orange ones left out.
     num_dark: f64,
+    /// Of a goal's color, on a field that has such goals.
+    num_goal: f64,
 }
 
 impl Colors {
@@ -141,6 +143,10 @@ impl Colors {
 
     fn is_mostly_orange(&self) -> bool {
         self.num_orange > 0.5 * self.num
+    }
+
+    fn is_mostly_goal(&self) -> bool {
+        self.num_goal > 0.5 * self.num
     }
 }
 
@@ -205,7 +211,7 @@ impl ObjectDetector {
                 for half_width_m in ROBOT_HALF_WIDTHS_M {
                     for shift in [-0.5, 0.0, 0.5] {
                         let column = foot.column + shift * half_width_m * foot.cells_per_m;
-                        self.candidates.extend(self.robot_at(frame, &Foot { column, ..foot }, half_width_m));
+                        self.candidates.extend(self.robot_at(view, &Foot { column, ..foot }, half_width_m));
                     }
                 }
             }
@@ -298,16 +304,19 @@ impl ObjectDetector {
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
             if row >= self.sums.first_row && self.sums.is_other(column, row) {
                 let [r, g, b] = self.sums.color(&view.frame.image, column, row);
-                let is_orange = view.table.class(r, g, b) == ColorClass::Orange;
+                let class = view.table.class(r, g, b);
+                let is_orange = class == ColorClass::Orange;
+                let is_goal = matches!(class, ColorClass::Yellow | ColorClass::Blue);
                 colors.num += 1.0;
                 colors.num_orange += f64::from(u8::from(is_orange));
+                colors.num_goal += f64::from(u8::from(is_goal));
                 colors.num_dark += f64::from(u8::from(!is_orange && luma([r, g, b]) < view.carpet_luma));
             }
         }
         colors
     }
 
-    fn robot_at(&self, frame: &Frame, foot: &Foot, half_width_m: f64) -> Option<DetectedObject> {
+    fn robot_at(&self, view: &ObjectView<'_>, foot: &Foot, half_width_m: f64) -> Option<DetectedObject> {
         let (x, bottom, per_m) = (foot.column, foot.row, foot.cells_per_m);
         let upright_m = per_m * foot.upright;
         let top = (bottom - JUDGED_HEIGHT_M * upright_m).max(foot.end_row);
@@ -339,6 +348,11 @@ impl ObjectDetector {
         if evidence_nats < MIN_OBJECT_NATS || inner.iter().any(|nats| *nats <= 0.0) || !is_alone {
             return None;
         }
+        // A post that is too near to be seen in whole is named by nobody, but has its color: of a robot that is a jersey at most.
+        if self.colors(view, &(x - half..x + half, top..bottom)).is_mostly_goal() {
+            return None;
+        }
+        let frame = view.frame;
         let cell_px = f64::from(self.sums.cell_px);
         let front = ground_at(frame, &(Point2::new(x, bottom) * cell_px), 0.0)?;
         let in_robot = front + front.coords.normalize() * FOOT_TO_MIDDLE_M;
@@ -538,6 +552,20 @@ mod tests {
         let mut frame = frame();
         paint_upright(&mut frame, Point2::new(2.0, 0.0), (1.2, 0.8), |_, _| Some([150, 150, 150]));
         assert_eq!(detect(&frame), [], "a wall");
+    }
+
+    #[test]
+    fn a_post_that_fills_the_height_of_the_image_is_no_robot() {
+        let yellow = [215, 190, 25];
+        for (color, is_robot) in [(yellow, false), (WHITE, true)] {
+            let mut frame = frame();
+            paint_upright(&mut frame, Point2::new(1.1, 0.1), (0.16, 0.5), |_, _| Some(color));
+            let config = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
+            let mut analyzer = FieldAnalyzer::new(config).unwrap();
+            let percept = analyzer.analyze(&frame, &mut RngTree::new(1).stream("analysis", 0)).unwrap();
+            assert!(percept.features.posts.is_empty(), "{:?}", percept.features.posts);
+            assert_eq!(!percept.objects.is_empty(), is_robot, "{:?}", percept.objects);
+        }
     }
 
     #[test]
