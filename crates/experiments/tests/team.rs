@@ -62,16 +62,19 @@ fn the_same_bits_and_alone_the_localizers() {
     }
 }
 
-/// A run is a game under all conditions; two robots have no liar among them, and the same seeds give the same record.
+/// A run is a game under all conditions, and one in which a robot is carried off; two robots have no liar among them, and the same seeds give the
+/// same record.
 #[test]
 fn the_experiment_plays_each_game_under_all_conditions() {
-    let settings = TeamSettings { num_robots: vec![2, 3], secs: 4.0, images_per_sec: 5.0 };
+    let settings = TeamSettings { num_robots: vec![2, 3], secs: 12.0, images_per_sec: 5.0 };
     let experiment = TeamExperiment::new(settings, 1);
     let seeds = RngTree::new(5);
     let [two, three] = [0, 1].map(|cell| experiment.run(cell, 0, &seeds).unwrap());
-    assert_eq!((two.len(), three.len()), (8, 11));
+    assert_eq!((two.len(), three.len()), (11, 14));
     assert!(two.iter().all(|game| !game.name.starts_with("liar")));
     assert_eq!(two[0].score.right_share, 0.0, "alone nobody knows its half");
     assert!(two[1].bytes_per_sec > 100.0 && two[1].bytes_per_sec < 10_000.0);
+    let found = three[11..].iter().flat_map(|game| &game.score.right_after_secs);
+    assert!(found.take(2).all(|secs| secs.is_some_and(|secs| secs < 3.0)), "{:?}", &three[11..]);
     assert_eq!(experiment.run(0, 0, &seeds).unwrap(), two);
 }

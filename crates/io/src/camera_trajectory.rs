@@ -69,7 +69,9 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
     let (mut poses, mut skipped): (Vec<CameraPose>, _) = (Vec::new(), Vec::new());
     for (count, (number, line)) in data_lines(&text).enumerate() {
         let pose = match format {
-            TrajectoryFormat::Tum => parse_tum(line),
+            TrajectoryFormat::Tum => {
+                parse_tum(line).map(|(at, world_from_camera)| CameraPose { at, world_from_camera })
+            }
             TrajectoryFormat::Kitti => parse_kitti(line).map(|world_from_camera| CameraPose {
                 #[allow(clippy::cast_possible_wrap)]
                 at: Timestamp::from_nanos(count as i64 * 1_000_000_000),
@@ -131,14 +133,15 @@ fn rigid<Dst, Src>([qx, qy, qz, qw]: [f64; 4], position: [f64; 3]) -> Result<Rig
         .ok_or_else(|| format!("expected a quaternion of length 1, found {qx} {qy} {qz} {qw}"))
 }
 
-fn parse_tum(line: &str) -> Result<CameraPose, String> {
+/// A line of a file in TUM format: time, position, quaternion.
+pub(crate) fn parse_tum<Src>(line: &str) -> Result<(Timestamp, Rigid3<World, Src>), String> {
     let fields: Vec<&str> = line.split_whitespace().collect();
     let [stamp, values @ ..] = fields.as_slice() else { return Err("expected a pose".to_owned()) };
     if values.len() != 7 {
         return Err(format!("expected 8 numbers (t tx ty tz qx qy qz qw), found {}", fields.len()));
     }
     let [x, y, z, qx, qy, qz, qw] = numbers(values)?;
-    Ok(CameraPose { at: parse_secs(stamp)?, world_from_camera: rigid([qx, qy, qz, qw], [x, y, z])? })
+    Ok((parse_secs(stamp)?, rigid([qx, qy, qz, qw], [x, y, z])?))
 }
 
 fn parse_euroc(line: &str) -> Result<CameraPose, String> {

@@ -9,11 +9,11 @@ use std::{
 use visloc_core::{
     PlanarTrajectory, StampedPose,
     files::{self, NewFile},
-    geom::{PlanarPose, Rigid3, Robot, World},
+    geom::{PlanarPose, Robot},
 };
 
 use crate::{
-    FileError,
+    FileError, camera_trajectory,
     text::{data_lines, parse_number, parse_secs},
 };
 
@@ -90,19 +90,8 @@ pub fn write_tum_pose(output: &mut impl Write, pose: &StampedPose) -> io::Result
 }
 
 fn parse_tum(text: &str) -> Result<StampedPose, String> {
-    let fields: Vec<_> = text.split_whitespace().collect();
-    let [time, values @ ..] = fields.as_slice() else { return Err("expected 8 numbers, found none".into()) };
-    if values.len() != 7 {
-        return Err(format!("expected 8 numbers (t tx ty tz qx qy qz qw), found {}", fields.len()));
-    }
-    let mut numbers = [0.0; 7];
-    for (number, field) in numbers.iter_mut().zip(values) {
-        *number = parse_number(field)?;
-    }
-    let [x, y, z, qx, qy, qz, qw] = numbers;
-    let pose = Rigid3::<World, Robot>::from_quaternion([qx, qy, qz, qw], [x, y, z])
-        .ok_or_else(|| format!("expected a quaternion of length 1, found {qx} {qy} {qz} {qw}"))?;
-    Ok(StampedPose { at: parse_secs(time)?, world_from_robot: pose.to_planar(), height_m: z })
+    let (at, pose) = camera_trajectory::parse_tum::<Robot>(text)?;
+    Ok(StampedPose { at, world_from_robot: pose.to_planar(), height_m: pose.translation().z })
 }
 
 /// Where the values stand in a table.

@@ -5,7 +5,7 @@ use visloc_core::{Clock, RngTree};
 use visloc_io::bag::messages::to_cdr;
 use visloc_locate::team::{Liar, TeamConfig, TeamMessage, WireTeamMessage};
 
-use super::{Conditions, Game, GameSetup, Restart, Score, play, score};
+use super::{Conditions, Game, GameSetup, Restart, Score, carried::play_carried, play, score};
 use crate::{Cell, Experiment, ExperimentError};
 
 /// What decides the records.
@@ -104,20 +104,22 @@ impl Experiment for TeamExperiment {
         let setup = GameSetup { num_robots, secs, images_per_sec, one_knows: true, kidnap: None, seed };
         let game = Game::record(&setup)?;
         let all = conditions().into_iter().filter(|(_, least, _)| num_robots >= *least);
-        all.map(|(name, _, conditions)| {
+        let of_condition = |(name, _, conditions): (&str, usize, Conditions)| {
             let played = play(&game, &conditions, TeamConfig::default(), seed, &Clock::still())?;
-            let num_bytes: usize = played.messages.iter().flatten().map(size).sum();
             Ok(ConditionRecord {
                 name: name.to_owned(),
                 score: score(&game, &conditions, &played),
-                bytes_per_sec: num_bytes as f64 / num_robots as f64 / secs,
+                bytes_per_sec: bytes_per_sec(played.messages.iter().flatten(), &setup),
             })
-        })
-        .collect()
+        };
+        let mut records = all.map(of_condition).collect::<Result<TeamRecord, ExperimentError>>()?;
+        records.extend(play_carried(&setup)?);
+        Ok(records)
     }
 }
 
-/// Bytes of a message in the encoding of ROS 2, without headers of the network.
-fn size(message: &TeamMessage) -> usize {
-    to_cdr(&WireTeamMessage::from(message)).map_or(0, |bytes| bytes.len())
+/// What a robot sends in a game with these messages, in the encoding of ROS 2, without headers of the network.
+pub(super) fn bytes_per_sec<'a>(messages: impl Iterator<Item = &'a TeamMessage>, setup: &GameSetup) -> f64 {
+    let size = |message| to_cdr(&WireTeamMessage::from(message)).map_or(0, |bytes| bytes.len());
+    messages.map(size).sum::<usize>() as f64 / setup.num_robots as f64 / setup.secs
 }

@@ -4,7 +4,7 @@ use visloc_core::{Timestamp, geom::PlanarPose};
 use visloc_locate::{
     Estimate, Pipeline, PipelineConfig, StartPrior, team::Sighting, vision::field::FieldAnalysisConfig,
 };
-use visloc_sim::{Detection, DetectorSetup, Scenario, TeamSimulation};
+use visloc_sim::{Detection, DetectorSetup, Scenario, TeamFrame, TeamSimulation};
 use visloc_world::Map;
 
 use crate::ExperimentError;
@@ -69,28 +69,10 @@ impl Game {
     /// # Errors
     /// If the simulation or a pipeline cannot be built.
     pub fn record(setup: &GameSetup) -> Result<Self, ExperimentError> {
-        let mut scenario = Scenario::load("tour-2024").map_err(setup_error)?;
-        scenario.frames_per_sec = setup.images_per_sec;
-        let detector = DetectorSetup::default();
-        let mut team =
-            TeamSimulation::new(&scenario, setup.num_robots, detector, setup.seed).map_err(setup_error)?;
+        let (mut team, first, mut pipelines) = begin(setup)?;
         let map = team.map().clone();
-        // The half is that of the first image.
-        let mut first = Some(team.step());
-        let truths = team.truths();
-        let mut pipelines = Vec::new();
-        for (i, truth) in truths.iter().enumerate() {
-            let start = if setup.one_knows && i == WHO_KNOWS {
-                StartPrior::half_of(&map, truth)
-            } else {
-                StartPrior::Uniform
-            };
-            let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
-            let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
-            let config = PipelineConfig { analysis, ..PipelineConfig::default() };
-            let pipeline = Pipeline::builder(&map).config(config).seed(seed).start(start).build();
-            pipelines.push(pipeline.map_err(setup_error)?);
-        }
+        let detector = DetectorSetup::default();
+        let mut first = Some(first);
         let num_steps = (setup.secs * setup.images_per_sec).round() as usize;
         let mut moments = Vec::with_capacity(num_steps);
         for step in 0..num_steps {
@@ -125,6 +107,33 @@ impl Game {
     }
 }
 
-fn setup_error(error: impl std::fmt::Display) -> ExperimentError {
+/// The robots on the field, what they see first, and a localizer for each of them.
+pub(super) fn begin(
+    setup: &GameSetup,
+) -> Result<(TeamSimulation, Vec<TeamFrame>, Vec<Pipeline>), ExperimentError> {
+    let mut scenario = Scenario::load("tour-2024").map_err(setup_error)?;
+    scenario.frames_per_sec = setup.images_per_sec;
+    let mut team = TeamSimulation::new(&scenario, setup.num_robots, DetectorSetup::default(), setup.seed)
+        .map_err(setup_error)?;
+    let map = team.map().clone();
+    // The half is that of the first image.
+    let first = team.step();
+    let mut pipelines = Vec::new();
+    for (i, truth) in team.truths().iter().enumerate() {
+        let start = if setup.one_knows && i == WHO_KNOWS {
+            StartPrior::half_of(&map, truth)
+        } else {
+            StartPrior::Uniform
+        };
+        let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
+        let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
+        let config = PipelineConfig { analysis, ..PipelineConfig::default() };
+        let pipeline = Pipeline::builder(&map).config(config).seed(seed).start(start).build();
+        pipelines.push(pipeline.map_err(setup_error)?);
+    }
+    Ok((team, first, pipelines))
+}
+
+pub(super) fn setup_error(error: impl std::fmt::Display) -> ExperimentError {
     ExperimentError::Setup { reason: error.to_string() }
 }

@@ -4,6 +4,7 @@
 //! A game is recorded once with a camera and a localizer for each robot, then played with messages under all conditions. What a localizer says
 //! does not depend on the team ([`visloc_locate::team`]), so one recording serves for all of them.
 
+mod carried;
 mod experiment;
 mod game;
 mod network;

@@ -1,6 +1,6 @@
 //! From records to a report.
 
-use super::{ConditionRecord, TeamExperiment, TeamRecord, experiment::conditions};
+use super::{ConditionRecord, TeamExperiment, TeamRecord, carried, experiment::conditions};
 use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number};
 
 impl TeamExperiment {
@@ -21,7 +21,7 @@ impl TeamExperiment {
             "sent [B/s]",
         ];
         let mut table = Table::new("team", "Teams: one robot knows its half, the others are judged", &header);
-        for (name, ..) in conditions() {
+        for name in conditions().into_iter().map(|(name, ..)| name).chain(carried::CONDITIONS) {
             let games = (0..self.cells().len()).flat_map(|cell| results.cell(cell)).flatten();
             let games: Vec<&ConditionRecord> = games.filter(|game| game.name == name).collect();
             if !games.is_empty() {
@@ -48,6 +48,9 @@ impl TeamExperiment {
                  within 0.5 m and 29 degrees; never right and untied: of all robots that neither lie nor know."
                     .to_owned(),
                 "Dragged: robots that claimed a wrong place for more than a second with the team, and not by themselves.".to_owned(),
+                "Carried off: the last robot, at half time, which feels it; right after it stands again, alone and up to the mirrored place by \
+                 what its localizer says; dragged: it claimed another place for more than a second."
+                    .to_owned(),
             ],
             json: serde_json::json!({ "experiment": self.name(), "seed": seed, "runs": num_done, "cells": json }),
             pictures: Vec::new(),

@@ -10,7 +10,7 @@ use super::{Conditions, Game, Played};
 const RIGHT_M: f64 = 0.5;
 const RIGHT_RAD: f64 = 0.5;
 /// A robot that claims a wrong place for so long has been dragged there, seconds.
-const DRAGGED_SECS: f64 = 1.0;
+pub(super) const DRAGGED_SECS: f64 = 1.0;
 /// Two that see the ball within this time have seen it in common, seconds.
 const SAME_BALL_SECS: f64 = 1.0;
 
@@ -79,16 +79,16 @@ pub fn score(game: &Game, conditions: &Conditions, played: &Played) -> Score {
     score
 }
 
-fn is_near(estimate: &Estimate, truth: &PlanarPose) -> bool {
+pub(super) fn is_near(estimate: &Estimate, truth: &PlanarPose) -> bool {
     let pose = &estimate.world_from_robot;
     pose.distance_m(truth) < RIGHT_M && pose.heading_difference_rad(truth) < RIGHT_RAD
 }
 
-fn is_right(estimate: &Estimate, truth: &PlanarPose) -> bool {
+pub(super) fn is_right(estimate: &Estimate, truth: &PlanarPose) -> bool {
     estimate.is_localized() && is_near(estimate, truth)
 }
 
-fn is_wrong(estimate: &Estimate, truth: &PlanarPose) -> bool {
+pub(super) fn is_wrong(estimate: &Estimate, truth: &PlanarPose) -> bool {
     estimate.is_localized() && !is_near(estimate, truth)
 }
 
