@@ -46,12 +46,12 @@ pub fn count(num: usize, what: &str) -> String {
     format!("{num} {what}{plural}")
 }
 
-/// Behind an error: what was done before it; nothing if nothing was.
-pub fn what_is_done(num_frames: usize) -> String {
-    match num_frames {
+/// Behind an error: what was `done`, `written` or `used` before it; nothing if nothing was.
+pub fn before(num: usize, what: &str, done: &str) -> String {
+    match num {
         0 => String::new(),
-        1 => " (the frame before is done)".to_owned(),
-        _ => format!(" (the {num_frames} frames before are done)"),
+        1 => format!(" (the {what} before is {done})"),
+        _ => format!(" (the {num} {what}s before are {done})"),
     }
 }
 

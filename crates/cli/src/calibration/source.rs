@@ -115,7 +115,7 @@ fn in_stream(source: &str) -> Result<Vec<NamedImage>> {
         let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
-                say::note!("{broken} (the {} pictures before are used)", images.len());
+                say::note!("{broken}{}", say::before(images.len(), "picture", "used"));
                 break;
             }
             None => break,

@@ -132,7 +132,7 @@ fn one_pass(args: &CalibrateRobotArgs, correction: &RobotCorrection) -> Result<(
         }
     }
     if let Some(error) = outcome.error {
-        say::note!("{error} (the {} frames before are used)", outcome.num_frames);
+        say::note!("{error}{}", say::before(outcome.num_frames, "frame", "used"));
     }
     Ok((source.map, collector.record))
 }

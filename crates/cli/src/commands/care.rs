@@ -67,6 +67,7 @@ pub fn trim(path: &Path, keyframes: usize, out: &Path) -> Result<()> {
 fn write(out: &Path, map: &VisualMap) -> Result<()> {
     save(out, map, &nobody()).with_context(|| out.display().to_string())?;
     let (keyframes, landmarks) = (map.map.all_keyframes().count(), map.map.all_landmarks().count());
-    say::line!("map: {}, {keyframes} keyframes, {landmarks} landmarks", out.display());
+    let (keyframes, landmarks) = (say::count(keyframes, "keyframe"), say::count(landmarks, "landmark"));
+    say::line!("map: {}, {keyframes}, {landmarks}", out.display());
     Ok(())
 }

@@ -22,7 +22,7 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
     notes_on_folder(Path::new(path)).iter().for_each(|note| say::note!("{note}"));
     let mut writer = BagWriter::create_with(out, BagTopics::default(), BagWriterOptions::default())?;
     let progress = Progress::new(None);
-    let (mut num_messages, mut num_damaged, mut first_damage, mut end) = (0_u64, 0_u64, None, None);
+    let (mut num_messages, mut num_damaged, mut first_damage, mut end) = (0_usize, 0_u64, None, None);
     let mut strange = BTreeSet::new();
     while !host().is_stopped()
         && let Some(next) = messages.next_message()
@@ -44,7 +44,7 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
     writer.finish()?;
     progress.clear();
     if num_messages > 0 {
-        say::line!("{}: {num_messages} messages", out.display());
+        say::line!("{}: {}", out.display(), say::count(num_messages, "message"));
     }
     strange.iter().for_each(|note| say::note!("{note}"));
     if messages.num_attachments() > 0 {
@@ -60,7 +60,8 @@ pub fn execute(source: &str, out: &Path) -> Result<()> {
     match end {
         Some(end) if num_messages == 0 => Err(anyhow!("{}: {}", end.origin(), end.reason)),
         Some(end) => {
-            Err(anyhow!("{}: {} (the {num_messages} messages before are written)", end.origin(), end.reason))
+            let before = say::before(num_messages, "message", "written");
+            Err(anyhow!("{}: {}{before}", end.origin(), end.reason))
         }
         None if num_messages == 0 && !host().is_stopped() => bail!("{source}: it has no messages"),
         None => Ok(()),

@@ -61,7 +61,8 @@ fn print(run: &SlamRun, report: &SlamReport, truth: &CameraTrajectory, secs: f64
     let positions = truth.poses().iter().map(|pose| *pose.world_from_camera.translation());
     let positions: Vec<_> = positions.collect();
     let way_m: f64 = positions.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-    say::line!("{} images, a way of {way_m:.1} m, drawn and followed in {secs:.0} s", report.frames);
+    let images = say::count(report.frames, "image");
+    say::line!("{images}, a way of {way_m:.1} m, drawn and followed in {secs:.0} s");
     match report.initialized_at_s {
         Some(at) => say::line!("  the map was started after {at:.1} s"),
         None => say::line!("  no map was started"),

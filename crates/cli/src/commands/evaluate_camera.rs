@@ -143,8 +143,8 @@ fn shifted(trajectory: &CameraTrajectory, offset_secs: f64) -> CameraTrajectory 
 
 fn print(report: &CameraReport) {
     say::line!(
-        "{} poses in common of {} (truth) and {}; {} of the time covered",
-        report.pairs,
+        "{} in common of {} (truth) and {}; {} of the time covered",
+        say::count(report.pairs, "pose"),
         report.truth_poses,
         report.estimate_poses,
         crate::report::percent(report.coverage)

@@ -45,12 +45,12 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
     };
     let mut folder = Folder::create(&args.out, args.format)?;
     let progress = Progress::new(pictures.status().num_items);
-    let (mut num_seen, mut error) = (0, None);
+    let (mut num_seen, mut error): (usize, Option<anyhow::Error>) = (0, None);
     while args.frames.is_none_or(|most| folder.num_images < most as usize) {
         let picture = match pictures.next_item() {
             Some(Ok(picture)) => picture,
             Some(Err(broken)) => {
-                error = Some(broken);
+                error = Some(broken.into());
                 break;
             }
             None => break,
@@ -59,20 +59,25 @@ pub fn execute(args: &ExtractArgs) -> Result<()> {
             if folder.num_images == 0 {
                 folder.add_camera(&picture, calibration.as_ref())?;
             }
-            folder.add(&picture)?;
+            // On a full disk what was written stays, with its list.
+            if let Err(full) = folder.add(&picture) {
+                error = Some(full);
+                break;
+            }
         }
         num_seen += 1;
         progress.advance();
     }
     progress.clear();
-    let num_images = folder.finish()?;
+    let num_images = folder.num_images;
+    let error = error.or(folder.finish().err());
     if num_images > 0 {
         say::line!("{}: {}", args.out.display(), say::count(num_images, "image"));
     }
     SkippedReport::new(pictures.status().skipped).lines().iter().for_each(|line| say::line!("{line}"));
     match error {
-        Some(error) if num_images == 0 => Err(error.into()),
-        Some(error) => Err(anyhow!("{error} (the {num_images} images before are written)")),
+        Some(error) if num_images == 0 => Err(error),
+        Some(error) => Err(anyhow!("{error:#}{}", say::before(num_images, "image", "written"))),
         None if num_images == 0 => bail!("{}: no image came", args.source),
         None => Ok(()),
     }
@@ -152,10 +157,9 @@ impl Folder {
         Ok(())
     }
 
-    /// Completes the list. How many images it has.
-    fn finish(self) -> Result<usize> {
+    /// Completes the list.
+    fn finish(self) -> Result<()> {
         let finished = self.list.map_or(Ok(()), files::NewFile::finish);
-        finished.with_context(|| self.path.join("rgb.txt").display().to_string())?;
-        Ok(self.num_images)
+        finished.with_context(|| self.path.join("rgb.txt").display().to_string())
     }
 }

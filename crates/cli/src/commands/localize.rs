@@ -154,7 +154,7 @@ fn save_robot(path: &Path, mut robot: RobotCorrection, error: Option<&CameraErro
 /// Whether the source was read to its end.
 fn verdict(args: &LocalizeArgs, outcome: &RunOutcome) -> Result<()> {
     match &outcome.error {
-        Some(error) => Err(anyhow!("{error}{}", say::what_is_done(outcome.num_frames))),
+        Some(error) => Err(anyhow!("{error}{}", say::before(outcome.num_frames, "frame", "done"))),
         None if outcome.num_frames == 0 && !host().is_stopped() => {
             Err(anyhow!("{}: no frame that can be used", args.source))
         }
@@ -290,7 +290,7 @@ fn print_cameras(cameras: &[CameraOfRobot]) {
 
 fn print_live(report: &LocalizeReport) {
     if report.dropped > 0 {
-        say::line!("{} images were dropped while others were worked on", report.dropped);
+        say::line!("dropped while others were worked on: {}", say::count(report.dropped, "image"));
     }
     let Some(live) = &report.live else { return };
     if let (Some(delay), Some(overhead)) = (live.delay_ms.median, live.overhead_ms.median) {

@@ -96,13 +96,13 @@ fn finish(args: &RecordArgs, recorded: Recorded) -> Result<()> {
         number => format!(", {number} dropped while others were written"),
     };
     if recorded.num_images > 0 {
-        say::line!("{}: {} images{dropped}", args.out.display(), recorded.num_images);
+        say::line!("{}: {}{dropped}", args.out.display(), say::count(recorded.num_images, "image"));
     }
     let error = recorded.error.as_ref().map(ToString::to_string);
     recorded.skipped.lines_beside(error.as_deref()).iter().for_each(|line| say::line!("{line}"));
     match recorded.error {
         Some(error) if recorded.num_images == 0 => Err(error.into()),
-        Some(error) => Err(anyhow!("{error} (the {} images before are written)", recorded.num_images)),
+        Some(error) => Err(anyhow!("{error}{}", say::before(recorded.num_images, "image", "written"))),
         None if recorded.num_images == 0 => bail!("{}: no image came", args.source),
         None => Ok(()),
     }

@@ -80,7 +80,9 @@ pub fn execute(args: &SlamArgs) -> Result<()> {
     });
     saving.save_if(pictures, FramePictures::finish);
     let is_empty = run.num_images == 0 && run.error.is_none();
-    saving.save_if(run.error, |error| bail!("{error}{}", say::what_is_done(run.history.records.num_seen())));
+    saving.save_if(run.error, |error| {
+        bail!("{error}{}", say::before(run.history.records.num_seen(), "frame", "done"))
+    });
     if is_empty {
         saving.save(Err(anyhow!("{}: no image came", args.source)));
     }
@@ -161,12 +163,12 @@ fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Sav
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     say::line!("{}: {}", args.source, say::count(report.frames, "frame"));
     say::line!(
-        "  tracked {:.1} %, lost {}, found again {}; {} keyframes, {} landmarks",
+        "  tracked {:.1} %, lost {}, found again {}; {}, {}",
         report.coverage * 100.0,
         say::count(report.lost_spells, "time"),
         say::count(report.relocalizations, "time"),
-        report.keyframes,
-        report.points
+        say::count(report.keyframes, "keyframe"),
+        say::count(report.points, "landmark")
     );
     if report.carried > 0 {
         say::line!("  {} more images told too little: odometry carried the pose on", report.carried);
@@ -180,18 +182,22 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
         );
     }
     if report.loops + report.joins > 0 {
-        say::line!("  {} loops closed, {} maps joined", report.loops, report.joins);
+        say::line!(
+            "  closed {}, joined maps {}",
+            say::count(report.loops, "loop"),
+            say::count(report.joins, "time")
+        );
     }
     if report.maps.len() > 1 {
         for map in &report.maps {
             let error = map.ate_rmse_m.map(|rmse| format!(", ATE RMSE {rmse:.4} m")).unwrap_or_default();
-            say::line!("  map {}: {} poses{error}", map.map, map.poses);
+            say::line!("  map {}: {}{error}", map.map, say::count(map.poses, "pose"));
         }
     }
     if report.dropped + report.unmapped > 0 {
         say::line!(
-            "  {} images dropped while tracking was busy, {} not mapped while mapping was",
-            report.dropped,
+            "  {} dropped while tracking was busy, {} not mapped while mapping was",
+            say::count(report.dropped, "image"),
             report.unmapped
         );
     }

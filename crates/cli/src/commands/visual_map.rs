@@ -84,10 +84,10 @@ pub fn info(path: &Path, plots: Option<&Path>, json: &JsonArg) -> Result<()> {
 fn print(path: &Path, findings: &Findings) {
     let each = findings.bytes as f64 / findings.keyframes.max(1) as f64 / 1e3;
     say::line!(
-        "{}: {} keyframes, {} landmarks, {:.1} MB, {each:.1} kB a keyframe",
+        "{}: {}, {}, {:.1} MB, {each:.1} kB a keyframe",
         path.display(),
-        findings.keyframes,
-        findings.landmarks,
+        say::count(findings.keyframes, "keyframe"),
+        say::count(findings.landmarks, "landmark"),
         findings.bytes as f64 / 1e6
     );
     for (number, map) in findings.maps.iter().enumerate() {
@@ -97,9 +97,9 @@ fn print(path: &Path, findings: &Findings) {
             String::new()
         };
         say::line!(
-            "  map {number}        {} keyframes, {} landmarks, {:.2} wide; scale: {}{sigma}",
-            map.keyframes,
-            map.landmarks,
+            "  map {number}        {}, {}, {:.2} wide; scale: {}{sigma}",
+            say::count(map.keyframes, "keyframe"),
+            say::count(map.landmarks, "landmark"),
             map.extent,
             map.scale
         );

@@ -182,7 +182,9 @@ fn finish(
         say::line!("pictures: {}", folder.display());
         Ok(())
     });
-    saving.save_if(run.broken.as_ref(), |broken| bail!("{broken}{}", say::what_is_done(run.records.len())));
+    saving.save_if(run.broken.as_ref(), |broken| {
+        bail!("{broken}{}", say::before(run.records.len(), "frame", "done"))
+    });
     if run.records.is_empty() && run.broken.is_none() && !host().is_stopped() {
         saving.save(Err(anyhow!("{}: no frame that can be used", args.source)));
     }

@@ -59,7 +59,7 @@ pub fn map_given_poses(
     let Some(median) = seen.get(seen.len() / 2) else {
         bail!("{}: no two images of {} show the same where these poses say so", poses.display(), args.source);
     };
-    say::line!("{}: {num_images} images, {num_views} of them with a pose", args.source);
+    say::line!("{}: {}, {num_views} of them with a pose", args.source, say::count(num_images, "image"));
     say::line!("  {} landmarks, half of them seen by {median} images or more", seen.len());
     let map = VisualMap {
         map,
@@ -70,7 +70,7 @@ pub fn map_given_poses(
     };
     map_file::write(out, &map, &SessionCamera { calibrated: camera, camera })?;
     match broken {
-        Some(error) => bail!("{error} (the {num_images} images before are done)"),
+        Some(error) => bail!("{error}{}", say::before(num_images, "image", "done")),
         None => Ok(()),
     }
 }

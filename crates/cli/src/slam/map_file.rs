@@ -53,6 +53,6 @@ pub(super) fn write(path: &Path, map: &VisualMap, own: &SessionCamera) -> Result
     save(path, map, own).with_context(|| path.display().to_string())?;
     let (num, num_bytes) = (map.map.all_keyframes().count(), fs::metadata(path).map_or(0, |file| file.len()));
     let each = num_bytes / num.max(1) as u64;
-    say::line!("map: {}, {num} keyframes of {:.1} kB", path.display(), each as f64 / 1e3);
+    say::line!("map: {}, {} of {:.1} kB", path.display(), say::count(num, "keyframe"), each as f64 / 1e3);
     Ok(())
 }

@@ -138,7 +138,7 @@ fn export(source: &Path, target: &Path) -> Result<()> {
     file.finish()?;
     say::line!("{}: {}", target.display(), say::count(num_written, "frame"));
     if let Some(damage) = index.damage().filter(|_| !host().is_stopped()) {
-        bail!("{}: {damage} (the {num_written} frames before are written)", source.display());
+        bail!("{}: {damage}{}", source.display(), say::before(num_written, "frame", "written"));
     }
     Ok(())
 }
