@@ -22,6 +22,6 @@ pub use framework::{
     Cell, Experiment, ExperimentError, Manifest, Report, Results, RunOptions, RunProgress, RunTarget, Shard,
     merge, run, run_until,
 };
-pub(crate) use framework::{mean, number, quantile, sorted};
+pub(crate) use framework::{mean, number, percent, quantile, ratio, sorted};
 pub use published::{PublishedTable, published_tables};
 pub use visloc_plot::Table;

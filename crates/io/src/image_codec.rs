@@ -7,12 +7,10 @@ use std::{
 
 use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits};
 use thiserror::Error;
-use visloc_core::{GrayImage, RgbImage, files};
+use visloc_core::{GrayImage, RgbImage, files, geom::MAX_IMAGE_SIDE_PX};
 
 use crate::raw_image::{range_of, to_8_bits};
 
-/// Largest width or height that is decoded, pixels.
-const MAX_SIDE_PX: u32 = 16_384;
 /// Most memory that decoding may take, bytes.
 const MAX_DECODE_BYTES: u64 = 256 << 20;
 
@@ -97,8 +95,8 @@ fn decode_any(bytes: &[u8]) -> Result<DynamicImage, ImageCodecError> {
         _ => return Err(decode_error("the format is neither".into())),
     }
     let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE_PX);
-    limits.max_image_height = Some(MAX_SIDE_PX);
+    limits.max_image_width = Some(MAX_IMAGE_SIDE_PX);
+    limits.max_image_height = Some(MAX_IMAGE_SIDE_PX);
     limits.max_alloc = Some(MAX_DECODE_BYTES);
     reader.limits(limits);
     let decoded = reader.decode().map_err(|error| match error {
@@ -136,7 +134,7 @@ fn too_large(bytes: &[u8]) -> String {
     let found = size.map_or_else(String::new, |(width, height)| format!(" of {width} x {height} px"));
     let millions = MAX_DECODE_BYTES / 3 / 1_000_000;
     format!(
-        "the picture{found} is too large: at most {MAX_SIDE_PX} px a side and {millions} million px in all; make it smaller"
+        "the picture{found} is too large: at most {MAX_IMAGE_SIDE_PX} px a side and {millions} million px in all; make it smaller"
     )
 }
 

@@ -3,10 +3,7 @@
 //! Encodings are those of `sensor_msgs/image_encodings.hpp` of ROS. YUV is that of BT.601 with limited range, as OpenCV and
 //! `cv_bridge` take it.
 
-use visloc_core::RgbImage;
-
-/// Largest width or height that is decoded, pixels.
-const MAX_SIDE_PX: usize = 16_384;
+use visloc_core::{RgbImage, geom::MAX_IMAGE_SIDE_PX};
 
 /// Pixels as they come from a camera or a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -80,9 +77,9 @@ pub fn decode(image: &RawImage) -> Result<RgbImage, String> {
     let (_, layout, value_bytes) =
         *ENCODINGS.iter().find(|(name, ..)| *name == encoding).ok_or_else(|| unknown(encoding))?;
     let (width, height, step) = (image.size_px.0 as usize, image.size_px.1 as usize, image.step as usize);
-    if width == 0 || height == 0 || width > MAX_SIDE_PX || height > MAX_SIDE_PX {
+    if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIDE_PX as usize {
         return Err(format!(
-            "expected an image of 1 to {MAX_SIDE_PX} px a side, found {width} x {height} px"
+            "expected an image of 1 to {MAX_IMAGE_SIDE_PX} px a side, found {width} x {height} px"
         ));
     }
     let (row_bytes, num_rows) = match layout {

@@ -7,7 +7,7 @@
 //! Sources: master's thesis of 2010, chapters 4 and 5; doctoral thesis of 2017, chapters 4 and 5.
 
 mod algorithm;
-mod camera_error;
+mod camera_misalignment;
 mod config;
 pub mod diagnosis;
 mod estimate;
@@ -31,7 +31,7 @@ pub mod team;
 pub mod vision;
 
 pub use algorithm::{ALGORITHMS, Algorithm, AlgorithmInfo};
-pub use camera_error::{CameraError, Uncertain};
+pub use camera_misalignment::{CameraMisalignment, Uncertain};
 pub use config::{ConfigError, require};
 pub use estimate::{Estimate, Hypothesis, LOCALIZED_RELIABILITY};
 pub use lift::{LiftConfig, LiftDetector};

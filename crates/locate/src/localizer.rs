@@ -2,7 +2,7 @@
 
 use visloc_core::{Rng, geom::PlanarPose};
 
-use crate::{Estimate, StartPrior, camera_error::CameraError, vision::Percept};
+use crate::{Estimate, StartPrior, camera_misalignment::CameraMisalignment, vision::Percept};
 
 /// What a localizer learns in one step.
 #[derive(Debug, Clone, Copy)]
@@ -53,12 +53,12 @@ pub trait Localizer: Send {
 
     /// What is known of the constant error of the camera's direction; `None` if the localizer does not look for it, or does not know the
     /// place. Of a robot with several cameras, that of the first one.
-    fn camera_error(&self) -> Option<CameraError> {
+    fn camera_error(&self) -> Option<CameraMisalignment> {
         self.camera_error_of(0)
     }
 
     /// The same for any of the cameras, by [`Frame::camera_index`](visloc_core::Frame::camera_index).
-    fn camera_error_of(&self, camera_index: usize) -> Option<CameraError> {
+    fn camera_error_of(&self, camera_index: usize) -> Option<CameraMisalignment> {
         let _ = camera_index;
         None
     }

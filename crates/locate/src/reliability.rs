@@ -47,13 +47,6 @@ impl ReliabilityConfig {
         }
     }
 
-    /// The thresholds of the doctoral thesis, section 4.1.5. It does not say which quality is high; the limits are
-    /// those of 2010.
-    #[must_use]
-    pub fn published_2017() -> Self {
-        Self { high_likelihood: 0.7, low_likelihood: 0.5, ..Self::published_2010() }
-    }
-
     pub(crate) fn check(&self) -> Result<(), ConfigError> {
         let low = self.low_likelihood;
         require(low <= self.high_likelihood, "reliability.low_likelihood", "at most high_likelihood", low)
@@ -139,7 +132,13 @@ mod tests {
 
     #[test]
     fn the_four_cases_of_2017_by_hand() {
-        let mut r = Reliability::new(ReliabilityConfig::published_2017());
+        // The thresholds of the doctoral thesis, section 4.1.5. It does not say which quality is high; the limits are those of 2010.
+        let config = ReliabilityConfig {
+            high_likelihood: 0.7,
+            low_likelihood: 0.5,
+            ..ReliabilityConfig::published_2010()
+        };
+        let mut r = Reliability::new(config);
         r.update(0.85, 0.9, 0.1); // + 0.15 * 0.15 / 0.3
         assert!((r.value() - 0.075).abs() < 1e-12);
         r.update(1.0, 0.5, 0.1); // + 0.03

@@ -25,9 +25,9 @@ mod tour;
 pub use render::{CameraMotion, LabelImage, Renderer, Sensor, Shot};
 pub use scenario::{
     BUILT_IN_SCENARIOS, Ball, BoxPiece, CameraSetup, Carry, Factor, FootSetup, FurniturePiece, FurtherCamera,
-    GaitSetup, HeadSetup, KinematicsSetup, LightFade, LightSetup, MAX_FRAMES, Motion, Mount, OdometrySetup,
-    OtherRobot, Panel, PersonSetup, PlacedPose, RobotSetup, Scenario, ScenarioError, Stand, Turn, Walk,
-    Wander,
+    GaitSetup, HeadMount, HeadSetup, KinematicsSetup, LightFade, LightSetup, MAX_FRAMES, Motion,
+    OdometrySetup, OtherRobot, Panel, PersonSetup, PlacedPose, RobotSetup, Scenario, ScenarioError, Stand,
+    Turn, Walk, Wander,
 };
 pub use scene::{
     Canvas, Color, Cuboid, FieldLook, Figure, FigureKind, FurnitureKind, Label, Lamp, LightGrid, Lighting,

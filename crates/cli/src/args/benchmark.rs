@@ -35,7 +35,7 @@ pub struct BenchmarkArgs {
     /// Compare with an earlier benchmark: its --out
     #[arg(long, value_name = "DIR")]
     pub baseline: Option<InputPath>,
-    /// Three minutes at most: excerpts, one seed, one recording of each class
+    /// A minute or two, with --data three: excerpts, one seed, one recording of each class
     #[arg(long)]
     pub quick: bool,
     /// Only recordings whose name or class contains this; can be given several times

@@ -39,8 +39,8 @@ pub struct CalibrateRobotArgs {
     /// Most passes over the recording
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u32>(1..=10))]
     pub passes: u32,
-    /// Use only so many frames
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    /// Stop after this many frames
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub corrections: CorrectionArgs,

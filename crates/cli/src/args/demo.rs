@@ -36,7 +36,7 @@ pub struct DemoArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub scenario: Option<InputName>,
     /// Stop after this many frames
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub json: JsonArg,
@@ -104,8 +104,8 @@ pub struct SimulateArgs {
     /// List the built-in scenarios and do nothing else
     #[arg(long, exclusive = true)]
     pub list: bool,
-    /// End after this many frames
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    /// Stop after this many frames
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub seed: SeedArg,

@@ -73,7 +73,7 @@ pub struct RunsArgs {
 #[derive(Debug, Args)]
 pub struct SymmetryArgs {
     /// Runs of each cell of the tables [default: 100; 1000 with --long]
-    #[arg(long, value_parser = whole::<u64>(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: Option<u64>,
     /// Instead of the published tables: 3,000 iterations, up to 8 positions, at most 120 individuals
     #[arg(long)]
@@ -86,7 +86,7 @@ pub struct SymmetryArgs {
 #[derive(Debug, Args)]
 pub struct CellArgs {
     /// Runs of each cell of the tables
-    #[arg(long, default_value_t = 100, value_parser = whole::<u64>(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
@@ -147,7 +147,7 @@ pub struct OfficeArgs {
     #[arg(long = "algorithm", value_name = "NAME")]
     pub algorithms: Vec<String>,
     /// Runs of each cell of the table; each takes a quarter of a minute
-    #[arg(long, default_value_t = 5, value_parser = whole::<u64>(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     #[command(flatten)]
     pub common: RunsArgs,
@@ -157,7 +157,7 @@ pub struct OfficeArgs {
 #[derive(Debug, Args)]
 pub struct TeamArgs {
     /// Games for each number of robots; each takes half a minute or more
-    #[arg(long, default_value_t = 25, value_parser = whole::<u64>(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: u64,
     /// Length of a game, seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = within(1.0, 3600.0))]
@@ -174,7 +174,7 @@ pub struct SlamStudyArgs {
     #[arg(value_name = "SEQUENCE")]
     pub sequences: Vec<InputName>,
     /// Runs of each sequence and configuration
-    #[arg(long, default_value_t = 3, value_parser = whole::<u64>(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole::<u64>(1..=100_000))]
     pub runs: u64,
     /// Use this many images of each sequence at most
     #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
@@ -197,7 +197,7 @@ pub struct MergeArgs {
     #[arg(value_name = "DIR", required = true)]
     pub folders: Vec<InputPath>,
     /// Runs of each cell [default: as many as the experiment does]
-    #[arg(long, value_parser = whole::<u64>(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(1..=1_000_000))]
     pub runs: Option<u64>,
     /// Write tables and pictures into this folder
     #[arg(long, value_name = "DIR")]

@@ -28,7 +28,7 @@ pub struct ConfigArgs {
 pub enum ConfigCommand {
     /// Print the defaults of an algorithm, of SLAM, of the pipeline or of the topics
     Show {
-        /// Name of an algorithm or of a preset of SLAM (sdvl, orb-sdvl, config1 to config8), or "pipeline" or "topics"
+        /// Name of an algorithm or of a preset of SLAM (sdvl, orb-sdvl, small, config1 to config8), or "pipeline" or "topics"
         #[arg(value_name = "NAME")]
         name: String,
     },
@@ -38,8 +38,9 @@ pub enum ConfigCommand {
 #[derive(Debug, Args)]
 #[command(
     arg_required_else_help = true,
-    long_about = "Checks a map: prints its dimensions, or says what is wrong with it and where, what was passed over in a file of \
-                  another format, and what hinders a robot from being found in it.",
+    long_about = "Maps that are drawn: check says what is wrong with one and where, what was passed over in a file of another format, \
+                  and what hinders a robot from being found in it; import makes one. Maps that SLAM made (.vmap): what is in them, meters \
+                  and a frame for them, two made one, smaller ones, files for other programs.",
     after_long_help = "Examples:\n  visloc map check my-field.toml\n  visloc map show robocup-spl-2010 > my-field.toml\n  \
                        visloc map info room.vmap --plots out/room\n  \
                        visloc map align room.vmap --to truth.tum --out room.vmap\n  \

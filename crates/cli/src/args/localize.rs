@@ -109,7 +109,7 @@ pub struct LocalizeArgs {
     #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "plots")]
     pub picture_at: Option<f64>,
     /// Stop after this many frames
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub broadcast: BroadcastArgs,

@@ -61,7 +61,8 @@ pub use study::StudyArgs;
     version,
     max_term_width = 100,
     arg_required_else_help = true,
-    long_about = "Tells a robot with one ordinary camera where it is, on a map that is known, such as a RoboCup field.\n\n\
+    long_about = "Tells a robot with one ordinary camera where it is: on a known map, such as a RoboCup field, or with a map that it \
+                  makes as it goes.\n\n\
                   Nothing is needed for a first look:\n    visloc demo\n\n\
                   Then on a recording of your own robot (a bag of ROS 2 or ROS 1):\n    \
                   visloc localize recording.mcap --map robocup-spl-2010"
@@ -79,7 +80,7 @@ pub enum Command {
     Demo(DemoArgs),
     /// Write a simulated robot's recording as a ROS 2 bag, with the truth
     Simulate(SimulateArgs),
-    /// Find the robot in a recording
+    /// Find the robot on a map: in a recording, a simulation, a video, on live topics
     Localize(Box<LocalizeArgs>),
     /// Say where a single photo was taken
     Locate(Box<LocateArgs>),

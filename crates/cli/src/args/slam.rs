@@ -44,7 +44,8 @@ const SCHEDULES: &[(&str, Schedule, &str)] = &[
                   images with a calibration; the layout is recognized, camera and truth are read from the dataset's own \
                   files (docs/datasets.md). Or a sequence of the simulator: sim:room, sim:hall, sim:walking, \
                   sim:kidnap; a ROS 2 bag; a video or a webcam with --camera; live topics (`visloc sources`).\n\n\
-                  One camera knows no scale: lengths are in map units, the median depth at the start is 1.",
+                  One camera knows no scale: lengths are in map units, the median depth at the start is 1, unless the odometry of a \
+                  robot tells meters.",
     after_long_help = "Examples:\n  \
                        visloc slam desk --trajectory desk.tum --points desk.ply\n  \
                        visloc slam desk --preset orb-sdvl --set tracking.reject_outliers=false\n  \
@@ -75,7 +76,7 @@ pub struct SlamArgs {
     /// One past the last image, as --start [default: all]
     #[arg(long, value_name = "N|SECS")]
     pub end: Option<Bound>,
-    /// Use every how manyeth image
+    /// Use only every Nth image
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub stride: u32,
     /// Size of the images as a factor from 0.05 to 4; the camera is adapted [default: 1]
@@ -116,7 +117,7 @@ pub struct SlamArgs {
     #[arg(long, value_name = "FILE")]
     pub keyframes: Option<OutputFile>,
     /// Write the landmarks to this file, PLY
-    #[arg(long, value_name = "FILE", visible_alias = "map")]
+    #[arg(long, value_name = "FILE", alias = "map")]
     pub points: Option<OutputFile>,
     /// Write state, matches and times of every frame to this file, CSV
     #[arg(long, value_name = "FILE")]

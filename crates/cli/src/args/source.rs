@@ -111,7 +111,7 @@ pub struct RecordArgs {
     #[arg(long)]
     pub images_only: bool,
     /// Stop after this many images
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub options: SourceArgs,
@@ -148,7 +148,7 @@ pub struct ExtractArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u32>(1..))]
     pub every: u32,
     /// Stop after this many images
-    #[arg(long, value_parser = whole::<u32>(1..))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..))]
     pub frames: Option<u32>,
     #[command(flatten)]
     pub options: SourceArgs,

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use visloc_core::{Mapped, Source, SourceFrame};
 use visloc_io::sources::{SourceAddress, SourceOption, SourceOptions};
-use visloc_locate::{CameraError, ConfigError, robot_calibration::RobotCorrection};
+use visloc_locate::{CameraMisalignment, ConfigError, robot_calibration::RobotCorrection};
 use visloc_slam::ground::GroundOdometer;
 use visloc_world::Map;
 
@@ -140,7 +140,7 @@ fn as_asked_for(
 }
 
 /// Keeps the corrections for the next run, with what this one has shown of the camera. Its turn about the vertical is the heading's.
-fn save_robot(path: &Path, mut robot: RobotCorrection, error: Option<&CameraError>) -> Result<()> {
+fn save_robot(path: &Path, mut robot: RobotCorrection, error: Option<&CameraMisalignment>) -> Result<()> {
     match error.filter(|error| error.is_confirmed) {
         Some(error) => {
             robot.camera.pitch_down_deg += error.pitch_down_deg.mean;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use visloc_plot::{FieldPicture, field_picture};
 use visloc_world::{BUILT_IN_MAPS, Hindrance, ImportNote, Map, field::Field, office::Office};
 
-use super::{care, visual_map};
+use super::{map_merge, visual_map};
 use crate::{
     args::{JsonArg, MapArgs, MapCommand},
     report::{ground, save_json},
@@ -51,8 +51,8 @@ pub fn execute(args: &MapArgs) -> Result<()> {
         }
         MapCommand::Info { map, plots, json } => visual_map::info(map, plots.as_deref(), json)?,
         MapCommand::Align(args) => visual_map::align(args)?,
-        MapCommand::Merge { map, other, out, seed } => care::merge(map, other, out, seed.value())?,
-        MapCommand::Trim { map, keyframes, out } => care::trim(map, *keyframes as usize, out)?,
+        MapCommand::Merge { map, other, out, seed } => map_merge::merge(map, other, out, seed.value())?,
+        MapCommand::Trim { map, keyframes, out } => map_merge::trim(map, *keyframes as usize, out)?,
         MapCommand::Export { map, points, colmap, nerfstudio, floor } => {
             let wanted = visual_map::Wanted {
                 floor: floor.as_deref(),

@@ -160,6 +160,23 @@ fn write_files(args: &SlamArgs, run: &SlamRun, is_metric: bool, saving: &mut Sav
     saving.save_if(args.log.as_deref(), |path| write_log(path, &run.history.records));
 }
 
+/// Loops, and each map if there are several.
+fn print_maps(report: &SlamReport) {
+    if report.loops + report.joins > 0 {
+        say::line!(
+            "  closed {}, joined maps {}",
+            say::count(report.loops, "loop"),
+            say::count(report.joins, "time")
+        );
+    }
+    if report.maps.len() > 1 {
+        for map in &report.maps {
+            let error = map.ate_rmse_m.map(|rmse| format!(", ATE RMSE {rmse:.4} m")).unwrap_or_default();
+            say::line!("  map {}: {}{error}", map.map, say::count(map.poses, "pose"));
+        }
+    }
+}
+
 fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
     say::line!("{}: {}", args.source, say::count(report.frames, "frame"));
     say::line!(
@@ -181,19 +198,7 @@ fn print(args: &SlamArgs, run: &SlamRun, report: &SlamReport) {
             scale.deviation * 100.0
         );
     }
-    if report.loops + report.joins > 0 {
-        say::line!(
-            "  closed {}, joined maps {}",
-            say::count(report.loops, "loop"),
-            say::count(report.joins, "time")
-        );
-    }
-    if report.maps.len() > 1 {
-        for map in &report.maps {
-            let error = map.ate_rmse_m.map(|rmse| format!(", ATE RMSE {rmse:.4} m")).unwrap_or_default();
-            say::line!("  map {}: {}{error}", map.map, say::count(map.poses, "pose"));
-        }
-    }
+    print_maps(report);
     if report.dropped + report.unmapped > 0 {
         say::line!(
             "  {} dropped while tracking was busy, {} not mapped while mapping was",

@@ -4,7 +4,7 @@ use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile};
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile, median};
 use visloc_plot::{Color, SpacePath, SpaceViews, space_views};
 use visloc_vmap::{CameraEstimate, ScaleSource, Support, VisualMap};
 
@@ -146,18 +146,14 @@ fn error(map: &VisualMap, localized: &[&CameraEstimate], truth: &CameraTrajector
         Some((apart.translation().norm(), apart.rotation_angle_rad().to_degrees()))
     };
     let errors: Vec<(f64, f64)> = localized.iter().filter_map(of_one).collect();
-    let sorted = |value: fn(&(f64, f64)) -> f64| {
-        let mut values: Vec<f64> = errors.iter().map(value).collect();
-        values.sort_by(f64::total_cmp);
-        values
-    };
-    let (meters, degrees) = (sorted(|e| e.0), sorted(|e| e.1));
+    let mut meters: Vec<f64> = errors.iter().map(|e| e.0).collect();
+    meters.sort_by(f64::total_cmp);
     Some(InMapError {
         compared: errors.len(),
-        median_m: *meters.get(meters.len() / 2)?,
+        median_m: median(meters.iter().copied())?,
         p95_m: *meters.get(meters.len() * 95 / 100)?,
         max_m: *meters.last()?,
-        median_deg: *degrees.get(degrees.len() / 2)?,
+        median_deg: median(errors.iter().map(|e| e.1))?,
     })
 }
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use visloc_core::eval::{
     ErrorSummary, Evaluation, EvaluationOptions, KidnapRecovery, TimingSummary, evaluate,
 };
-use visloc_locate::{CameraError, vision::DropReason};
+use visloc_locate::{CameraMisalignment, vision::DropReason};
 
 use super::{FindingReport, SkippedReport, explain_localization};
 use crate::run::{FrameRecord, LiveReport, PixelCounts, RunOutcome, Runner, write_text};
@@ -165,7 +165,7 @@ pub struct LocalizeReport {
     /// Live results, if they were published.
     pub live: Option<LiveReport>,
     /// The constant error of the camera's direction, as far as the run has shown it; of several, the first one's.
-    pub camera_error: Option<CameraError>,
+    pub camera_error: Option<CameraMisalignment>,
     /// The robot's cameras.
     pub cameras: Vec<CameraOfRobot>,
     /// What was left out.
@@ -182,7 +182,7 @@ pub struct CameraOfRobot {
     /// Images of it that were used.
     pub images: usize,
     /// The constant error of its direction, as far as the run has shown it.
-    pub camera_error: Option<CameraError>,
+    pub camera_error: Option<CameraMisalignment>,
 }
 
 impl CameraOfRobot {

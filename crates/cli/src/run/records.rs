@@ -13,7 +13,7 @@ pub const MOST_ON_DEMAND: usize = 500_000;
 pub struct Records<T> {
     kept: Vec<T>,
     most: Option<usize>,
-    /// Every how manyeth entry is kept.
+    /// One of so many entries is kept.
     stride: usize,
     num_seen: usize,
     latest: Option<T>,

@@ -26,7 +26,7 @@ pub enum CameraError {
     #[error("camera calibration: expected finite values and positive focal lengths, found {0}")]
     Values(String),
     /// A side is longer than that of any image that is read.
-    #[error("image size {0} x {1} px: expected at most 16384 px a side")]
+    #[error("image size {0} x {1} px: expected at most {MAX_IMAGE_SIDE_PX} px a side")]
     TooLarge(u32, u32),
     /// No lens has such a focal length for images of this size.
     #[error(
@@ -63,8 +63,8 @@ pub enum CameraError {
     },
 }
 
-/// Longest side of an image, pixels.
-const MAX_SIDE_PX: u32 = 16_384;
+/// Longest side of an image that is read or written, pixels: 16384 x 16384 x 4 bytes are 1 GB.
+pub const MAX_IMAGE_SIDE_PX: u32 = 16_384;
 /// Smallest and largest angle of view without distortion, degrees: telescopes have more, and no flat image has 175.
 const VIEW_DEG: (f64, f64) = (0.1, 175.0);
 /// Largest side of a fisheye's image in focal lengths; 6.3 are a view of 360 degrees, and images have black corners.
@@ -165,7 +165,7 @@ impl Camera {
         distortion: Distortion,
     ) -> Result<Self, CameraError> {
         let camera = Self::new(size_px, focal_px, center_px, distortion)?;
-        if size_px.0.max(size_px.1) > MAX_SIDE_PX {
+        if size_px.0.max(size_px.1) > MAX_IMAGE_SIDE_PX {
             return Err(CameraError::TooLarge(size_px.0, size_px.1));
         }
         let is_fisheye = matches!(distortion, Distortion::KannalaBrandt(_));

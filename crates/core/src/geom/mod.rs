@@ -18,7 +18,7 @@ mod planar;
 mod plane;
 mod rigid;
 
-pub use camera::{Camera, CameraError, ProjectionReject};
+pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE_PX, ProjectionReject};
 pub use frames::{CameraFrame, Odom, Robot, World};
 pub use horizon::Horizon;
 pub use lens::Distortion;

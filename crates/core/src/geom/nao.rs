@@ -1,7 +1,7 @@
 //! Head kinematics of the Nao: from torso attitude and neck angles to the pose of either camera.
 //!
-//! Source of the numbers: Aldebaran, Nao documentation, "H25 - Links - V3.3" (neck, leg and foot lengths), "Joints"
-//! (ranges) and "Video camera" (camera positions and pitch of heads V3 and V4); chain as in the master's thesis of 2010, equation 3.1.
+//! Source of the numbers: Aldebaran, Nao documentation, "H25 - Links - V3.3" (neck, leg and foot lengths) and
+//! "Video camera" (camera positions and pitch of heads V3 and V4); chain as in the master's thesis of 2010, equation 3.1.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -12,10 +12,6 @@ pub const NECK_OFFSET_Z_M: f64 = 0.1265;
 /// Torso center to hip, hip to knee, knee to ankle, ankle to sole, meters
 /// (`HipOffsetZ`, `ThighLength`, `TibiaLength`, `FootHeight`).
 pub const LEG_LENGTHS_M: [f64; 4] = [0.085, 0.100, 0.1029, 0.04519];
-/// Range of the head's yaw, radians (-119.5 to 119.5 degrees).
-pub const HEAD_YAW_RANGE_RAD: (f64, f64) = (-2.0857, 2.0857);
-/// Range of the head's pitch, radians (-38.5 to 29.5 degrees), positive looks down.
-pub const HEAD_PITCH_RANGE_RAD: (f64, f64) = (-0.6720, 0.5149);
 
 /// The cameras of the robot's two head generations. They sit above each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -18,12 +18,6 @@ impl Plane {
         Self { normal: Vector3::z(), offset_m: 0.0 }
     }
 
-    /// The vertical plane of all points with the given x, meters. The goals of a field stand in two of these.
-    #[must_use]
-    pub fn vertical_at_x(x_m: f64) -> Self {
-        Self { normal: Vector3::x(), offset_m: x_m }
-    }
-
     /// Where the ray `origin + s * direction` with s > 0 meets the plane; `None` if it runs parallel or away.
     #[inline]
     #[must_use]

@@ -17,5 +17,5 @@ pub use report::Report;
 pub use results::Results;
 pub use runner::{RunOptions, RunProgress, RunTarget, run, run_until};
 pub use shard::Shard;
-pub(crate) use statistics::{mean, number, quantile, sorted};
+pub(crate) use statistics::{mean, number, percent, quantile, ratio, sorted};
 pub use store::Manifest;

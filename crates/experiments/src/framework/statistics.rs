@@ -16,6 +16,17 @@ pub(crate) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
+/// Part of a whole; `None` of nothing.
+#[allow(clippy::cast_precision_loss)]
+pub(crate) fn ratio(part: u64, whole: u64) -> Option<f64> {
+    (whole > 0).then(|| part as f64 / whole as f64)
+}
+
+/// A share as percent; `-` for what is not there.
+pub(crate) fn percent(share: Option<f64>) -> String {
+    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
+}
+
 /// With so many decimals; `-` for what is not there or not finite.
 pub(crate) fn number(value: Option<f64>, decimals: usize) -> String {
     match value.filter(|value| value.is_finite()) {

@@ -15,9 +15,9 @@ use super::{
     reliability::NEAR_M,
     sets::RobocupSet,
     summary::quantile,
-    tables::{Row, ratio},
+    tables::Row,
 };
-use crate::mean;
+use crate::{mean, ratio};
 
 type Pictures = Vec<(String, Picture)>;
 

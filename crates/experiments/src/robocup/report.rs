@@ -9,10 +9,10 @@ use super::{
     reliability::NEAR_M,
     sets::RobocupSet,
     summary::{Summary, quantile, share},
-    tables::{self, Row, ratio, seconds_in_band},
+    tables::{self, Row, seconds_in_band},
     timing::AlgorithmTiming,
 };
-use crate::{Experiment, ExperimentError, Report, Results, Table, mean};
+use crate::{Experiment, ExperimentError, Report, Results, Table, mean, ratio};
 
 impl RobocupExperiment {
     /// Tables; without `timings` that of the times has the published ones only.

@@ -7,7 +7,7 @@ use super::{
     summary::{Summary, quantile, share},
     timing::AlgorithmTiming,
 };
-use crate::{Table, mean, number, published};
+use crate::{Table, mean, number, percent, published, ratio};
 
 /// A contender's label and its runs.
 pub(super) type Row<'a> = (String, Summary<'a>);
@@ -170,13 +170,4 @@ pub(super) fn timing(timings: &[AlgorithmTiming]) -> Table {
         ]);
     }
     published::beside(table, "robocup")
-}
-
-#[allow(clippy::cast_precision_loss)]
-pub(super) fn ratio(part: u64, whole: u64) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
-}
-
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }

@@ -14,6 +14,7 @@ use super::StudyOutcome;
 use crate::{
     ExperimentError, Table,
     likelihood::{Eye, HeadingChoice, LikelihoodMap, Peak, climb},
+    quantile, sorted,
 };
 
 /// Images that are looked at: one a second, of walks with several seeds.
@@ -217,10 +218,7 @@ fn measure(
 }
 
 fn p95(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    let rank = (values.len() * 95).div_ceil(100).max(1);
-    values.get(rank - 1).copied().unwrap_or(f64::NAN)
+    quantile(&sorted(values), 0.95).unwrap_or(f64::NAN)
 }
 
 /// Share of the images whose highest peak on the whole field is the right one.

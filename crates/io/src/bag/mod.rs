@@ -46,6 +46,7 @@ pub use results::{
 };
 pub use schemas::definition;
 pub use stream::BagMessages;
+pub(crate) use sync::MAX_SKIPPED;
 pub use sync::{ExpectedInputs, SyncOutcome, SynchronizedFrame, Synchronizer};
 pub use topics::{BagTopics, ImageQos, TopicRole};
 pub use transcode::Transcoder;

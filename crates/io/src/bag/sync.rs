@@ -31,7 +31,7 @@ const MAX_CLOCK_DIFFERENCE_SECS: f64 = 1.0;
 /// A picture this far ahead of everything else does not move the time on, seconds.
 const MAX_IMAGE_LEAD_SECS: f64 = 10.0;
 /// Most reasons that are kept; bounds memory.
-const MAX_SKIPPED: usize = 10_000;
+pub(crate) const MAX_SKIPPED: usize = 10_000;
 
 /// Which topics there are, so that a picture waits for those only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

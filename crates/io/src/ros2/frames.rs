@@ -9,16 +9,17 @@ use crate::{
         BagTopics, EncodedImage, ExpectedInputs, GivenInputs, Reject, RosMessage, SensorMessage, SyncOutcome,
         Synchronizer, TopicRole,
     },
-    ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil},
+    ros2::{
+        LiveSettings, Ros2Error,
+        inbox::Received,
+        receive::Receiver,
+        vigil::{Vigil, WAIT},
+    },
     sequence::{Calibration, fit_calibration},
 };
 
-/// Longest wait before it is looked again whether to stop.
-const WAIT: Duration = Duration::from_millis(50);
 /// A topic that was silent for so long is not waited for.
 const SILENT_SECS: f64 = 1.0;
-/// An image this far before the last one means that the publisher's clock was set back, or a recording began again.
-const CLOCK_BACK_SECS: f64 = 1.0;
 /// Without a frame for so long after the first image, the user hears what is missing.
 const NO_FRAME_SECS: f64 = 3.0;
 /// Most images whose arrival is remembered.
@@ -178,10 +179,7 @@ impl LiveFrames {
         }
         self.arrivals.push_back((at, received_at));
         let back_secs = self.newest_image_at.map_or(0.0, |newest| newest.secs_since(at));
-        if back_secs > CLOCK_BACK_SECS {
-            let topic = &self.topics.image;
-            self.host
-                .notice(&format!("{topic}: time went back by {back_secs:.1} s; its publisher began anew"));
+        if self.vigil.began_anew(back_secs, &self.host) {
             self.synchronizer.restart();
             self.newest_image_at = Some(at);
         } else {
@@ -266,9 +264,8 @@ impl Source<SourceFrame> for LiveFrames {
         }
         let next = self.next();
         self.is_done = !matches!(next, Some(Ok(_)));
-        if self.is_done && self.num_lost > 0 {
-            self.host
-                .notice(&format!("{}: {} images were lost on the way", self.topics.image, self.num_lost));
+        if self.is_done {
+            self.vigil.end(self.num_lost, &self.host);
         }
         next
     }

@@ -6,14 +6,15 @@ use visloc_core::{Host, Picture, SkippedInput, Source, SourceError, SourceStatus
 
 use crate::{
     backlog::Backlog,
-    bag::{BagTopics, EncodedImage, RosMessage, SensorMessage, TopicRole, camera_of},
-    ros2::{LiveSettings, Ros2Error, inbox::Received, receive::Receiver, vigil::Vigil},
+    bag::{BagTopics, EncodedImage, MAX_SKIPPED, RosMessage, SensorMessage, TopicRole, camera_of},
+    ros2::{
+        LiveSettings, Ros2Error,
+        inbox::Received,
+        receive::Receiver,
+        vigil::{Vigil, WAIT},
+    },
 };
 
-/// Longest wait before it is looked again whether to stop.
-const WAIT: Duration = Duration::from_millis(50);
-/// An image this far before the last one means that the publisher began anew.
-const CLOCK_BACK_SECS: f64 = 1.0;
 /// How long a calibration is waited for once there are images, seconds.
 const CAMERA_WAIT_SECS: f64 = 3.0;
 
@@ -109,18 +110,14 @@ impl LivePictures {
         let Some(SensorMessage::Image(image)) = message.sensed(received_at, &mut Vec::new()) else { return };
         self.vigil.image_came(received_at, &self.host);
         let back_secs = self.last_at.map_or(0.0, |last| last.secs_since(image.at));
-        if back_secs > CLOCK_BACK_SECS {
-            let topic = &self.topics.image;
-            self.host
-                .notice(&format!("{topic}: time went back by {back_secs:.1} s; its publisher began anew"));
+        if self.vigil.began_anew(back_secs, &self.host) {
             self.last_at = None;
         }
         self.backlog.put(received_at, image);
     }
 
     fn skip(&mut self, at: Option<Timestamp>, reason: String) {
-        // Bounds memory; the first ones say enough.
-        if self.skipped.len() < 10_000 {
+        if self.skipped.len() < MAX_SKIPPED {
             self.skipped.push(SkippedInput { at, origin: self.topics.image.clone(), reason });
         }
     }
@@ -160,9 +157,8 @@ impl Source<Picture> for LivePictures {
         }
         let next = self.next();
         self.is_done = !matches!(next, Some(Ok(_)));
-        if self.is_done && self.num_lost > 0 {
-            self.host
-                .notice(&format!("{}: {} images were lost on the way", self.topics.image, self.num_lost));
+        if self.is_done {
+            self.vigil.end(self.num_lost, &self.host);
         }
         next
     }

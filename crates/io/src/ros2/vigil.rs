@@ -1,11 +1,17 @@
 //! Silence, and what the user should hear of it.
 
+use std::time::Duration;
+
 use visloc_core::{Host, Timestamp};
 
 use crate::ros2::LiveTopic;
 
 /// A silence that the user hears of, seconds.
 const SILENCE_SECS: f64 = 3.0;
+/// Longest wait before it is looked again whether to stop.
+pub(super) const WAIT: Duration = Duration::from_millis(50);
+/// An image this far before the last one means that the publisher's clock was set back, or a recording began again, seconds.
+const CLOCK_BACK_SECS: f64 = 1.0;
 /// After such a silence it is worth asking whether the network is still there, seconds.
 const PAUSE_SECS: f64 = 0.5;
 
@@ -44,6 +50,25 @@ impl Vigil {
         }
         self.has_images = true;
         self.last_at = now;
+    }
+
+    /// Whether the publisher began anew, which the user hears then: an image is so much older than the last one, seconds.
+    pub(crate) fn began_anew(&self, back_secs: f64, host: &Host) -> bool {
+        let is_anew = back_secs > CLOCK_BACK_SECS;
+        if is_anew {
+            host.notice(&format!(
+                "{}: time went back by {back_secs:.1} s; its publisher began anew",
+                self.topic
+            ));
+        }
+        is_anew
+    }
+
+    /// The source has ended: so many images never came.
+    pub(crate) fn end(&self, num_lost: u64, host: &Host) {
+        if num_lost > 0 {
+            host.notice(&format!("{}: {num_lost} images were lost on the way", self.topic));
+        }
     }
 
     /// Nothing came. Whether that is the end.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point2;
 use visloc_core::{
     CameraTrajectory, SkippedInput,
-    geom::{Camera, Distortion},
+    geom::{Camera, Distortion, MAX_IMAGE_SIDE_PX},
 };
 
 use super::{
@@ -42,9 +42,8 @@ impl Default for SequenceOptions {
 
 /// Smallest and largest factor for the size of images.
 pub const SCALES: (f64, f64) = (0.05, 4.0);
-/// Shortest and longest side of an image that was resized, pixels.
+/// Shortest side of an image that was resized, pixels.
 const MIN_SCALED_PX: u32 = 16;
-const MAX_SCALED_PX: u32 = 16_384;
 /// A pause so many times as long as usual is a gap.
 const GAP_FACTOR: f64 = 5.0;
 
@@ -141,13 +140,13 @@ pub fn open_sequence(folder: &Path, options: &SequenceOptions) -> Result<Sequenc
 /// What was expected and what would come out.
 pub fn check_scaled(camera: &Camera, scale: f64) -> Result<(), String> {
     let ((width, height), (to_width, to_height)) = (camera.size_px(), camera.scaled(scale).size_px());
-    let is_image = |side: u32| (MIN_SCALED_PX..=MAX_SCALED_PX).contains(&side);
+    let is_image = |side: u32| (MIN_SCALED_PX..=MAX_IMAGE_SIDE_PX).contains(&side);
     if scale == 1.0 || (is_image(to_width) && is_image(to_height)) {
         return Ok(());
     }
     Err(format!(
         "--scale {scale:?}: images of {width} x {height} px would become {to_width} x {to_height}, expected sides from \
-         {MIN_SCALED_PX} to {MAX_SCALED_PX} px"
+         {MIN_SCALED_PX} to {MAX_IMAGE_SIDE_PX} px"
     ))
 }
 

@@ -34,7 +34,7 @@ pub struct SequenceRange {
     pub start: Bound,
     /// One past the last image; `None` for all.
     pub end: Option<Bound>,
-    /// Every how manyeth image; at least 1 is used.
+    /// One of so many images is used; 0 counts as 1.
     pub stride: usize,
 }
 

@@ -179,7 +179,7 @@ pub enum SourceOption {
     Start,
     /// One past the last image.
     End,
-    /// Every how manyeth image.
+    /// One of so many images is used.
     Stride,
     /// Size of the images.
     Scale,

@@ -55,8 +55,8 @@ impl Outcomes {
     }
 
     /// Every action happens exactly once.
-    #[must_use]
-    pub fn exact() -> Self {
+    #[cfg(test)]
+    pub(super) fn exact() -> Self {
         let once = [0.0, 1.0, 0.0, 0.0];
         Self { walk: once, turn_right: once, turn_left: once }
     }

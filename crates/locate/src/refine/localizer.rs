@@ -13,7 +13,7 @@ use super::{
     view::{NEW_VIEW_M, NEW_VIEW_RAD, PresentView, View},
 };
 use crate::{
-    CameraError, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
+    CameraMisalignment, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
     ObservationModel, Reliability, StartPrior, StepInput, observation::features::FeatureModel,
     odometer::Odometer, per_camera::OtherCameras, reliability::blind_share, vision::Percept,
 };
@@ -415,7 +415,7 @@ impl Localizer for Refined {
         &self.estimate
     }
 
-    fn camera_error_of(&self, camera_index: usize) -> Option<CameraError> {
+    fn camera_error_of(&self, camera_index: usize) -> Option<CameraMisalignment> {
         let mount = self.tracks.best_mount(camera_index).filter(|_| self.config.mount_pitch_rad > 0.0)?;
         Some(mount.camera_error(self.tracks.is_mount_known(camera_index, &self.config)))
     }

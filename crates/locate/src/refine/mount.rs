@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use visloc_core::{Rng, gaussian};
 
 use super::RefinementConfig;
-use crate::camera_error::{CameraError, Uncertain};
+use crate::camera_misalignment::{CameraMisalignment, Uncertain};
 
 /// What is known of the constant error of the camera's direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,10 +33,10 @@ impl Mount {
     }
 
     /// The error in words that people use.
-    pub fn camera_error(&self, is_confirmed: bool) -> CameraError {
+    pub fn camera_error(&self, is_confirmed: bool) -> CameraMisalignment {
         let (tilt, sigma) = (self.tilt_rad.map(f64::to_degrees), self.sigma_rad().map(f64::to_degrees));
         // x of the camera points to the right and y down: turning about x by a positive angle lifts the view, about y takes it to the right.
-        CameraError {
+        CameraMisalignment {
             pitch_down_deg: Uncertain { mean: -tilt.x, sigma: sigma.x },
             roll_clockwise_deg: Uncertain { mean: tilt.z, sigma: sigma.z },
             yaw_left_deg: Uncertain { mean: -tilt.y, sigma: sigma.y },

@@ -11,7 +11,7 @@ use super::{
     evidence::{Scene, SightingModel},
     joint::{Factor, Joint, MAX_COMBINATIONS, Variable},
     mate::{Mate, Seen},
-    message::{Member, Root, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage, ToldHalf},
+    message::{Member, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage, ToldHalf},
     names::Names,
     outbox::{Outbox, turned},
     placement::{Placement, Search},
@@ -209,8 +209,8 @@ impl TeamFilter {
     }
 
     /// The same between two of its starts.
-    #[must_use]
-    pub fn own_root(&self) -> Root {
+    #[cfg(test)]
+    pub(super) fn own_root(&self) -> super::message::Root {
         self.own.root()
     }
 

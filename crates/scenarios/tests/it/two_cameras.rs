@@ -9,17 +9,17 @@ use visloc_core::{
 };
 use visloc_locate::{LOCALIZED_RELIABILITY, Pipeline};
 use visloc_scenarios::collect;
-use visloc_sim::{FurtherCamera, Mount, Scenario, Simulation};
+use visloc_sim::{FurtherCamera, HeadMount, Scenario, Simulation};
 use visloc_world::Map;
 
 /// A tour of a Nao with both cameras; the lower one looks so much farther down than it reports, degrees.
 fn tour(name: &str, seed: u64, lower_pitch_deg: f64) -> (Map, Vec<SourceFrame>) {
     let mut scenario = Scenario::load(name).unwrap();
     scenario.frames_per_sec = 15.0;
-    scenario.robot.mount = Mount::NaoTopV4;
+    scenario.robot.mount = HeadMount::NaoTopV4;
     let camera = scenario.camera.clone();
     scenario.more_cameras =
-        vec![FurtherCamera { mount: Mount::NaoBottomV4, camera, ..FurtherCamera::default() }];
+        vec![FurtherCamera { mount: HeadMount::NaoBottomV4, camera, ..FurtherCamera::default() }];
     let simulation = Simulation::new(&scenario, seed).unwrap().with_threads(2);
     let map = simulation.map().clone();
     let mut frames = collect(&mut simulation.with_num_frames(300)).unwrap();
@@ -99,7 +99,7 @@ fn a_camera_that_is_bolted_on_wrong_is_told_from_the_other() {
 fn one_camera_is_as_before() {
     let (map, frames) = tour("tour-2024", 5, 0.0);
     let mut alone = Scenario::load("tour-2024").unwrap();
-    (alone.frames_per_sec, alone.robot.mount) = (15.0, Mount::NaoTopV4);
+    (alone.frames_per_sec, alone.robot.mount) = (15.0, HeadMount::NaoTopV4);
     let alone = collect(&mut Simulation::new(&alone, 5).unwrap().with_num_frames(60)).unwrap();
     let upper = frames.iter().filter(|frame| frame.frame.camera_index == 0);
     let mut pipelines = [0, 1].map(|_| Pipeline::builder(&map).seed(5).build().unwrap());

@@ -141,15 +141,15 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Mount;
+    use crate::scenario::HeadMount;
 
-    fn body(mount: Mount) -> Body {
+    fn body(mount: HeadMount) -> Body {
         Body::new(&RobotSetup { mount, ..RobotSetup::default() }, &RngTree::new(3))
     }
 
     #[test]
     fn head_stays_within_its_pattern_and_uses_it() {
-        let body = body(Mount::Simple);
+        let body = body(HeadMount::Simple);
         let heads: Vec<_> = (0..2000).map(|i| body.head(f64::from(i) * 0.02)).collect();
         let most =
             |f: fn(&HeadAngles) -> f64| heads.iter().map(f).fold(f64::NEG_INFINITY, f64::max).to_degrees();
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn camera_is_at_eye_height_and_sways_only_while_walking() {
-        let body = body(Mount::Simple);
+        let body = body(HeadMount::Simple);
         for i in 0..50 {
             let secs = f64::from(i) * 0.1;
             let standing = body.robot_from_camera(secs, 0.0);
@@ -171,13 +171,13 @@ mod tests {
             let walking = body.robot_from_camera(secs, 1.0);
             assert!((walking.translation() - standing.translation()).norm() < 0.05);
         }
-        let nao = self::body(Mount::NaoTopV4).robot_from_camera(0.0, 0.0);
+        let nao = self::body(HeadMount::NaoTopV4).robot_from_camera(0.0, 0.0);
         assert!((0.43..0.50).contains(&nao.translation().z));
     }
 
     #[test]
     fn reported_pose_has_the_configured_errors() {
-        let body = body(Mount::Simple);
+        let body = body(HeadMount::Simple);
         let truth = body.robot_from_camera(1.0, 0.0);
         let errors: Vec<_> = (0..400)
             .map(|i| truth.inverse() * body.reported(&truth, f64::from(i as u32) / 30.0, i))

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use visloc_core::geom::{Camera, Distortion};
 
-use super::{Mount, check::Check, load::ScenarioError};
+use super::{HeadMount, check::Check, load::ScenarioError};
 use crate::render::Sensor;
 
 /// Most pixels of an image; each needs some 60 bytes on every thread that draws.
@@ -45,7 +45,7 @@ pub struct CameraSetup {
 #[serde(default, deny_unknown_fields)]
 pub struct FurtherCamera {
     /// Where it is.
-    pub mount: Mount,
+    pub mount: HeadMount,
     /// How far it is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
     pub mount_deg: [f64; 3],
     /// Calibration and imaging; its exposure wanders with that of the first camera.
@@ -55,7 +55,7 @@ pub struct FurtherCamera {
 impl Default for FurtherCamera {
     /// In the mouth of a Nao.
     fn default() -> Self {
-        Self { mount: Mount::NaoBottomV4, mount_deg: [0.0; 3], camera: CameraSetup::default() }
+        Self { mount: HeadMount::NaoBottomV4, mount_deg: [0.0; 3], camera: CameraSetup::default() }
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use thiserror::Error;
-use visloc_core::files;
+use visloc_core::{Timestamp, files};
 use visloc_world::{BUILT_IN_MAPS, MapError};
 
 use super::{
@@ -15,6 +15,8 @@ use crate::scene::{FieldLook, Lamp, Room};
 
 /// Most frames of a simulation, which are planned before the first is drawn: eleven hours at 30 a second.
 pub const MAX_FRAMES: usize = 1_200_000;
+/// Stamp of the first frame: real recordings do not start at zero either.
+pub(crate) const FIRST_STAMP: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Most cameras beside the first.
 const MAX_FURTHER_CAMERAS: usize = 7;
 /// Most entries of each list.

@@ -13,7 +13,8 @@ mod world;
 
 pub use camera::{CameraSetup, FurtherCamera};
 pub use factors::Factor;
+pub(crate) use load::FIRST_STAMP;
 pub use load::{BUILT_IN_SCENARIOS, MAX_FRAMES, Scenario, ScenarioError};
 pub use motion::{Carry, Motion, PlacedPose, Stand, Turn, Walk, Wander};
-pub use robot::{FootSetup, GaitSetup, HeadSetup, KinematicsSetup, Mount, OdometrySetup, RobotSetup};
+pub use robot::{FootSetup, GaitSetup, HeadMount, HeadSetup, KinematicsSetup, OdometrySetup, RobotSetup};
 pub use world::{Ball, BoxPiece, FurniturePiece, LightFade, LightSetup, OtherRobot, Panel, PersonSetup};

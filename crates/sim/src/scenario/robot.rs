@@ -8,7 +8,7 @@ use super::{check::Check, load::ScenarioError};
 /// How the camera sits on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Mount {
+pub enum HeadMount {
     /// On a neck of the given height and offset, along the axis of the head.
     Simple,
     /// Forehead of the Nao V3.
@@ -21,7 +21,7 @@ pub enum Mount {
     NaoBottomV4,
 }
 
-impl Mount {
+impl HeadMount {
     /// The Nao's camera, if it is one.
     #[must_use]
     pub fn nao_camera(self) -> Option<NaoCamera> {
@@ -40,7 +40,7 @@ impl Mount {
 #[serde(default, deny_unknown_fields)]
 pub struct RobotSetup {
     /// Where the camera is.
-    pub mount: Mount,
+    pub mount: HeadMount,
     /// Height of the neck joint while walking, meters.
     pub neck_height_m: f64,
     /// From the neck joint to the camera, forward, meters; simple mount only.
@@ -63,7 +63,7 @@ impl Default for RobotSetup {
     /// A small humanoid whose camera is 47 cm above the floor.
     fn default() -> Self {
         Self {
-            mount: Mount::Simple,
+            mount: HeadMount::Simple,
             neck_height_m: 0.41,
             eye_forward_m: 0.045,
             eye_up_m: 0.06,

@@ -1,6 +1,6 @@
 //! The scene and how things are added to it.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use visloc_core::Rng;
 
 use super::{
@@ -130,12 +130,6 @@ impl Scene {
     pub fn lighting_around(&self, point: &Point3<f32>) -> Lighting {
         let (ambient, toward) = self.light.around(point);
         Lighting::Shaded { ambient, toward }
-    }
-
-    /// Light on a small surface with the given normal, relative to the mean on the floor.
-    #[must_use]
-    pub fn light_on(&self, point: &Point3<f32>, normal: &Vector3<f32>) -> f32 {
-        self.light.on(point, normal)
     }
 
     /// Tells the labels where the carpet is painted.

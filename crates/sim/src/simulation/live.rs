@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point2, Rotation3, Vector3};
 use visloc_core::{
-    Frame, GroundContact, Rng, RngTree, SourceFrame, Timestamp, Truth,
+    Frame, GroundContact, Rng, RngTree, SourceFrame, Truth,
     geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot, nao::HeadAngles},
 };
 use visloc_world::Map;
@@ -17,12 +17,10 @@ use super::{
 use crate::{
     render::{CameraMotion, Renderer, Sensor, Shot},
     robot::{Activity, Body, Feet, Floor, Odometry},
-    scenario::{LightSetup, OdometrySetup, OtherRobot, Scenario, ScenarioError},
+    scenario::{FIRST_STAMP, LightSetup, OdometrySetup, OtherRobot, Scenario, ScenarioError},
     scene::Surface,
 };
 
-/// Stamp of the first frame.
-const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Ways of other robots are kept apart for so long; then they repeat.
 const ORBIT_SECS: f64 = 60.0;
 /// A driven robot may leave the region of planned walks by so much, meters.
@@ -279,7 +277,7 @@ impl LiveSimulation {
         };
         let frame = SourceFrame {
             frame: Frame {
-                at: START + secs,
+                at: FIRST_STAMP + secs,
                 image: self.picture(&robot_from_camera, motion, controls),
                 camera_index: 0,
                 camera: self.camera,

@@ -4,7 +4,7 @@ use std::{collections::VecDeque, sync::Arc};
 
 use rayon::prelude::*;
 use visloc_core::{
-    Frame, RgbImage, RngTree, Source, SourceError, SourceFrame, SourceStatus, Timestamp,
+    Frame, RgbImage, RngTree, Source, SourceError, SourceFrame, SourceStatus,
     geom::{Camera, PlanarPose},
 };
 use visloc_world::Map;
@@ -16,12 +16,10 @@ use super::{
 use crate::{
     render::{LabelImage, Renderer, Sensor, Shot},
     robot::MotionPlan,
-    scenario::{MAX_FRAMES, Scenario, ScenarioError},
+    scenario::{FIRST_STAMP, MAX_FRAMES, Scenario, ScenarioError},
     scene::{Scene, Surface},
 };
 
-/// Stamp of the first frame: real recordings do not start at zero either.
-const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 /// Pixels that all threads together draw at a time; each takes some 60 bytes.
 const MAX_PIXELS_DRAWN: usize = 1 << 25;
 /// Frames that each thread draws before the threads wait for each other.
@@ -227,7 +225,7 @@ impl Simulation {
     fn frame(&self, index: usize, image: RgbImage) -> SourceFrame {
         let state = &self.states[index];
         let frame = Frame {
-            at: START + state.secs,
+            at: FIRST_STAMP + state.secs,
             image,
             camera_index: self.camera_index,
             camera: self.camera,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 use visloc_core::{
     CameraPose, CameraTrajectory, GrayFrame, GrayImage, ImageSource, RngTree, Source, SourceError,
-    SourceStatus, Timestamp, geom::Camera,
+    SourceStatus, geom::Camera,
 };
 
 use super::{
@@ -17,11 +17,10 @@ use super::{
 };
 use crate::{
     render::{CameraMotion, Renderer, Sensor, Shot},
+    scenario::FIRST_STAMP,
     scene::Surface,
 };
 
-/// Stamp of the first picture.
-const START: Timestamp = Timestamp::from_nanos(1_700_000_000_000_000_000);
 const FRAMES_PER_SEC: f64 = 20.0;
 const SHUTTER_SECS: f64 = 0.008;
 /// What is left of the light while the camera is covered.
@@ -168,7 +167,7 @@ impl CameraTour {
         for stamp in &self.stamps {
             let world_from_camera = pose(self.kind, stamp.place_secs(), self.tremor_rad);
             // Times increase.
-            let _ = truth.push(CameraPose { at: START + stamp.secs(), world_from_camera });
+            let _ = truth.push(CameraPose { at: FIRST_STAMP + stamp.secs(), world_from_camera });
         }
         truth
     }
@@ -227,7 +226,7 @@ impl CameraTour {
                     noise_seed: tour.random.stream_seed("sensor-noise", stamp.at as u64),
                 };
                 let image = renderer.render(&tour.place.scene, moving, &at(0.0), &shot);
-                GrayFrame::new(START + secs, GrayImage::from_rgb(&image))
+                GrayFrame::new(FIRST_STAMP + secs, GrayImage::from_rgb(&image))
             })
             .collect();
         self.workers = workers;

@@ -4,7 +4,7 @@ use serde_json::json;
 use visloc_locate::vision::FeatureKind;
 
 use super::counts::{FILTERS, Found, KINDS, Kept, SceneResult};
-use crate::Table;
+use crate::{Table, percent, ratio};
 
 /// The filters for lines (kind 0) or goals (kind 1).
 pub(super) fn filter_table(scene: &SceneResult, kind: usize) -> Table {
@@ -70,15 +70,6 @@ pub(super) fn object_table(scene: &SceneResult) -> Table {
         ]);
     }
     table
-}
-
-#[allow(clippy::cast_precision_loss)]
-fn ratio(part: u64, whole: u64) -> Option<f64> {
-    (whole > 0).then(|| part as f64 / whole as f64)
-}
-
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }
 
 /// All numbers of a scene.

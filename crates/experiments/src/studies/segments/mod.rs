@@ -11,7 +11,7 @@ use visloc_world::Map;
 
 use self::borders::{Borders, Counts, KINDS};
 use super::StudyOutcome;
-use crate::{ExperimentError, Table};
+use crate::{ExperimentError, Table, percent};
 
 /// Images a second: neighbors resemble each other.
 const FRAMES_PER_SEC: f64 = 3.0;
@@ -167,8 +167,4 @@ fn kinds_json(counts: &[Counts; KINDS.len()]) -> serde_json::Value {
             "border_px": counts.border_px, "recall": counts.recall() })
     };
     KINDS.iter().zip(counts).map(kind).collect()
-}
-
-fn percent(share: Option<f64>) -> String {
-    share.map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share))
 }

@@ -3,11 +3,10 @@
 use visloc_core::{SkippedInput, Source, SourceError, SourceStatus};
 
 use super::Shot;
+use crate::bag::MAX_SKIPPED;
 
 /// After so many images in a row of another size, the source ends.
 const MAX_WRONG_SIZE: usize = 10;
-/// Most entries of what was left out that are kept; bounds memory of live sources.
-const MAX_SKIPPED: usize = 10_000;
 
 /// Leaves out images of another size; one whose images have got another size for good ends.
 pub(super) struct SameSize<T> {

@@ -2,12 +2,10 @@
 
 use std::io::{self, BufRead, ErrorKind, Read};
 
-use visloc_core::{GrayImage, RgbImage};
+use visloc_core::{GrayImage, RgbImage, geom::MAX_IMAGE_SIDE_PX};
 
 /// Longest header; longer ones are none.
 const MAX_HEADER_BYTES: u64 = 64;
-/// Largest width or height, pixels.
-const MAX_SIDE_PX: usize = 16_384;
 
 /// What is wanted of every pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,9 +40,10 @@ pub fn read_pnm(input: &mut impl BufRead) -> io::Result<Option<PnmImage>> {
         _ => return Err(wrong(format!("expected an image as PGM or PPM, found '{magic}'"))),
     };
     let (width, height, most) = (number(input)?, number(input)?, number(input)?);
-    if !(1..=MAX_SIDE_PX).contains(&width) || !(1..=MAX_SIDE_PX).contains(&height) || most != 255 {
+    let sides = 1..=MAX_IMAGE_SIDE_PX as usize;
+    if !sides.contains(&width) || !sides.contains(&height) || most != 255 {
         return Err(wrong(format!(
-            "expected an image of 1 to {MAX_SIDE_PX} px a side and 255 levels, found {width} x {height} px and {most}"
+            "expected an image of 1 to {MAX_IMAGE_SIDE_PX} px a side and 255 levels, found {width} x {height} px and {most}"
         )));
     }
     let mut data = vec![0; width * height * num_channels];

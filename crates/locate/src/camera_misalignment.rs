@@ -5,7 +5,7 @@ use serde::Serialize;
 /// A constant error of the camera's direction, as a robot has it whose camera is bolted on wrong: where it really looks, seen from what
 /// the robot reports.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct CameraError {
+pub struct CameraMisalignment {
     /// It looks so much farther down.
     pub pitch_down_deg: Uncertain,
     /// It is turned clockwise about its axis by so much more: the right side of the image is lower.
