@@ -3,8 +3,8 @@
 use visloc_core::{Clock, RngTree};
 use visloc_world::Map;
 
-use super::{ConfigError, Pipeline, PipelineConfig, algorithm_on};
-use crate::{Algorithm, StartPrior};
+use super::{Pipeline, PipelineConfig, algorithm_on};
+use crate::{Algorithm, ConfigError, StartPrior};
 
 /// Settings of a [`Pipeline`].
 #[derive(Debug)]

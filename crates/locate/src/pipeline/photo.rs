@@ -8,8 +8,9 @@ use visloc_core::{
 };
 use visloc_world::Map;
 
-use super::{ConfigError, FeatureChoice, ImageAnalyzer, PipelineConfig, WorldParts, unknown_kind};
+use super::{FeatureChoice, ImageAnalyzer, PipelineConfig, analyzer::unknown_kind, world_parts::WorldParts};
 use crate::{
+    ConfigError,
     observation::features::CameraState,
     refine::{RefinementConfig, SingleImage},
     vision::AnalysisError,
