@@ -25,6 +25,7 @@ impl Default for RenderSettings {
     }
 }
 
+/// Brightness of printed squares and of paper in an ordinary picture, 0 to 255: neither is black or white.
 const BLACK: f32 = 28.0;
 const WHITE: f32 = 215.0;
 /// Size of the wall's pattern: about pixels of an ordinary camera.

@@ -40,6 +40,7 @@ const PRIOR_LOG_AREA_SIGMA: f64 = 0.5;
 /// What a state that never saw the goal expects: anything.
 const UNSEEN: StateView =
     StateView { seen: 0.0, bearing_rad: [0.0, 0.4], log_area: [6.0, 1.5], correlation: 0.0 };
+/// A larger correlation is due to few images; the density would be a line.
 const MAX_CORRELATION: f64 = 0.95;
 /// A view that can be anything is spread over so much of bearing (radians) times logarithm of area.
 const ANYTHING: f64 = 0.8 * 5.0;

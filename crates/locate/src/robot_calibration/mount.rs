@@ -20,6 +20,7 @@ pub struct MountEstimate {
     pub num_views: usize,
 }
 
+/// Images that must tell of the mount: a handful from one place leaves tilt and height open together.
 const MIN_VIEWS: usize = 20;
 /// Gates of the rounds, pixels.
 const GATES_PX: [f64; 8] = [25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 8.0, 8.0];

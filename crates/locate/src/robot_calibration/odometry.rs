@@ -16,6 +16,7 @@ pub struct OdometryEstimate {
     pub num_stretches: usize,
 }
 
+/// Stretches of motion that must be there: more than twice the three scales that they tell.
 const MIN_STRETCHES: usize = 8;
 /// A stretch ends after so much motion, meters and radians, or time, seconds.
 const STRETCH: (f64, f64, f64) = (0.6, 0.9, 6.0);

@@ -27,6 +27,7 @@ pub(super) const LAYOUT: Layout = Layout {
     read,
 };
 
+/// Images a second of a folder that does not say: what most cameras take.
 const RATE_HZ: f64 = 30.0;
 
 fn image_folder(folder: &Path) -> Option<PathBuf> {

@@ -34,6 +34,7 @@ pub(super) const LAYOUT: Layout = Layout {
     read,
 };
 
+/// Images a second of the dataset, which has no times.
 const RATE_HZ: f64 = 30.0;
 
 fn read(folder: &Path) -> Result<Contents, FileError> {

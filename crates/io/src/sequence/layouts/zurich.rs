@@ -33,6 +33,7 @@ pub(super) const LAYOUT: Layout = Layout {
     read,
 };
 
+/// Images a second of the dataset, whose files have numbers of images.
 const RATE_HZ: f64 = 30.0;
 
 fn read(folder: &Path) -> Result<Contents, FileError> {

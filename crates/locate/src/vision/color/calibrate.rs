@@ -21,6 +21,7 @@ pub enum CalibrationError {
     },
 }
 
+/// Pixels of a class that must be labeled, so that the share left out at each end is less than one pixel.
 const MIN_SAMPLES: usize = 20;
 /// Share of the samples left out at each end, against wrong labels and mixed pixels at borders.
 const TRIM: f64 = 0.02;

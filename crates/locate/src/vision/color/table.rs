@@ -46,6 +46,7 @@ impl ColorClass {
     }
 }
 
+/// Bits of each color channel that choose an entry: 32,768 entries fit in a small cache.
 const BITS: u32 = 5;
 const SHIFT: u32 = 8 - BITS;
 
