@@ -12,7 +12,7 @@ use super::{FeatureChoice, ImageAnalyzer, PipelineConfig, analyzer::unknown_kind
 use crate::{
     ConfigError,
     observation::features::CameraState,
-    refine::{RefinementConfig, SingleImage},
+    refine::{Effort, RefinementConfig, SingleImage},
     vision::AnalysisError,
 };
 
@@ -28,8 +28,8 @@ const KNOWN_HEIGHT: f64 = 0.05;
 const TILT_RAD: f64 = PITCH_STEP_RAD / 2.0;
 /// Suggestions of poses that are weighed, and places that are fitted, in each of the searches: for all supposed cameras together, and at
 /// least for each.
-const EFFORT_FOR_ALL: (usize, usize) = (100_000, 500);
-const EFFORT_FOR_EACH: (usize, usize) = (2000, 16);
+const EFFORT_FOR_ALL: Effort = Effort { num_poses: 100_000, num_kept: 500 };
+const EFFORT_FOR_EACH: Effort = Effort { num_poses: 2000, num_kept: 16 };
 /// Searches that know nothing of each other: what only one of them has found tells how much none of them has.
 const NUM_SEARCHES: usize = 2;
 /// Places this near to each other are one.
@@ -107,7 +107,10 @@ pub fn locate_photo(
     let rich = WorldParts::new(map, &config)?.rich.ok_or_else(|| unknown_kind(map))?;
     let mounts = supposed_mounts(photo);
     let (all, each) = (EFFORT_FOR_ALL, EFFORT_FOR_EACH);
-    let effort = ((all.0 / mounts.len()).max(each.0), (all.1 / mounts.len()).max(each.1));
+    let effort = Effort {
+        num_poses: (all.num_poses / mounts.len()).max(each.num_poses),
+        num_kept: (all.num_kept / mounts.len()).max(each.num_kept),
+    };
     let mut search = SingleImage::new(rich.features, rich.pixels);
     let mut analyzer = ImageAnalyzer::new(map, &config)?;
     let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));

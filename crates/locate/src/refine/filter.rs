@@ -429,7 +429,7 @@ impl PoseFilter {
         for (i, gate_px) in gates_px.iter().enumerate() {
             // Only the last step has to be exact.
             let stride = if i + 1 < gates_px.len() { COARSE_STRIDE } else { 1 };
-            let fit = fit(model, &at, (*gate_px, stride), config);
+            let fit = fit(model, &at, *gate_px, stride, config);
             let pull = fit.gradient + fit.information * (at - prior);
             let Some(solved) = (CameraMatrix::identity() + fit.information * spread).try_inverse() else {
                 break;
@@ -447,7 +447,7 @@ impl PoseFilter {
                 self.others.learn(&cross, &pull, &information);
             }
         }
-        let Fit { information, agreement, .. } = fit(model, &at, (config.gate_px, JUDGE_STRIDE), config);
+        let Fit { information, agreement, .. } = fit(model, &at, config.gate_px, JUDGE_STRIDE, config);
         ImageFit { at, information, agreement }
     }
 }
@@ -512,7 +512,8 @@ fn square(value: f64) -> f64 {
 fn fit(
     model: &dyn FeatureModel,
     at: &CameraVector,
-    (gate_px, stride): (f64, usize),
+    gate_px: f64,
+    stride: usize,
     config: &RefinementConfig,
 ) -> Fit {
     let state = CameraState::from(at);

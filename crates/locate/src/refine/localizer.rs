@@ -6,7 +6,7 @@ use visloc_core::{Rng, Timestamp, geom::PlanarPose};
 use super::{
     RefinementConfig,
     known::Known,
-    search::{Candidate, PlaceSearch, middle},
+    search::{Candidate, Effort, PlaceSearch, middle},
     tracks::{Tracks, fullness, says_something},
     turned::Turned,
     turning::{Turning, camera_yaw_rad},
@@ -23,7 +23,7 @@ const MAX_STEP_SECS: f64 = 1.0;
 /// A hypothesis less probable than this is not worth a track.
 const MIN_PROBABILITY: f64 = 0.02;
 /// Poses weighed and places kept in one step while localized, and places kept while not.
-const SEARCH: (usize, usize) = (40, 1);
+const SEARCH: Effort = Effort { num_poses: 40, num_kept: 1 };
 const DEEP_PLACES: usize = 6;
 /// While there is no track at all on a field, an image is searched this much more: what is found then is not behind anything.
 const FIRST_SEARCH: usize = 10;
@@ -243,8 +243,11 @@ impl Refined {
         let is_first = self.tracks.best().is_none() && !self.config.has_look_alikes;
         let effort = match (is_localized, is_first) {
             (true, _) => SEARCH,
-            (false, true) => (FIRST_SEARCH * self.config.search_poses, 2 * self.config.max_tracks),
-            (false, false) => (self.config.search_poses, DEEP_PLACES),
+            (false, true) => Effort {
+                num_poses: FIRST_SEARCH * self.config.search_poses,
+                num_kept: 2 * self.config.max_tracks,
+            },
+            (false, false) => Effort { num_poses: self.config.search_poses, num_kept: DEEP_PLACES },
         };
         let hypotheses = &self.search.estimate().hypotheses;
         let mount = *self.tracks.mount();
@@ -259,14 +262,14 @@ impl Refined {
         self.candidates.extend(probable.map(|world_from_robot| Candidate { world_from_robot, tilt_rad }));
         self.places.begin();
         let rounds = mount.num_draws(config);
-        let num_poses = effort.0.div_ceil(rounds);
+        let effort = Effort { num_poses: effort.num_poses.div_ceil(rounds), ..effort };
         for _ in 0..rounds {
             let tilt_rad = mount.draw(rng);
             let percept = self.turned.turn(percept, &tilt_rad);
             self.model.condition_on(percept);
             let model = self.model.as_ref();
             let is_known = |pose: &PlanarPose| is_known(model, pose);
-            self.places.search((percept, &tilt_rad), model, (num_poses, effort.1), is_known, rng);
+            self.places.search((percept, &tilt_rad), model, effort, is_known, rng);
         }
         self.candidates.extend(self.places.found());
         self.tracks.found(&self.candidates, self.model.as_ref(), config);

@@ -34,4 +34,5 @@ mod view;
 
 pub use config::RefinementConfig;
 pub use localizer::Refined;
+pub(crate) use search::Effort;
 pub(crate) use single::SingleImage;

@@ -35,6 +35,15 @@ pub(super) struct Candidate {
     pub tilt_rad: Vector3<f64>,
 }
 
+/// How thoroughly one image is searched.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// Suggested poses that are weighed.
+    pub num_poses: usize,
+    /// Most of them that are kept.
+    pub num_kept: usize,
+}
+
 /// Suggests places at which a track may begin.
 pub(super) struct PlaceSearch {
     model: Box<dyn ObservationModel>,
@@ -62,13 +71,13 @@ impl PlaceSearch {
         self.best.iter().map(|(candidate, _)| *candidate)
     }
 
-    /// Weighs `num_poses` suggestions for an image that is seen with the camera turned by `tilt_rad`, and keeps the most likely
-    /// `num_kept` of those that are not known yet.
+    /// Weighs suggestions for an image that is seen with the camera turned by `tilt_rad`, and keeps the most likely of those that are not
+    /// known yet.
     pub fn search(
         &mut self,
         (percept, tilt_rad): (&Percept, &Vector3<f64>),
         features: &dyn FeatureModel,
-        (num_poses, num_kept): (usize, usize),
+        effort: Effort,
         is_known: impl Fn(&PlanarPose) -> bool,
         rng: &mut Rng,
     ) {
@@ -77,14 +86,14 @@ impl PlaceSearch {
             return;
         }
         let region = self.model.region();
-        for _ in 0..num_poses {
+        for _ in 0..effort.num_poses {
             let suggested = if rng.random_bool(0.5) { features.suggest(rng) } else { None };
             let pose = suggested.unwrap_or_else(|| self.model.propose(rng));
             if region.contains(&pose) {
                 let likelihood = self.model.likelihood(&pose);
-                if is_worth_keeping(&self.best, likelihood, num_kept) && !is_known(&pose) {
+                if is_worth_keeping(&self.best, likelihood, effort.num_kept) && !is_known(&pose) {
                     let candidate = Candidate { world_from_robot: pose, tilt_rad: *tilt_rad };
-                    keep(&mut self.best, candidate, likelihood, num_kept);
+                    keep(&mut self.best, candidate, likelihood, effort.num_kept);
                 }
             }
         }

@@ -7,7 +7,7 @@ use super::{
     evidence::{log_evidence, surprise},
     filter::PoseFilter,
     mount::Mount,
-    search::{Candidate, PlaceSearch},
+    search::{Candidate, Effort, PlaceSearch},
     turned::Turned,
 };
 use crate::{
@@ -47,23 +47,23 @@ impl SingleImage {
         self.features.mirrored(pose)
     }
 
-    /// Appends the places that fit: of `num_poses` suggestions the `num_fits` best ones are fitted. The camera may be off as `config` says.
+    /// Appends the places that fit: of the suggestions the best ones are fitted. The camera may be off as `config` says.
     pub fn explain(
         &mut self,
         percept: &Percept,
         config: &RefinementConfig,
-        (num_poses, num_fits): (usize, usize),
+        effort: Effort,
         rng: &mut Rng,
         found: &mut Vec<Explanation>,
     ) {
         let mount = Mount::unknown(config);
         let rounds = mount.num_draws(config);
+        let effort = Effort { num_poses: effort.num_poses.div_ceil(rounds), ..effort };
         self.places.begin();
         for _ in 0..rounds {
             let tilt_rad = mount.draw(rng);
             let turned = self.turned.turn(percept, &tilt_rad);
             self.features.condition_on(turned);
-            let effort = (num_poses.div_ceil(rounds), num_fits);
             self.places.search((turned, &tilt_rad), self.features.as_ref(), effort, |_| false, rng);
         }
         self.features.condition_on(percept);
