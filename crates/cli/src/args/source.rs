@@ -1,7 +1,10 @@
 //! Options of everything that frames come from.
 
 use clap::{Args, ValueEnum};
-use visloc_io::bag::ImageQos;
+use visloc_io::{
+    bag::ImageQos,
+    sources::{FORWARD_M, HEIGHTS_M, PATIENCES_SECS, RATES_HZ},
+};
 
 use super::{
     InputName, InputPath, OutputFolder, OutputRecording, OverwriteArg,
@@ -17,7 +20,7 @@ pub struct SourceArgs {
     #[arg(long, value_name = "FILE", visible_alias = "calibration")]
     pub camera: Option<InputPath>,
     /// Where the camera is on the robot, over or in place of tf: height above the ground, meters
-    #[arg(long, value_name = "M", value_parser = within(0.01, 100.0))]
+    #[arg(long, value_name = "M", value_parser = within(HEIGHTS_M.0, HEIGHTS_M.1))]
     pub camera_height: Option<f64>,
     /// How far the camera looks down, degrees
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_hyphen_values = true, value_parser = degrees, requires = "camera_height")]
@@ -34,7 +37,7 @@ pub struct SourceArgs {
         value_name = "M",
         default_value_t = 0.0,
         allow_hyphen_values = true,
-        value_parser = within(-100.0, 100.0),
+        value_parser = within(FORWARD_M.0, FORWARD_M.1),
         requires = "camera_height"
     )]
     pub camera_forward: f64,
@@ -42,10 +45,10 @@ pub struct SourceArgs {
     #[arg(long, value_name = "FILE")]
     pub urdf: Option<InputPath>,
     /// Images a second: of a folder without times, of a video in place of its own, and what a camera is asked for
-    #[arg(long, value_name = "HZ", value_parser = within(0.01, 10_000.0))]
+    #[arg(long, value_name = "HZ", value_parser = within(RATES_HZ.0, RATES_HZ.1))]
     pub fps: Option<f64>,
     /// End a live source when nothing came for this long, seconds [default: wait until Ctrl-C]
-    #[arg(long, value_name = "SECONDS", value_parser = within(0.01, 10_000.0))]
+    #[arg(long, value_name = "SECONDS", value_parser = within(PATIENCES_SECS.0, PATIENCES_SECS.1))]
     pub patience: Option<f64>,
     /// The program that decodes videos and cameras [default: ffmpeg]
     #[arg(long, value_name = "PROGRAM")]

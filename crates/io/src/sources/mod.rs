@@ -18,6 +18,7 @@ mod error;
 mod kinds;
 mod open;
 mod options;
+mod source_option;
 mod video;
 
 pub use adapt::{ManyCameras, UntilStopped};
@@ -25,6 +26,7 @@ pub use address::SourceAddress;
 pub use error::SourcesError;
 pub use kinds::{KINDS, SourceKind, notes_on_folder, simulated_scenario};
 pub use open::{OpenFrames, OpenImages, OpenPictures, open_frames, open_images, open_pictures};
-pub use options::{Purpose, SourceOption, SourceOptions, TopicOptions, Usual};
+pub use options::{Purpose, SourceOptions, TopicOptions, Usual};
+pub use source_option::{FORWARD_M, HEIGHTS_M, PATIENCES_SECS, RATES_HZ, SourceOption};
 pub use video::{PnmImage, read_pnm};
 pub use visloc_core::Host;
