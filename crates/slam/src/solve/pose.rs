@@ -122,6 +122,30 @@ pub fn pose_covariance(pose: &CameraFromWorld, observations: &[PoseObservation])
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 
+/// As [`pose_covariance`], where the points are off, too: each by a covariance of its own, in the world. The pose was found as if they were not.
+#[must_use]
+pub fn pose_covariance_among(
+    pose: &CameraFromWorld,
+    observations: &[(PoseObservation, Matrix3<f64>)],
+) -> Option<Matrix6<f64>> {
+    let state = State::new(pose);
+    let (mut information, mut by_points, mut chi2, mut num) =
+        (Matrix6::zeros(), Matrix6::zeros(), 0.0, 0_u32);
+    for (observation, of_point) in observations {
+        let Some((error, jacobian)) = observation.linearize(&state) else { continue };
+        let by_twist = jacobian.fixed_view::<2, 6>(0, 0);
+        let by_point = jacobian.fixed_view::<2, 3>(0, 0) * pose.rotation();
+        information += by_twist.transpose() * by_twist;
+        by_points += by_twist.transpose() * (by_point * of_point * by_point.transpose()) * by_twist;
+        chi2 += error.norm_squared();
+        num += 1;
+    }
+    let freedoms = (2.0 * f64::from(num) - 6.0).max(1.0);
+    let of_pixels = information.cholesky()?.inverse();
+    let covariance = of_pixels * (chi2 / freedoms).max(1.0) + of_pixels * by_points * of_pixels;
+    covariance.iter().all(|value| value.is_finite()).then_some(covariance)
+}
+
 /// Standard deviation of the logarithm of the candidates' common scale before anything is seen.
 const SCALE_SIGMA: f64 = 0.7;
 
