@@ -242,9 +242,8 @@ impl MapLocalizer {
     fn add_errors(&mut self, seen: &CameraEstimate, outcome: &FrameOutcome) {
         let place = seen.world_from_camera;
         self.in_map = self.in_map.filter(|_| !seen.is_found).map(|in_map| in_map.go_on(place));
-        let features = (seen.map, outcome.fixed_features.as_slice());
         let pose = (self.slam.camera(), &place.inverse());
-        let shown = self.errors.covariance(self.slam.map(), features, pose);
+        let shown = self.errors.covariance(self.slam.map(), &outcome.fixed_features, pose);
         let of_place = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(0, 0).trace();
         let moved = of_place(&self.with_errors(*seen).covariance);
         if let Some(covariance) = shown.filter(|shown| self.in_map.is_none() || of_place(shown) <= moved) {

@@ -6,7 +6,7 @@ use visloc_core::{geom::Camera, median};
 use super::adjust::{CHI2, collect};
 use crate::{
     lie::{CameraFromWorld, adjoint},
-    map::{KeyframeId, LandmarkId, Map, MapId},
+    map::{KeyframeId, LandmarkId, Map},
     solve::{Bundle, PoseObservation, pose_covariance_among},
     track::{Feature, focal_px, whitening},
 };
@@ -18,10 +18,9 @@ const MOST_KEYFRAMES: usize = 200;
 /// it is turned and how large it is are not in it.
 #[derive(Debug, Clone, Default)]
 pub struct MapErrors {
-    /// Of each map how much more errors add up than independent ones, see [`crate::solve::BundleErrors`].
-    design_effects: Vec<(MapId, f64)>,
-    /// Covariances of poses over twists in the frame of the keyframe, by its number.
-    keyframes: Vec<Option<Matrix6<f64>>>,
+    /// Covariances of poses over twists in the frame of the keyframe, by its number, and by how much more errors add up around it than independent
+    /// ones, see [`crate::solve::BundleErrors`].
+    keyframes: Vec<Option<(Matrix6<f64>, f64)>>,
     /// Covariances of places beside the keyframes that see them, by the number of the landmark; single precision is enough for large maps.
     landmarks: Vec<Option<Matrix3<f32>>>,
 }
@@ -31,7 +30,6 @@ impl MapErrors {
     #[must_use]
     pub fn of(map: &Map, camera: &Camera) -> Self {
         let mut all = Self {
-            design_effects: Vec::new(),
             keyframes: vec![None; map.num_keyframe_ids()],
             landmarks: vec![None; map.num_landmark_ids()],
         };
@@ -49,13 +47,12 @@ impl MapErrors {
         let (bundle, landmarks) = among(map, &keyframes, focal_px);
         // No keyframe is off by more than the depth of what is seen, or by more than a radian.
         let Some(errors) = bundle.errors(CHI2.sqrt(), (depth, 1.0)) else { return };
-        self.design_effects.push((map.active(), errors.design_effect));
         for (id, covariance) in keyframes.iter().zip(errors.cameras) {
-            self.keyframes[id.index()] = Some(covariance * errors.design_effect);
+            self.keyframes[id.index()] = Some((covariance * errors.design_effect, errors.design_effect));
         }
         for observation in &bundle.observations {
-            let covariance = errors.points[observation.point] * errors.design_effect;
-            self.landmarks[landmarks[observation.point].index()] = Some(covariance.cast());
+            let covariance = (errors.points[observation.point] * errors.design_effect).cast();
+            self.landmarks[landmarks[observation.point].index()] = Some(covariance);
         }
     }
 
@@ -65,21 +62,21 @@ impl MapErrors {
     pub fn covariance(
         &self,
         map: &Map,
-        (id, features): (MapId, &[Feature]),
+        features: &[Feature],
         (camera, camera_from_world): (&Camera, &CameraFromWorld),
     ) -> Option<Matrix6<f64>> {
-        let (_, design_effect) = self.design_effects.iter().find(|(other, _)| *other == id)?;
-        let seen = |feature: &Feature| {
-            let whitening = whitening(focal_px(camera), &feature.covariance_px) / design_effect.sqrt();
-            let point = map.landmark(feature.landmark).point_in_world;
-            let of_point =
-                self.landmarks.get(feature.landmark.index()).copied().flatten().unwrap_or_default();
-            (PoseObservation::of_point(point, feature.ray, whitening), of_point.cast())
-        };
-        let observations: Vec<(PoseObservation, Matrix3<f64>)> = features.iter().map(seen).collect();
         let landmarks: Vec<LandmarkId> = features.iter().map(|feature| feature.landmark).collect();
         let known = |(id, _): &(KeyframeId, u32)| Some((*id, (*self.keyframes.get(id.index())?)?));
-        let (keyframe, of_keyframe) = map.sharing(&landmarks, 1).iter().find_map(known)?;
+        let (keyframe, (of_keyframe, design_effect)) = map.sharing(&landmarks, 1).iter().find_map(known)?;
+        let focal = focal_px(camera);
+        let seen = |feature: &Feature| {
+            let point = map.landmark(feature.landmark).point_in_world;
+            let whitening = whitening(focal, &(feature.covariance_px * design_effect));
+            let of_point = self.landmarks.get(feature.landmark.index()).copied().flatten();
+            let of_point = of_point.unwrap_or_default().cast();
+            (PoseObservation::of_point(point, feature.ray, whitening), of_point)
+        };
+        let observations: Vec<(PoseObservation, Matrix3<f64>)> = features.iter().map(seen).collect();
         // Landmarks around a keyframe move with it.
         let moves = adjoint(&(*camera_from_world * map.keyframe(keyframe).camera_from_world().inverse()));
         let of_image = pose_covariance_among(camera_from_world, &observations)?;

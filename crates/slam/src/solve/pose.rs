@@ -129,20 +129,18 @@ pub fn pose_covariance_among(
     observations: &[(PoseObservation, Matrix3<f64>)],
 ) -> Option<Matrix6<f64>> {
     let state = State::new(pose);
-    let (mut information, mut by_points, mut chi2, mut num) =
-        (Matrix6::zeros(), Matrix6::zeros(), 0.0, 0_u32);
+    let (mut information, mut by_points) = (Matrix6::zeros(), Matrix6::zeros());
     for (observation, of_point) in observations {
-        let Some((error, jacobian)) = observation.linearize(&state) else { continue };
+        let Some((_, jacobian)) = observation.linearize(&state) else { continue };
         let by_twist = jacobian.fixed_view::<2, 6>(0, 0);
         let by_point = jacobian.fixed_view::<2, 3>(0, 0) * pose.rotation();
+        let in_image = by_point * of_point * by_point.transpose();
         information += by_twist.transpose() * by_twist;
-        by_points += by_twist.transpose() * (by_point * of_point * by_point.transpose()) * by_twist;
-        chi2 += error.norm_squared();
-        num += 1;
+        by_points += by_twist.transpose() * in_image * by_twist;
     }
-    let freedoms = (2.0 * f64::from(num) - 6.0).max(1.0);
     let of_pixels = information.cholesky()?.inverse();
-    let covariance = of_pixels * (chi2 / freedoms).max(1.0) + of_pixels * by_points * of_pixels;
+    let known: Vec<PoseObservation> = observations.iter().map(|(observation, _)| *observation).collect();
+    let covariance = pose_covariance(pose, &known)? + of_pixels * by_points * of_pixels;
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 

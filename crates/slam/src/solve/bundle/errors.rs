@@ -8,11 +8,11 @@ use super::{
 };
 use crate::solve::{Skyline, SkylineFactor};
 
-/// Smooth fields over the image: products of Legendre polynomials of both coordinates, of these degrees together. A constant and a linear
-/// one are what a motion of the camera does; the fifth degree is that of the second radial coefficient of a lens.
-const DEGREES: std::ops::RangeInclusive<usize> = 2..=5;
-/// How many there are: 3 + 4 + 5 + 6.
-const FIELDS: usize = 18;
+/// Smooth fields over the image: products of Legendre polynomials of both coordinates, of these degrees together. A constant one is a turn of the
+/// camera; the fifth degree is that of the second radial coefficient of a lens.
+const DEGREES: std::ops::RangeInclusive<usize> = 1..=5;
+/// How many there are: 2 + 3 + 4 + 5 + 6.
+const FIELDS: usize = 20;
 /// Each shifts what is seen along two axes.
 const SHIFTS: usize = 2 * FIELDS;
 /// Share of what is known of all directions that is known of each: half of the digits of a number.
@@ -30,9 +30,10 @@ pub struct BundleErrors {
     pub cameras: Vec<Matrix6<f64>>,
     /// The same of the place of each point, if the cameras were not off.
     pub points: Vec<Matrix3<f64>>,
-    /// Factor on variances since they are not: errors of neighbors in the image and in time are alike and add up. At least 1. It is the
-    /// mean square, in standard deviations, of what smooth fields over the image would explain of the residuals, none of which is there.
-    /// Source: Kish, "Survey sampling", 1965, section 5.4 (design effect); Rao, "Large sample tests", 1948 (score test).
+    /// Factor on variances since they are not: those of neighbors in the image and of one image after the other are alike and add up. At least 1.
+    /// It is the mean square, in standard deviations, of smooth fields over the image by which residuals would be explained better, and none
+    /// of which is there.
+    /// Source: Kish, "Survey sampling", 1965, section 5.4 (design effect); Rao, "Large sample tests of statistical hypotheses", 1948 (score test).
     pub design_effect: f64,
 }
 
@@ -87,8 +88,14 @@ impl Gauge {
         let by_similarity: Vec<_> = bundle.cameras.iter().zip(&centers).map(twists).collect();
         // Lengths in units of the prior, so that places and turns count alike.
         let weights = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { prior.0 } else { prior.1 }.powi(-2));
-        let counting: Vec<_> =
-            by_similarity.iter().map(|twists| SMatrix::from_diagonal(&weights) * twists).collect();
+        let mut is_seeing = vec![false; bundle.cameras.len()];
+        bundle.observations.iter().for_each(|observation| is_seeing[observation.camera] = true);
+        let counts = |(twists, is_seeing): (&SMatrix<f64, 6, GAUGE>, &bool)| {
+            // Where a camera is that sees nothing says nothing of the others.
+            if *is_seeing { SMatrix::from_diagonal(&weights) * twists } else { SMatrix::zeros() }
+        };
+        let counting: Vec<SMatrix<f64, 6, GAUGE>> =
+            by_similarity.iter().zip(&is_seeing).map(counts).collect();
         let num_free = slots.iter().flatten().count();
         let mut weighted = DMatrix::<f64>::zeros(6 * num_free, GAUGE);
         let mut fit = SMatrix::<f64, GAUGE, GAUGE>::zeros();
@@ -153,7 +160,10 @@ impl Fields {
             let mut by_point = SMatrix::<f64, 3, SHIFTS>::zeros();
             for (i, observation) in (start..).zip(group) {
                 let Some(l) = linearize(bundle, i, observation, huber) else { continue };
-                let shift = fields(&observation.ray.component_div(&most));
+                // Where it should be seen: where it is seen has the error that is asked for.
+                let place = bundle.cameras[observation.camera].transform(&bundle.points[observation.point]);
+                let place = Vector2::new(place.x / place.z, place.y / place.z);
+                let shift = fields(&place.component_div(&most));
                 let weighed = observation.whitening * l.weight;
                 let point = l.by_point.transpose() * weighed;
                 add_products::<3>(&point, &shift, |i, j, value| by_point[(i, j)] += value);
@@ -238,4 +248,103 @@ fn fields(place: &Vector2<f64>) -> [f64; FIELDS] {
         *field = along[i] * down[j];
     }
     fields
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point3, Rotation3, Vector6};
+    use rand::RngExt;
+    use visloc_core::{RngTree, gaussian};
+
+    use super::*;
+    use crate::{
+        lie::{CameraFromWorld, log},
+        solve::{BundleObservation, BundleSettings},
+    };
+
+    const HUBER: f64 = 2.45;
+
+    /// Cameras on an arc around points, and their truth. They look through a lens that nobody knows of.
+    fn scene(seed: u64, lens: f64) -> (Bundle, Vec<CameraFromWorld>) {
+        let mut rng = RngTree::new(seed).stream("errors", 0);
+        let pose = |i: usize| {
+            let angle = 0.1 * i as f64 - 0.45;
+            let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), angle);
+            CameraFromWorld::new(turn, Vector3::new(0.0, 0.0, 4.0))
+        };
+        let truth: Vec<CameraFromWorld> = (0..10).map(pose).collect();
+        let mut bundle =
+            Bundle { cameras: truth.clone(), is_free: (0..10).map(|i| i > 0).collect(), ..Bundle::default() };
+        for point in 0..100 {
+            let place = Point3::from(Vector3::from_fn(|_, _| rng.random_range(-1.2..1.2)));
+            bundle.points.push(place);
+            for (camera, pose) in truth.iter().enumerate() {
+                let seen = pose.transform(&place);
+                let mut ray = Vector2::new(seen.x / seen.z, seen.y / seen.z);
+                ray *= 1.0 + lens * ray.norm_squared();
+                ray += Vector2::from_fn(|_, _| gaussian(&mut rng, 0.001));
+                let whitening = Matrix2::identity() * 1000.0;
+                bundle.observations.push(BundleObservation { point, camera, ray, whitening });
+            }
+        }
+        bundle.solve(&BundleSettings { max_iterations: 20, huber: HUBER });
+        (bundle, truth)
+    }
+
+    /// Mean square of the errors of the cameras against the similarity that fits best, in standard deviations.
+    fn mean_square(bundle: &Bundle, truth: &[CameraFromWorld], covariances: &[Matrix6<f64>]) -> f64 {
+        let weights = Vector6::new(1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 1.0, 1.0, 1.0);
+        let twist = |(found, truth): (&CameraFromWorld, &CameraFromWorld)| log(&(*found * truth.inverse()));
+        let errors: Vec<Vector6<f64>> = bundle.cameras.iter().zip(truth).map(twist).collect();
+        let center = |pose: &CameraFromWorld| *pose.inverse().translation();
+        let middle = truth.iter().map(center).sum::<Vector3<f64>>() / truth.len() as f64;
+        let moves: Vec<_> =
+            truth.iter().map(|pose| twists_by_similarity(pose, &(center(pose) - middle))).collect();
+        let (mut fit, mut all) = (SMatrix::<f64, GAUGE, GAUGE>::zeros(), SVector::<f64, GAUGE>::zeros());
+        for (moves, error) in moves.iter().zip(&errors) {
+            let counting = moves.transpose() * Matrix6::from_diagonal(&weights);
+            fit += counting * moves;
+            all += counting * error;
+        }
+        let similarity = fit.try_inverse().unwrap() * all;
+        let of_one =
+            |((error, moves), covariance): ((&Vector6<f64>, &SMatrix<f64, 6, GAUGE>), &Matrix6<f64>)| {
+                let error = error - moves * similarity;
+                error.dot(&(covariance.try_inverse().unwrap() * error)) / 6.0
+            };
+        errors.iter().zip(&moves).zip(covariances).map(of_one).sum::<f64>() / errors.len() as f64
+    }
+
+    #[test]
+    fn cameras_are_off_as_far_as_is_said() {
+        let (mut mean, seeds) = (0.0, 30);
+        for seed in 0..seeds {
+            let (bundle, truth) = scene(seed, 0.0);
+            let errors = bundle.errors(HUBER, (4.0, 1.0)).unwrap();
+            assert!(errors.design_effect < 2.5, "{}", errors.design_effect);
+            mean += mean_square(&bundle, &truth, &errors.cameras) / seeds as f64;
+        }
+        assert!((0.8..1.25).contains(&mean), "{mean}");
+    }
+
+    #[test]
+    fn errors_that_are_alike_in_all_images_add_up() {
+        for seed in 0..10 {
+            let (bundle, truth) = scene(seed, 0.3);
+            let errors = bundle.errors(HUBER, (4.0, 1.0)).unwrap();
+            let independent = mean_square(&bundle, &truth, &errors.cameras);
+            let all = independent / errors.design_effect;
+            assert!(independent > 2.0 && all < 2.0, "{independent} of {}", errors.design_effect);
+        }
+    }
+
+    #[test]
+    fn a_camera_that_sees_nothing_is_off_by_the_prior() {
+        let (mut bundle, _) = scene(1, 0.0);
+        bundle.observations.retain(|observation| observation.camera != 9);
+        let errors = bundle.errors(HUBER, (4.0, 1.0)).unwrap();
+        let unseen = errors.cameras[9].diagonal().map(f64::sqrt);
+        assert!(unseen.rows(0, 3).iter().all(|sigma| (3.9..4.5).contains(sigma)), "{unseen}");
+        assert!(errors.cameras[4].diagonal().map(f64::sqrt).amax() < 0.1);
+    }
 }
