@@ -16,7 +16,7 @@ use crate::{
     recognize::{Refusal, Rival},
     start::StartWait,
     timing::StageTimes,
-    track::Quality,
+    track::{Feature, Quality},
 };
 
 /// A frame that cannot be used. Nothing else changes: the next frame is welcome.
@@ -71,6 +71,8 @@ pub struct FrameOutcome {
     pub matches: (usize, usize),
     /// Landmarks found that belong to a fixed map.
     pub fixed: Vec<LandmarkId>,
+    /// How they are seen.
+    pub fixed_features: Vec<Feature>,
     /// Landmarks of a fixed map that were looked for.
     pub fixed_tried: Vec<LandmarkId>,
     /// Places of the image where they were.

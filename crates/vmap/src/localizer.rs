@@ -7,7 +7,9 @@ use visloc_core::{
 };
 use visloc_slam::{
     ConfigError, FrameError, FrameOutcome, Schedule, Slam, SlamConfig, TrackingState,
+    lie::adjoint,
     map::{Map, MapId},
+    mapping::MapErrors,
     odometry::{CameraMotion, OdomFromCamera, deviations},
     track::Quality,
 };
@@ -40,7 +42,8 @@ pub struct CameraEstimate {
     pub map: MapId,
     /// Where the camera is, in the frame and unit of the map.
     pub world_from_camera: Rigid3<World, CameraFrame>,
-    /// Covariance over a twist in the frame of the camera: translation first, map units and radians.
+    /// Covariance over a twist in the frame of the camera: translation first, map units and radians. What the map is off by around here is
+    /// in it, see [`MapErrors`]; what its frame and its unit of length are off by as a whole is not.
     pub covariance: Matrix6<f64>,
     /// How far the pose can be trusted, 0 to 1; localized above [`LOCALIZED_RELIABILITY`].
     pub reliability: f64,
@@ -109,6 +112,23 @@ impl WaySince {
     }
 }
 
+/// The last image whose landmarks of the map tell the place better than the motion since another one does.
+#[derive(Debug, Clone, Copy)]
+struct InMap {
+    /// What is known of it, with the errors of the map.
+    shown: CameraEstimate,
+    last: Rigid3<World, CameraFrame>,
+    /// Way by visual motion since, map units.
+    way: f64,
+}
+
+impl InMap {
+    fn go_on(self, place: Rigid3<World, CameraFrame>) -> Self {
+        let step = (place.translation() - self.last.translation()).norm();
+        Self { last: place, way: self.way + step, ..self }
+    }
+}
+
 /// Finds a camera in a map and follows it there. What the map has stays as it is; where it shows too little, landmarks that are added
 /// beside it carry the pose on.
 #[derive(Debug)]
@@ -116,9 +136,13 @@ pub struct MapLocalizer {
     slam: Slam,
     /// What speaks for the place where the camera is followed.
     evidence: Evidence,
-    /// What the last image showed, if it showed a place.
+    /// What the last image showed, if it showed a place. As in all below, its covariance is that in an exact map.
     followed: Option<CameraEstimate>,
     last: Option<CameraEstimate>,
+    errors: MapErrors,
+    in_map: Option<InMap>,
+    /// The last estimate with them.
+    stated: Option<CameraEstimate>,
     /// Way by visual motion since an image showed the map, map units.
     visual_way: f64,
     way: Option<WaySince>,
@@ -139,11 +163,15 @@ impl MapLocalizer {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         let slam = Slam::around_fixed_map(map.clone(), camera, config, seed, Schedule::Sequential)?;
+        let errors = MapErrors::of(slam.map(), camera);
         Ok(Self {
             slam,
             evidence: Evidence::default(),
             followed: None,
             last: None,
+            errors,
+            in_map: None,
+            stated: None,
             visual_way: 0.0,
             way: None,
             meters_per_unit,
@@ -195,6 +223,9 @@ impl MapLocalizer {
         self.last = match disputing {
             Some((seen, carried)) => Some(carried.disputed_by(seen.reliability)),
             None => {
+                if let Some(seen) = &seen {
+                    self.add_errors(seen, &outcome);
+                }
                 let known = seen.zip(odom_from_camera);
                 self.way = known.map(|(seen, now)| WaySince::new(seen, now)).or(self.way);
                 seen.or(carried)
@@ -202,7 +233,39 @@ impl MapLocalizer {
         };
         self.slam.set_doubt(seen.is_some_and(|seen| !seen.is_localized()));
         self.outcome = Some(outcome);
-        Ok(self.last)
+        self.stated = self.last.map(|last| self.with_errors(last));
+        Ok(self.stated)
+    }
+
+    /// Takes note of what an image tells with the errors of the map: by the landmarks of the map that it shows or, where those are few, by the
+    /// motion since an image that showed more.
+    fn add_errors(&mut self, seen: &CameraEstimate, outcome: &FrameOutcome) {
+        let place = seen.world_from_camera;
+        self.in_map = self.in_map.filter(|_| !seen.is_found).map(|in_map| in_map.go_on(place));
+        let pose = (self.slam.camera(), &place.inverse());
+        let shown = self.errors.covariance(self.slam.map(), &outcome.fixed_features, pose);
+        let of_place = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(0, 0).trace();
+        let moved = of_place(&self.with_errors(*seen).covariance);
+        if let Some(covariance) = shown.filter(|shown| self.in_map.is_none() || of_place(shown) <= moved) {
+            self.in_map =
+                Some(InMap { shown: CameraEstimate { covariance, ..*seen }, last: place, way: 0.0 });
+        }
+    }
+
+    /// An estimate with the errors of the map.
+    fn with_errors(&self, mut estimate: CameraEstimate) -> CameraEstimate {
+        let Some(InMap { shown, way, .. }) = self.in_map.filter(|it| it.shown.map == estimate.map) else {
+            return estimate;
+        };
+        if shown.at == estimate.at {
+            return CameraEstimate { covariance: shown.covariance, ..estimate };
+        }
+        let moves = adjoint(&(estimate.world_from_camera.inverse() * shown.world_from_camera));
+        estimate.covariance += moves * shown.covariance * moves.transpose();
+        for i in 0..3 {
+            estimate.covariance[(i, i)] += DRIFT.powi(2) * (way.powi(2) - self.visual_way.powi(2)).max(0.0);
+        }
+        estimate
     }
 
     /// The pose by odometry in the unit of the map; `None` if that is not known.
@@ -223,7 +286,7 @@ impl MapLocalizer {
     /// What is known since the last image; `None` where nothing is known of the place.
     #[must_use]
     pub fn estimate(&self) -> Option<&CameraEstimate> {
-        self.last.as_ref()
+        self.stated.as_ref()
     }
 
     /// All places where the camera may be, the most probable first: where places look alike there are several.

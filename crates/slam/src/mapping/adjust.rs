@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// 95 % limit of chi-square with two degrees of freedom.
-const CHI2: f64 = 5.991;
+pub(super) const CHI2: f64 = 5.991;
 
 /// How an adjustment went.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

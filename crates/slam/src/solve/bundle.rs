@@ -1,11 +1,13 @@
 //! Bundle adjustment: cameras and points together.
 
 mod equations;
+mod errors;
 
 use nalgebra::{Matrix2, Point3, Vector2, Vector3, Vector6};
 use visloc_core::geom::{CameraFrame, Rigid3};
 
 use self::equations::{NormalEquations, Step};
+pub use self::errors::BundleErrors;
 use crate::lie::{CameraFromWorld, log, moved};
 
 /// One measurement.

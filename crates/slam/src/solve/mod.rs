@@ -8,12 +8,13 @@ mod three_points;
 mod triangulate;
 
 pub use bundle::{
-    Bundle, BundleLens, BundleMotion, BundleObservation, BundleReport, BundleSettings, BundleTie,
+    Bundle, BundleErrors, BundleLens, BundleMotion, BundleObservation, BundleReport, BundleSettings,
+    BundleTie,
 };
 pub use pose::{
-    PoseObservation, PosePrior, Rejection, RobustPose, State, pose_covariance, refine_pose, refine_turn,
-    robust_pose,
+    PoseObservation, PosePrior, Rejection, RobustPose, State, pose_covariance, pose_covariance_among,
+    refine_pose, refine_turn, robust_pose,
 };
-pub use skyline::Skyline;
+pub use skyline::{Skyline, SkylineFactor};
 pub use three_points::{MOST_POSES, poses_from_three_points};
 pub use triangulate::{cos_parallax, triangulate};

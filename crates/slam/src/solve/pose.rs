@@ -122,6 +122,28 @@ pub fn pose_covariance(pose: &CameraFromWorld, observations: &[PoseObservation])
     covariance.iter().all(|value| value.is_finite()).then_some(covariance)
 }
 
+/// As [`pose_covariance`], where the points are off, too: each by a covariance of its own, in the world. The pose was found as if they were not.
+#[must_use]
+pub fn pose_covariance_among(
+    pose: &CameraFromWorld,
+    observations: &[(PoseObservation, Matrix3<f64>)],
+) -> Option<Matrix6<f64>> {
+    let state = State::new(pose);
+    let (mut information, mut by_points) = (Matrix6::zeros(), Matrix6::zeros());
+    for (observation, of_point) in observations {
+        let Some((_, jacobian)) = observation.linearize(&state) else { continue };
+        let by_twist = jacobian.fixed_view::<2, 6>(0, 0);
+        let by_point = jacobian.fixed_view::<2, 3>(0, 0) * pose.rotation();
+        let in_image = by_point * of_point * by_point.transpose();
+        information += by_twist.transpose() * by_twist;
+        by_points += by_twist.transpose() * in_image * by_twist;
+    }
+    let of_pixels = information.cholesky()?.inverse();
+    let known: Vec<PoseObservation> = observations.iter().map(|(observation, _)| *observation).collect();
+    let covariance = pose_covariance(pose, &known)? + of_pixels * by_points * of_pixels;
+    covariance.iter().all(|value| value.is_finite()).then_some(covariance)
+}
+
 /// Standard deviation of the logarithm of the candidates' common scale before anything is seen.
 const SCALE_SIGMA: f64 = 0.7;
 

@@ -1,6 +1,6 @@
 //! Sparse symmetric systems whose entries lie near the diagonal, but for a few rows.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 /// The lower half of a symmetric matrix: of each row the entries from the first that is not zero to the diagonal. Its Cholesky
 /// factor has the same shape.
@@ -48,9 +48,14 @@ impl Skyline {
 
     /// Solves the system. `None` if the matrix is not positive definite.
     #[must_use]
-    pub fn solve(mut self, right: &DVector<f64>) -> Option<DVector<f64>> {
-        let num = self.rows.len();
-        for row in 0..num {
+    pub fn solve(self, right: &DVector<f64>) -> Option<DVector<f64>> {
+        Some(self.cholesky()?.solve(right))
+    }
+
+    /// The Cholesky factor. `None` if the matrix is not positive definite.
+    #[must_use]
+    pub fn cholesky(mut self) -> Option<SkylineFactor> {
+        for row in 0..self.rows.len() {
             let (done, rest) = self.rows.split_at_mut(row);
             let own = &mut rest[0];
             let first = self.first[row];
@@ -69,24 +74,58 @@ impl Skyline {
             }
             own[last] = pivot.sqrt();
         }
+        Some(SkylineFactor(self))
+    }
+}
+
+/// The Cholesky factor of a [`Skyline`].
+#[derive(Debug, Clone)]
+pub struct SkylineFactor(Skyline);
+
+impl SkylineFactor {
+    /// Solves the system of the matrix.
+    #[must_use]
+    pub fn solve(&self, right: &DVector<f64>) -> DVector<f64> {
+        let Skyline { first, rows } = &self.0;
         let mut x = right.clone();
-        for row in 0..num {
-            let first = self.first[row];
-            let own = &self.rows[row];
+        for (row, own) in rows.iter().enumerate() {
+            let first = first[row];
             let sum: f64 =
                 own[..row - first].iter().zip(x.as_slice()[first..row].iter()).map(|(a, b)| a * b).sum();
             x[row] = (x[row] - sum) / own[row - first];
         }
-        for row in (0..num).rev() {
-            let first = self.first[row];
-            let own = &self.rows[row];
+        for (row, own) in rows.iter().enumerate().rev() {
+            let first = first[row];
             x[row] /= own[row - first];
             let value = x[row];
             for (column, entry) in (first..row).zip(own) {
                 x[column] -= entry * value;
             }
         }
-        Some(x)
+        x
+    }
+
+    /// A block on the diagonal of the inverse of the matrix, from a row on.
+    #[must_use]
+    pub fn inverse_block<const N: usize>(&self, start: usize) -> SMatrix<f64, N, N> {
+        let Skyline { first, rows } = &self.0;
+        // Columns of the inverse of the factor, row by row; they begin on the diagonal.
+        let mut columns: Vec<SVector<f64, N>> = Vec::with_capacity(rows.len() - start);
+        let mut block = SMatrix::zeros();
+        for row in start..rows.len() {
+            let from = first[row].max(start);
+            let mut value = SVector::zeros();
+            if row < start + N {
+                value[row - start] = 1.0;
+            }
+            for (entry, known) in rows[row][from - first[row]..].iter().zip(&columns[from - start..]) {
+                value -= known * *entry;
+            }
+            value /= rows[row][row - first[row]];
+            block += value * value.transpose();
+            columns.push(value);
+        }
+        block
     }
 }
 
@@ -131,7 +170,13 @@ mod tests {
         let right = DVector::from_fn(num, |i, _| i as f64 - 10.0);
         let expected = dense.clone().cholesky().unwrap().solve(&right);
         assert!((Skyline::of(&dense).solve(&right).unwrap() - &expected).norm() < 1e-10);
-        assert!((skyline.solve(&right).unwrap() - expected).norm() < 1e-10);
+        let factor = skyline.cholesky().unwrap();
+        assert!((factor.solve(&right) - expected).norm() < 1e-10);
+        let inverse = dense.try_inverse().unwrap();
+        for start in [0, 6, 24] {
+            let block = factor.inverse_block::<6>(start);
+            assert!((block - inverse.fixed_view::<6, 6>(start, start)).norm() < 1e-12);
+        }
     }
 
     #[test]

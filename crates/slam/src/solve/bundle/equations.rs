@@ -14,15 +14,15 @@ use crate::{
 /// The equations at one state, without damping. Steps of any damping can be had from them.
 pub struct NormalEquations {
     /// Position of each free camera among the unknowns.
-    slots: Vec<Option<usize>>,
-    cameras: Vec<Matrix6<f64>>,
+    pub(super) slots: Vec<Option<usize>>,
+    pub(super) cameras: Vec<Matrix6<f64>>,
     pub(super) camera_gradient: Vec<Vector6<f64>>,
     /// Blocks of two different cameras, from the ties: row, column and block, row first.
     between: Vec<(usize, usize, Matrix6<f64>)>,
     points: Vec<Matrix3<f64>>,
-    point_gradient: Vec<Vector3<f64>>,
+    pub(super) point_gradient: Vec<Vector3<f64>>,
     /// One for each observation.
-    camera_by_point: Vec<Matrix6x3<f64>>,
+    pub(super) camera_by_point: Vec<Matrix6x3<f64>>,
     lens: Option<LensEquations>,
 }
 
@@ -46,11 +46,11 @@ pub struct Step {
 
 /// A residual with its derivatives, weighted.
 pub struct Linearized {
-    error: Vector2<f64>,
+    pub(super) error: Vector2<f64>,
     pub by_camera: Matrix2x6<f64>,
     pub by_point: Matrix2x3<f64>,
     by_lens: Vector2<f64>,
-    weight: f64,
+    pub(super) weight: f64,
 }
 
 /// Cameras from which on most of them share no point, so that most blocks are zero.
@@ -166,8 +166,7 @@ impl NormalEquations {
 
     /// The step with a damping, share of the diagonal. `None` if the equations have no solution.
     pub fn solve(&self, bundle: &Bundle, damping: f64) -> Option<Step> {
-        let inverses: Vec<Matrix3<f64>> =
-            self.points.iter().map(|hessian| damped_inverse(hessian, damping)).collect();
+        let inverses = self.point_inverses(damping);
         let (matrix, vector) = self.reduced(bundle, &inverses, damping);
         let solution = solve_reduced(matrix, &vector)?;
         let num_free = self.cameras.len();
@@ -189,9 +188,14 @@ impl NormalEquations {
         })
     }
 
+    /// Inverse of the damped equations of each point.
+    pub(super) fn point_inverses(&self, damping: f64) -> Vec<Matrix3<f64>> {
+        self.points.iter().map(|hessian| damped_inverse(hessian, damping)).collect()
+    }
+
     /// The equations of cameras and lens, with the points eliminated: the lower triangle of the matrix (the decomposition
     /// reads nothing else) and the vector.
-    fn reduced(
+    pub(super) fn reduced(
         &self,
         bundle: &Bundle,
         inverses: &[Matrix3<f64>],

@@ -1,0 +1,101 @@
+//! How far a map may be off.
+
+use nalgebra::{Matrix3, Matrix6};
+use visloc_core::{geom::Camera, median};
+
+use super::adjust::{CHI2, collect};
+use crate::{
+    lie::{CameraFromWorld, adjoint},
+    map::{KeyframeId, LandmarkId, Map},
+    solve::{Bundle, PoseObservation, pose_covariance_among},
+    track::{Feature, focal_px, whitening},
+};
+
+/// Keyframes that are looked at: of a larger map every second, third and so on. What the others say is about the same.
+const MOST_KEYFRAMES: usize = 200;
+
+/// How far maps may be off, by how well their observations agree. It is told against each map as a whole: where that lies in the world, how
+/// it is turned and how large it is are not in it.
+#[derive(Debug, Clone, Default)]
+pub struct MapErrors {
+    /// Covariances of poses over twists in the frame of the keyframe, by its number, and by how much more errors add up around it than independent
+    /// ones, see [`crate::solve::BundleErrors`].
+    keyframes: Vec<Option<(Matrix6<f64>, f64)>>,
+    /// Covariances of places beside the keyframes that see them, by the number of the landmark; single precision is enough for large maps.
+    landmarks: Vec<Option<Matrix3<f32>>>,
+}
+
+impl MapErrors {
+    /// Of all maps, for a camera that is followed now. A map for which the equations have no solution is left out.
+    #[must_use]
+    pub fn of(map: &Map, camera: &Camera) -> Self {
+        let mut all = Self {
+            keyframes: vec![None; map.num_keyframe_ids()],
+            landmarks: vec![None; map.num_landmark_ids()],
+        };
+        for id in map.maps() {
+            all.add(&map.with_active(id), focal_px(camera));
+        }
+        all
+    }
+
+    fn add(&mut self, map: &Map, focal_px: f64) {
+        let keyframes: Vec<KeyframeId> = map.keyframes().map(|(id, _)| id).collect();
+        let step = keyframes.len().div_ceil(MOST_KEYFRAMES).max(1);
+        let keyframes: Vec<KeyframeId> = keyframes.into_iter().step_by(step).collect();
+        let Some(depth) = median(keyframes.iter().filter_map(|id| map.depth_of(*id))) else { return };
+        let (bundle, landmarks) = among(map, &keyframes, focal_px);
+        // No keyframe is off by more than the depth of what is seen, or by more than a radian.
+        let Some(errors) = bundle.errors(CHI2.sqrt(), (depth, 1.0)) else { return };
+        for (id, covariance) in keyframes.iter().zip(errors.cameras) {
+            self.keyframes[id.index()] = Some((covariance * errors.design_effect, errors.design_effect));
+        }
+        for observation in &bundle.observations {
+            let covariance = (errors.points[observation.point] * errors.design_effect).cast();
+            self.landmarks[landmarks[observation.point].index()] = Some(covariance);
+        }
+    }
+
+    /// Covariance of a pose by landmarks of a map as one image shows them, over a twist in the frame of the camera: translation first, map units
+    /// and radians. `None` where nothing is known of the map around them.
+    #[must_use]
+    pub fn covariance(
+        &self,
+        map: &Map,
+        features: &[Feature],
+        (camera, camera_from_world): (&Camera, &CameraFromWorld),
+    ) -> Option<Matrix6<f64>> {
+        let landmarks: Vec<LandmarkId> = features.iter().map(|feature| feature.landmark).collect();
+        let known = |(id, _): &(KeyframeId, u32)| Some((*id, (*self.keyframes.get(id.index())?)?));
+        let (keyframe, (of_keyframe, design_effect)) = map.sharing(&landmarks, 1).iter().find_map(known)?;
+        let focal = focal_px(camera);
+        let seen = |feature: &Feature| {
+            let point = map.landmark(feature.landmark).point_in_world;
+            let whitening = whitening(focal, &(feature.covariance_px * design_effect));
+            let of_point = self.landmarks.get(feature.landmark.index()).copied().flatten();
+            let of_point = of_point.unwrap_or_default().cast();
+            (PoseObservation::of_point(point, feature.ray, whitening), of_point)
+        };
+        let observations: Vec<(PoseObservation, Matrix3<f64>)> = features.iter().map(seen).collect();
+        // Landmarks around a keyframe move with it.
+        let moves = adjoint(&(*camera_from_world * map.keyframe(keyframe).camera_from_world().inverse()));
+        let of_image = pose_covariance_among(camera_from_world, &observations)?;
+        Some(of_image + moves * of_keyframe * moves.transpose())
+    }
+}
+
+/// What some keyframes see, and the landmarks; the first keyframe is held.
+fn among(map: &Map, keyframes: &[KeyframeId], focal_px: f64) -> (Bundle, Vec<LandmarkId>) {
+    let (mut bundle, index) = collect(map, keyframes, focal_px);
+    // Keyframes beside them would hold them.
+    let is_one = |camera: usize| camera < keyframes.len();
+    bundle.observations.retain(|observation| is_one(observation.camera));
+    bundle.ties.retain(|tie| is_one(tie.cameras.0) && is_one(tie.cameras.1));
+    bundle.motions.retain(|motion| is_one(motion.cameras.0) && is_one(motion.cameras.1));
+    bundle.cameras.truncate(keyframes.len());
+    bundle.is_free = (0..keyframes.len()).map(|camera| camera > 0).collect();
+    let mut num_seen = vec![0; bundle.points.len()];
+    bundle.observations.iter().for_each(|observation| num_seen[observation.point] += 1);
+    bundle.observations.retain(|observation| num_seen[observation.point] >= 2);
+    (bundle, index.landmarks)
+}
