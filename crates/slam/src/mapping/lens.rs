@@ -14,7 +14,7 @@ use visloc_core::{
     median,
 };
 
-use super::adjust::{adjust_all, collect};
+use super::adjust::{adjust_all, collect, take_over};
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
@@ -40,7 +40,7 @@ const SETTLED_WAIT: f64 = 1.4;
 const SETTLED: f64 = 0.01;
 /// Keyframes beyond which it is believed to be known: the whole map would have to move with it.
 const MOST_KEYFRAMES: usize = 120;
-/// Least gain in squared residuals for which the lens is changed, in units of what is usual for one landmark: the errors of a
+/// Least gain in squared residuals for which the calibration is taken to be wrong, in units of what is usual for one landmark: the errors of a
 /// landmark in several keyframes are alike, so that each landmark counts once.
 const LEAST_GAIN: f64 = 15.0;
 
@@ -95,16 +95,22 @@ impl LensEstimator {
         for (id, factor) in &growth {
             map.note_growth(*id, *factor);
         }
-        let is_settled = better.is_none() && growth.iter().all(|(_, factor)| factor.ln().abs() < SETTLED);
-        let wait = if is_settled { SETTLED_WAIT } else { WAIT };
-        self.next_at = (free.len() as f64 * wait).ceil() as usize;
+        let wait = match (better, growth.iter().all(|(_, factor)| factor.ln().abs() < SETTLED)) {
+            (None, true) => SETTLED_WAIT,
+            // What was left out as wrong and what was found where it should be were so for the lens of before.
+            (Some(_), false) => 1.0,
+            _ => WAIT,
+        };
+        self.next_at = ((free.len() as f64 * wait).ceil() as usize).max(free.len() + 1);
         Some(camera)
     }
 
-    /// The camera as it explains the map clearly better; the map is seen through it then.
+    /// The camera as it explains the map clearly better; the map is seen through it then. Once the calibration has proved to be wrong, every
+    /// further estimate counts: what it is compared with is no better founded.
     fn better(&mut self, map: &mut Map, keyframes: &[KeyframeId], camera: &Camera) -> Option<Camera> {
         let expected = (-self.change, sigma_of(&self.calibrated));
-        let total = self.change + estimate(map, keyframes, camera, expected)?;
+        let least_gain = if self.change == 0.0 { LEAST_GAIN } else { 0.0 };
+        let total = self.change + estimate(map, keyframes, camera, expected, least_gain)?;
         let camera = changed(&self.calibrated, total)?;
         self.change = total;
         map.look_through(&camera);
@@ -125,13 +131,14 @@ fn changed(camera: &Camera, change: f64) -> Option<Camera> {
     Camera::checked(camera.size_px(), camera.focal_px(), camera.center_px(), distortion).ok()
 }
 
-/// The change of the lens that explains the views best, if it does so clearly better than none. The change that is expected comes
-/// with its standard deviation.
+/// The change of the lens that explains the views best, if it gains so much. The change that is expected comes
+/// with its standard deviation. The map is adjusted without a change.
 fn estimate(
-    map: &Map,
+    map: &mut Map,
     keyframes: &[KeyframeId],
     camera: &Camera,
     (expected, sigma): (f64, f64),
+    least_gain: f64,
 ) -> Option<f64> {
     let (mut bundle, index) = collect(map, keyframes, focal_px(camera));
     // What another camera sees does not depend on this lens.
@@ -142,13 +149,13 @@ fn estimate(
     };
     let px = bundle.observations.iter().map(px).collect::<Option<Vec<_>>>()?;
     let ray_by_change = derivatives(&bundle, camera, &px)?;
-    let mut plain = bundle.clone();
-    bundle.lens = Some(BundleLens { change: 0.0, expected, sigma, ray_by_change });
     let settings = BundleSettings { max_iterations: 10, huber: HUBER };
-    let cost = plain.solve(&settings).last_cost;
+    let cost = bundle.solve(&settings).last_cost;
+    take_over(map, &bundle, &index);
+    bundle.lens = Some(BundleLens { change: 0.0, expected, sigma, ray_by_change });
     let gain = cost - bundle.solve(&settings).last_cost;
     let usual = cost / bundle.points.len().max(1) as f64;
-    bundle.lens.map(|lens| lens.change).filter(|_| gain > LEAST_GAIN * usual)
+    bundle.lens.map(|lens| lens.change).filter(|_| gain > least_gain * usual)
 }
 
 fn sigma_of(calibrated: &Camera) -> f64 {
