@@ -222,16 +222,8 @@ fn best_of_samples(
     model: &Model,
 ) -> Option<Matrix3<f64>> {
     let limit2 = settings.inlier_sigmas.powi(2);
-    // A matrix that costs as much as the best one before all pairs are looked at is given up.
-    let cost_below = |matrix: &Matrix3<f64>, most: f64| {
-        let mut cost = 0.0;
-        pairs
-            .iter()
-            .all(|pair| {
-                cost += (model.error2)(matrix, pair).min(limit2);
-                cost < most
-            })
-            .then_some(cost)
+    let cost = |matrix: &Matrix3<f64>| {
+        pairs.iter().map(|pair| (model.error2)(matrix, pair).min(limit2)).sum::<f64>()
     };
     let mut best: Option<(f64, Matrix3<f64>)> = None;
     let mut sample = Vec::with_capacity(pairs.len());
@@ -239,14 +231,15 @@ fn best_of_samples(
         sample.clear();
         sample.extend((0..size).map(|_| pairs[rng.random_range(0..pairs.len())]));
         let Some(matrix) = (model.fit)(&sample) else { continue };
-        let least = best.as_ref().map_or(f64::INFINITY, |(least, _)| *least);
-        best = cost_below(&matrix, least).map(|cost| (cost, matrix)).or(best);
+        let cost = cost(&matrix);
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, matrix));
+        }
     }
     let (least, matrix) = best?;
     sample.clear();
     sample.extend(pairs.iter().filter(|pair| (model.error2)(&matrix, pair) < limit2));
-    let refitted =
-        (model.fit)(&sample).filter(|refitted| sample.len() > size && cost_below(refitted, least).is_some());
+    let refitted = (model.fit)(&sample).filter(|refitted| sample.len() > size && cost(refitted) < least);
     Some(refitted.unwrap_or(matrix))
 }
 
