@@ -117,7 +117,12 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
     let kept = bundle.observations.iter().filter(|o| !is_outlier(&bundle, o)).copied().collect();
     bundle.observations = kept;
     bundle.solve(&settings(config.bundle_last_iterations));
-    take_over(map, &bundle, &index);
+    for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
+        map.set_pose(*id, bundle.cameras[i]);
+    }
+    for (id, point) in index.landmarks.iter().zip(&bundle.points) {
+        map.landmark_mut(*id).point_in_world = *point;
+    }
     let mut num_dropped = 0;
     for observation in &dropped {
         // A second chance: what was far off at first may fit in the end.
@@ -127,16 +132,6 @@ fn adjust(map: &mut Map, free: &[KeyframeId], config: &MappingConfig, focal_px: 
         }
     }
     AdjustReport { num_free: free.len(), num_points: index.landmarks.len(), num_dropped }
-}
-
-/// Moves keyframes and landmarks to where a bundle has them.
-pub(super) fn take_over(map: &mut Map, bundle: &Bundle, index: &Index) {
-    for (i, id) in index.keyframes.iter().enumerate().filter(|(i, _)| bundle.is_free[*i]) {
-        map.set_pose(*id, bundle.cameras[i]);
-    }
-    for (id, point) in index.landmarks.iter().zip(&bundle.points) {
-        map.landmark_mut(*id).point_in_world = *point;
-    }
 }
 
 pub(super) fn collect(map: &Map, free: &[KeyframeId], focal_px: f64) -> (Bundle, Index) {

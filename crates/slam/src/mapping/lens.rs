@@ -14,7 +14,7 @@ use visloc_core::{
     median,
 };
 
-use super::adjust::{adjust_all, collect, take_over};
+use super::adjust::{adjust_all, collect};
 use crate::{
     config::MappingConfig,
     map::{KeyframeId, LandmarkId, Map},
@@ -132,9 +132,9 @@ fn changed(camera: &Camera, change: f64) -> Option<Camera> {
 }
 
 /// The change of the lens that explains the views best, if it gains so much. The change that is expected comes
-/// with its standard deviation. The map is adjusted without a change.
+/// with its standard deviation.
 fn estimate(
-    map: &mut Map,
+    map: &Map,
     keyframes: &[KeyframeId],
     camera: &Camera,
     (expected, sigma): (f64, f64),
@@ -149,10 +149,10 @@ fn estimate(
     };
     let px = bundle.observations.iter().map(px).collect::<Option<Vec<_>>>()?;
     let ray_by_change = derivatives(&bundle, camera, &px)?;
-    let settings = BundleSettings { max_iterations: 10, huber: HUBER };
-    let cost = bundle.solve(&settings).last_cost;
-    take_over(map, &bundle, &index);
+    let mut plain = bundle.clone();
     bundle.lens = Some(BundleLens { change: 0.0, expected, sigma, ray_by_change });
+    let settings = BundleSettings { max_iterations: 10, huber: HUBER };
+    let cost = plain.solve(&settings).last_cost;
     let gain = cost - bundle.solve(&settings).last_cost;
     let usual = cost / bundle.points.len().max(1) as f64;
     bundle.lens.map(|lens| lens.change).filter(|_| gain > least_gain * usual)
