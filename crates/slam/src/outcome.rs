@@ -69,10 +69,8 @@ pub struct FrameOutcome {
     pub map: Option<MapId>,
     /// Places searched and landmarks found.
     pub matches: (usize, usize),
-    /// Landmarks found that belong to a fixed map.
-    pub fixed: Vec<LandmarkId>,
-    /// How they are seen.
-    pub fixed_features: Vec<Feature>,
+    /// Landmarks found that belong to a fixed map, and how they are seen.
+    pub fixed: Vec<Feature>,
     /// Landmarks of a fixed map that were looked for.
     pub fixed_tried: Vec<LandmarkId>,
     /// Places of the image where they were.

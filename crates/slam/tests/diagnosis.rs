@@ -17,7 +17,6 @@ fn outcome(state: TrackingState) -> FrameOutcome {
         map: None,
         matches: (0, 0),
         fixed: Vec::new(),
-        fixed_features: Vec::new(),
         fixed_tried: Vec::new(),
         num_fixed_searched: 0,
         refusal: None,

@@ -243,7 +243,7 @@ impl MapLocalizer {
         let place = seen.world_from_camera;
         self.in_map = self.in_map.filter(|_| !seen.is_found).map(|in_map| in_map.go_on(place));
         let pose = (self.slam.camera(), &place.inverse());
-        let shown = self.errors.covariance(self.slam.map(), &outcome.fixed_features, pose);
+        let shown = self.errors.covariance(self.slam.map(), &outcome.fixed, pose);
         let of_place = |covariance: &Matrix6<f64>| covariance.fixed_view::<3, 3>(0, 0).trace();
         let moved = of_place(&self.with_errors(*seen).covariance);
         if let Some(covariance) = shown.filter(|shown| self.in_map.is_none() || of_place(shown) <= moved) {

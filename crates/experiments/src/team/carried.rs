@@ -14,7 +14,7 @@ use visloc_sim::{DetectorSetup, TeamFrame};
 use super::{
     ConditionRecord, GameSetup, Score,
     experiment::bytes_per_sec,
-    game::{begin, setup_error},
+    game::{begin, localizer_of, setup_error},
     network::Network,
     play::{Conditions, sighting},
     score::{DRAGGED_SECS, is_near, is_right, is_wrong},
@@ -69,10 +69,10 @@ impl Count {
 /// Plays a game in which the last robot is carried to a free place at half time.
 pub(super) fn play_carried(setup: &GameSetup) -> Result<Vec<ConditionRecord>, ExperimentError> {
     let (mut team, first, pipelines) = begin(setup)?;
-    // The same localizer again, which hears nothing.
-    let mut alone = begin(setup)?.2.pop();
     let step_secs = 1.0 / setup.images_per_sec;
     let carried = setup.num_robots - 1;
+    // The same localizer again, which hears nothing.
+    let mut alone = localizer_of(setup, carried, team.map(), &team.truths()[carried])?;
     let player = |(i, pipeline)| {
         let member = Member { team: "team".into(), number: 1 + i as u8, session: 1 };
         let filter = TeamFilter::new(TeamConfig::default(), member, team.map()).map_err(setup_error)?;
@@ -90,8 +90,8 @@ pub(super) fn play_carried(setup: &GameSetup) -> Result<Vec<ConditionRecord>, Ex
     let mut messages = Vec::new();
     let mut first = Some(first);
     for step in 0..num_steps {
-        if step == lifted_at {
-            team.kidnap(carried, setup.seed, in_steps(CARRY_SECS));
+        if step == lifted_at && !team.kidnap(carried, setup.seed, in_steps(CARRY_SECS)) {
+            return Err(setup_error("there is no free place to carry a robot to"));
         }
         let frames = first.take().unwrap_or_else(|| team.step());
         for (robot, (frame, player)) in frames.iter().zip(&mut players).enumerate() {
@@ -106,7 +106,6 @@ pub(super) fn play_carried(setup: &GameSetup) -> Result<Vec<ConditionRecord>, Ex
             // Whatever is wrong with a message, the robot goes on without it.
             let _ = players[to].filter.receive(&message, at);
         }
-        let Some(alone) = &mut alone else { continue };
         let by_itself = alone.step(&frames[carried].source.frame).map_err(setup_error)?;
         let truth = frames[carried].source.truth.filter(|truth| truth.height_m <= 0.0);
         if let (Some(truth), true) = (truth, step >= down_at) {

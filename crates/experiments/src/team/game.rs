@@ -119,19 +119,28 @@ pub(super) fn begin(
     // The half is that of the first image.
     let first = team.step();
     let mut pipelines = Vec::new();
-    for (i, truth) in team.truths().iter().enumerate() {
-        let start = if setup.one_knows && i == WHO_KNOWS {
-            StartPrior::half_of(&map, truth)
-        } else {
-            StartPrior::Uniform
-        };
-        let seed = setup.seed.wrapping_mul(16).wrapping_add(i as u64);
-        let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
-        let config = PipelineConfig { analysis, ..PipelineConfig::default() };
-        let pipeline = Pipeline::builder(&map).config(config).seed(seed).start(start).build();
-        pipelines.push(pipeline.map_err(setup_error)?);
+    for (robot, truth) in team.truths().iter().enumerate() {
+        pipelines.push(localizer_of(setup, robot, &map, truth)?);
     }
     Ok((team, first, pipelines))
+}
+
+/// The localizer of a robot that begins there.
+pub(super) fn localizer_of(
+    setup: &GameSetup,
+    robot: usize,
+    map: &Map,
+    truth: &PlanarPose,
+) -> Result<Pipeline, ExperimentError> {
+    let start = if setup.one_knows && robot == WHO_KNOWS {
+        StartPrior::half_of(map, truth)
+    } else {
+        StartPrior::Uniform
+    };
+    let seed = setup.seed.wrapping_mul(16).wrapping_add(robot as u64);
+    let analysis = FieldAnalysisConfig { detect_objects: true, ..FieldAnalysisConfig::default() };
+    let config = PipelineConfig { analysis, ..PipelineConfig::default() };
+    Pipeline::builder(map).config(config).seed(seed).start(start).build().map_err(setup_error)
 }
 
 pub(super) fn setup_error(error: impl std::fmt::Display) -> ExperimentError {

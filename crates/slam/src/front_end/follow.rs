@@ -5,7 +5,6 @@ use nalgebra::Matrix6;
 use super::{FrontEnd, Keeping};
 use crate::{
     config::TrackingConfig,
-    map::LandmarkId,
     mapping::KeyframeDecision,
     odometry::CameraMotion,
     outcome::{FrameOutcome, TrackingState},
@@ -119,10 +118,8 @@ impl FrontEnd {
         outcome.matches = (report.num_searched, report.num_matched);
         let is_converged = |id| self.map.landmark(id).is_converged();
         outcome.features = report.frame.features.iter().map(|f| (f.px, is_converged(f.landmark))).collect();
-        let is_fixed = |id: &LandmarkId| self.map.is_fixed_landmark(*id);
-        let seen = report.frame.features.iter().copied().filter(|feature| is_fixed(&feature.landmark));
-        outcome.fixed_features = seen.collect();
-        outcome.fixed = outcome.fixed_features.iter().map(|feature| feature.landmark).collect();
+        let seen = report.frame.features.iter().copied();
+        outcome.fixed = seen.filter(|seen| self.map.is_fixed_landmark(seen.landmark)).collect();
         let tried = report.tried.iter().copied().filter(|id| self.map.is_fixed_landmark(*id));
         outcome.fixed_tried = tried.collect();
         outcome.num_fixed_searched = report.num_fixed_searched;
