@@ -10,7 +10,7 @@ use std::{
 };
 
 use serde::{Deserialize, Serialize};
-use visloc_io::ros2::{NodeSettings, TeamLink};
+use visloc_io::ros2::{Network, TeamLink};
 
 /// How long two nodes may take to find each other; far above what they need.
 const NUM_TRIES: usize = 1200;
@@ -34,18 +34,22 @@ fn is_heard(from: &mut Link, to: &mut Link, word: Word) -> bool {
 #[test]
 fn links_are_there_again_after_a_stop() {
     let domain_id = 60 + u16::try_from(process::id() % 40).unwrap();
-    let open =
-        |number: u8| Link::open(&NodeSettings { domain_id, name: format!("robot_{number}") }, "ours", number);
-    let (mut a, mut b) = match (open(1), open(2)) {
-        (Ok(a), Ok(b)) => (a, b),
-        (Err(error), _) | (_, Err(error)) => return println!("skipped: {error}"),
-    };
-    assert!(is_heard(&mut a, &mut b, Word(1)), "never heard");
+    let open = |network: &Network, number| Link::open(network, &format!("robot_{number}"), "ours", number);
+    // The third one shares the participant of the first.
+    let shared = Network::new(domain_id);
+    let links =
+        [(&shared, 1), (&Network::new(domain_id), 2), (&shared, 3)].map(|(network, i)| open(network, i));
+    let [Ok(mut a), Ok(mut b), Ok(mut c)] = links else { return println!("skipped: no network") };
+    assert!(is_heard(&mut a, &mut b, Word(1)) && is_heard(&mut c, &mut b, Word(2)), "never heard");
     let id = process::id();
     let stop = format!("kill -STOP {id}; sleep 0.5; kill -CONT {id}");
     assert!(Command::new("sh").args(["-c", &stop]).status().unwrap().success());
     assert!(
-        is_heard(&mut a, &mut b, Word(2)) && is_heard(&mut b, &mut a, Word(3)),
+        is_heard(&mut a, &mut b, Word(3)) && is_heard(&mut b, &mut a, Word(4)),
         "not heard after the stop"
+    );
+    assert!(
+        is_heard(&mut c, &mut b, Word(5)) && is_heard(&mut c, &mut a, Word(6)),
+        "the third one not heard after the stop"
     );
 }

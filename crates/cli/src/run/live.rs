@@ -45,7 +45,7 @@ pub fn open_live(
         publisher.publish_map(occupancy_grid(now(), &frames.map, floor))?;
     }
     let team = args.team.as_deref().zip(args.number);
-    let team = team.map(|(name, number)| TeamOutput::open(&node_settings(domain_id), name, number, map));
+    let team = team.map(|(name, number)| TeamOutput::open(publisher.network(), name, number, map));
     Ok(Box::new(LiveOutput {
         team: team.transpose()?,
         publisher,
@@ -67,7 +67,12 @@ impl LiveOutput {
 
 /// The node that speaks.
 pub fn node_settings(domain_id: u16) -> NodeSettings {
-    NodeSettings { domain_id, name: format!("visloc_{}", std::process::id()) }
+    NodeSettings { domain_id, name: node_name() }
+}
+
+/// Another one for each process.
+pub fn node_name() -> String {
+    format!("visloc_{}", std::process::id())
 }
 
 /// How results are published: services as the program below ROS expects them that `RMW_IMPLEMENTATION` names, as for programs of ROS.

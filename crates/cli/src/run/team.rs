@@ -7,7 +7,7 @@ use serde::Serialize;
 use visloc_core::{Clock, Timestamp, eval::TimingSummary};
 use visloc_io::{
     bag::messages::to_cdr,
-    ros2::{NodeSettings, TeamLink},
+    ros2::{Network, TeamLink},
 };
 use visloc_locate::{
     Estimate, StartPrior,
@@ -15,7 +15,7 @@ use visloc_locate::{
 };
 use visloc_world::Map;
 
-use super::{FrameView, Records};
+use super::{FrameView, Records, live::node_name};
 use crate::{host, stopwatch::Stopwatch};
 
 /// The robot among others of its team.
@@ -56,8 +56,8 @@ pub struct TeamReport {
 }
 
 impl TeamOutput {
-    /// Joins the topics of a team.
-    pub fn open(settings: &NodeSettings, team: &str, number: u8, map: &Map) -> Result<Self> {
+    /// Joins the topics of a team, beside the node that publishes results.
+    pub fn open(network: &Network, team: &str, number: u8, map: &Map) -> Result<Self> {
         let is_name = team.starts_with(|c: char| c.is_ascii_alphabetic())
             && team.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         ensure!(is_name, "--team: expected a letter, then letters, digits and underscores, found {team:?}");
@@ -65,12 +65,12 @@ impl TeamOutput {
         let session =
             u32::try_from(host::now().nanos() / 1_000_000 % i64::from(u32::MAX)).unwrap_or_default();
         let member = Member { team: team.into(), number, session };
-        let settings = NodeSettings { name: format!("{}_team", settings.name), ..settings.clone() };
+        let name = format!("{}_team", node_name());
         let watch = Stopwatch::start();
         Ok(Self {
             filter: TeamFilter::new(TeamConfig::default(), member, map)?,
             has_detector: false,
-            link: TeamLink::open(&settings, team, number)?,
+            link: TeamLink::open(network, &name, team, number)?,
             clock: Clock::new(move || watch.secs()),
             started_at: None,
             now: Timestamp::default(),

@@ -23,7 +23,7 @@ mod vigil;
 pub use drive::{DrivePublisher, DriveTopics};
 pub use error::Ros2Error;
 pub use frames::LiveFrames;
-pub use node::{LiveTopic, Node, NodeSettings};
+pub use node::{LiveTopic, Network, Node, NodeSettings};
 pub use pictures::LivePictures;
 pub use publish::{Order, PublishSettings, ResultPublisher, occupancy_grid, point_cloud};
 pub use receive::LiveSettings;

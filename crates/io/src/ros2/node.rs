@@ -1,5 +1,7 @@
 //! A node in the network of ROS 2.
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use ros2_client::{
     Context, ContextOptions, Message, MessageTypeName, Name, NodeName, NodeOptions, Publisher, QosProfile,
     Server, ServiceMapping, ServiceTypeName, Subscription,
@@ -30,8 +32,47 @@ pub struct LiveTopic {
 /// So many calls apart it is asked whether the network was left.
 const CALLS_BETWEEN: u32 = 32;
 
+/// The network of ROS 2 as a program takes part in it. Its clones are one participant, whose nodes share connections and threads; it
+/// leaves with the last of them.
+#[derive(Clone)]
+pub struct Network {
+    domain_id: u16,
+    context: Arc<Mutex<Option<Context>>>,
+}
+
+impl Network {
+    /// A participant of a domain, which joins with its first node.
+    #[must_use]
+    pub fn new(domain_id: u16) -> Self {
+        Self { domain_id, context: Arc::default() }
+    }
+
+    /// The participant, joined anew if it has left.
+    fn context(&self) -> Result<Context, Ros2Error> {
+        let mut current = self.context.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(context) = current.as_ref().filter(|context| !has_left(context)) {
+            return Ok(context.clone());
+        }
+        let options = ContextOptions::new().domain_id(self.domain_id);
+        let context = Context::with_options(options).map_err(|error| self.error(error.to_string()))?;
+        *current = Some(context.clone());
+        Ok(context)
+    }
+
+    fn error(&self, reason: String) -> Ros2Error {
+        Ros2Error::Join { domain_id: self.domain_id, reason }
+    }
+}
+
+/// Whether the network was left without being asked: the threads of `rustdds` end when the process is stopped and goes on (Ctrl-Z, a
+/// debugger), since that interrupts what they wait for.
+fn has_left(context: &Context) -> bool {
+    context.domain_participant().assert_liveliness().is_err()
+}
+
 /// A node in the network of ROS 2. It leaves when it is dropped.
 pub struct Node {
+    network: Network,
     context: Context,
     node: ros2_client::Node,
 }
@@ -73,19 +114,31 @@ impl Delivery {
 }
 
 impl Node {
-    /// Joins the network.
+    /// Joins the network as a participant of its own.
     ///
     /// # Errors
     /// If there is no network, or the name is none.
     pub fn join(settings: &NodeSettings) -> Result<Self, Ros2Error> {
-        let join_error = |reason: String| Ros2Error::Join { domain_id: settings.domain_id, reason };
-        let name = NodeName::new("/", &settings.name)
-            .map_err(|error| Ros2Error::Name { name: settings.name.clone(), reason: format!("{error:?}") })?;
-        let options = ContextOptions::new().domain_id(settings.domain_id);
-        let context = Context::with_options(options).map_err(|error| join_error(error.to_string()))?;
+        Self::join_in(&Network::new(settings.domain_id), &settings.name)
+    }
+
+    /// Joins the network beside other nodes of this program.
+    ///
+    /// # Errors
+    /// If there is no network, or the name is none.
+    pub fn join_in(network: &Network, name: &str) -> Result<Self, Ros2Error> {
+        let node_name = NodeName::new("/", name)
+            .map_err(|error| Ros2Error::Name { name: name.to_owned(), reason: format!("{error:?}") })?;
+        let context = network.context()?;
         let options = NodeOptions::new().enable_rosout(false);
-        let node = context.new_node(name, options).map_err(|error| join_error(error.to_string()))?;
-        Ok(Self { context, node })
+        let node = context.new_node(node_name, options).map_err(|error| network.error(error.to_string()))?;
+        Ok(Self { network: network.clone(), context, node })
+    }
+
+    /// Where other nodes of this program may join as well.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.network
     }
 
     /// All topics that were seen so far, sorted.
@@ -101,12 +154,6 @@ impl Node {
         topics.sort();
         topics.dedup();
         topics
-    }
-
-    /// Whether the node has left the network without being asked: the threads of `rustdds` end when the process is stopped and goes on
-    /// (Ctrl-Z, a debugger), since that interrupts what they wait for.
-    fn has_left(&self) -> bool {
-        self.context.domain_participant().assert_liveliness().is_err()
     }
 
     pub(crate) fn subscribe<M: 'static>(
@@ -178,7 +225,7 @@ pub(crate) struct Watch {
 impl Watch {
     pub(crate) fn sees_that_left(&mut self, node: &Node) -> bool {
         self.num_calls = (self.num_calls + 1) % CALLS_BETWEEN;
-        self.num_calls == 0 && node.has_left()
+        self.num_calls == 0 && has_left(&node.context)
     }
 }
 

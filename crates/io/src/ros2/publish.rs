@@ -12,7 +12,7 @@ use crate::{
         },
     },
     ros2::{
-        Middleware, Node, NodeSettings, Ros2Error,
+        Middleware, Network, Node, NodeSettings, Ros2Error,
         node::{Delivery, Watch},
         services::Services,
     },
@@ -86,7 +86,17 @@ impl ResultPublisher {
     /// # Errors
     /// If there is no network.
     pub fn open(settings: &PublishSettings) -> Result<Self, Ros2Error> {
-        let mut node = Node::join(&settings.node)?;
+        Self::open_in(&Network::new(settings.node.domain_id), settings)
+    }
+
+    /// Where other nodes of this program may join as well.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        self.node.network()
+    }
+
+    fn open_in(network: &Network, settings: &PublishSettings) -> Result<Self, Ros2Error> {
+        let mut node = Node::join_in(network, &settings.node.name)?;
         let reliable = Delivery::Reliable;
         let points = if settings.keeps_points { Delivery::Kept } else { Delivery::Last };
         let state = node.advertise("/visloc/state", "lifecycle_msgs/msg/State", Delivery::Kept)?;
@@ -136,7 +146,7 @@ impl ResultPublisher {
     /// Advertises all anew if the network was left.
     fn keep_joined(&mut self) -> Result<(), Ros2Error> {
         if self.watch.sees_that_left(&self.node) {
-            let mut anew = Self::open(&self.settings)?;
+            let mut anew = Self::open_in(self.node.network(), &self.settings)?;
             anew.num_failed = self.num_failed;
             if self.is_active {
                 anew.note_image();

@@ -5,7 +5,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::ros2::{
-    Node, NodeSettings, Ros2Error,
+    Network, Node, Ros2Error,
     node::{Delivery, Watch},
 };
 
@@ -19,19 +19,20 @@ pub struct TeamLink<M: Serialize, S> {
     sightings: Subscription<S>,
     num_failed: usize,
     num_damaged: usize,
-    settings: (NodeSettings, String, u8),
+    name: String,
+    member: (String, u8),
     watch: Watch,
     /// Leaves the network last.
     node: Node,
 }
 
 impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> TeamLink<M, S> {
-    /// Joins the topics of a team, `/visloc/team/NAME/messages` and `/visloc/team/NAME/robot_N/sightings`.
+    /// Joins the topics of a team, `/visloc/team/NAME/messages` and `/visloc/team/NAME/robot_N/sightings`, as a node of this name.
     ///
     /// # Errors
     /// If there is no network, or the name of the team is no part of a topic's name.
-    pub fn open(settings: &NodeSettings, team: &str, number: u8) -> Result<Self, Ros2Error> {
-        let mut node = Node::join(settings)?;
+    pub fn open(network: &Network, name: &str, team: &str, number: u8) -> Result<Self, Ros2Error> {
+        let mut node = Node::join_in(network, name)?;
         let messages = format!("/visloc/team/{team}/messages");
         let sightings = format!("/visloc/team/{team}/robot_{number}/sightings");
         let (message_type, sightings_type) = ("visloc_msgs/msg/TeamMessage", "visloc_msgs/msg/Sightings");
@@ -42,7 +43,8 @@ impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> T
             sightings: node.subscribe(&sightings, sightings_type, Delivery::Newest)?,
             num_failed: 0,
             num_damaged: 0,
-            settings: (settings.clone(), team.to_owned(), number),
+            name: name.to_owned(),
+            member: (team.to_owned(), number),
             watch: Watch::default(),
             node,
         })
@@ -50,9 +52,9 @@ impl<M: Serialize + DeserializeOwned + 'static, S: DeserializeOwned + 'static> T
 
     /// Joins anew if the network was left.
     fn keep_joined(&mut self) {
-        let (settings, team, number) = &self.settings;
+        let (team, number) = &self.member;
         if self.watch.sees_that_left(&self.node)
-            && let Ok(anew) = Self::open(settings, team, *number)
+            && let Ok(anew) = Self::open(self.node.network(), &self.name, team, *number)
         {
             *self = Self { num_failed: self.num_failed, num_damaged: self.num_damaged, ..anew };
         }

@@ -20,8 +20,8 @@ use crate::{
         },
     },
     ros2::{
-        DrivePublisher, DriveTopics, LiveFrames, LivePictures, LiveSettings, Node, NodeSettings, Order,
-        PublishSettings, ResultPublisher, TeamLink, node::Delivery,
+        DrivePublisher, DriveTopics, LiveFrames, LivePictures, LiveSettings, Network, Node, NodeSettings,
+        Order, PublishSettings, ResultPublisher, TeamLink, node::Delivery,
     },
 };
 
@@ -224,8 +224,8 @@ fn a_robot_is_driven_by_topics() {
 fn robots_of_a_team_hear_each_other() {
     let settings = settings("team");
     let open = |team: &str, number: u8| {
-        let named = NodeSettings { name: format!("{team}_{number}"), ..settings.clone() };
-        TeamLink::<Header, Empty>::open(&named, team, number)
+        let network = Network::new(settings.domain_id);
+        TeamLink::<Header, Empty>::open(&network, &format!("{team}_{number}"), team, number)
     };
     let Some(mut detector) = join(&settings) else { return };
     let seen = detector
