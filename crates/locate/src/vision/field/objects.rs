@@ -71,15 +71,16 @@ impl Sums {
         self.is_other.clear();
         let half = self.cell_px / 2;
         for row in 0..num_rows {
-            let mut in_row = 0;
             let y = (row + self.first_row) as u32 * self.cell_px + half;
             let pixels = image.row(y)[3 * half as usize..].chunks(3 * self.cell_px as usize);
-            for (column, pixel) in pixels.take(self.width).enumerate() {
-                let is_other = table.class(pixel[0], pixel[1], pixel[2]) != ColorClass::Green;
-                self.is_other.push(is_other);
-                in_row += u32::from(is_other);
-                let at = (row + 1) * (self.width + 1) + column + 1;
-                self.sums[at] = self.sums[at - self.width - 1] + in_row;
+            let is_other = |px: &[u8]| table.class(px[0], px[1], px[2]) != ColorClass::Green;
+            self.is_other.extend(pixels.take(self.width).map(is_other));
+            let mut in_row = 0;
+            let (above, below) = self.sums[row * (self.width + 1)..].split_at_mut(self.width + 1);
+            let of_row = &self.is_other[row * self.width..];
+            for ((sum, above), is_other) in below[1..].iter_mut().zip(&above[1..]).zip(of_row) {
+                in_row += u32::from(*is_other);
+                *sum = above + in_row;
             }
         }
     }
@@ -92,6 +93,19 @@ impl Sums {
 
     fn is_other(&self, column: usize, row: usize) -> bool {
         self.is_other[(row - self.first_row) * self.width + column]
+    }
+
+    /// Column and row of the lowest cell of each thing: below it is carpet.
+    fn feet(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let rows = self.is_other.chunks_exact(self.width.max(1));
+        let pairs = rows.clone().zip(rows.skip(1)).enumerate();
+        pairs.flat_map(move |(i, (row, below))| {
+            let is_foot = row.iter().zip(below).map(|(is_other, below)| *is_other && !below);
+            is_foot
+                .enumerate()
+                .filter(|(_, is_foot)| *is_foot)
+                .map(move |(column, _)| (column, self.first_row + i))
+        })
     }
 
     /// Log of how much better the cells of a box fit an object than the ground; `None` if the box is outside of the image.
@@ -120,7 +134,8 @@ fn log_ratio((num_showing, num): (f64, f64), probability: f64, other: f64) -> f6
 /// The nearest border between cells.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn cell(value: f64, end: usize) -> usize {
-    (value.round().max(0.0) as usize).min(end)
+    // What is negative becomes 0.
+    ((value + 0.5) as usize).min(end)
 }
 
 /// Cells of a box that do not have the carpet's color.
@@ -196,23 +211,18 @@ impl ObjectDetector {
         self.candidates.clear();
         self.objects.clear();
         self.sums.fill(&frame.image, table, first_row_px);
-        for row in self.sums.first_row..self.sums.height.saturating_sub(1) {
-            for column in 0..self.sums.width {
-                if !self.sums.is_other(column, row) || self.sums.is_other(column, row + 1) {
-                    continue;
-                }
-                let Some(foot) = self.foot(frame, field_end, column, row) else { continue };
-                if foot.distance_m < view.own_body_m || foot.end_row >= foot.row - 1.0 {
-                    continue;
-                }
-                for factor in BALL_SIZES {
-                    self.candidates.extend(self.ball_at(view, &foot, factor));
-                }
-                for half_width_m in ROBOT_HALF_WIDTHS_M {
-                    for shift in [-0.5, 0.0, 0.5] {
-                        let column = foot.column + shift * half_width_m * foot.cells_per_m;
-                        self.candidates.extend(self.robot_at(view, &Foot { column, ..foot }, half_width_m));
-                    }
+        for (column, row) in self.sums.feet() {
+            let Some(foot) = self.foot(frame, field_end, column, row) else { continue };
+            if foot.distance_m < view.own_body_m {
+                continue;
+            }
+            for factor in BALL_SIZES {
+                self.candidates.extend(self.ball_at(view, &foot, factor));
+            }
+            for half_width_m in ROBOT_HALF_WIDTHS_M {
+                for shift in [-0.5, 0.0, 0.5] {
+                    let column = foot.column + shift * half_width_m * foot.cells_per_m;
+                    self.candidates.extend(self.robot_at(view, &Foot { column, ..foot }, half_width_m));
                 }
             }
         }
@@ -228,10 +238,15 @@ impl ObjectDetector {
         &self.objects
     }
 
+    /// `None` above the end of the field.
     fn foot(&self, frame: &Frame, field_end: &FieldEnd, column: usize, row: usize) -> Option<Foot> {
         let cell_px = f64::from(self.sums.cell_px);
         let (column, row) = (column as f64 + 0.5, row as f64 + 1.0);
         let px = Point2::new(column * cell_px, row * cell_px);
+        let end_row = field_end.row_px(px.x) / cell_px;
+        if end_row >= row - 1.0 {
+            return None;
+        }
         let ground = ground_at(frame, &px, 0.0)?;
         let eye = frame.robot_from_camera.translation();
         let offset = ground - eye.xy();
@@ -244,7 +259,7 @@ impl ObjectDetector {
             cells_per_m: frame.camera.focal_px().0 / depth_m / cell_px,
             distance_m: ground.coords.norm(),
             upright: distance_m / distance_m.hypot(eye.z),
-            end_row: field_end.row_px(px.x) / cell_px,
+            end_row,
         })
     }
 
