@@ -95,7 +95,11 @@ impl CompositePlaces {
     }
 
     fn lay_post(&self, seen: &GoalPost, features: &FieldFeatures, rng: &mut Rng) -> Option<PlanarPose> {
-        let base = seen.base_in_robot?;
+        // A foot that is out of the image is near, about a meter away.
+        let base = seen.base_in_robot.unwrap_or_else(|| {
+            let range_m = -rng.random_range(f64::EPSILON..1.0).ln();
+            Rotation2::new(seen.bearing_rad) * Point2::new(range_m, 0.0)
+        });
         let trusts_side = rng.random_bool(SIDE_IS_RIGHT);
         let can_be = |post: &&MapPost| {
             post.color == seen.color && (!trusts_side || seen.side.is_none_or(|side| side == post.side))
@@ -221,6 +225,26 @@ mod tests {
         expect_found(&FieldFeatures { posts, lines, ..FieldFeatures::default() }, &truth);
         let posts = vec![base(0.75), base(-0.75)];
         expect_found(&FieldFeatures { posts, ..FieldFeatures::default() }, &truth);
+    }
+
+    /// Before a goal, its near post in the image but for the foot.
+    #[test]
+    fn a_post_without_its_foot_and_a_line_lead_near_the_true_pose() {
+        let truth = PlanarPose::new(-2.1, -1.0, 3.4);
+        let post = truth.inverse().transform(&Point2::new(-3.0, -0.75));
+        let posts = vec![GoalPost {
+            color: GoalColor::Blue,
+            bearing_rad: post.y.atan2(post.x),
+            base_in_robot: None,
+            foot_px: Point2::origin(),
+            side: None,
+        }];
+        let features = FieldFeatures { posts, lines: vec![line(&truth)], ..FieldFeatures::default() };
+        let (places, mut rng) = (CompositePlaces::new(&field()), RngTree::new(3).stream("suggest", 0));
+        let is_near =
+            |pose: &PlanarPose| pose.distance_m(&truth) < 0.2 && pose.heading_difference_rad(&truth) < 1e-6;
+        let hits = (0..1000).filter_map(|_| places.suggest(&features, &mut rng)).filter(is_near).count();
+        assert!(hits >= 5, "{hits}");
     }
 
     #[test]

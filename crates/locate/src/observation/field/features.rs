@@ -13,7 +13,7 @@ use super::{
     composites::CompositePlaces,
     model::FieldTables,
     outline::Outline,
-    suggest::{self, GroundBorder},
+    suggest::{self, GroundBorder, Nets},
 };
 use crate::{
     observation::{
@@ -249,7 +249,12 @@ impl FeatureModel for FieldFeatureModel {
         if from_composite && let Some(pose) = self.places.suggest(&self.composites, rng) {
             return Some(pose);
         }
-        suggest::pose_from_line(&self.ground_borders, self.tables.ground.outlines(), rng)
+        let nets = Nets {
+            goal_line_m: self.half_field_m.0 - END_TOLERANCE_M,
+            half_goal_m: self.half_goal_m,
+            depth_m: NET_DEPTH_M,
+        };
+        suggest::pose_from_line(&self.ground_borders, self.tables.ground.outlines(), &nets, rng)
     }
 
     fn has_landmarks(&self) -> bool {
