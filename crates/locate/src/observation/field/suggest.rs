@@ -11,7 +11,7 @@ use super::outline::Outline;
 
 /// Shortest and longest piece, meters.
 const PIECE_M: std::ops::Range<f64> = 0.08..1.5;
-/// A pixel between the ends is this near to the straight line, as a share of the piece.
+/// A pixel between the ends is this near to the straight line, as a share of the piece, and directions are told apart from here on.
 const STRAIGHTNESS: f64 = 0.06;
 /// Pieces tried for one suggestion.
 const TRIES: usize = 8;
@@ -80,19 +80,17 @@ fn piece(borders: &[GroundBorder], rng: &mut Rng) -> Option<(Point2<f64>, Vector
         return None;
     }
     let across = Vector2::new(-along.y, along.x) / length;
-    let is_white_left = a.inward.dot(&across) > 0.0;
-    if is_white_left != (c.inward.dot(&across) > 0.0) {
-        return None;
-    }
+    // Pixels of one scan line have their white along it, on neither side.
+    let has_white =
+        |b: &GroundBorder, side: f64| side * b.inward.dot(&across) > STRAIGHTNESS * b.inward.norm();
+    let side = [1.0, -1.0].into_iter().find(|side| has_white(&a, *side) && has_white(&c, *side))?;
     let is_between = |b: &GroundBorder| {
         let offset = b.at - a.at;
         let t = offset.dot(&along) / (length * length);
-        (0.2..0.8).contains(&t)
-            && offset.dot(&across).abs() < STRAIGHTNESS * length
-            && (b.inward.dot(&across) > 0.0) == is_white_left
+        (0.2..0.8).contains(&t) && offset.dot(&across).abs() < STRAIGHTNESS * length && has_white(b, side)
     };
     let middle = borders[first + 1..last].iter().find(|b| is_between(b))?;
-    Some((middle.at, if is_white_left { across } else { -across }))
+    Some((middle.at, across * side))
 }
 
 /// A random point on a straight border of the field or of the bar at the foot of a net, with the direction towards its white.
