@@ -87,7 +87,6 @@ pub fn coverage(calibration: &Calibration) -> Coverage {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn counts(calibration: &Calibration, size: (f64, f64), cells: (usize, usize)) -> Vec<usize> {
     let mut counts = vec![0; cells.0 * cells.1];
     for corner in calibration.corners() {

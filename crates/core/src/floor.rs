@@ -78,7 +78,6 @@ impl FloorPicture {
     }
 
     /// The same for all cells between two places.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, clippy::cast_sign_loss)]
     pub fn draw(&mut self, from: &Point2<f64>, to: &Point2<f64>, cell: FloorCell) {
         let most = 2.0 * (self.size.0 + self.size.1) as f64;
         let num_steps = (2.0 * (to - from).norm() / self.cell_m).ceil().min(most) as usize;
@@ -90,13 +89,11 @@ impl FloorPicture {
 
     /// Middle of a cell, meters: columns from the left, rows from the bottom.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn middle(&self, column: usize, row: usize) -> Point2<f64> {
         let along = |origin_m: f64, index: usize| origin_m + (index as f64 + 0.5) * self.cell_m;
         Point2::new(along(self.origin_m.0, column), along(self.origin_m.1, row))
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, clippy::cast_sign_loss)]
     fn index_of(&self, x_m: f64, y_m: f64) -> Option<usize> {
         let column = ((x_m - self.origin_m.0) / self.cell_m).floor();
         let row = ((y_m - self.origin_m.1) / self.cell_m).floor();

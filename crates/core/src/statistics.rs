@@ -1,7 +1,6 @@
 //! Numbers that describe many values.
 
 /// Arithmetic mean; `None` of nothing.
-#[allow(clippy::cast_precision_loss)]
 #[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)

@@ -25,7 +25,6 @@ impl Timestamp {
 
     /// From seconds, rounded to nanoseconds.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation)]
     pub fn from_secs(secs: f64) -> Self {
         Self { nanos: (secs * 1e9).round() as i64 }
     }
@@ -38,14 +37,12 @@ impl Timestamp {
 
     /// Seconds; exact to about 0.2 microseconds for today's dates.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn secs(self) -> f64 {
         self.nanos as f64 * 1e-9
     }
 
     /// Seconds from `earlier` to this; negative if `earlier` is later.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn secs_since(self, earlier: Self) -> f64 {
         (self.nanos - earlier.nanos) as f64 * 1e-9
     }

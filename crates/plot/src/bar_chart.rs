@@ -38,7 +38,6 @@ pub fn bar_chart(input: &BarChart) -> Picture {
     )
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_groups(canvas: &mut Canvas, area: &PlotArea, input: &BarChart) {
     let slot = FILLED / input.series.len().max(1) as f64;
     canvas.begin_clip(&area.rect);

@@ -66,15 +66,12 @@ impl Color {
     #[must_use]
     pub fn scale(fraction: f64) -> Self {
         let position = fraction.clamp(0.0, 1.0) * 10.0;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let lower = (position as usize).min(9);
-        #[allow(clippy::cast_precision_loss)]
         let share = if position.is_finite() { position - lower as f64 } else { 0.0 };
         VIRIDIS[lower].mix(VIRIDIS[lower + 1], share)
     }
 
     /// Between this (`share` 0) and `other` (`share` 1).
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(crate) fn mix(self, other: Self, share: f64) -> Self {
         let part = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8;
         Self::rgb(part(self.red, other.red), part(self.green, other.green), part(self.blue, other.blue))

@@ -73,7 +73,6 @@ pub fn histogram(input: &Histogram) -> Picture {
     canvas.finish()
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn shares_percent(values: &[f64], (min, max): (f64, f64), num_bins: usize) -> Vec<f64> {
     let mut counts = vec![0usize; num_bins];
     for value in values.iter().filter(|value| !value.is_nan()) {
@@ -84,7 +83,6 @@ fn shares_percent(values: &[f64], (min, max): (f64, f64), num_bins: usize) -> Ve
     counts.into_iter().map(|count| 100.0 * count as f64 / total).collect()
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn outline(area: &PlotArea, shares: &[f64]) -> Vec<Point> {
     let rect = area.rect;
     let bin_px = rect.width() / shares.len() as f64;

@@ -56,7 +56,6 @@ impl Picture {
         if !(scale > 0.0 && longest_px <= Self::MAX_SIDE_PX) {
             return Err(refused);
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let to_pixels = |length: f32| (length * scale).round().max(1.0) as u32;
         let pixels = tiny_skia::Pixmap::new(to_pixels(width_px), to_pixels(height_px));
         let mut pixels = pixels.ok_or(refused)?;

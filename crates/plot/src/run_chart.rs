@@ -26,7 +26,6 @@ pub fn run_chart(input: &RunChart) -> Picture {
     })
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_groups(canvas: &mut Canvas, area: &PlotArea, input: &RunChart) {
     let slot = FILLED / input.series.len().max(1) as f64;
     let slot_px = area.x.px(slot) - area.x.px(0.0);

@@ -55,7 +55,6 @@ impl Color {
 
     /// The same nearer to black: 1 is as it is, 0 is black. Lines of the viewer have no opacity.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn dimmed(self, share: f32) -> Self {
         let [red, green, blue, opacity] = self.0;
         let dim = |value: u8| (f32::from(value) * share.clamp(0.0, 1.0)).round() as u8;

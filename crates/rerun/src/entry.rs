@@ -138,7 +138,6 @@ pub struct Mesh {
 
 impl Mesh {
     /// Adds a convex polygon.
-    #[allow(clippy::cast_possible_truncation)]
     pub fn fan(&mut self, corners: &[[f32; 3]], color: Color) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(corners);

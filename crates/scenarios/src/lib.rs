@@ -1,7 +1,6 @@
 //! Runs of a whole localization, from source to evaluation, for end-to-end tests.
 
 // Robots, steps and images are few.
-#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
 mod detection_score;
 

@@ -87,7 +87,6 @@ impl MessageBuilder {
     }
 
     /// Adds numbers.
-    #[allow(clippy::cast_possible_truncation)]
     pub fn floats(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
         let offset = self.body.len();
         self.body.extend(values.into_iter().flat_map(|value| (value as f32).to_le_bytes()));

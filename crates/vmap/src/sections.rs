@@ -62,7 +62,6 @@ impl VisualMap {
 }
 
 /// The file of a map.
-#[allow(clippy::cast_possible_truncation)]
 fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
     let stored = map.map.stored(own);
     let plain =

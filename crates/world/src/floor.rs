@@ -24,7 +24,6 @@ impl Map {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn around(low: Point2<f64>, high: Point2<f64>) -> Option<FloorPicture> {
     let [columns, rows] = [0, 1].map(|axis| ((high[axis] - low[axis] + 2.0 * MARGIN_M) / CELL_M).ceil());
     let fits = columns <= MOST_CELLS && rows <= MOST_CELLS;

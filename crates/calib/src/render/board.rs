@@ -57,7 +57,6 @@ pub fn render(
         for (x, value) in image.row(y).iter().enumerate() {
             let lit = f64::from(*value) * light(x, y, (width, height), settings);
             let noisy = lit + gaussian(rng, settings.noise);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             bytes.push(noisy.round().clamp(0.0, 255.0) as u8);
         }
     }

@@ -47,7 +47,6 @@ impl FloatImage {
     /// Brightness at a place, linear between pixels; outside of the image that of the border.
     #[inline]
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn sample(&self, px: &Point2<f64>) -> f64 {
         let x = px.x.clamp(0.0, (self.width - 1) as f64);
         let y = px.y.clamp(0.0, (self.height - 1) as f64);
@@ -75,7 +74,6 @@ impl FloatImage {
 
     /// Smoothed by a Gaussian, pixels.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn blurred(&self, sigma_px: f32) -> Self {
         let radius = (3.0 * sigma_px).ceil() as usize;
         let kernel: Vec<f32> = (0..=2 * radius)

@@ -34,7 +34,6 @@ impl SaddleIndex {
         index
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn bucket(&self, px: &Point2<f64>) -> (usize, usize) {
         let at = |v: f64, count: usize| ((v / BUCKET_PX).max(0.0) as usize).min(count - 1);
         (at(px.x, self.columns), at(px.y, self.rows))

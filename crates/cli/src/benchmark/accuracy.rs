@@ -133,7 +133,6 @@ fn localization_cell(run: &Run<'_>, runner: &Runner, outcome: &RunOutcome) -> Re
 }
 
 /// The figures of a robot on its map.
-#[allow(clippy::cast_precision_loss)]
 fn figures(evaluation: &Evaluation) -> BTreeMap<Quantity, f64> {
     let claims: Vec<_> = evaluation.frame_errors.iter().filter(|f| f.is_localized && !f.is_carried).collect();
     let num_wrong = claims.iter().filter(|frame| frame.position_error_m > WRONG_CLAIM_M).count();

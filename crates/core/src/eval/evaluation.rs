@@ -117,7 +117,6 @@ fn heading_summary(frames: &[FrameError]) -> ErrorSummary {
     ErrorSummary::of(&frames.iter().map(|frame| frame.heading_error_rad.to_degrees()).collect::<Vec<_>>())
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn localized_share(frames: &[FrameError]) -> Option<f64> {
     let num_localized = frames.iter().filter(|frame| frame.is_localized).count();
     (!frames.is_empty()).then(|| num_localized as f64 / frames.len() as f64)

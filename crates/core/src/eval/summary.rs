@@ -69,7 +69,6 @@ fn sorted_finite(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn percentile(sorted: &[f64], fraction: f64) -> Option<f64> {
     let rank = fraction * sorted.len().checked_sub(1)? as f64;
     let below = rank.floor() as usize;

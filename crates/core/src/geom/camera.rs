@@ -290,7 +290,6 @@ impl Camera {
 
     /// The same camera with images resized by a factor above 0; sizes are rounded to whole pixels.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn scaled(&self, factor: f64) -> Self {
         let side = |px: u32| (f64::from(px) * factor).round().max(1.0) as u32;
         self.scaled_to((side(self.size_px.0), side(self.size_px.1)))

@@ -42,7 +42,6 @@ impl LikelihoodMap {
     #[must_use]
     pub fn new(model: &dyn ObservationModel, heading: HeadingChoice, step_m: f64) -> Self {
         let region = model.region();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = |length_m: f64| ((length_m / step_m).round() as usize).max(1);
         let num_columns = count(region.max_x_m - region.min_x_m);
         let num_rows = count(region.max_y_m - region.min_y_m);
@@ -77,7 +76,6 @@ impl LikelihoodMap {
 
     /// Area of the cells that are at least so likely, square meters.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn area_above_m2(&self, likelihood: f64) -> f64 {
         let count = self.values.iter().filter(|value| **value >= likelihood).count();
         count as f64 * self.step_m * self.step_m
@@ -85,7 +83,6 @@ impl LikelihoodMap {
 
     /// Mean over the cells whose distance from a place lies between two limits; `None` if there are none.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn mean_around(&self, center: &PlanarPose, from_m: f64, to_m: f64) -> Option<f64> {
         let is_between = |cell: &usize| (from_m..to_m).contains(&self.pose(*cell).distance_m(center));
         let values: Vec<f64> =
@@ -105,7 +102,6 @@ impl LikelihoodMap {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn place(region: &Region, step_m: f64, num_columns: usize, cell: usize) -> (f64, f64) {
     let (column, row) = (cell % num_columns, cell / num_columns);
     (region.min_x_m + (column as f64 + 0.5) * step_m, region.min_y_m + (row as f64 + 0.5) * step_m)

@@ -91,7 +91,6 @@ fn scenario(view: &View, map: &Map) -> Result<Scenario, ScenarioError> {
     scenario.ball.is_present = false;
     if let Map::Field(field) = map {
         let (x_m, y_m) = field.half_carpet_m();
-        #[allow(clippy::cast_possible_truncation)]
         let side = |half_m: f64| (2.0 * (half_m + AISLE_M)) as f32;
         scenario.room = Some(Room { length_m: side(x_m), width_m: side(y_m), ..Room::default() });
     }

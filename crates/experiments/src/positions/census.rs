@@ -47,7 +47,6 @@ impl Census {
     /// The strict criterion: near every position is at least a quarter of the individuals that it would have if all
     /// `num_individuals` were shared equally. Particles that know nothing pass the published criterion, but not this one.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn holds_all_strictly(&self, num_individuals: usize) -> bool {
         let fair = num_individuals as f64 / self.counts.len() as f64;
         self.counts.iter().all(|count| f64::from(*count) >= STRICT_SHARE * fair)

@@ -116,7 +116,6 @@ fn places(num: usize, rng: &mut Rng) -> Vec<Point> {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn straight(num: usize, step_m: f64, num_iterations: usize, rng: &mut Rng) -> Vec<Vec<Point>> {
     let at = |place: Point, step: Point, iteration: usize| {
         [place[0] + step[0] * iteration as f64, place[1] + step[1] * iteration as f64]

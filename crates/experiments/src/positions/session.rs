@@ -52,7 +52,6 @@ impl Session {
     }
 
     /// The next iteration. The robot's odometry stands still; only positions move.
-    #[allow(clippy::cast_precision_loss)]
     pub fn step(&mut self, rng: &mut Rng) {
         self.percept.at = Timestamp::from_secs(self.iteration as f64);
         let odometry = Some(PlanarPose::default());

@@ -36,7 +36,6 @@ impl PositionsWorld {
 }
 
 impl ObservationModel for PositionsWorld {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn condition_on(&mut self, percept: &Percept) {
         self.iteration = percept.at.secs().round().max(0.0) as usize;
     }

@@ -122,7 +122,6 @@ fn notes() -> Vec<String> {
     ]
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn contender_json((label, summary): &Row<'_>) -> Value {
     let (position, heading) = (summary.position_m(), summary.heading_deg());
     let calibration = summary.calibration();

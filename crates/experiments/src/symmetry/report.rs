@@ -27,7 +27,6 @@ pub(super) struct Outcome {
 
 impl Outcome {
     /// Share of the runs.
-    #[allow(clippy::cast_precision_loss)]
     pub fn percent(&self, num: usize) -> f64 {
         100.0 * num as f64 / self.num_runs as f64
     }

@@ -257,7 +257,6 @@ impl<'a> Keys<'a> {
         };
         let is_size = |v: &f64| (1.0..=100_000.0).contains(v) && v.fract() == 0.0;
         match values[..] {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             [width, height] if is_size(&width) && is_size(&height) => Ok(Some((width as u32, height as u32))),
             _ => {
                 let reason = format!("expected width and height in whole pixels, found {values:?}");

@@ -266,7 +266,6 @@ fn first_size(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), FileErr
     let mut first_error = None;
     for image in images {
         match read_gray_image(&image.path) {
-            #[allow(clippy::cast_possible_truncation)]
             Ok(image) => return Ok((image.width() as u32, image.height() as u32)),
             Err(error) => {
                 first_error.get_or_insert_with(|| error.to_string());

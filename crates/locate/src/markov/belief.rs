@@ -10,7 +10,6 @@ pub struct Belief {
     next: Vec<f64>,
 }
 
-#[allow(clippy::cast_precision_loss)] // numbers of states and tiles are small
 impl Belief {
     /// Unknown start: every state has 1 / |S|.
     #[must_use]
@@ -141,7 +140,6 @@ impl Belief {
 }
 
 /// The two tiles on both sides of a place, with their shares; places outside belong to the outermost tile.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
 fn split(place: f64, count: usize) -> [(usize, f64); 2] {
     let place = place.clamp(0.0, (count - 1) as f64);
     // Multiples of 90 degrees must hit their tile exactly.

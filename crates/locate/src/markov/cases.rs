@@ -67,7 +67,6 @@ impl CaseLimits {
 
     /// Case of the centroid: 0 not seen, 1 the leftmost sector to 8 the rightmost; farther out counts as outermost.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn centroid_case(&self, view: Option<&BlobView>) -> usize {
         view.map_or(0, |view| {
             let sectors_from_left = 4.0 - view.bearing_rad.to_degrees() / self.sector_deg;

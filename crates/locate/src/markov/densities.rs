@@ -63,7 +63,6 @@ pub fn learn_densities(
 }
 
 impl StateView {
-    #[allow(clippy::cast_precision_loss)] // few captures
     fn of(num_captures: f64, seen: &[[f64; 2]]) -> Self {
         let count = seen.len() as f64;
         // Half a capture more of each kind: what did not happen is rare, not impossible.

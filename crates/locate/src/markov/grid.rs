@@ -38,7 +38,6 @@ pub struct Grid {
     world_from_grid: PlanarPose,
 }
 
-#[allow(clippy::cast_precision_loss)] // numbers of tiles are small
 impl Grid {
     /// A grid of whole tiles over a region; its middle is the region's middle. A tile is at least a millimeter, and
     /// there is at least one tile and one heading.
@@ -149,7 +148,6 @@ impl Grid {
         let column = tile_of(grid_from_robot.x_m / self.tile_m, self.num_columns);
         let row = tile_of(grid_from_robot.y_m / self.tile_m, self.num_rows);
         let steps = (-grid_from_robot.yaw_rad / self.heading_step_rad()).round();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let heading = steps.rem_euclid(self.num_headings as f64) as usize % self.num_headings;
         self.index(State { column, row, heading })
     }
@@ -188,13 +186,11 @@ impl Grid {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn num_tiles(size_m: f64, tile_m: f64) -> usize {
     // A little less than a whole tile too many is an error of rounding.
     ((size_m / tile_m - 1e-6).ceil().max(1.0) as usize).min(10_000)
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn tile_of(tiles: f64, count: usize) -> usize {
     (tiles.floor().max(0.0) as usize).min(count - 1)
 }

@@ -198,7 +198,6 @@ impl MonteCarlo {
 }
 
 /// A share of a number, rounded.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(crate) fn share(share: f64, of: usize) -> usize {
     (share * of as f64).round() as usize
 }

@@ -148,7 +148,6 @@ impl Bins {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn bin(config: &SampleSizeConfig, pose: &PlanarPose) -> [i32; 3] {
     let turns = (TAU / config.bin_rad).round().max(1.0);
     let turn = (pose.yaw_rad / TAU * turns).floor().rem_euclid(turns);
@@ -160,7 +159,6 @@ fn bin(config: &SampleSizeConfig, pose: &PlanarPose) -> [i32; 3] {
 pub(super) fn quotas(groups: &[(f64, usize)], count: usize, out: &mut Vec<usize>) {
     out.clear();
     let total: f64 = groups.iter().map(|(share, _)| share).sum();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     out.extend(groups.iter().map(|(share, min)| ((share / total * to_f64(count)) as usize).max(*min)));
     let mut given: usize = out.iter().sum();
     let most_to_spare = |out: &[usize]| {

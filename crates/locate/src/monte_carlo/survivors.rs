@@ -185,7 +185,6 @@ impl Stratum {
 }
 
 /// A stride that visits every place of a ring once and jumps far: near the golden section, without a common divisor.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn scattering_stride(count: usize) -> usize {
     let common = |mut a: usize, mut b: usize| {
         while b > 0 {

@@ -265,7 +265,6 @@ impl Tracks {
             let worse = track.deficit.min(config.max_evidence_difference);
             let lost = (worse - config.evidence_deadband).max(0.0);
             let images_since = self.turn.saturating_sub(track.fitted_in).min(MAX_STALE);
-            #[allow(clippy::cast_possible_truncation)] // a small number
             let still_true = config.stale_evidence_kept.powi(images_since as i32);
             track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
             track.late *= config.evidence_kept;
@@ -449,7 +448,6 @@ pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
 }
 
 /// How much an image has to say, 0 to 1.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }

@@ -114,7 +114,6 @@ fn kind_of(number: u8) -> Option<SightingKind> {
 }
 
 /// Single precision on the wire.
-#[allow(clippy::cast_possible_truncation)]
 fn short(value: f64) -> f32 {
     value as f32
 }
@@ -122,7 +121,6 @@ fn short(value: f64) -> f32 {
 impl WireSighting {
     fn new(sighting: &Sighting, stamp: Timestamp) -> Self {
         let c = &sighting.covariance;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within its range
         let age_ms = (stamp.secs_since(sighting.at) * 1e3).round().clamp(0.0, f64::from(u16::MAX)) as u16;
         Self {
             kind: match sighting.kind {

@@ -125,7 +125,6 @@ fn line_pieces(field: &Field, mesh: &Mesh, view: &ObliqueView) -> LinePieces {
     pieces
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn steps(length_m: f64) -> u32 {
     (length_m / LINE_STEP_M).ceil().clamp(1.0, 2000.0) as u32
 }

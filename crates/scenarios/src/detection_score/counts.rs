@@ -38,7 +38,6 @@ impl DetectionScore {
 }
 
 /// Part of all; 1 of nothing.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn share(part: usize, all: usize) -> f64 {
     if all == 0 { 1.0 } else { part as f64 / all as f64 }
 }

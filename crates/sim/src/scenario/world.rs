@@ -58,7 +58,6 @@ impl LightSetup {
     pub(crate) fn at(&self, secs: f64) -> LightNow {
         let Some(fade) = &self.fade else { return LightNow { share: 1.0, color: self.color } };
         let there = 0.5 - 0.5 * (secs / fade.period_secs * std::f64::consts::TAU).cos();
-        #[allow(clippy::cast_possible_truncation)]
         let there = there as f32;
         // Eyes and exposures see ratios, so strength and color change by equal ratios.
         let between = |from: f32, to: f32| from.powf(1.0 - there) * to.powf(there);

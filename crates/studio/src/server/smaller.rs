@@ -46,7 +46,6 @@ pub(super) fn smaller(message: &Arc<[u8]>, level: usize) -> Arc<[u8]> {
 }
 
 /// Each square of pixels becomes its mean.
-#[allow(clippy::cast_possible_truncation)]
 fn shrunk(image: &RgbImage, factor: usize) -> Option<RgbImage> {
     if factor <= 1 {
         return Some(image.clone());

@@ -223,7 +223,6 @@ fn hypotheses(estimate: &Estimate) -> Vec<[f64; 4]> {
 }
 
 /// x, y, heading, likelihood and population of each individual.
-#[allow(clippy::cast_precision_loss)]
 fn flat(individuals: &[Individual]) -> impl Iterator<Item = f64> + '_ {
     let five = |individual: &Individual| {
         let [x, y, yaw] = triple(&individual.world_from_robot);
@@ -242,7 +241,6 @@ fn kept(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// x, y and the number of the reason among all reasons.
-#[allow(clippy::cast_precision_loss)]
 fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
     let every = percept.dropped.len().div_ceil(MAX_DROPPED).max(1);
     percept.dropped.iter().step_by(every).flat_map(|pixel| {

@@ -26,7 +26,6 @@ pub struct FreeSpace {
     is_enclosed: bool,
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 impl FreeSpace {
     pub(super) fn new(plan: &OfficePlan, walls: &[Wall]) -> Self {
         let corners = || {
@@ -344,7 +343,6 @@ impl FreeSpace {
 }
 
 /// The cells between two distances from the first one's edge, in cells.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn between(from: f64, to: f64, count: usize) -> Range<usize> {
     let cell = |distance: f64| (distance.floor().max(0.0) as usize).min(count - 1);
     cell(from)..cell(to) + 1

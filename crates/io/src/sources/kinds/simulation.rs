@@ -133,7 +133,6 @@ fn robot(request: &Request<'_>) -> Result<(CameraFrames, (Calibration, PathBuf))
     Ok((robot, (calibration, request.argument().into())))
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     let options = request.options;
     if !(0.15..=4.0).contains(&options.scale()) {

@@ -151,7 +151,6 @@ impl OfficeObservationModel {
 
 /// Squared distances of pixels from a segment, where they are smaller than what is known.
 #[inline]
-#[allow(clippy::cast_possible_truncation)]
 fn nearer([start, end]: &[Point2<f64>; 2], u: &[f32], v: &[f32], smallest2: &mut [f32]) {
     let (x, y) = (start.x as f32, start.y as f32);
     let (dx, dy) = ((end.x - start.x) as f32, (end.y - start.y) as f32);

@@ -72,7 +72,6 @@ const LEARNED_MEAN_DEVIATIONS: u32 = 4;
 impl ColorTable {
     /// The table of a calibration that has been checked.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn new(config: &ColorConfig, goals: GoalColors) -> Self {
         let is_learned = config.source == ColorSource::Learned;
         let goals = if is_learned { goals } else { GoalColors::default() };
@@ -104,7 +103,6 @@ impl ColorTable {
         let levels = 1_usize << BITS;
         for sum in 0..=3 * (levels - 1) {
             // All entries of a brightness have the same noise.
-            #[allow(clippy::cast_precision_loss)]
             let Some(test) = carpet.at_brightness(((sum << SHIFT) + 3 * (1 << (SHIFT - 1))) as f64) else {
                 continue;
             };
@@ -116,7 +114,6 @@ impl ColorTable {
                     if matches!(class, ColorClass::Yellow | ColorClass::Blue | ColorClass::Orange) {
                         continue;
                     }
-                    #[allow(clippy::cast_possible_truncation)] // 15 bits
                     let rgb = rgb_of(entry as u16);
                     *class = test.class(rgb);
                 }
@@ -192,7 +189,6 @@ impl Shares {
     }
 
     /// A part of the way to another color.
-    #[allow(clippy::cast_possible_truncation)]
     pub(crate) fn toward(self, other: Self, part: f64) -> Self {
         let part = part as f32;
         let mix = |a: f32, b: f32| a + (b - a) * part;
@@ -219,7 +215,6 @@ fn entry_of([r, g, b]: [u8; 3]) -> usize {
 
 /// The color in the middle of an entry.
 fn rgb_of(entry: u16) -> [u8; 3] {
-    #[allow(clippy::cast_possible_truncation)] // 5 bits
     let level = |shift: u32| ((((entry >> shift) & ((1 << BITS) - 1)) as u8) << SHIFT) + (1 << (SHIFT - 1));
     [level(2 * BITS), level(BITS), level(0)]
 }

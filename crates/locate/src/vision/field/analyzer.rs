@@ -360,7 +360,6 @@ fn thin_out(pixels: &[BorderPixel], max: usize, out: &mut Vec<BorderPixel>) {
 }
 
 /// Quality of an image, 0 to 1. Source: 2010 section 4.3.3.
-#[allow(clippy::cast_precision_loss)]
 fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> f64 {
     let part = |base: f64, gain: f64, n: usize, max: usize| {
         if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }

@@ -13,7 +13,6 @@ use crate::{
 /// Which filters run. The documents switch each one on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[allow(clippy::struct_excessive_bools)] // independent switches
 pub struct FilterSwitches {
     /// A line has carpet on both sides.
     pub beside_carpet: bool,

@@ -118,7 +118,6 @@ fn log_ratio((num_showing, num): (f64, f64), probability: f64, other: f64) -> f6
 }
 
 /// The nearest border between cells.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn cell(value: f64, end: usize) -> usize {
     (value.round().max(0.0) as usize).min(end)
 }

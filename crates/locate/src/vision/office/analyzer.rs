@@ -201,7 +201,6 @@ impl OfficeAnalyzer {
         for (pixels, max) in [(&mut *doors, config.max_door_pixels), (&mut *floor, config.max_floor_pixels)] {
             percept.keep(pixels, config.filters.random_discard.then_some(max), rng);
         }
-        #[allow(clippy::cast_precision_loss)]
         let share = doors.len() as f64 / config.full_quality_pixels as f64;
         percept.quality = share.min(1.0);
         percept.is_informative = !doors.is_empty();

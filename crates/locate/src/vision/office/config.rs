@@ -16,7 +16,6 @@ pub enum SegmentDetector {
 /// Which filters are on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-#[allow(clippy::struct_excessive_bools)]
 pub struct OfficeFilters {
     /// Edges of doors stand upright, borders of the floor do not.
     pub upright: bool,

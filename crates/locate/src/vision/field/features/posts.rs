@@ -140,7 +140,6 @@ impl PostFinder {
     ) {
         for column in &self.columns {
             let Some(post) = column.post(view, field_end, post_diameter_m) else { continue };
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let middle = (f64::midpoint(column.start, column.end) as u32, column.row);
             if is_goal(post.color, middle) {
                 out.push(post);
@@ -150,7 +149,6 @@ impl PostFinder {
 }
 
 impl Column {
-    #[allow(clippy::cast_precision_loss)]
     fn post(&self, view: &GroundView, field_end: &FieldEnd, diameter_m: f64) -> Option<GoalPost> {
         let width_px = self.sum_width / self.num as f64;
         let height_px = f64::from(self.row - self.first_row);
