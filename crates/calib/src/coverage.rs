@@ -69,7 +69,6 @@ impl fmt::Display for Advice {
 }
 
 /// The coverage of a calibration's pictures.
-#[must_use]
 pub fn coverage(calibration: &Calibration) -> Coverage {
     let (width, height) = calibration.camera.size_px();
     let size = (f64::from(width), f64::from(height));

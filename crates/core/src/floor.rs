@@ -33,13 +33,11 @@ pub struct FloorPicture {
 
 impl FloorPicture {
     /// A floor of which nothing is known: the lower left corner in meters, and how many cells.
-    #[must_use]
     pub fn unknown(cell_m: f64, origin_m: (f64, f64), size: (usize, usize)) -> Self {
         Self { size, cells: vec![UNKNOWN; size.0 * size.1], cell_m, origin_m }
     }
 
     /// The picture as PGM.
-    #[must_use]
     pub fn to_pgm(&self) -> Vec<u8> {
         let mut bytes = format!("P5\n{} {}\n255\n", self.size.0, self.size.1).into_bytes();
         bytes.extend(&self.cells);
@@ -47,7 +45,6 @@ impl FloorPicture {
     }
 
     /// What the map server reads, for a picture of a name.
-    #[must_use]
     pub fn to_yaml(&self, picture: &str) -> String {
         let (x, y) = self.origin_m;
         format!(
@@ -88,7 +85,6 @@ impl FloorPicture {
     }
 
     /// Middle of a cell, meters: columns from the left, rows from the bottom.
-    #[must_use]
     pub fn middle(&self, column: usize, row: usize) -> Point2<f64> {
         let along = |origin_m: f64, index: usize| origin_m + (index as f64 + 0.5) * self.cell_m;
         Point2::new(along(self.origin_m.0, column), along(self.origin_m.1, row))

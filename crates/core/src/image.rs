@@ -28,7 +28,6 @@ pub struct RgbImage {
 
 impl RgbImage {
     /// A black image.
-    #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, data: vec![0; width as usize * height as usize * 3] }
     }
@@ -46,19 +45,16 @@ impl RgbImage {
     }
 
     /// Width, pixels.
-    #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Height, pixels.
-    #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// All bytes, row by row.
-    #[must_use]
     pub fn data(&self) -> &[u8] {
         &self.data
     }
@@ -69,7 +65,6 @@ impl RgbImage {
     }
 
     /// The bytes, without a copy.
-    #[must_use]
     pub fn into_raw(self) -> Vec<u8> {
         self.data
     }
@@ -79,7 +74,6 @@ impl RgbImage {
     /// # Panics
     /// If the pixel is outside the image.
     #[inline]
-    #[must_use]
     pub fn get(&self, x: u32, y: u32) -> [u8; 3] {
         let i = (y as usize * self.width as usize + x as usize) * 3;
         [self.data[i], self.data[i + 1], self.data[i + 2]]
@@ -100,7 +94,6 @@ impl RgbImage {
     /// # Panics
     /// If the row is outside the image.
     #[inline]
-    #[must_use]
     pub fn row(&self, y: u32) -> &[u8] {
         let stride = self.width as usize * 3;
         &self.data[y as usize * stride..(y as usize + 1) * stride]

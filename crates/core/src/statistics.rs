@@ -1,13 +1,11 @@
 //! Numbers that describe many values.
 
 /// Arithmetic mean; `None` of nothing.
-#[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The middle one of the values in their order, the upper one of two; `None` of nothing.
-#[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     let middle = values.len() / 2;

@@ -31,7 +31,6 @@ pub struct LiftDetector {
 
 impl LiftDetector {
     /// A detector that has seen nothing yet.
-    #[must_use]
     pub fn new(config: LiftConfig) -> Self {
         Self { config, unloaded_since: None }
     }

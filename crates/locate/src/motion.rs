@@ -95,14 +95,12 @@ pub struct PlanarMotion {
 impl PlanarMotion {
     /// A pose after the motion, without noise.
     #[inline]
-    #[must_use]
     pub fn apply(&self, pose: &PlanarPose) -> PlanarPose {
         pose.compose(&self.old_from_new)
     }
 
     /// A pose after the motion, with noise.
     #[inline]
-    #[must_use]
     pub fn sample(&self, pose: &PlanarPose, rng: &mut Rng) -> PlanarPose {
         let moved = self.apply(pose);
         PlanarPose::new(
@@ -122,13 +120,11 @@ pub struct MotionModel {
 
 impl MotionModel {
     /// A model that has seen no odometry yet.
-    #[must_use]
     pub fn new(config: MotionConfig) -> Self {
         Self { config, odometer: Odometer::new(config.max_motion_m) }
     }
 
     /// Time between the last two calls, seconds.
-    #[must_use]
     pub fn secs(&self) -> f64 {
         self.odometer.secs()
     }

@@ -75,7 +75,6 @@ pub struct PoseMark {
 }
 
 /// The values of a grid as colors, over the lines of a field or the walls of a building if one is given, with a color bar.
-#[must_use]
 pub fn heat_map(input: &HeatMap, ground: Option<Ground<'_>>) -> Picture {
     let view_below = |top| match &ground {
         Some(ground) => GroundView::of(ground, top),

@@ -41,7 +41,6 @@ pub struct HistogramSeries {
 }
 
 /// The share of the values in each interval, in percent of its series.
-#[must_use]
 pub fn histogram(input: &Histogram) -> Picture {
     let right = LEFT_PX + PLOT_PX.0;
     let entries = input.series.iter().map(|s| LegendEntry::new(&s.label, Symbol::Patch(s.color, 0.5)));

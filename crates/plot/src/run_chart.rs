@@ -17,7 +17,6 @@ const STEP_PX: f64 = 12.0;
 pub type RunChart = GroupChart<Vec<f64>>;
 
 /// A dot for every value, and a bar at the median of each series in each group.
-#[must_use]
 pub fn run_chart(input: &RunChart) -> Picture {
     let values = input.groups.iter().flat_map(|group| group.values.iter().flatten().copied());
     framed(input, Symbol::Dot, values, |canvas, area| {

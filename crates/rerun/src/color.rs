@@ -33,14 +33,12 @@ impl Color {
     ];
 
     /// From `0xRRGGBB`, opaque.
-    #[must_use]
     pub const fn rgb(value: u32) -> Self {
         let [_, red, green, blue] = value.to_be_bytes();
         Self([red, green, blue, 255])
     }
 
     /// From `#rrggbb`; gray for anything else.
-    #[must_use]
     pub fn from_hex(text: &str) -> Self {
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
         let value = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
@@ -48,7 +46,6 @@ impl Color {
     }
 
     /// The color of an algorithm by its number.
-    #[must_use]
     pub fn lane(number: usize) -> Self {
         Self::LANES[number % Self::LANES.len()]
     }

@@ -15,13 +15,11 @@ pub struct Entry {
 
 impl Entry {
     /// What is there from now on, until something else is written at the path.
-    #[must_use]
     pub fn now(path: impl Into<String>, shape: Shape) -> Self {
         Self { path: path.into(), shape, is_static: false }
     }
 
     /// What is there the whole time.
-    #[must_use]
     pub fn always(path: impl Into<String>, shape: Shape) -> Self {
         Self { path: path.into(), shape, is_static: true }
     }

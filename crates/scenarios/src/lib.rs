@@ -86,7 +86,6 @@ pub struct Replay<'a>(std::slice::Iter<'a, SourceFrame>);
 
 impl<'a> Replay<'a> {
     /// Plays the frames from the first one.
-    #[must_use]
     pub fn new(frames: &'a [SourceFrame]) -> Self {
         Self(frames.iter())
     }

@@ -22,7 +22,6 @@ const BESIDE: f64 = 0.01;
 impl VisualMap {
     /// The floor of one of the maps, which must have z up and be in meters: landmarks at heights at which a robot runs into things are occupied, what lies
     /// between them and the cameras that saw them is free. `None` without landmarks, or if it is longer than 400 m.
-    #[must_use]
     pub fn floor_picture(&self, map: MapId) -> Option<FloorPicture> {
         let of_map = self.map.with_active(map);
         let stands = |point: &Point3<f64>| point.z > HEIGHTS_M.0 && point.z < HEIGHTS_M.1;

@@ -47,7 +47,6 @@ impl PlainCamera {
 
 impl VisualMap {
     /// The file.
-    #[must_use]
     pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
         write(self, own)
     }

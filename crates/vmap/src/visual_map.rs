@@ -65,7 +65,6 @@ pub enum ScaleSource {
 
 impl ScaleSource {
     /// The words for it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Unknown => "unknown",
@@ -121,7 +120,6 @@ impl VisualMap {
     }
 
     /// Whether z points up in one of the maps.
-    #[must_use]
     pub fn is_level(&self, map: MapId) -> bool {
         // Files of earlier versions do not say it: a map that was aligned is taken to be level.
         let is_aligned = || self.scale(map).source == ScaleSource::Aligned;
@@ -129,13 +127,11 @@ impl VisualMap {
     }
 
     /// The scale of one of the maps.
-    #[must_use]
     pub fn scale(&self, map: MapId) -> MapScale {
         self.scales.get(map.index()).copied().unwrap_or_default()
     }
 
     /// The scale of a map of a run that is not saved yet, by its number in the run: a file numbers maps in the order of their keyframes.
-    #[must_use]
     pub fn scale_of_part(&self, map: MapId) -> MapScale {
         self.number_of(map).and_then(|number| self.scales.get(number).copied()).unwrap_or_default()
     }
@@ -166,7 +162,6 @@ impl VisualMap {
     }
 
     /// The map that has most keyframes; `None` if there is none.
-    #[must_use]
     pub fn largest(&self) -> Option<MapId> {
         let count = |map: &MapId| self.map.all_keyframes().filter(|(_, k)| k.map == *map).count();
         // The oldest of equals.

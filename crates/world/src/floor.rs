@@ -15,7 +15,6 @@ const MOST_CELLS: f64 = 8000.0;
 impl Map {
     /// The floor from above. Of a field the carpet is free but for the posts; in a building walls with closed doors are occupied, and free is where a
     /// robot can be. `None` if it is longer than 400 m.
-    #[must_use]
     pub fn floor_picture(&self) -> Option<FloorPicture> {
         match self {
             Self::Field(field) => of_field(field),

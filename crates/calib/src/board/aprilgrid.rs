@@ -25,7 +25,6 @@ pub struct AprilGrid {
 
 impl AprilGrid {
     /// From the edge of a tag to the same edge of the next, meters.
-    #[must_use]
     pub fn pitch_m(&self) -> f64 {
         self.tag_m * (1.0 + self.spacing)
     }

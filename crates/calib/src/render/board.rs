@@ -34,7 +34,6 @@ const WALL: f64 = 500.0;
 const RAYS: usize = 7;
 
 /// The picture of a board.
-#[must_use]
 pub fn render(
     board: &Board,
     camera: &Camera,

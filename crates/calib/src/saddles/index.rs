@@ -18,7 +18,6 @@ pub struct SaddleIndex {
 
 impl SaddleIndex {
     /// Of saddle points in an image of a size, pixels.
-    #[must_use]
     pub fn new(saddles: &[Saddle], width: usize, height: usize) -> Self {
         let (columns, rows) = (width / 16 + 1, height / 16 + 1);
         let mut index = Self {

@@ -54,7 +54,6 @@ pub struct Evaluation {
 }
 
 /// Compares an estimate with the truth. Each truth is used once, by the nearest estimate within the stamp tolerance.
-#[must_use]
 pub fn evaluate(
     truth: &PlanarTrajectory,
     estimate: &[EstimateSample],

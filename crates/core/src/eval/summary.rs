@@ -22,7 +22,6 @@ pub struct ErrorSummary {
 impl ErrorSummary {
     /// Statistics of the finite ones among `errors`. Median and percentiles are exact: the errors are sorted, and the
     /// value at rank `p * (n - 1)` (from 0) is taken, linear between the two nearest ranks.
-    #[must_use]
     pub fn of(errors: &[f64]) -> Self {
         let sorted = sorted_finite(errors);
         let squares: Vec<f64> = sorted.iter().map(|error| error * error).collect();
@@ -51,7 +50,6 @@ pub struct TimingSummary {
 
 impl TimingSummary {
     /// Statistics of the finite ones among `durations_ms`, with percentiles as in [`ErrorSummary::of`].
-    #[must_use]
     pub fn of_ms(durations_ms: &[f64]) -> Self {
         let sorted = sorted_finite(durations_ms);
         Self {

@@ -61,14 +61,12 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 }
 
 /// The bytes of a text without the mark (byte order mark) that editors of Windows put in front.
-#[must_use]
 pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
 /// Whether anything has this name, be it a file or not. Who wants a file if there is one asks this, not whether it is a file: then a
 /// folder, a device or a broken link of that name is refused by [`open`] and not silently passed over.
-#[must_use]
 pub fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }

@@ -201,7 +201,6 @@ fn claim(file: &File) -> io::Result<()> {
 }
 
 /// Where the file that had a name before is kept: `NAME~`.
-#[must_use]
 pub fn kept_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push("~");
@@ -247,7 +246,6 @@ fn is_same(a: &Path, b: &Path) -> io::Result<bool> {
 }
 
 /// Where a file that grows is until it is complete: `NAME.part`.
-#[must_use]
 pub fn part_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
@@ -281,7 +279,6 @@ fn target_of(path: &Path) -> PathBuf {
 }
 
 /// Whether a name can be that of a folder only: it ends with a separator.
-#[must_use]
 pub fn is_name_of_folder(path: &Path) -> bool {
     let last = path.as_os_str().as_encoded_bytes().last();
     last.is_some_and(|last| std::path::is_separator(char::from(*last)))

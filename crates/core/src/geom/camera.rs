@@ -193,32 +193,27 @@ impl Camera {
     }
 
     /// Image width and height, pixels.
-    #[must_use]
     pub fn size_px(&self) -> (u32, u32) {
         self.size_px
     }
 
     /// Focal lengths (fx, fy), pixels.
-    #[must_use]
     pub fn focal_px(&self) -> (f64, f64) {
         self.focal_px
     }
 
     /// Principal point (cx, cy), pixels.
-    #[must_use]
     pub fn center_px(&self) -> (f64, f64) {
         self.center_px
     }
 
     /// The lens distortion.
-    #[must_use]
     pub fn distortion(&self) -> Distortion {
         self.distortion
     }
 
     /// Whether a pixel lies in the image, with its center at least half a pixel inside the border.
     #[inline]
-    #[must_use]
     pub fn contains(&self, px: &Point2<f64>) -> bool {
         let (w, h) = (f64::from(self.size_px.0), f64::from(self.size_px.1));
         px.x >= 0.0 && px.y >= 0.0 && px.x <= w - 1.0 && px.y <= h - 1.0
@@ -256,14 +251,12 @@ impl Camera {
     }
 
     /// Direction of a pixel's ray in the camera frame, with z = 1. Undistorts where the lens has distortion.
-    #[must_use]
     pub fn bearing(&self, px: &Point2<f64>) -> Vector3<f64> {
         let n = self.normalized(px);
         Vector3::new(n.x, n.y, 1.0)
     }
 
     /// Undistorted point of a pixel on the normalized image plane (z = 1).
-    #[must_use]
     pub fn normalized(&self, px: &Point2<f64>) -> Point2<f64> {
         let distorted = Point2::new(
             (px.x - self.center_px.0) / self.focal_px.0,
@@ -273,7 +266,6 @@ impl Camera {
     }
 
     /// Where a pixel would be if the lens had no distortion: the "ideal" pixel.
-    #[must_use]
     pub fn ideal_px(&self, px: &Point2<f64>) -> Point2<f64> {
         if self.distortion == Distortion::None {
             return *px;

@@ -39,7 +39,6 @@ pub struct LikelihoodMap {
 
 impl LikelihoodMap {
     /// Weighs the middles of all cells with a conditioned model, in parallel. The number of threads changes nothing.
-    #[must_use]
     pub fn new(model: &dyn ObservationModel, heading: HeadingChoice, step_m: f64) -> Self {
         let region = model.region();
         let count = |length_m: f64| ((length_m / step_m).round() as usize).max(1);
@@ -60,14 +59,12 @@ impl LikelihoodMap {
     }
 
     /// The pose of a cell.
-    #[must_use]
     pub fn pose(&self, cell: usize) -> PlanarPose {
         let (x_m, y_m) = place(&self.region, self.step_m, self.num_columns, cell);
         PlanarPose::new(x_m, y_m, self.headings_rad[cell])
     }
 
     /// The most likely cell, the first of equal ones, with its likelihood.
-    #[must_use]
     pub fn maximum(&self) -> (PlanarPose, f64) {
         let best = (0..self.values.len())
             .fold(0, |best, cell| if self.values[cell] > self.values[best] { cell } else { best });
@@ -75,14 +72,12 @@ impl LikelihoodMap {
     }
 
     /// Area of the cells that are at least so likely, square meters.
-    #[must_use]
     pub fn area_above_m2(&self, likelihood: f64) -> f64 {
         let count = self.values.iter().filter(|value| **value >= likelihood).count();
         count as f64 * self.step_m * self.step_m
     }
 
     /// Mean over the cells whose distance from a place lies between two limits; `None` if there are none.
-    #[must_use]
     pub fn mean_around(&self, center: &PlanarPose, from_m: f64, to_m: f64) -> Option<f64> {
         let is_between = |cell: &usize| (from_m..to_m).contains(&self.pose(*cell).distance_m(center));
         let values: Vec<f64> =
@@ -91,7 +86,6 @@ impl LikelihoodMap {
     }
 
     /// For pictures.
-    #[must_use]
     pub fn grid(&self) -> Grid {
         Grid {
             origin_m: [self.region.min_x_m, self.region.min_y_m],
@@ -132,7 +126,6 @@ fn best_heading(model: &dyn ObservationModel, x_m: f64, y_m: f64) -> (f64, f64) 
 }
 
 /// Likelihood of `count` headings at a place, evenly from -pi to pi: heading (radians) and likelihood.
-#[must_use]
 pub fn heading_profile(model: &dyn ObservationModel, x_m: f64, y_m: f64, count: u32) -> Vec<(f64, f64)> {
     let heading = |i: u32| -PI + TAU * f64::from(i) / f64::from(count.max(1));
     let weighed = |yaw_rad: f64| (yaw_rad, model.likelihood(&PlanarPose::new(x_m, y_m, yaw_rad)));

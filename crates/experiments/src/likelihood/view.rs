@@ -28,7 +28,6 @@ pub struct View {
 
 impl View {
     /// Straight ahead and a little down, with nothing in the way.
-    #[must_use]
     pub fn new(map: &str, world_from_robot: PlanarPose) -> Self {
         Self {
             map: map.to_owned(),
@@ -78,7 +77,6 @@ impl SimulatedView {
     }
 
     /// How many pixels show something.
-    #[must_use]
     pub fn count(&self, label: Label) -> usize {
         self.labels.count(label)
     }

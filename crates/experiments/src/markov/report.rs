@@ -19,7 +19,6 @@ const PUBLISHED_STATES: [usize; 5] = [0, 1, 2, 3, 16];
 
 impl MarkovExperiment {
     /// All tables.
-    #[must_use]
     pub fn tables(&self, results: &Results<MarkovRecord>) -> Vec<Table> {
         let learned = self.learned_tables();
         let tables = [
@@ -34,7 +33,6 @@ impl MarkovExperiment {
     }
 
     /// Tables, numbers and pictures of the runs that are there.
-    #[must_use]
     pub fn report(&self, results: &Results<MarkovRecord>, seed: u64) -> Report {
         let walks_json = self.walk_table(results).1;
         let keepers_json = self.keeper_table(results).1;

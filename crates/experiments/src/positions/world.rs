@@ -21,7 +21,6 @@ pub struct PositionsWorld {
 
 impl PositionsWorld {
     /// The world of a scenario at its first iteration.
-    #[must_use]
     pub fn new(scenario: Arc<Scenario>, floor: f64) -> Self {
         Self { scenario, floor, iteration: 0 }
     }

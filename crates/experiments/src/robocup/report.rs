@@ -16,7 +16,6 @@ use crate::{Experiment, ExperimentError, Report, Results, Table, mean, ratio};
 
 impl RobocupExperiment {
     /// Tables; without `timings` that of the times has the published ones only.
-    #[must_use]
     pub fn tables(&self, results: &Results<RobocupRecord>, timings: &[AlgorithmTiming]) -> Vec<Table> {
         let of_set = |(cell, set): (usize, &RobocupSet)| {
             let table = if set.has_kidnaps() { tables::kidnaps } else { tables::walks };

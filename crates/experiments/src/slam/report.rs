@@ -73,7 +73,6 @@ impl Summary<'_> {
 
 impl SlamExperiment {
     /// The tables.
-    #[must_use]
     pub fn tables(&self, results: &Results<SlamRunRecord>) -> Vec<Table> {
         let summaries: Vec<Summary<'_>> = (0..self.cells().len())
             .map(|cell| {
@@ -127,7 +126,6 @@ impl SlamExperiment {
     }
 
     /// What the tables mean, and a line for each sequence of the documents that was not given.
-    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = vec![
             "RMSE: median over the runs; the published one is the best of three. Published times: Intel i5-3330; here: \

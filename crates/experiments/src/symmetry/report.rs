@@ -93,7 +93,6 @@ impl Summary {
 
 impl SymmetryExperiment {
     /// Tables; without `times` those of the times have the published ones only.
-    #[must_use]
     pub fn tables(&self, results: &Results<SymmetryRecord>, times: &[IterationTime]) -> Vec<Table> {
         let summary = Summary::new(self, results);
         match self.settings().part {

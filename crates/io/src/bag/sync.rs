@@ -100,7 +100,6 @@ pub struct Synchronizer {
 
 impl Synchronizer {
     /// A synchronizer for the given names.
-    #[must_use]
     pub fn new(topics: &BagTopics, expected: ExpectedInputs) -> Self {
         Self {
             base_frame: frame_name(&topics.base_frame).to_string(),
@@ -264,13 +263,11 @@ impl Synchronizer {
     }
 
     /// Images that came after later ones.
-    #[must_use]
     pub fn num_backward(&self) -> usize {
         self.num_backward
     }
 
     /// What was left out so far. At most 10000 entries are kept.
-    #[must_use]
     pub fn skipped(&self) -> &[SkippedInput] {
         &self.skipped
     }

@@ -47,7 +47,6 @@ impl TopicRole {
     ];
 
     /// What is on a topic of this role, for people.
-    #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Image => "the images",
@@ -65,7 +64,6 @@ impl TopicRole {
     }
 
     /// Message types that a topic of this role may have.
-    #[must_use]
     pub fn type_names(self) -> &'static [&'static str] {
         match self {
             Self::Image => &["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"],
@@ -164,7 +162,6 @@ impl BagTopics {
     }
 
     /// Name of the topic with a role; empty if it is not to be read.
-    #[must_use]
     pub fn name(&self, role: TopicRole) -> &str {
         match role {
             TopicRole::Image => &self.image,
@@ -196,7 +193,6 @@ impl BagTopics {
     }
 
     /// Role of a topic, if it has one.
-    #[must_use]
     pub fn role(&self, topic: &str) -> Option<TopicRole> {
         TopicRole::ALL.into_iter().find(|role| !topic.is_empty() && self.name(*role) == topic)
     }

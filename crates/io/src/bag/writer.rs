@@ -353,7 +353,6 @@ fn pressure_message(forces: &[f64; 8]) -> messages::Float64MultiArray {
 }
 
 /// The calibration of a camera as a message.
-#[must_use]
 pub fn camera_info_message(at: Timestamp, camera: &Camera, camera_frame: &str) -> messages::CameraInfo {
     let ((width, height), (fx, fy), (cx, cy)) = (camera.size_px(), camera.focal_px(), camera.center_px());
     let (model, d) = ros_distortion(camera.distortion());

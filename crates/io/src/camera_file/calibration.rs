@@ -48,7 +48,6 @@ pub struct Calibration {
 
 impl Calibration {
     /// A camera of unknown size without distortion.
-    #[must_use]
     pub fn pinhole(focal_px: (f64, f64), center_px: (f64, f64)) -> Self {
         Self {
             size_px: None,
@@ -61,7 +60,6 @@ impl Calibration {
     }
 
     /// What is known of a camera.
-    #[must_use]
     pub fn of(camera: &Camera) -> Self {
         let size_px = Some(camera.size_px());
         let distortion = camera.distortion();

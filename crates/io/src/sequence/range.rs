@@ -47,7 +47,6 @@ impl Default for SequenceRange {
 
 impl SequenceRange {
     /// Whether it ends before it begins, whatever the sequence.
-    #[must_use]
     pub fn is_backward(&self) -> bool {
         match (self.start, self.end) {
             (Bound::Frame(start), Some(Bound::Frame(end))) => end < start,
@@ -57,7 +56,6 @@ impl SequenceRange {
     }
 
     /// The images in the range.
-    #[must_use]
     pub fn select(&self, files: Vec<ImageFile>) -> Vec<ImageFile> {
         let Some(first) = files.first().map(|file| file.at) else { return files };
         let index = |bound: Bound| match bound {

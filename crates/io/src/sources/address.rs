@@ -49,25 +49,21 @@ impl<'a> SourceAddress<'a> {
     }
 
     /// What the user wrote.
-    #[must_use]
     pub fn text(&self) -> &'a str {
         self.text
     }
 
     /// The word before the colon; empty if there is none.
-    #[must_use]
     pub fn scheme(&self) -> &'a str {
         self.scheme
     }
 
     /// What stands behind the colon, or everything.
-    #[must_use]
     pub fn rest(&self) -> &'a str {
         self.rest
     }
 
     /// Whether it delivers a robot's kinematics, not a camera alone.
-    #[must_use]
     pub fn has_robot(&self) -> bool {
         (self.kind.is_robot)(self.rest)
     }
@@ -81,7 +77,6 @@ impl<'a> SourceAddress<'a> {
     }
 
     /// The kind of source.
-    #[must_use]
     pub fn kind(&self) -> &'static SourceKind {
         self.kind
     }

@@ -94,7 +94,6 @@ pub struct TopicOptions {
 
 impl TopicOptions {
     /// All names: the usual ones where nothing was asked for.
-    #[must_use]
     pub fn names(&self) -> BagTopics {
         let mut names = self.all.clone().unwrap_or_default();
         let Self {
@@ -128,7 +127,6 @@ impl TopicOptions {
     }
 
     /// What was asked for one by one.
-    #[must_use]
     pub fn named(&self) -> Vec<TopicRole> {
         let all = [
             (&self.image, TopicRole::Image),
@@ -336,7 +334,6 @@ impl SourceOptions {
     }
 
     /// Domain of live topics.
-    #[must_use]
     pub fn domain_id(&self) -> u16 {
         self.domain_id.unwrap_or(self.usual.domain_id)
     }

@@ -87,7 +87,6 @@ impl SourceOption {
     ];
 
     /// How it is typed.
-    #[must_use]
     pub fn flag(self) -> &'static str {
         match self {
             Self::Camera => "--camera",

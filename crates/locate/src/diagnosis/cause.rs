@@ -74,7 +74,6 @@ impl Cause {
     ];
 
     /// Name for programs; stays as it is.
-    #[must_use]
     pub fn code(self) -> &'static str {
         match self {
             Self::Unusable => "unusable-images",

@@ -27,7 +27,6 @@ pub struct BlobView {
 impl BlobView {
     /// The goal of one color in a percept: all its valid blobs together. The bearing is that of the ray through the
     /// centroid, turned into the robot's frame, so it also holds for a turned head.
-    #[must_use]
     pub fn of(percept: &Percept, kind: FeatureKind) -> Option<Self> {
         let scale = (SIZE_IMAGE_WIDTH_PX / f64::from(percept.camera.size_px().0)).powi(2);
         let (mut area_px, mut sine, mut cosine) = (0.0, 0.0, 0.0);
@@ -60,13 +59,11 @@ impl Default for CaseLimits {
 
 impl CaseLimits {
     /// Case of the size, 0 (small or not seen) to 8.
-    #[must_use]
     pub fn size_case(&self, view: Option<&BlobView>) -> usize {
         view.map_or(0, |view| self.sizes_px.partition_point(|limit| *limit <= view.area_px))
     }
 
     /// Case of the centroid: 0 not seen, 1 the leftmost sector to 8 the rightmost; farther out counts as outermost.
-    #[must_use]
     pub fn centroid_case(&self, view: Option<&BlobView>) -> usize {
         view.map_or(0, |view| {
             let sectors_from_left = 4.0 - view.bearing_rad.to_degrees() / self.sector_deg;
@@ -95,7 +92,6 @@ pub struct CaseTables {
 
 /// Learns both tables: the share of the captures of a state in which each case was seen. A state without captures expects
 /// everything alike. Captures of states that do not exist are left out.
-#[must_use]
 pub fn learn_tables(
     limits: CaseLimits,
     num_states: usize,
@@ -116,19 +112,16 @@ pub fn learn_tables(
 
 impl CaseTables {
     /// The limits of the cases.
-    #[must_use]
     pub fn limits(&self) -> &CaseLimits {
         &self.limits
     }
 
     /// P(size case | state).
-    #[must_use]
     pub fn size(&self, state: usize) -> &[f64; NUM_CASES] {
         &self.sizes[state]
     }
 
     /// P(centroid case | state).
-    #[must_use]
     pub fn centroid(&self, state: usize) -> &[f64; NUM_CASES] {
         &self.centroids[state]
     }
@@ -155,7 +148,6 @@ impl CaseTables {
     }
 
     /// As text: one line for each state, its number, nine shares of the size and nine of the centroid, with 4 decimals.
-    #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text = String::from("state");
         for name in ["size", "centroid"] {

@@ -30,7 +30,6 @@ pub struct Remedy {
 
 impl Remedy {
     /// None: as published.
-    #[must_use]
     pub fn none() -> Self {
         Self { first_weight: 1.0, decay: 1.0, hidden: 0.0, floor: 0.0 }
     }
@@ -194,7 +193,6 @@ impl Default for MarkovConfig {
 
 impl MarkovConfig {
     /// The grid, decision and answer of the source: 4 headings, one state above 0.5, the middle of its tile.
-    #[must_use]
     pub fn published() -> Self {
         Self { num_headings: 4, is_mean: false, counts_neighbors: false, ..Self::default() }
     }

@@ -21,13 +21,11 @@ pub struct OdometryCutter {
 
 impl OdometryCutter {
     /// For a grid; nothing is left over yet.
-    #[must_use]
     pub fn new(grid: &Grid) -> Self {
         Self { tile_m: grid.tile_m(), num_headings: grid.num_headings(), residual: PlanarPose::default() }
     }
 
     /// The robot's pose seen from the middle of its state.
-    #[must_use]
     pub fn residual(&self) -> PlanarPose {
         self.residual
     }

@@ -89,13 +89,11 @@ impl Clusters {
     }
 
     /// How many groups the last call found.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.leaders.len()
     }
 
     /// Whether the last call found no group.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.leaders.is_empty()
     }
@@ -106,7 +104,6 @@ impl Clusters {
     }
 
     /// The group with most poses, of equals the one around the heaviest pose.
-    #[must_use]
     pub fn largest(&self) -> Option<usize> {
         let mut counts = vec![0_usize; self.leaders.len()];
         self.cluster_of.iter().filter(|of| **of != NONE).for_each(|of| counts[*of] += 1);

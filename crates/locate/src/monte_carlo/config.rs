@@ -155,13 +155,11 @@ impl Default for MonteCarloConfig {
 
 impl MonteCarloConfig {
     /// The classic filter (MC): no elite.
-    #[must_use]
     pub fn classic() -> Self {
         Self { elite_share: 0.0, ..Self::default() }
     }
 
     /// The classic filter with the resampling that keeps most of the variety.
-    #[must_use]
     pub fn systematic() -> Self {
         let resampling = ResamplingConfig { scheme: Resampling::Systematic, ..ResamplingConfig::default() };
         Self { resampling, ..Self::classic() }
@@ -169,7 +167,6 @@ impl MonteCarloConfig {
 
     /// The augmented filter (MCA): random particles when the images are explained worse than before, and the largest group of
     /// good particles is the answer. Source: 2017 sections 4.1.3 and 4.1.4.
-    #[must_use]
     pub fn augmented() -> Self {
         let injection = InjectionConfig {
             max_share: 1.0,
@@ -181,14 +178,12 @@ impl MonteCarloConfig {
     }
 
     /// The augmented filter with elitism (MCAe).
-    #[must_use]
     pub fn augmented_elite() -> Self {
         Self { elite_share: Self::default().elite_share, ..Self::augmented() }
     }
 
     /// As many particles as needed (KLD-sampling), systematic resampling, and a minimum for each hypothesis. The start
     /// takes 3,000 particles; a robot that knows where it is on a field takes about 200.
-    #[must_use]
     pub fn kld() -> Self {
         let sample_size = SampleSizeConfig {
             rule: SampleSizeRule::Kld,

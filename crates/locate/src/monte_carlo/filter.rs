@@ -65,7 +65,6 @@ impl MonteCarlo {
     }
 
     /// The particles.
-    #[must_use]
     pub fn particles(&self) -> &Particles {
         &self.particles
     }

@@ -78,7 +78,6 @@ impl Default for SampleSizeConfig {
 /// let particles = kld_sample_size(10, 0.05, normal_quantile(0.99));
 /// assert!((particles - 216.0).abs() < 1.0);
 /// ```
-#[must_use]
 pub fn kld_sample_size(occupied_bins: usize, max_error: f64, quantile: f64) -> f64 {
     if occupied_bins < 2 {
         return 1.0;
@@ -90,7 +89,6 @@ pub fn kld_sample_size(occupied_bins: usize, max_error: f64, quantile: f64) -> f
 
 /// Quantile of the normal distribution: a normal number is below it with the given probability, above 0 and below 1. To
 /// seven digits. Source: Wichura 1988, algorithm AS 241, routine PPND7.
-#[must_use]
 pub fn normal_quantile(probability: f64) -> f64 {
     let center = probability - 0.5;
     if center.abs() <= 0.425 {

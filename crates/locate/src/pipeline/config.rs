@@ -32,7 +32,6 @@ pub struct PipelineConfig {
 
 impl PipelineConfig {
     /// The defaults with the documents' color table.
-    #[must_use]
     pub fn with_color_table() -> Self {
         let analysis = FieldAnalysisConfig { colors: ColorConfig::table(), ..FieldAnalysisConfig::default() };
         Self { analysis, ..Self::default() }

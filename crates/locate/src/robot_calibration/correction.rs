@@ -83,7 +83,6 @@ impl MountCorrection {
     }
 
     /// Where the camera really is.
-    #[must_use]
     pub fn apply(&self, reported: &Rigid3<Robot, CameraFrame>) -> Rigid3<Robot, CameraFrame> {
         let tilt = Vector3::new(-self.pitch_down_deg.to_radians(), 0.0, self.roll_clockwise_deg.to_radians());
         let turn =
@@ -95,7 +94,6 @@ impl MountCorrection {
 
 impl OdometryCorrection {
     /// The real motion of a short reported one, seen from the robot.
-    #[must_use]
     pub fn apply(&self, reported: &PlanarPose) -> PlanarPose {
         let drift_rad = self.drift_deg_per_m.to_radians() * reported.x_m.hypot(reported.y_m);
         PlanarPose::new(
@@ -114,7 +112,6 @@ pub struct OdometryCorrector {
 
 impl OdometryCorrector {
     /// The corrected `odom_from_robot` of the next reported one.
-    #[must_use]
     pub fn step(&mut self, reported: &PlanarPose, correction: &OdometryCorrection) -> PlanarPose {
         let corrected = self.last.map_or(*reported, |(last, corrected)| {
             corrected.compose(&correction.apply(&reported.relative_to(&last)))

@@ -203,7 +203,6 @@ impl TeamFilter {
     }
 
     /// Who this robot is.
-    #[must_use]
     pub fn member(&self) -> &Member {
         &self.member
     }
@@ -215,7 +214,6 @@ impl TeamFilter {
     }
 
     /// The answer of the last step.
-    #[must_use]
     pub fn answer(&self) -> &TeamEstimate {
         &self.answer
     }

@@ -136,7 +136,6 @@ impl WireSighting {
     }
 
     /// What it says; `None` if it is of a kind that is not known, or its numbers are none.
-    #[must_use]
     pub fn read(&self, stamp: Timestamp) -> Option<Sighting> {
         let [xx, xy, yy] = self.covariance.map(f64::from);
         let sighting = Sighting {
@@ -151,7 +150,6 @@ impl WireSighting {
 
 impl WireSightings {
     /// All of one image.
-    #[must_use]
     pub fn new(stamp: Timestamp, sightings: &[Sighting]) -> Self {
         let sightings = sightings.iter().map(|sighting| WireSighting::new(sighting, stamp)).collect();
         Self { stamp: stamp.into(), sightings }
@@ -197,7 +195,6 @@ impl From<&TeamMessage> for WireTeamMessage {
 impl WireTeamMessage {
     /// The message. Sightings of kinds that are not known are left out; everything else is judged by who receives it
     /// ([`super::TeamFilter::receive`]).
-    #[must_use]
     pub fn read(&self) -> TeamMessage {
         let pose = |[x, y, yaw]: [f32; 3]| PlanarPose::new(f64::from(x), f64::from(y), f64::from(yaw));
         let hypothesis = |h: &WireHypothesis| {

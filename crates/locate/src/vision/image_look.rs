@@ -23,7 +23,6 @@ pub struct ImageLook {
 
 impl ImageLook {
     /// Looks at an image; `carpet` is the color of a field's carpet.
-    #[must_use]
     pub fn new(image: &RgbImage, carpet: &HueRange) -> Self {
         let step = px_in(image.width(), STEP_PX) as usize;
         let (mut brightness, mut chroma, mut num_carpet, mut num) = (0, 0, 0_u32, 0_u32);

@@ -48,13 +48,11 @@ pub enum FeatureKind {
 
 impl FeatureKind {
     /// Whether the pixel belongs to a goal.
-    #[must_use]
     pub fn is_goal(self) -> bool {
         matches!(self, Self::YellowGoal | Self::BlueGoal | Self::WhiteGoal)
     }
 
     /// Whether the pixel belongs to an upright edge of a door.
-    #[must_use]
     pub fn is_door_edge(self) -> bool {
         matches!(self, Self::DoorEdge { .. })
     }
@@ -135,7 +133,6 @@ impl DropReason {
     ];
 
     /// Short name for tables and legends.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::NotBesideCarpet => "not beside carpet",
@@ -240,7 +237,6 @@ impl Percept {
     }
 
     /// How many pixels a filter dropped.
-    #[must_use]
     pub fn num_dropped(&self, reason: DropReason) -> usize {
         self.dropped.iter().filter(|pixel| pixel.reason == reason).count()
     }

@@ -70,19 +70,16 @@ pub struct PathPoint {
 
 impl PathPoint {
     /// A point that the localizer trusts.
-    #[must_use]
     pub fn localized(pose: &PlanarPose) -> Self {
         Self { x_m: pose.x_m, y_m: pose.y_m, is_localized: true }
     }
 
     /// A point that the localizer does not trust.
-    #[must_use]
     pub fn not_localized(pose: &PlanarPose) -> Self {
         Self { is_localized: false, ..Self::localized(pose) }
     }
 
     /// Breaks the line.
-    #[must_use]
     pub fn gap() -> Self {
         Self { x_m: f64::NAN, y_m: f64::NAN, is_localized: false }
     }

@@ -24,7 +24,6 @@ const MARK: Color = Color::rgb(0x6a, 0x1b, 0x7a);
 
 /// Panels above each other with a common axis of time in seconds. Values outside the range of a panel are shown as
 /// small triangles at its border.
-#[must_use]
 pub fn time_series(input: &TimeSeriesPicture) -> Picture {
     let references = input.panels.iter().flat_map(|panel| &panel.references);
     let right = WIDTH_PX - reference_margin_px(references).min(WIDTH_PX / 3.0);

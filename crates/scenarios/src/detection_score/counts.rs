@@ -19,19 +19,16 @@ pub struct DetectionScore {
 
 impl DetectionScore {
     /// Share of the detections that are right.
-    #[must_use]
     pub fn precision(&self) -> f64 {
         share(self.num_right, self.num_found)
     }
 
     /// Share of the things in view that are found.
-    #[must_use]
     pub fn recall(&self) -> f64 {
         share(self.num_recalled, self.num_visible)
     }
 
     /// Median error on the ground of the right detections, meters; it contains that of the reported camera.
-    #[must_use]
     pub fn median_error_m(&self) -> Option<f64> {
         median(self.errors_m.iter().copied())
     }

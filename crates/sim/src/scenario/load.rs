@@ -247,7 +247,6 @@ impl Scenario {
     }
 
     /// Number of frames of the whole scenario.
-    #[must_use]
     pub fn num_frames(&self) -> usize {
         (self.duration_secs * self.frames_per_sec).round() as usize
     }

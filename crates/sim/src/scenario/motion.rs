@@ -19,7 +19,6 @@ pub struct PlacedPose {
 
 impl PlacedPose {
     /// The same with the heading in radians.
-    #[must_use]
     pub fn pose(&self) -> PlanarPose {
         PlanarPose::new(self.x_m, self.y_m, self.yaw_deg.to_radians())
     }

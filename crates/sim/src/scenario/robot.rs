@@ -23,7 +23,6 @@ pub enum HeadMount {
 
 impl HeadMount {
     /// The Nao's camera, if it is one.
-    #[must_use]
     pub fn nao_camera(self) -> Option<NaoCamera> {
         match self {
             Self::Simple => None,

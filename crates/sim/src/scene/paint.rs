@@ -66,19 +66,16 @@ impl Default for Paint {
 
 impl Paint {
     /// An even color.
-    #[must_use]
     pub fn flat(color: Color) -> Self {
         Self { color, ..Self::default() }
     }
 
     /// A pattern in one color.
-    #[must_use]
     pub fn of(pattern: Pattern, color: Color) -> Self {
         Self { pattern, color, ..Self::default() }
     }
 
     /// Paints a surface of the given width and height in meters. Flat paint needs one pixel only.
-    #[must_use]
     pub fn canvas(&self, size_m: (f32, f32), px_per_m: f32, rng: &mut Rng) -> Canvas {
         if self.pattern == Pattern::Flat {
             return Canvas::new((1, 1), self.color);

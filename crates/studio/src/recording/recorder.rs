@@ -54,13 +54,11 @@ impl Recorder {
     }
 
     /// The file.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// How many updates it has.
-    #[must_use]
     pub fn num_updates(&self) -> usize {
         self.num_updates
     }

@@ -47,7 +47,6 @@ pub struct ContenderView {
 
 impl ContenderView {
     /// Copies what is shown of an algorithm.
-    #[must_use]
     pub fn new(name: &str, pipeline: &Pipeline) -> Self {
         let StepTimes { analysis_ms, localizer_ms } = pipeline.times();
         let localizer = pipeline.localizer();
@@ -250,7 +249,6 @@ fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// What pages are shown of each algorithm.
-#[must_use]
 pub fn views(lineup: &Lineup) -> Vec<ContenderView> {
     lineup.contenders().iter().map(|it| ContenderView::new(it.name(), it.pipeline())).collect()
 }

@@ -36,7 +36,6 @@ impl SurfaceColor {
     pub const YELLOW: Self = Self { rgb: NAMED[5].1 };
 
     /// Hue in degrees [0, 360), and saturation, 0 (gray) to 1 (pure).
-    #[must_use]
     pub fn hue_and_saturation(&self) -> (f64, f64) {
         let [r, g, b] = self.rgb.map(f64::from);
         let (max, min) = (r.max(g).max(b), r.min(g).min(b));
@@ -55,14 +54,12 @@ impl SurfaceColor {
     }
 
     /// Whether the color is too gray to have a hue that a camera can see in any light.
-    #[must_use]
     pub fn is_gray(&self) -> bool {
         self.hue_and_saturation().1 < 0.3
     }
 
     /// Whether a camera can tell two surfaces apart in any light: one is gray and the other is not, or their hues are
     /// at least 25 degrees apart.
-    #[must_use]
     pub fn differs_from(&self, other: &Self) -> bool {
         if self.is_gray() || other.is_gray() {
             return self.is_gray() != other.is_gray();

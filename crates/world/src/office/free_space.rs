@@ -244,7 +244,6 @@ impl FreeSpace {
 
     /// Whether a robot can be at (x, y), meters.
     #[inline]
-    #[must_use]
     pub fn contains(&self, x_m: f64, y_m: f64) -> bool {
         self.cell(x_m, y_m).is_some_and(|cell| self.is_free[cell])
     }
@@ -259,20 +258,17 @@ impl FreeSpace {
     }
 
     /// Least and largest (x, y) of all walls, meters.
-    #[must_use]
     pub fn bounds_m(&self) -> [Point2<f64>; 2] {
         let size = nalgebra::Vector2::new(self.columns as f64, self.rows as f64) * self.cell_m;
         [self.min, self.min + size]
     }
 
     /// Area where a robot can be, square meters.
-    #[must_use]
     pub fn area_m2(&self) -> f64 {
         self.free.len() as f64 * self.cell_m * self.cell_m
     }
 
     /// Whether walls or outlines enclose the floor. If not, everything between the walls counts as floor.
-    #[must_use]
     pub fn is_enclosed(&self) -> bool {
         self.is_enclosed
     }
@@ -291,7 +287,6 @@ impl FreeSpace {
 
     /// Areas of the parts between which no robot comes, the largest first, square meters. A pair of places, at both sides
     /// of a door, joins the parts in which they lie.
-    #[must_use]
     pub fn parts_m2(&self, passages: &[[Point2<f64>; 2]]) -> Vec<f64> {
         let mut part_of = vec![u32::MAX; self.is_free.len()];
         let mut is_seen = vec![false; self.is_free.len()];
@@ -330,7 +325,6 @@ impl FreeSpace {
 
     /// The free place that belongs to three numbers of [0, 1): evenly spread numbers give evenly spread places. The
     /// first one chooses the cell, the others the place in it. `None` if nothing is free.
-    #[must_use]
     pub fn place(&self, choice: f64, in_cell: [f64; 2]) -> Option<Point2<f64>> {
         let last = self.free.len().checked_sub(1)?;
         let index = self.free[((choice * self.free.len() as f64) as usize).min(last)] as usize;

@@ -24,7 +24,6 @@ pub struct AbsoluteError {
 }
 
 /// Aligns and measures. `None` without an alignment.
-#[must_use]
 pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<AbsoluteError> {
     let similarity = align(pairs, alignment)?;
     let distance = |pair: &PosePair| {

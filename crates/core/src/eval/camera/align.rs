@@ -28,13 +28,11 @@ pub struct Similarity {
 
 impl Similarity {
     /// Leaves everything where it is.
-    #[must_use]
     pub fn identity() -> Self {
         Self { scale: 1.0, rotation: Matrix3::identity(), translation: Vector3::zeros() }
     }
 
     /// Where a point of the estimate is in the truth.
-    #[must_use]
     pub fn apply(&self, point: &Vector3<f64>) -> Point3<f64> {
         Point3::from(self.rotation * point * self.scale + self.translation)
     }
@@ -44,7 +42,6 @@ impl Similarity {
 /// than three pairs or with positions that do not determine it.
 ///
 /// Source: Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991.
-#[must_use]
 pub fn align(pairs: &[PosePair], alignment: Alignment) -> Option<Similarity> {
     if alignment == Alignment::None {
         return Some(Similarity::identity());

@@ -46,7 +46,6 @@ pub struct RelativeErrors {
 /// pairs.
 ///
 /// Source: Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", 2012.
-#[must_use]
 pub fn relative_error(pairs: &[PosePair], delta: usize, similarity: &Similarity) -> Option<RelativeError> {
     let errors = relative_errors(pairs, Step::Frames(delta), Motions::All, similarity);
     Some(RelativeError {
@@ -59,7 +58,6 @@ pub fn relative_error(pairs: &[PosePair], delta: usize, similarity: &Similarity)
 /// angle. Empty if no two pairs are far enough apart.
 ///
 /// Source: as [`relative_error`]; the choice of motions is that of `evo`.
-#[must_use]
 pub fn relative_errors(
     pairs: &[PosePair],
     step: Step,

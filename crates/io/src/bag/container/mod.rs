@@ -84,7 +84,6 @@ pub struct DamagedBag {
 
 impl DamagedBag {
     /// File and place.
-    #[must_use]
     pub fn origin(&self) -> String {
         format!("{}: {}", self.path.display(), self.place)
     }

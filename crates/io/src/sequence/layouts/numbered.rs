@@ -26,7 +26,6 @@ pub(super) fn has_images(folder: &Path) -> bool {
 }
 
 /// Whether a file is a picture that can be read, by its name. Hidden files, notes of a system about others for instance, are none.
-#[must_use]
 pub fn is_image(path: &Path) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     !is_hidden && matches!(ending(path).as_str(), "png" | "jpg" | "jpeg")
@@ -37,7 +36,6 @@ fn ending(path: &Path) -> String {
 }
 
 /// Where the images may be, and what to do, for a folder without any that can be read; empty if there is nothing to say.
-#[must_use]
 pub fn instead_of_images(folder: &Path) -> String {
     const OTHERS: [&str; 12] =
         ["heic", "heif", "avif", "tif", "tiff", "bmp", "webp", "gif", "pgm", "ppm", "dng", "raw"];

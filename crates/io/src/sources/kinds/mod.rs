@@ -52,7 +52,6 @@ pub(crate) struct Way<T> {
 
 impl SourceKind {
     /// The options that make a difference for a purpose, for what stands behind the colon.
-    #[must_use]
     pub fn honors(&self, purpose: Purpose, rest: &str) -> &'static [SourceOption] {
         match purpose {
             Purpose::Frames => (self.frames.honors)(rest),

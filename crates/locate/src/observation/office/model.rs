@@ -88,7 +88,6 @@ impl OfficeObservationModel {
     }
 
     /// The building.
-    #[must_use]
     pub fn office(&self) -> &Office {
         &self.sights.office
     }

@@ -26,7 +26,6 @@ pub struct HueRange {
 
 impl HueRange {
     /// Whether a color belongs to the class.
-    #[must_use]
     pub fn contains(&self, hue_deg: f64, saturation: f64, brightness: f64) -> bool {
         let in_hue = if self.from_deg <= self.to_deg {
             (self.from_deg..=self.to_deg).contains(&hue_deg)
@@ -118,13 +117,11 @@ impl Default for ColorConfig {
 
 impl ColorConfig {
     /// Fixed classes, as in the documents.
-    #[must_use]
     pub fn table() -> Self {
         Self { source: ColorSource::Table, ..Self::default() }
     }
 
     /// All colors that a carpet can have.
-    #[must_use]
     pub fn carpet(&self) -> HueRange {
         match self.source {
             ColorSource::Table => self.green,

@@ -30,7 +30,6 @@ pub enum ColorClass {
 
 impl ColorClass {
     /// The word for it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Unknown => "unknown",
@@ -71,7 +70,6 @@ const LEARNED_MEAN_DEVIATIONS: u32 = 4;
 
 impl ColorTable {
     /// The table of a calibration that has been checked.
-    #[must_use]
     pub fn new(config: &ColorConfig, goals: GoalColors) -> Self {
         let is_learned = config.source == ColorSource::Learned;
         let goals = if is_learned { goals } else { GoalColors::default() };
@@ -123,7 +121,6 @@ impl ColorTable {
 
     /// Class of a color; never [`ColorClass::White`] or [`ColorClass::PaleGreen`].
     #[inline]
-    #[must_use]
     pub fn class(&self, r: u8, g: u8, b: u8) -> ColorClass {
         match self.classes[entry_of([r, g, b])] {
             ColorClass::PaleGreen => ColorClass::Green,
@@ -145,7 +142,6 @@ impl ColorTable {
 
     /// Class of a color beside carpet of the given luma.
     #[inline]
-    #[must_use]
     pub fn class_beside_carpet(&self, rgb: [u8; 3], white_threshold: u32) -> ColorClass {
         match self.classes[entry_of(rgb)] {
             ColorClass::Neutral | ColorClass::PaleGreen if luma(rgb) >= white_threshold => ColorClass::White,
@@ -156,14 +152,12 @@ impl ColorTable {
 
     /// Luma from which a colorless pixel beside carpet of this luma is white.
     #[inline]
-    #[must_use]
     pub fn white_threshold(&self, green_luma: u32) -> u32 {
         ((green_luma * self.white_over_green_256) >> 8) + self.white_above_green
     }
 
     /// The same beside carpet whose luma has this mean deviation, in 1/16: what is learned counts it.
     #[inline]
-    #[must_use]
     pub(crate) fn white_threshold_beside(&self, green_luma: u32, deviation_16: u32) -> u32 {
         let least = self.white_threshold(green_luma);
         if !self.is_learned {
@@ -197,7 +191,6 @@ impl Shares {
 }
 
 /// Shares of a color; of black those of gray.
-#[must_use]
 pub(crate) fn shares(rgb: [u8; 3]) -> Shares {
     let [r, g, b] = rgb.map(f32::from);
     let sum = r + g + b;
@@ -221,7 +214,6 @@ fn rgb_of(entry: u16) -> [u8; 3] {
 
 /// Brightness as people see it, 0 to 255.
 #[inline]
-#[must_use]
 pub(crate) fn luma(rgb: [u8; 3]) -> u32 {
     (2 * u32::from(rgb[0]) + 5 * u32::from(rgb[1]) + u32::from(rgb[2])) >> 3
 }

@@ -107,25 +107,21 @@ impl FieldAnalyzer {
     }
 
     /// The last percept.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         &self.percept
     }
 
     /// The end of the field in the last image.
-    #[must_use]
     pub fn field_end(&self) -> &FieldEnd {
         &self.field_end
     }
 
     /// Goal blobs of the last image, valid or not.
-    #[must_use]
     pub fn goal_blobs(&self) -> &[GoalBlob] {
         self.blobs.blobs()
     }
 
     /// Obstacles of the last image.
-    #[must_use]
     pub fn obstacles(&self) -> &[Obstacle] {
         self.obstacles.obstacles()
     }

@@ -81,25 +81,21 @@ impl OfficeAnalyzer {
     }
 
     /// The last percept.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         &self.percept
     }
 
     /// The lines of the last image that were kept: labelled, joined and long enough.
-    #[must_use]
     pub fn lines(&self) -> &[Labelled] {
         &self.lines
     }
 
     /// Red, green and blue of the light, as the images of late show it; green is 1.
-    #[must_use]
     pub fn light_color(&self) -> [f64; 3] {
         self.light.rgb()
     }
 
     /// All straight edges of the last image, as the detector found them.
-    #[must_use]
     pub fn segments(&self) -> &[EdgeSegment] {
         &self.segments
     }

@@ -48,7 +48,6 @@ pub struct OfficeTable {
 
 impl OfficeTable {
     /// The table of a building.
-    #[must_use]
     pub fn new(colors: &OfficeColors) -> Self {
         let mut surfaces = vec![
             Surface::new(SurfaceClass::Wall, colors.wall),
@@ -71,7 +70,6 @@ impl OfficeTable {
 
     /// Class of a color.
     #[inline]
-    #[must_use]
     pub fn class(&self, rgb: [u8; 3]) -> SurfaceClass {
         let [r, g, b] = rgb.map(|value| usize::from(value) >> (8 - BITS));
         self.classes[(r << (2 * BITS)) | (g << BITS) | b]

@@ -101,19 +101,16 @@ impl EdgeSegment {
     }
 
     /// Length, pixels.
-    #[must_use]
     pub fn length_px(&self) -> f64 {
         (self.end - self.start).norm()
     }
 
     /// Unit vector from start to end; along x for a segment without length.
-    #[must_use]
     pub fn direction(&self) -> Vector2<f64> {
         (self.end - self.start).try_normalize(1e-9).unwrap_or_else(Vector2::x)
     }
 
     /// Distance of a point from the line through the segment, pixels.
-    #[must_use]
     pub fn offset_px(&self, point: &Point2<f64>) -> f64 {
         self.direction().perp(&(point - self.start)).abs()
     }
