@@ -45,36 +45,27 @@ pub struct MapScale {
     pub relative_sigma: f64,
 }
 
-/// Where the scale of a map comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum ScaleSource {
-    /// A map unit is anything.
-    #[default]
-    Unknown,
-    /// Aligned to places that are known: a map unit is a meter.
-    Aligned,
-    /// Two points at a known distance: a map unit is a meter.
-    TwoPoints,
-    /// The height of the camera above the ground: a map unit is a meter.
-    CameraHeight,
-    /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
-    Odometry,
-    /// Somebody has said how long a map unit is: it is a meter now.
-    Told,
-}
-
-impl ScaleSource {
-    /// The words for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Aligned => "aligned to known places",
-            Self::TwoPoints => "two points of known distance",
-            Self::CameraHeight => "height of the camera",
-            Self::Odometry => "odometry of the robot",
-            Self::Told => "told by somebody",
-        }
+visloc_core::worded_enum! {
+    /// Where the scale of a map comes from.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    pub enum ScaleSource {
+        /// A map unit is anything.
+        #[default]
+        Unknown = "unknown",
+        /// Aligned to places that are known: a map unit is a meter.
+        Aligned = "aligned to known places",
+        /// Two points at a known distance: a map unit is a meter.
+        TwoPoints = "two points of known distance",
+        /// The height of the camera above the ground: a map unit is a meter.
+        CameraHeight = "height of the camera",
+        /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
+        Odometry = "odometry of the robot",
+        /// Somebody has said how long a map unit is: it is a meter now.
+        Told = "told by somebody",
     }
+
+    /// The words for it.
+    name
 }
 
 /// A run that made or extended a map.

@@ -3,66 +3,39 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a topic is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum TopicRole {
-    /// The camera's pictures.
-    Image,
-    /// The camera's calibration.
-    CameraInfo,
-    /// Accumulated odometry.
-    Odometry,
-    /// Poses between frames that move, kinematics.
-    Tf,
-    /// Poses between frames that do not move.
-    TfStatic,
-    /// Positions of the robot's joints.
-    JointStates,
-    /// Which joints are where on the robot.
-    RobotDescription,
-    /// How the robot is tilted.
-    Imu,
-    /// Whether the feet touch the ground.
-    FootContact,
-    /// Forces under the feet.
-    FootPressure,
-    /// Where the robot really is.
-    GroundTruth,
+visloc_core::worded_enum! {
+    /// What a topic is for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum TopicRole {
+        /// The camera's pictures.
+        Image = "the images",
+        /// The camera's calibration.
+        CameraInfo = "the calibration",
+        /// Accumulated odometry.
+        Odometry = "the odometry",
+        /// Poses between frames that move, kinematics.
+        Tf = "the kinematics (tf)",
+        /// Poses between frames that do not move.
+        TfStatic = "the fixed transforms (tf_static)",
+        /// Positions of the robot's joints.
+        JointStates = "the positions of joints",
+        /// Which joints are where on the robot.
+        RobotDescription = "the robot's description",
+        /// How the robot is tilted.
+        Imu = "the tilt (IMU)",
+        /// Whether the feet touch the ground.
+        FootContact = "the contact of the feet",
+        /// Forces under the feet.
+        FootPressure = "the forces under the feet",
+        /// Where the robot really is.
+        GroundTruth = "the truth",
+    }
+
+    /// What is on a topic of this role, for people.
+    meaning
 }
 
 impl TopicRole {
-    /// Every role.
-    pub const ALL: [Self; 11] = [
-        Self::Image,
-        Self::CameraInfo,
-        Self::Odometry,
-        Self::Tf,
-        Self::TfStatic,
-        Self::JointStates,
-        Self::RobotDescription,
-        Self::Imu,
-        Self::FootContact,
-        Self::FootPressure,
-        Self::GroundTruth,
-    ];
-
-    /// What is on a topic of this role, for people.
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::Image => "the images",
-            Self::CameraInfo => "the calibration",
-            Self::Odometry => "the odometry",
-            Self::Tf => "the kinematics (tf)",
-            Self::TfStatic => "the fixed transforms (tf_static)",
-            Self::JointStates => "the positions of joints",
-            Self::RobotDescription => "the robot's description",
-            Self::Imu => "the tilt (IMU)",
-            Self::FootContact => "the contact of the feet",
-            Self::FootPressure => "the forces under the feet",
-            Self::GroundTruth => "the truth",
-        }
-    }
-
     /// Message types that a topic of this role may have.
     pub fn type_names(self) -> &'static [&'static str] {
         match self {

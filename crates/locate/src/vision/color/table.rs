@@ -4,45 +4,33 @@ use super::{
     ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor, classes::hue_saturation_brightness,
 };
 
-/// What the color of a pixel says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum ColorClass {
-    /// None of the others.
-    Unknown,
-    /// Carpet.
-    Green,
-    /// Learned carpet's color mixed with a little gray: a line if it is bright beside the carpet, else carpet.
-    PaleGreen,
-    /// Another green than the carpet's.
-    OtherGreen,
-    /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
-    Neutral,
-    /// Colorless and bright beside the carpet.
-    White,
-    /// Yellow goal.
-    Yellow,
-    /// Blue goal.
-    Blue,
-    /// Ball.
-    Orange,
-}
-
-impl ColorClass {
-    /// The word for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Green => "green",
-            Self::PaleGreen => "pale green",
-            Self::OtherGreen => "other green",
-            Self::Neutral => "gray",
-            Self::White => "white",
-            Self::Yellow => "yellow",
-            Self::Blue => "blue",
-            Self::Orange => "orange",
-        }
+visloc_core::worded_enum! {
+    /// What the color of a pixel says.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[repr(u8)]
+    pub enum ColorClass {
+        /// None of the others.
+        Unknown = "unknown",
+        /// Carpet.
+        Green = "green",
+        /// Learned carpet's color mixed with a little gray: a line if it is bright beside the carpet, else carpet.
+        PaleGreen = "pale green",
+        /// Another green than the carpet's.
+        OtherGreen = "other green",
+        /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
+        Neutral = "gray",
+        /// Colorless and bright beside the carpet.
+        White = "white",
+        /// Yellow goal.
+        Yellow = "yellow",
+        /// Blue goal.
+        Blue = "blue",
+        /// Ball.
+        Orange = "orange",
     }
+
+    /// The word for it.
+    name
 }
 
 /// Bits of each color channel that choose an entry: 32,768 entries fit in a small cache.
