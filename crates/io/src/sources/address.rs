@@ -73,7 +73,7 @@ impl<'a> SourceAddress<'a> {
     /// # Errors
     /// If an option would be ignored, contradicts another one or has a senseless value; the error names it.
     pub fn check(&self, options: &SourceOptions, purpose: Purpose) -> Result<(), SourcesError> {
-        options.check(self.text, self.kind.name, purpose, self.kind.honors(purpose, self.rest))
+        options.check(self.text, self.kind.name, purpose, &self.kind.honors(purpose, self.rest))
     }
 
     /// The kind of source.

@@ -28,11 +28,11 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |name| !is_tour(name),
     problem: always_usable,
     claims: claims_nothing,
-    frames: Way { honors: |_| &[Seed, Threads], open: frames },
-    images: Way { honors: |_| &[Start, End, Stride, Scale, Seed, Threads], open: images },
+    frames: Way { honors: |_| vec![Seed, Threads], open: frames },
+    images: Way { honors: |_| vec![Start, End, Stride, Scale, Seed, Threads], open: images },
     pictures: Way {
         honors: |name| {
-            if is_tour(name) { &[Start, End, Stride, Scale, Seed, Threads] } else { &[Seed, Threads] }
+            if is_tour(name) { vec![Start, End, Stride, Scale, Seed, Threads] } else { vec![Seed, Threads] }
         },
         open: pictures,
     },
