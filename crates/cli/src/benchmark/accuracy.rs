@@ -202,7 +202,7 @@ fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
         Cell { key: run_of.key.clone(), figures: BTreeMap::new(), truth: Vec::new(), estimate: Vec::new() };
     cell.figures.insert(Quantity::Coverage, report.coverage);
     if let Some(error) = &error {
-        cell.figures.insert(Quantity::AteM, error.rmse);
+        cell.figures.insert(Quantity::AteM, error.statistics.rmse);
     }
     (cell.truth, cell.estimate) = camera_ways(&truth, &run, error.as_ref());
     Ok(cell)

@@ -204,7 +204,7 @@ fn live_output(
     let is_wanted = is_asked_for || (is_live && !args.no_publish_ros);
     let floor = match args.publish_map {
         true => {
-            Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
+            Some(map.occupancy_grid().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
         }
         false => None,
     };

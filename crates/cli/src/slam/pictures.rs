@@ -194,7 +194,7 @@ fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteE
     let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
     SpaceViews {
         title: title.to_owned(),
-        subtitle: format!("RMSE {:.4} m", error.rmse),
+        subtitle: format!("RMSE {:.4} m", error.statistics.rmse),
         shows_clouds: true,
         paths: vec![
             SpacePath::cloud("map", Color::GRAY, landmarks.collect()),

@@ -110,7 +110,7 @@ impl MapReport {
                 way_m: scale.way_m,
                 deviation: scale.deviation,
             }),
-            ate_rmse_m: error.map(|error| error.rmse),
+            ate_rmse_m: error.map(|error| error.statistics.rmse),
         }
     }
 }
@@ -181,10 +181,10 @@ impl SlamReport {
             joins: run.history.num_joins,
             maps: run.maps.iter().map(|way| MapReport::new(way, truth)).collect(),
             ate_m: error.as_ref().map(|error| AteReport {
-                rmse: error.rmse,
-                mean: error.mean,
-                median: error.median,
-                max: error.max,
+                rmse: error.statistics.rmse,
+                mean: error.statistics.mean,
+                median: error.statistics.median,
+                max: error.statistics.max,
                 scale: error.similarity.scale,
             }),
             rpe_rot_deg: relative.map(|r| r.rotation_rmse_rad.to_degrees()),

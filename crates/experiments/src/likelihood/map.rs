@@ -125,9 +125,10 @@ fn best_heading(model: &dyn ObservationModel, x_m: f64, y_m: f64) -> (f64, f64) 
     (value, angle::wrap(yaw_rad))
 }
 
-/// Likelihood of `count` headings at a place, evenly from -pi to pi: heading (radians) and likelihood.
-pub fn heading_profile(model: &dyn ObservationModel, x_m: f64, y_m: f64, count: u32) -> Vec<(f64, f64)> {
-    let heading = |i: u32| -PI + TAU * f64::from(i) / f64::from(count.max(1));
+/// Likelihood of the headings at a place, every half degree from -pi to pi: heading (radians) and likelihood.
+pub fn heading_profile(model: &dyn ObservationModel, x_m: f64, y_m: f64) -> Vec<(f64, f64)> {
+    const COUNT: u32 = 720;
+    let heading = |i: u32| -PI + TAU * f64::from(i) / f64::from(COUNT);
     let weighed = |yaw_rad: f64| (yaw_rad, model.likelihood(&PlanarPose::new(x_m, y_m, yaw_rad)));
-    (0..=count).map(heading).map(weighed).collect()
+    (0..=COUNT).map(heading).map(weighed).collect()
 }

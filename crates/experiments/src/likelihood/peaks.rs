@@ -14,6 +14,9 @@ pub struct Peak {
     pub likelihood: f64,
 }
 
+/// Peaks this far apart are told apart, meters.
+pub const PEAK_DISTANCE_M: f64 = 0.4;
+
 /// The local maxima of a map, the most likely first: cells that no neighbor exceeds, at least so far from a more likely
 /// one, meters.
 pub fn peaks(map: &LikelihoodMap, min_distance_m: f64) -> Vec<Peak> {

@@ -158,9 +158,9 @@ fn compare(
         moved - pairs[i].truth.world_from_camera.translation()
     };
     let jumps = (1..pairs.len()).map(|i| (offset(i) - offset(i - 1)).norm());
-    record.ate_rmse_m = Some(error.rmse);
-    record.ate = Statistics::of(&error.each);
-    record.ate_max_m = Some(error.max);
+    record.ate_rmse_m = Some(error.statistics.rmse);
+    record.ate = Some(error.statistics);
+    record.ate_max_m = Some(error.statistics.max);
     record.jump_m = jumps.max_by(f64::total_cmp);
     let relative = relative_error(&pairs, 1, &error.similarity);
     record.rpe_rot_deg = relative.map(|relative| relative.rotation_rmse_rad.to_degrees());

@@ -292,7 +292,7 @@ fn distance_m(one: &Summary<'_>, other: &Summary<'_>) -> Option<f64> {
         Some(trajectory)
     };
     let pairs = associate(&path(one)?, &path(other)?, 1e-3);
-    absolute_error(&pairs, Alignment::Similarity).map(|error| error.mean)
+    absolute_error(&pairs, Alignment::Similarity).map(|error| error.statistics.mean)
 }
 
 fn kidnap(summaries: &[Summary<'_>]) -> Table {

@@ -4,7 +4,10 @@ use rand::RngExt;
 use visloc_core::{Rng, Timestamp, gaussian, geom::PlanarPose};
 
 use super::{
-    MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,
+    MonteCarloConfig, Particles, PoseNoise,
+    estimator::Estimator,
+    recovery::Recovery,
+    survivors::{Survivors, Weighed},
 };
 use crate::{
     ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, PlanarMotion, Reliability,
@@ -188,8 +191,9 @@ impl MonteCarlo {
             self.particles.replace(&self.survivors.sources, &self.survivors.logs, num_elite, []);
             return;
         }
-        let makeup = self.survivors.makeup(config, &self.particles, clusters, newcomer_share, rng);
-        self.survivors.draw(config, &self.particles, (clusters, &self.best), &makeup, rng);
+        let weighed = Weighed { particles: &self.particles, clusters, best: &self.best };
+        let makeup = self.survivors.makeup(config, weighed, newcomer_share, rng);
+        self.survivors.draw(config, weighed, &makeup, rng);
         let (model, source) = (self.model.as_ref(), config.injection.source);
         let newcomers = (0..makeup.num_newcomers).map(|_| source.sample(model, rng));
         self.particles.replace(&self.survivors.sources, &self.survivors.logs, makeup.num_elite, newcomers);

@@ -12,7 +12,7 @@ use super::{
     place::{is_same, near},
     robot::KnownRobot,
     search::Candidate,
-    track::Track,
+    track::{FoundFit, Track},
     view::{View, ViewEvidence},
 };
 use crate::{Region, observation::features::FeatureModel, odometer::Odometry, per_camera::OtherCameras};
@@ -146,15 +146,14 @@ impl Tracks {
             self.weigh(config);
         }
         self.rank();
-        let handicap = self.handicap(config);
         for place in places {
-            self.bear(model, place, (handicap, view), known, config);
+            self.bear(model, place, view, known, config);
         }
         if !view.is_localized
             && let Some(twin) = self.twin(model)
             && !self.know(model, &twin.world_from_robot, config)
         {
-            self.bear(model, &twin, (handicap, view), known, config);
+            self.bear(model, &twin, view, known, config);
         }
         self.rank();
         self.merge(model, config);
@@ -335,7 +334,7 @@ impl Tracks {
         &mut self,
         model: &dyn FeatureModel,
         candidate: &Candidate,
-        (handicap, view): (f64, &View),
+        view: &View,
         known: &Known,
         config: &RefinementConfig,
     ) {
@@ -351,8 +350,8 @@ impl Tracks {
         let agreement = fitted.agreement.value();
         let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
         let even = *self.even_log_evidence.get_or_insert(last_log_evidence);
-        let found = ViewEvidence::found(last_log_evidence, even);
-        let view_evidence = self.best().map_or(found, |best| found.after(&best.view_evidence));
+        let of_image = ViewEvidence::found(last_log_evidence, even);
+        let of_view = self.best().map_or(of_image, |best| of_image.after(&best.view_evidence));
         let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
         let best = self.tracks.first().map_or(0.0, |track| track.agreement);
         if agreement < config.min_birth_agreement.max(best - 0.2) {
@@ -361,23 +360,23 @@ impl Tracks {
         let deficit = (best_fitted - agreement).max(0.0);
         let bend = self.robot.bend(&filter, config);
         let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
+        let handicap = self.handicap(config);
         let (log_odds, past_log_odds) = if config.has_look_alikes {
             (-handicap - (bend - best_bend).max(0.0), 0.0)
         } else {
             // It could have been there all the time, as well as the best one, if nobody has carried the robot.
             let past = self.best().map_or(0.0, |best| best.past_log_odds) - handicap;
             let others = self.best().map_or(0.0, Track::other_log_odds);
-            (past + view_evidence.log_odds + others - bend, past)
+            (past + of_view.log_odds + others - bend, past)
         };
         let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
         if let Some(i) = found_again {
             let stuck = &mut self.tracks[i];
+            let found = FoundFit { filter, agreement, deficit, bend, log_odds, of_image, of_view };
             if !config.has_look_alikes {
-                stuck.find_again((filter, bend), &fitted, (found, view_evidence), model);
-                return;
-            }
-            if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
-                stuck.correct((filter, bend), (agreement, deficit), log_odds);
+                stuck.find_again(found, model);
+            } else if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
+                stuck.correct(found);
                 stuck.fitted_in = self.turn;
             }
             return;
@@ -398,7 +397,7 @@ impl Tracks {
             last_log_evidence,
             past_found: 0.0,
             bend,
-            view_evidence,
+            view_evidence: of_view,
             other_views: self.best().map_or_else(OtherCameras::none, Track::expected_other_views),
             late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
         };

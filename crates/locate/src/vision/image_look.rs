@@ -4,11 +4,9 @@ use visloc_core::RgbImage;
 
 use crate::vision::{
     color::{HueRange, hue_saturation_brightness, luma},
+    field::STEP_PX,
     px_in,
 };
-
-/// Every so many pixels one is looked at, in an image 320 px wide.
-const STEP_PX: u32 = 12;
 
 /// Brightness and color of an image, from a coarse grid of its pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]

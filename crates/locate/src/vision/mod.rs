@@ -10,6 +10,7 @@ mod detected_object;
 pub mod field;
 mod field_features;
 mod image_look;
+mod line_fit;
 pub mod office;
 mod percept;
 

@@ -61,16 +61,23 @@ impl FreeSpace {
             let next = corridor.outline.iter().cycle().skip(1);
             corridor.outline.iter().zip(next).map(|(a, b)| [point(*a), point(*b)])
         });
-        let crossings = self.crossings(sides, |_| ());
+        let mut is_free = std::mem::take(&mut self.is_free);
+        self.walk_rows(self.crossings(sides, |_| ()), |cell, _, right| is_free[cell] = right.len() % 2 == 1);
+        self.is_free = is_free;
+    }
+
+    /// Goes through all cells, each with what crosses its row to the left and to the right of its middle, from left to right.
+    fn walk_rows<T>(
+        &self,
+        crossings: Vec<Vec<(f64, T)>>,
+        mut visit: impl FnMut(usize, &[(f64, T)], &[(f64, T)]),
+    ) {
         for (row, mut crossings) in crossings.into_iter().enumerate() {
             crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut passed = 0;
             for column in 0..self.columns {
                 let x = self.middle(column, row).x;
-                while crossings.get(passed).is_some_and(|crossing| crossing.0 <= x) {
-                    passed += 1;
-                }
-                self.is_free[row * self.columns + column] = (crossings.len() - passed) % 2 == 1;
+                let (left, right) = crossings.split_at(crossings.partition_point(|crossing| crossing.0 <= x));
+                visit(row * self.columns + column, left, right);
             }
         }
     }
@@ -125,27 +132,19 @@ impl FreeSpace {
         let lines = walls.iter().map(|wall| [wall.start, wall.end]);
         // A wall that goes up is seen from larger x.
         let crossings = self.crossings(lines, |i| walls[i].end.y > walls[i].start.y);
-        for (row, mut crossings) in crossings.into_iter().enumerate() {
-            crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut passed = 0;
-            for column in 0..self.columns {
-                let x = self.middle(column, row).x;
-                while crossings.get(passed).is_some_and(|crossing| crossing.0 <= x) {
-                    passed += 1;
-                }
-                let (left, right) = crossings.split_at(passed);
-                let is_front = |wanted: bool, nearest: Option<&(f64, bool)>, sides: &[(f64, bool)]| {
-                    let same = |side: &&(f64, bool)| nearest.is_some_and(|n| (side.0 - n.0).abs() < SAME_M);
-                    nearest.is_none() || sides.iter().filter(same).any(|side| side.1 == wanted)
-                };
-                // Only the nearest places are looked at: a wall has two sides.
-                let left_sides = &left[left.len().saturating_sub(4)..];
-                let right_sides = &right[..right.len().min(4)];
-                if !is_front(true, left.last(), left_sides) || !is_front(false, right.first(), right_sides) {
-                    self.is_free[row * self.columns + column] = false;
-                }
-            }
-        }
+        let is_front = |wanted: bool, nearest: Option<&(f64, bool)>, sides: &[(f64, bool)]| {
+            let same = |side: &&(f64, bool)| nearest.is_some_and(|n| (side.0 - n.0).abs() < SAME_M);
+            nearest.is_none() || sides.iter().filter(same).any(|side| side.1 == wanted)
+        };
+        let mut is_free = std::mem::take(&mut self.is_free);
+        self.walk_rows(crossings, |cell, left, right| {
+            // Only the nearest places are looked at: a wall has two sides.
+            let left_sides = &left[left.len().saturating_sub(4)..];
+            let right_sides = &right[..right.len().min(4)];
+            is_free[cell] &=
+                is_front(true, left.last(), left_sides) && is_front(false, right.first(), right_sides);
+        });
+        self.is_free = is_free;
     }
 
     /// Nothing is free where a robot does not fit: between the two faces of a wall, for example.

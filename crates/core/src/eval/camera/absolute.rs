@@ -7,14 +7,8 @@ use super::{Alignment, PosePair, Similarity, Statistics, align, relative::angle_
 /// Distances between aligned and true positions, meters, and the rotations that are left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteError {
-    /// Root of the mean square.
-    pub rmse: f64,
-    /// Mean.
-    pub mean: f64,
-    /// Median.
-    pub median: f64,
-    /// Largest.
-    pub max: f64,
+    /// Of the distances.
+    pub statistics: Statistics,
     /// Of each pair, in order.
     pub each: Vec<f64>,
     /// Angle between true and aligned orientation of each pair, radians in [0, pi].
@@ -35,9 +29,8 @@ pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<Absolu
         let moved: Matrix3<f64> = similarity.rotation * pair.estimate.world_from_camera.rotation();
         angle_rad(&(pair.truth.world_from_camera.rotation().transpose() * moved))
     };
-    let Statistics { rmse, mean, median, max, .. } = Statistics::of(&each)?;
     let each_rotation_rad = pairs.iter().map(rotation).collect();
-    Some(AbsoluteError { rmse, mean, median, max, each, each_rotation_rad, similarity })
+    Some(AbsoluteError { statistics: Statistics::of(&each)?, each, each_rotation_rad, similarity })
 }
 
 #[cfg(test)]
@@ -66,9 +59,13 @@ mod tests {
     #[test]
     fn a_moved_copy_has_no_error_after_alignment() {
         let error = absolute_error(&pairs(), Alignment::Similarity).unwrap();
-        assert!(error.rmse < 1e-9 && (error.similarity.scale - 4.0).abs() < 1e-9, "{}", error.rmse);
+        assert!(
+            error.statistics.rmse < 1e-9 && (error.similarity.scale - 4.0).abs() < 1e-9,
+            "{}",
+            error.statistics.rmse
+        );
         assert!(error.each_rotation_rad.iter().all(|angle| *angle < 1e-9));
-        assert!(absolute_error(&pairs(), Alignment::Rigid).unwrap().rmse > 0.1);
+        assert!(absolute_error(&pairs(), Alignment::Rigid).unwrap().statistics.rmse > 0.1);
         assert!(absolute_error(&pairs()[..2], Alignment::Rigid).is_none());
     }
 
@@ -76,7 +73,7 @@ mod tests {
     fn without_alignment_every_difference_counts() {
         let error = absolute_error(&pairs(), Alignment::None).unwrap();
         assert!(error.each_rotation_rad.iter().all(|angle| (angle - 1.06_f64.sqrt()).abs() < 1e-9));
-        assert!(error.mean > 1.0);
+        assert!(error.statistics.mean > 1.0);
         assert!(absolute_error(&[], Alignment::None).is_none());
     }
 }

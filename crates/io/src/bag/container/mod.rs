@@ -23,6 +23,8 @@ pub(in crate::bag) use self::ros1::UNREADABLE_ROS1;
 use self::{mcap::McapFile, ros1::Ros1File, sqlite::SqliteFile};
 use super::{BagError, TopicInfo};
 
+/// First bytes of a file of SQLite.
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 /// Longest message that is believed, bytes: above any picture, below what a damaged length field asks for.
 pub(super) const MAX_MESSAGE_BYTES: usize = 256 << 20;
 
@@ -118,7 +120,7 @@ impl Kind {
     fn of(path: &Path) -> io::Result<Self> {
         let mut start = Vec::new();
         files::open(path)?.take(16).read_to_end(&mut start)?;
-        if start.starts_with(sqlite::MAGIC) {
+        if start.starts_with(SQLITE_MAGIC) {
             return Ok(Self::Sqlite);
         }
         if start.starts_with(ros1::MAGIC) {

@@ -10,7 +10,7 @@ use crate::vision::{
 /// Brightness of a carpet in ordinary light, until some has been seen.
 const TYPICAL_LUMA: u32 = 90;
 /// Every so many pixels one is looked at, in an image 320 px wide.
-const STEP_PX: u32 = 12;
+pub(in crate::vision) const STEP_PX: u32 = 12;
 /// So many green pixels tell the carpet's brightness, and so many near ones its color.
 const MIN_LUMA_SAMPLES: u32 = 10;
 const MIN_COLOR_SAMPLES: usize = 20;

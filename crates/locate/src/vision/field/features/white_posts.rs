@@ -4,7 +4,10 @@
 use nalgebra::{Point2, Point3, Vector2};
 use visloc_world::field::GoalColor;
 
-use super::view::{GroundView, Seen};
+use super::{
+    posts::WIDTH_RANGE,
+    view::{GroundView, Seen},
+};
 use crate::vision::{
     BorderPixel, FeatureKind, GoalPost,
     color::ColorClass,
@@ -28,9 +31,6 @@ const MIN_SEEN: usize = 5;
 const MIN_CONTRAST: f64 = 0.05;
 /// The brightness of a post changes from height to height by at most this share.
 const MAX_STEP: f64 = 0.3;
-/// The width of a post, as a share of what the distance of its foot demands. That distance is uncertain: a tilt that is off by a degree
-/// makes 3.4 m of 4 m.
-const WIDTH_RANGE: std::ops::Range<f64> = 0.65..1.6;
 /// How far a border may lie from a straight line: as a share of the width, and in pixels.
 const MAX_BEND: f64 = 0.06;
 const MAX_BEND_PX: f64 = 0.8;
