@@ -18,6 +18,7 @@ mod source;
 mod statistics;
 mod time;
 mod trajectory;
+mod with_defaults;
 mod worded;
 
 pub use clock::Clock;

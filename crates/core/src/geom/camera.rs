@@ -76,15 +76,18 @@ const MIN_USABLE_SHARE: f64 = 0.1;
 /// Half way to the border a lens magnifies or shrinks by less than this factor.
 const MAX_MAGNIFICATION: f64 = 100.0;
 
-/// A camera: image size, pinhole intrinsics and distortion. Pixel centers are at integer coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
-    size_px: (u32, u32),
-    focal_px: (f64, f64),
-    center_px: (f64, f64),
-    distortion: Distortion,
-    /// Squared radius on the normalized plane up to which the distortion does not fold back.
-    max_radius2: f64,
+crate::with_defaults! {
+    /// A camera: image size, pinhole intrinsics and distortion. Pixel centers are at integer coordinates.
+    /// By default a single pixel with focal length 1: a place holder until a calibration is known.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Camera {
+        size_px: (u32, u32) = (1, 1),
+        focal_px: (f64, f64) = (1.0, 1.0),
+        center_px: (f64, f64) = (0.0, 0.0),
+        distortion: Distortion = Distortion::None,
+        /// Squared radius on the normalized plane up to which the distortion does not fold back.
+        max_radius2: f64 = f64::INFINITY,
+    }
 }
 
 /// Refuses focal lengths that no lens has for images with a side.
@@ -98,19 +101,6 @@ fn check_view(focal_px: f64, side_px: u32, is_fisheye: bool) -> Result<(), Camer
     let shown = if is_fisheye { side.to_degrees() } else { view_deg };
     let view_deg = if (0.01..1e6).contains(&shown) { format!("{shown:.2}") } else { format!("{shown:.0e}") };
     Err(CameraError::Focal { focal_px, side_px, view_deg })
-}
-
-impl Default for Camera {
-    /// A single pixel with focal length 1: a place holder until a calibration is known.
-    fn default() -> Self {
-        Self {
-            size_px: (1, 1),
-            focal_px: (1.0, 1.0),
-            center_px: (0.0, 0.0),
-            distortion: Distortion::None,
-            max_radius2: f64::INFINITY,
-        }
-    }
 }
 
 impl Camera {

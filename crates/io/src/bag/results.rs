@@ -68,20 +68,16 @@ pub fn in_space<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(*pose.translation()), turn)
 }
 
-/// Names of the frames in results.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ResultFrames {
-    /// The map.
-    pub map: String,
-    /// Where odometry began to count.
-    pub odom: String,
-    /// The robot on the ground.
-    pub base: String,
-}
-
-impl Default for ResultFrames {
-    fn default() -> Self {
-        Self { map: "map".into(), odom: "odom".into(), base: "base_footprint".into() }
+visloc_core::with_defaults! {
+    /// Names of the frames in results.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct ResultFrames {
+        /// The map.
+        pub map: String = "map".into(),
+        /// Where odometry began to count.
+        pub odom: String = "odom".into(),
+        /// The robot on the ground.
+        pub base: String = "base_footprint".into(),
     }
 }
 

@@ -41,19 +41,15 @@ impl BlobView {
     }
 }
 
-/// Where one case ends and the next begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CaseLimits {
-    /// Limits between the nine cases of the size, pixels of an image 160 pixels wide. Source: table 4.
-    pub sizes_px: [f64; NUM_CASES - 1],
-    /// Width of the eight sectors of the centroid, degrees. Source: section 4.2.2, about 8.
-    pub sector_deg: f64,
-}
-
-impl Default for CaseLimits {
-    fn default() -> Self {
-        Self { sizes_px: [200.0, 400.0, 700.0, 1000.0, 1300.0, 1500.0, 1700.0, 2000.0], sector_deg: 8.0 }
+visloc_core::with_defaults! {
+    /// Where one case ends and the next begins.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct CaseLimits {
+        /// Limits between the nine cases of the size, pixels of an image 160 pixels wide. Source: table 4.
+        pub sizes_px: [f64; NUM_CASES - 1] = [200.0, 400.0, 700.0, 1000.0, 1300.0, 1500.0, 1700.0, 2000.0],
+        /// Width of the eight sectors of the centroid, degrees. Source: section 4.2.2, about 8.
+        pub sector_deg: f64 = 8.0,
     }
 }
 

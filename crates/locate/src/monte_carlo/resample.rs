@@ -16,23 +16,19 @@ pub enum ResamplingTrigger {
     EffectiveSampleSize,
 }
 
-/// Parameters of the drawing of survivors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ResamplingConfig {
-    /// How survivors are drawn.
-    pub scheme: Resampling,
-    /// When.
-    pub trigger: ResamplingTrigger,
-    /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
-    #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub min_effective_share: f64,
-}
-
-impl Default for ResamplingConfig {
-    fn default() -> Self {
-        Self { scheme: Resampling::Roulette, trigger: ResamplingTrigger::Always, min_effective_share: 0.5 }
+visloc_core::with_defaults! {
+    /// Parameters of the drawing of survivors.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct ResamplingConfig {
+        /// How survivors are drawn.
+        pub scheme: Resampling = Resampling::Roulette,
+        /// When.
+        pub trigger: ResamplingTrigger = ResamplingTrigger::Always,
+        /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
+        #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub min_effective_share: f64 = 0.5,
     }
 }
 

@@ -72,18 +72,14 @@ impl Noise {
     }
 }
 
-/// A border that may be anywhere in a range, and is where most features of it are.
-#[derive(Clone, Copy)]
-struct Bar {
-    counts: [u32; Self::BINS],
-    num: u32,
-    range_px: f64,
-    at: f64,
-}
-
-impl Default for Bar {
-    fn default() -> Self {
-        Self { counts: [0; Self::BINS], num: 0, range_px: 0.0, at: 0.0 }
+visloc_core::with_defaults! {
+    /// A border that may be anywhere in a range, and is where most features of it are.
+    #[derive(Clone, Copy)]
+    struct Bar {
+        counts: [u32; Self::BINS] = [0; Self::BINS],
+        num: u32 = 0,
+        range_px: f64 = 0.0,
+        at: f64 = 0.0,
     }
 }
 

@@ -35,21 +35,17 @@ pub struct MountCorrection {
     pub height_m: f64,
 }
 
-/// How the reported odometry becomes the real motion.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OdometryCorrection {
-    /// Factors of the reported motion ahead, to the left, and of the reported turn.
-    pub scale: [f64; 3],
-    /// Turn to the left for each reported meter that the odometry does not know of, degrees.
-    #[schemars(range(min = -360.0, max = 360.0))]
-    pub drift_deg_per_m: f64,
-}
-
-impl Default for OdometryCorrection {
-    /// Nothing changes.
-    fn default() -> Self {
-        Self { scale: [1.0; 3], drift_deg_per_m: 0.0 }
+visloc_core::with_defaults! {
+    /// How the reported odometry becomes the real motion.
+    /// By default nothing changes.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct OdometryCorrection {
+        /// Factors of the reported motion ahead, to the left, and of the reported turn.
+        pub scale: [f64; 3] = [1.0; 3],
+        /// Turn to the left for each reported meter that the odometry does not know of, degrees.
+        #[schemars(range(min = -360.0, max = 360.0))]
+        pub drift_deg_per_m: f64 = 0.0,
     }
 }
 

@@ -20,22 +20,18 @@ use crate::{
     vision::{FeatureKind, Percept},
 };
 
-/// Parameters of the observation model of a building.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OfficeModelConfig {
-    /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
-    /// 50; places that look alike differ by a few pixels, and a smaller distance tells them apart sooner.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
-    pub max_distance_px: f64,
-    /// Lines that are farther away are not looked at, meters.
-    #[schemars(range(min = 0.5, max = 100.0))]
-    pub range_m: f64,
-}
-
-impl Default for OfficeModelConfig {
-    fn default() -> Self {
-        Self { max_distance_px: 15.0, range_m: 13.0 }
+visloc_core::with_defaults! {
+    /// Parameters of the observation model of a building.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct OfficeModelConfig {
+        /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
+        /// 50; places that look alike differ by a few pixels, and a smaller distance tells them apart sooner.
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+        pub max_distance_px: f64 = 15.0,
+        /// Lines that are farther away are not looked at, meters.
+        #[schemars(range(min = 0.5, max = 100.0))]
+        pub range_m: f64 = 13.0,
     }
 }
 

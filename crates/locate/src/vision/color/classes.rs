@@ -48,18 +48,14 @@ pub enum ColorSource {
     Learned,
 }
 
-/// Which colored goals there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GoalColors {
-    /// A yellow one.
-    pub yellow: bool,
-    /// A blue one.
-    pub blue: bool,
-}
-
-impl Default for GoalColors {
-    fn default() -> Self {
-        Self { yellow: true, blue: true }
+visloc_core::with_defaults! {
+    /// Which colored goals there are.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct GoalColors {
+        /// A yellow one.
+        pub yellow: bool = true,
+        /// A blue one.
+        pub blue: bool = true,
     }
 }
 
