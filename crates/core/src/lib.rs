@@ -30,6 +30,6 @@ pub use image_source::{CalibratedImages, GrayFrame, ImageSource, Picture};
 pub use occupancy_grid::{Occupancy, OccupancyGrid};
 pub use rng::{Rng, RngTree, gaussian};
 pub use source::{Mapped, PutBack, SkippedInput, Source, SourceError, SourceStatus};
-pub use statistics::{mean, median};
+pub use statistics::{mean, median, quantile};
 pub use time::Timestamp;
 pub use trajectory::{CameraPose, CameraTrajectory, PlanarTrajectory, Stamped, StampedPose, Trajectory};

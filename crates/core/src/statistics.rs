@@ -12,6 +12,15 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The value at a share of the way through values in their order, 0 to 1, linear between the two nearest ones; `None` of nothing.
+pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let rank = share * sorted.len().checked_sub(1)? as f64;
+    let below = rank.floor() as usize;
+    let low = sorted.get(below)?;
+    let high = sorted.get(below + 1).unwrap_or(low);
+    Some(low + (rank - rank.floor()) * (high - low))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -220,7 +220,7 @@ fn camera_ways(truth: &CameraTrajectory, run: &SlamRun, error: Option<&AbsoluteE
     let pairs = associate(truth, &run.trajectory, POSE_TOLERANCE_SECS);
     let aligned = error.into_iter().flat_map(|error| {
         pairs.iter().map(|pair| {
-            let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
+            let p = error.similarity.place(pair.estimate.world_from_camera.translation());
             (pair.truth.at, [p.x, p.y, p.z])
         })
     });

@@ -132,7 +132,7 @@ pub fn camera_pictures(
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
     let true_points = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation())).collect();
     let moved = estimate.poses().iter();
-    let moved = moved.map(|pose| absolute.similarity.apply(pose.world_from_camera.translation()).coords);
+    let moved = moved.map(|pose| absolute.similarity.place(pose.world_from_camera.translation()).coords);
     let [above, side] = space_views(&SpaceViews {
         title: title.to_owned(),
         subtitle,

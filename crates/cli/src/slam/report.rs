@@ -4,6 +4,7 @@ use serde::Serialize;
 use visloc_core::{
     CameraTrajectory,
     eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error},
+    mean, quantile,
 };
 
 use super::{MapWay, SlamHistory, SlamRun, StageSums};
@@ -207,9 +208,7 @@ impl TimesReport {
         let mut totals: Vec<f64> = secs.map(|secs| secs * 1e3).collect();
         totals.sort_by(f64::total_cmp);
         let Some(max) = totals.last().copied() else { return Self::default() };
-        let n = totals.len() as f64;
-        let rank = |share: f64| totals[((n - 1.0) * share).round() as usize];
-        let stages = stages.means_ms();
-        Self { mean: totals.iter().sum::<f64>() / n, median: rank(0.5), p95: rank(0.95), max, stages }
+        let [median, p95] = [0.5, 0.95].map(|share| quantile(&totals, share).unwrap_or(max));
+        Self { mean: mean(&totals).unwrap_or(max), median, p95, max, stages: stages.means_ms() }
     }
 }

@@ -133,6 +133,15 @@ impl<Dst, Src> fmt::Debug for Rigid3<Dst, Src> {
     }
 }
 
+/// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
+pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let r = rotation;
+    let axis = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
+    let sine = axis.norm();
+    let angle = sine.atan2(0.5 * (r.trace() - 1.0));
+    if sine < 1e-9 { axis } else { axis * (angle / sine) }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -154,7 +154,7 @@ fn compare(
     let pairs = associate(truth, estimate, TOLERANCE_SECS);
     let Some(error) = absolute_error(&pairs, Alignment::Similarity) else { return };
     let offset = |i: usize| {
-        let moved = error.similarity.apply(pairs[i].estimate.world_from_camera.translation()).coords;
+        let moved = error.similarity.place(pairs[i].estimate.world_from_camera.translation()).coords;
         moved - pairs[i].truth.world_from_camera.translation()
     };
     let jumps = (1..pairs.len()).map(|i| (offset(i) - offset(i - 1)).norm());
@@ -167,7 +167,7 @@ fn compare(
     let kept = pairs.iter().zip(&error.each).filter(|(pair, _)| is_kept(pair.estimate.at, frames));
     record.path = kept
         .map(|(pair, error_m)| {
-            let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
+            let p = error.similarity.place(pair.estimate.world_from_camera.translation());
             [pair.estimate.at.secs_since(start), p.x, p.y, p.z, *error_m]
         })
         .collect();

@@ -185,3 +185,34 @@ impl TeamMessage {
         None
     }
 }
+
+/// Most teammates.
+pub(super) const MAX_MATES: usize = 10;
+
+/// Why a message was left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Ignored {
+    /// Another version.
+    #[error(
+        "expected messages of version {TEAM_MESSAGE_VERSION}, found version {0}: the same visloc is needed on all robots"
+    )]
+    Version(u16),
+    /// Another team on the same network.
+    #[error("the message is of another team")]
+    OtherTeam,
+    /// The own number: of this robot, or another one has it as well.
+    #[error("the message has this robot's own number")]
+    OwnNumber,
+    /// Two robots have this number: both go on sending, though only one is listened to.
+    #[error("two robots have the number {0}")]
+    SameNumber(u8),
+    /// Told twice, or overtaken by a newer one.
+    #[error("the message is not newer than the last one of the same robot")]
+    Old,
+    /// Numbers that cannot be.
+    #[error("{0}")]
+    Fault(&'static str),
+    /// Too many messages of one robot, or too many robots.
+    #[error("too many messages of one robot, or more than {MAX_MATES} robots")]
+    TooMany,
+}

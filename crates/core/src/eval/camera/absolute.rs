@@ -2,7 +2,8 @@
 
 use nalgebra::Matrix3;
 
-use super::{Alignment, PosePair, Similarity, Statistics, align, relative::angle_rad};
+use super::{Alignment, PosePair, Statistics, align, relative::angle_rad};
+use crate::geom::Similarity;
 
 /// Distances between aligned and true positions, meters, and the rotations that are left.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +22,7 @@ pub struct AbsoluteError {
 pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<AbsoluteError> {
     let similarity = align(pairs, alignment)?;
     let distance = |pair: &PosePair| {
-        let moved = similarity.apply(pair.estimate.world_from_camera.translation());
+        let moved = similarity.place(pair.estimate.world_from_camera.translation());
         (moved.coords - pair.truth.world_from_camera.translation()).norm()
     };
     let each: Vec<f64> = pairs.iter().map(distance).collect();

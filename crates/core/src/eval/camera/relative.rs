@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PosePair, Similarity, Statistics};
+use super::{PosePair, Statistics};
+use crate::geom::Similarity;
 
 /// Errors of motions between pairs a fixed number of pairs apart.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! The kinds of files that recordings stand in. Each has a module, which gives the topics of a file and its messages.
 
 mod mcap;
+mod mcap_records;
 mod ros1;
 mod ros1_records;
 #[cfg(feature = "sqlite")]
@@ -128,7 +129,7 @@ impl Kind {
         }
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         Ok(match extension.as_str() {
-            _ if start.starts_with(mcap::MAGIC) => Self::Mcap,
+            _ if start.starts_with(mcap_records::MAGIC) => Self::Mcap,
             "db3" => Self::Sqlite,
             "bag" => Self::Ros1,
             _ => Self::Mcap,
