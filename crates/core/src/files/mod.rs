@@ -5,6 +5,8 @@
 //! written file behind under its final name.
 
 #[cfg(feature = "files")]
+mod names;
+#[cfg(feature = "files")]
 mod write;
 
 use std::{
@@ -14,9 +16,9 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{
-    NewFile, create_alone, is_name_of_folder, kept_path, part_path, replace, try_file, try_folder, write,
-};
+pub use names::{is_name_of_folder, kept_path, part_path};
+#[cfg(feature = "files")]
+pub use write::{NewFile, create_alone, replace, try_file, try_folder, write};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;
