@@ -25,7 +25,7 @@ pub use clock::Clock;
 pub use frame::{Frame, GroundContact, SourceFrame, Truth};
 pub use gray::GrayImage;
 pub use host::Host;
-pub use image::{ImageSizeError, RgbImage};
+pub use image::{ImageSizeError, RgbImage, hue_saturation_brightness};
 pub use image_source::{CalibratedImages, GrayFrame, ImageSource, Picture};
 pub use occupancy_grid::{Occupancy, OccupancyGrid};
 pub use rng::{Rng, RngTree, gaussian};

@@ -1,9 +1,9 @@
 //! What an image is like as a whole.
 
-use visloc_core::RgbImage;
+use visloc_core::{RgbImage, hue_saturation_brightness};
 
 use crate::vision::{
-    color::{HueRange, hue_saturation_brightness, luma},
+    color::{HueRange, luma},
     field::STEP_PX,
     px_in,
 };

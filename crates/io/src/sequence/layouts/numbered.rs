@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use visloc_core::Timestamp;
+
 use crate::FileError;
 
 /// All PNG and JPEG files of a folder, by the last number in their names and then by name.
@@ -18,6 +20,11 @@ pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     }
     paths.sort_by_key(|path| (number_in(path), path.clone()));
     Ok(paths)
+}
+
+/// When an image was taken, by its number: datasets without times have 30 a second.
+pub(super) fn at_number(number: f64) -> Timestamp {
+    Timestamp::from_secs(number / 30.0)
 }
 
 /// Whether a folder has images.

@@ -1,10 +1,9 @@
 //! Color classes from labelled pixels.
 
 use thiserror::Error;
+use visloc_core::hue_saturation_brightness;
 
-use super::{
-    ColorClass, ColorConfig, ColorSource, HueRange, classes::hue_saturation_brightness, table::luma,
-};
+use super::{ColorClass, ColorConfig, ColorSource, HueRange, table::luma};
 
 /// Too little to learn from.
 #[derive(Debug, Clone, PartialEq, Error)]

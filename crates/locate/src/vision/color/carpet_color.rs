@@ -1,9 +1,10 @@
 //! The carpet's own color, learned from images: where colors without their brightness lie, and how far they scatter.
 
 use nalgebra::{Matrix2, Vector2};
+use visloc_core::hue_saturation_brightness;
 
 use super::{
-    classes::{ANY_GREEN, hue_saturation_brightness},
+    classes::ANY_GREEN,
     table::{ColorClass, Shares, luma, shares},
 };
 

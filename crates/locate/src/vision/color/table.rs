@@ -1,8 +1,8 @@
 //! The classes as a look-up table.
 
-use super::{
-    ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor, classes::hue_saturation_brightness,
-};
+use visloc_core::hue_saturation_brightness;
+
+use super::{ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor};
 
 visloc_core::worded_enum! {
     /// What the color of a pixel says.

@@ -84,7 +84,7 @@ struct Surface {
 
 impl Surface {
     fn new(class: SurfaceClass, rgb: [u8; 3]) -> Self {
-        let (hue_deg, saturation, _) = crate::vision::color::hue_saturation_brightness(rgb);
+        let (hue_deg, saturation, _) = visloc_core::hue_saturation_brightness(rgb);
         Self { class, hue_deg, saturation }
     }
 
@@ -94,7 +94,7 @@ impl Surface {
 }
 
 fn classify(surfaces: &[Surface], rgb: [u8; 3]) -> SurfaceClass {
-    let (hue_deg, saturation, brightness) = crate::vision::color::hue_saturation_brightness(rgb);
+    let (hue_deg, saturation, brightness) = visloc_core::hue_saturation_brightness(rgb);
     if brightness < MIN_BRIGHTNESS {
         return SurfaceClass::Unknown;
     }
