@@ -106,8 +106,9 @@ pub fn evaluate_camera<'py>(
         return refuse(format!("expected at least 3 poses of the same times, found {}", pairs.len()));
     };
     let result = PyDict::new(py);
+    let found = error.statistics;
     for (name, value) in
-        [("rmse", error.rmse), ("mean", error.mean), ("median", error.median), ("max", error.max)]
+        [("rmse", found.rmse), ("mean", found.mean), ("median", found.median), ("max", found.max)]
     {
         result.set_item(name, value)?;
     }

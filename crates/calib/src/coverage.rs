@@ -69,7 +69,6 @@ impl fmt::Display for Advice {
 }
 
 /// The coverage of a calibration's pictures.
-#[must_use]
 pub fn coverage(calibration: &Calibration) -> Coverage {
     let (width, height) = calibration.camera.size_px();
     let size = (f64::from(width), f64::from(height));
@@ -87,7 +86,6 @@ pub fn coverage(calibration: &Calibration) -> Coverage {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn counts(calibration: &Calibration, size: (f64, f64), cells: (usize, usize)) -> Vec<usize> {
     let mut counts = vec![0; cells.0 * cells.1];
     for corner in calibration.corners() {

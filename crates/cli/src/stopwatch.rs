@@ -48,7 +48,6 @@ pub fn process_cpu_secs() -> f64 {
     cpu_secs(ClockId::ProcessCPUTime)
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn cpu_secs(clock: ClockId) -> f64 {
     let time = clock_gettime(clock);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9

@@ -8,19 +8,16 @@ pub struct Clock(Arc<dyn Fn() -> f64 + Send + Sync>);
 
 impl Clock {
     /// A clock that reads seconds.
-    #[must_use]
     pub fn new(secs: impl Fn() -> f64 + Send + Sync + 'static) -> Self {
         Self(Arc::new(secs))
     }
 
     /// A clock that stands still.
-    #[must_use]
     pub fn still() -> Self {
         Self::new(|| 0.0)
     }
 
     /// Seconds since its start.
-    #[must_use]
     pub fn secs(&self) -> f64 {
         (self.0)()
     }

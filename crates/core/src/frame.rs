@@ -35,7 +35,6 @@ pub struct Frame {
 
 impl Frame {
     /// An image of a robot that has no other sensors, or whose other sensors are added afterwards.
-    #[must_use]
     pub fn new(
         at: Timestamp,
         image: RgbImage,
@@ -53,13 +52,11 @@ impl Frame {
     }
 
     /// Pose of the camera by odometry and kinematics; `None` without odometry.
-    #[must_use]
     pub fn odom_from_camera(&self) -> Option<Rigid3<Odom, CameraFrame>> {
         Some(self.odometry?.to_odom_from_robot() * self.robot_from_camera)
     }
 
     /// Whether the robot may stand on the ground, as far as its feet tell.
-    #[must_use]
     pub fn may_stand(&self) -> bool {
         /// Least force of a foot on the ground, newtons.
         const LEAST_FORCE: f64 = 1.0;

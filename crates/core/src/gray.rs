@@ -12,7 +12,6 @@ pub struct GrayImage {
 
 impl GrayImage {
     /// A black image.
-    #[must_use]
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, data: vec![0; width * height] }
     }
@@ -30,7 +29,6 @@ impl GrayImage {
     }
 
     /// Luma of a color image with the weights of ITU-R BT.601, rounded.
-    #[must_use]
     pub fn from_rgb(image: &RgbImage) -> Self {
         let luma = |rgb: &[u8]| {
             let [r, g, b] = [u32::from(rgb[0]), u32::from(rgb[1]), u32::from(rgb[2])];
@@ -42,7 +40,6 @@ impl GrayImage {
     }
 
     /// A gray image in color: three equal channels.
-    #[must_use]
     pub fn to_rgb(&self) -> RgbImage {
         let side = |length: usize| u32::try_from(length).unwrap_or(u32::MAX);
         let data = self.data.iter().flat_map(|gray| [*gray; 3]).collect();
@@ -51,21 +48,18 @@ impl GrayImage {
 
     /// Width, pixels.
     #[inline]
-    #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
     /// Height, pixels.
     #[inline]
-    #[must_use]
     pub fn height(&self) -> usize {
         self.height
     }
 
     /// All bytes, row by row.
     #[inline]
-    #[must_use]
     pub fn data(&self) -> &[u8] {
         &self.data
     }
@@ -81,7 +75,6 @@ impl GrayImage {
     /// # Panics
     /// If the pixel is outside the image.
     #[inline]
-    #[must_use]
     pub fn get(&self, x: usize, y: usize) -> u8 {
         self.data[y * self.width + x]
     }
@@ -91,7 +84,6 @@ impl GrayImage {
     /// # Panics
     /// If the row is outside the image.
     #[inline]
-    #[must_use]
     pub fn row(&self, y: usize) -> &[u8] {
         &self.data[y * self.width..(y + 1) * self.width]
     }

@@ -33,13 +33,11 @@ impl Host {
     }
 
     /// A host without a voice whose time stands still. Recorded sources need no more.
-    #[must_use]
     pub fn silent() -> Self {
         Self::new(Timestamp::default, |_| {})
     }
 
     /// The time now.
-    #[must_use]
     pub fn now(&self) -> Timestamp {
         (self.clock)()
     }
@@ -55,7 +53,6 @@ impl Host {
     }
 
     /// Whether sources were asked to end.
-    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.is_stopped.load(Ordering::Relaxed)
     }
@@ -66,7 +63,6 @@ impl Host {
     }
 
     /// Whether the stop sign ended something before its end.
-    #[must_use]
     pub fn was_interrupted(&self) -> bool {
         self.was_interrupted.load(Ordering::Relaxed)
     }
@@ -77,13 +73,11 @@ impl Host {
     }
 
     /// Whether a source has delivered something, so that there may be results.
-    #[must_use]
     pub fn has_begun(&self) -> bool {
         self.has_begun.load(Ordering::Relaxed)
     }
 
     /// The stop sign itself, for whoever waits without a host.
-    #[must_use]
     pub fn stop_sign(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.is_stopped)
     }

@@ -28,7 +28,6 @@ pub struct RgbImage {
 
 impl RgbImage {
     /// A black image.
-    #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         Self { width, height, data: vec![0; width as usize * height as usize * 3] }
     }
@@ -46,19 +45,16 @@ impl RgbImage {
     }
 
     /// Width, pixels.
-    #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Height, pixels.
-    #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// All bytes, row by row.
-    #[must_use]
     pub fn data(&self) -> &[u8] {
         &self.data
     }
@@ -69,7 +65,6 @@ impl RgbImage {
     }
 
     /// The bytes, without a copy.
-    #[must_use]
     pub fn into_raw(self) -> Vec<u8> {
         self.data
     }
@@ -79,7 +74,6 @@ impl RgbImage {
     /// # Panics
     /// If the pixel is outside the image.
     #[inline]
-    #[must_use]
     pub fn get(&self, x: u32, y: u32) -> [u8; 3] {
         let i = (y as usize * self.width as usize + x as usize) * 3;
         [self.data[i], self.data[i + 1], self.data[i + 2]]
@@ -100,11 +94,29 @@ impl RgbImage {
     /// # Panics
     /// If the row is outside the image.
     #[inline]
-    #[must_use]
     pub fn row(&self, y: u32) -> &[u8] {
         let stride = self.width as usize * 3;
         &self.data[y as usize * stride..(y as usize + 1) * stride]
     }
+}
+
+/// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
+#[inline]
+pub fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
+    let [r, g, b] = rgb.map(f64::from);
+    let (max, min) = (r.max(g).max(b), r.min(g).min(b));
+    let chroma = max - min;
+    if chroma == 0.0 {
+        return (0.0, 0.0, max);
+    }
+    let sextant = if max == r {
+        ((g - b) / chroma).rem_euclid(6.0)
+    } else if max == g {
+        (b - r) / chroma + 2.0
+    } else {
+        (r - g) / chroma + 4.0
+    };
+    (sextant * 60.0, chroma / max, max)
 }
 
 #[cfg(test)]
@@ -124,5 +136,19 @@ mod tests {
     fn wrong_length_is_refused() {
         let error = RgbImage::from_raw(2, 2, vec![0; 11]).unwrap_err();
         assert_eq!(error.to_string(), "image of 2 x 2 px: expected 12 bytes, found 11");
+    }
+
+    #[test]
+    fn hue_of_pure_colors() {
+        for (rgb, hue) in [
+            ([255, 0, 0], 0.0),
+            ([255, 255, 0], 60.0),
+            ([0, 255, 0], 120.0),
+            ([0, 0, 200], 240.0),
+            ([255, 0, 255], 300.0),
+        ] {
+            let (h, s, _) = hue_saturation_brightness(rgb);
+            assert!((h - hue).abs() < 1e-9 && (s - 1.0).abs() < 1e-9, "{rgb:?}");
+        }
     }
 }

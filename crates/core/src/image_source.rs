@@ -21,14 +21,12 @@ pub struct GrayFrame {
 
 impl GrayFrame {
     /// An image of a camera of which nothing else is known.
-    #[must_use]
     pub fn new(at: Timestamp, image: GrayImage) -> Self {
         Self { at, image, odom_from_camera: None, truth: None }
     }
 
     /// What the camera of a robot sees. With its feet in the air the robot's odometry says nothing; while it is carried nobody knows
     /// the truth.
-    #[must_use]
     pub fn of_robot(source: SourceFrame) -> Self {
         let SourceFrame { frame, truth } = source;
         let truth = truth.filter(|truth| truth.height_m <= EvaluationOptions::default().max_ground_height_m);
@@ -72,7 +70,6 @@ pub struct CalibratedImages {
 
 impl CalibratedImages {
     /// All images have the size of the camera.
-    #[must_use]
     pub fn new(camera: Camera, images: Box<dyn Source<GrayFrame>>) -> Self {
         Self { camera, images }
     }

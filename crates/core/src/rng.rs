@@ -24,19 +24,16 @@ pub struct RngTree {
 
 impl RngTree {
     /// The tree of a seed.
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { seed }
     }
 
     /// The generator of one purpose (`label`) and one member of a series (`index`, for instance the frame number).
-    #[must_use]
     pub fn stream(&self, label: &str, index: u64) -> Rng {
         Rng::seed_from_u64(self.stream_seed(label, index))
     }
 
     /// The seed behind [`RngTree::stream`], for generators of another kind.
-    #[must_use]
     pub fn stream_seed(&self, label: &str, index: u64) -> u64 {
         // FNV-1a over the label, then splitmix64 finalizers between the parts.
         let label_hash = label.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
@@ -62,7 +59,6 @@ fn mix(value: u64) -> u64 {
 
 /// One draw from the normal distribution with mean 0 and the given standard deviation.
 #[inline]
-#[must_use]
 pub fn gaussian(rng: &mut Rng, standard_deviation: f64) -> f64 {
     let unit: f64 = StandardNormal.sample(rng);
     unit * standard_deviation

@@ -76,7 +76,6 @@ pub struct Mapped<T, F> {
 
 impl<T, U, F: FnMut(T) -> Result<U, SourceError>> Mapped<T, F> {
     /// Over a source.
-    #[must_use]
     pub fn new(inner: Box<dyn Source<T>>, change: F) -> Self {
         Self { inner, change }
     }
@@ -100,7 +99,6 @@ pub struct PutBack<T> {
 
 impl<T> PutBack<T> {
     /// Puts the item back that was taken from a source.
-    #[must_use]
     pub fn new(first: T, inner: Box<dyn Source<T>>) -> Self {
         Self { first: Some(first), inner }
     }

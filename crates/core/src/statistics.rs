@@ -1,18 +1,24 @@
 //! Numbers that describe many values.
 
 /// Arithmetic mean; `None` of nothing.
-#[allow(clippy::cast_precision_loss)]
-#[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The middle one of the values in their order, the upper one of two; `None` of nothing.
-#[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The value at a share of the way through values in their order, 0 to 1, linear between the two nearest ones; `None` of nothing.
+pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
+    let rank = share * sorted.len().checked_sub(1)? as f64;
+    let below = rank.floor() as usize;
+    let low = sorted.get(below)?;
+    let high = sorted.get(below + 1).unwrap_or(low);
+    Some(low + (rank - rank.floor()) * (high - low))
 }
 
 #[cfg(test)]

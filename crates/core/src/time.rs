@@ -12,40 +12,31 @@ pub struct Timestamp {
 
 impl Timestamp {
     /// From nanoseconds.
-    #[must_use]
     pub const fn from_nanos(nanos: i64) -> Self {
         Self { nanos }
     }
 
     /// From seconds and nanoseconds, as ROS headers write them.
-    #[must_use]
     pub fn from_ros(secs: i32, nanos: u32) -> Self {
         Self { nanos: i64::from(secs) * 1_000_000_000 + i64::from(nanos) }
     }
 
     /// From seconds, rounded to nanoseconds.
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation)]
     pub fn from_secs(secs: f64) -> Self {
         Self { nanos: (secs * 1e9).round() as i64 }
     }
 
     /// Nanoseconds.
-    #[must_use]
     pub const fn nanos(self) -> i64 {
         self.nanos
     }
 
     /// Seconds; exact to about 0.2 microseconds for today's dates.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn secs(self) -> f64 {
         self.nanos as f64 * 1e-9
     }
 
     /// Seconds from `earlier` to this; negative if `earlier` is later.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn secs_since(self, earlier: Self) -> f64 {
         (self.nanos - earlier.nanos) as f64 * 1e-9
     }

@@ -62,7 +62,6 @@ impl<P> Default for Trajectory<P> {
 
 impl<P: Stamped> Trajectory<P> {
     /// An empty trajectory.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -80,13 +79,11 @@ impl<P: Stamped> Trajectory<P> {
     }
 
     /// All poses in order of time.
-    #[must_use]
     pub fn poses(&self) -> &[P] {
         &self.poses
     }
 
     /// The pose nearest in time to `at`, if one lies within `tolerance_secs`; the earlier one of two that are as near.
-    #[must_use]
     pub fn nearest(&self, at: Timestamp, tolerance_secs: f64) -> Option<&P> {
         let distance_secs = |pose: &P| pose.at().secs_since(at).abs();
         let after = self.poses.partition_point(|pose| pose.at() < at);

@@ -8,9 +8,7 @@
 use nalgebra::{Rotation3, Vector3};
 use visloc_core::{
     CameraPose, CameraTrajectory, Timestamp,
-    eval::camera::{
-        Alignment, Motions, Similarity, Statistics, Step, absolute_error, associate, relative_errors,
-    },
+    eval::camera::{Alignment, Motions, Statistics, Step, absolute_error, associate, relative_errors},
     geom::Rigid3,
 };
 
@@ -211,7 +209,7 @@ fn relative_errors_are_those_of_evo() {
     let pairs = associate(&truth, &estimate, 0.01);
     for (alignment, step, motions, count, translation, rotation) in RELATIVE {
         let similarity = match alignment {
-            Alignment::None => Similarity::identity(),
+            Alignment::None => visloc_core::geom::Similarity::identity(),
             other => absolute_error(&pairs, other).unwrap().similarity,
         };
         let errors = relative_errors(&pairs, step, motions, &similarity);

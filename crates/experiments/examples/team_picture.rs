@@ -2,8 +2,6 @@
 //!
 //! `cargo run --release -p visloc-experiments --example team_picture -- FOLDER [SEED]`
 
-#![allow(clippy::cast_precision_loss)]
-
 use std::path::Path;
 
 use visloc_core::Clock;

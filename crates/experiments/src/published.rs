@@ -18,7 +18,6 @@ pub struct PublishedTable {
 static TABLES: LazyLock<Vec<PublishedTable>> = LazyLock::new(|| parse(include_str!("../data/published.md")));
 
 /// All published tables.
-#[must_use]
 pub fn published_tables() -> &'static [PublishedTable] {
     &TABLES
 }
@@ -30,7 +29,6 @@ pub(crate) fn table(id: &str) -> Option<&'static PublishedTable> {
 
 /// Puts what is published before what is here, `published | here`, in the cells of the same row and column of the experiment's
 /// published table; published rows that are not here are added at the end.
-#[must_use]
 pub(crate) fn beside(mut here: Table, experiment: &str) -> Table {
     let Some(published) = table(&format!("{experiment}/{}", here.name)) else { return here };
     for (name, column, value) in published.figures() {
@@ -56,7 +54,6 @@ pub(crate) fn number(id: &str, row: &str, column: &str) -> Option<f64> {
 
 impl PublishedTable {
     /// Row, column and value of everything that is published.
-    #[must_use]
     pub fn figures(&self) -> Vec<(&'static str, &'static str, &'static str)> {
         let of_row = |row: &Vec<&'static str>| {
             let name = row[0];

@@ -33,7 +33,7 @@ fn the_maximum_is_near_the_true_pose() {
         assert_eq!(map_csv(&map).lines().count(), 1 + map.values.len());
         assert!(map.mean_around(&truth, 0.0, 0.5) > map.mean_around(&truth, 1.0, 2.0));
     }
-    let profile = heading_profile(eye.model(), truth.x_m, truth.y_m, 360);
+    let profile = heading_profile(eye.model(), truth.x_m, truth.y_m);
     let best = profile.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap();
     assert!((best.0 - truth.yaw_rad).abs() < 0.06);
     let peak = climb(eye.model(), &truth);

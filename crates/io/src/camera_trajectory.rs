@@ -73,7 +73,6 @@ pub fn read_camera_trajectory_file(path: &Path) -> Result<CameraTrajectoryFile, 
                 parse_tum(line).map(|(at, world_from_camera)| CameraPose { at, world_from_camera })
             }
             TrajectoryFormat::Kitti => parse_kitti(line).map(|world_from_camera| CameraPose {
-                #[allow(clippy::cast_possible_wrap)]
                 at: Timestamp::from_nanos(count as i64 * 1_000_000_000),
                 world_from_camera,
             }),

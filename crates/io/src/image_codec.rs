@@ -260,7 +260,6 @@ pub fn read_image_file(path: &Path) -> Result<Vec<u8>, ImageCodecError> {
 }
 
 /// Width and height of a JPEG or PNG file, pixels, by its header; `None` if it has none that can be read.
-#[must_use]
 pub fn image_size(path: &Path) -> Option<(u32, u32)> {
     ImageReader::open(path).ok()?.with_guessed_format().ok()?.into_dimensions().ok()
 }
@@ -282,7 +281,6 @@ pub fn read_gray_image(path: &Path) -> Result<GrayImage, ImageCodecError> {
 }
 
 /// A gray image in another size, width and height in pixels; averages where it gets smaller. The borders stay where they are.
-#[must_use]
 pub fn resize_gray(image: GrayImage, (width, height): (u32, u32)) -> GrayImage {
     if (image.width(), image.height()) == (width as usize, height as usize) {
         return image;

@@ -48,7 +48,6 @@ pub enum ConfigError {
 
 impl ConfigError {
     /// A mistake in the text of a file or an algorithm's parameters.
-    #[must_use]
     pub fn from_settings(name: &str, error: SettingsError) -> Self {
         Self::Syntax { name: name.to_owned(), line: error.line, reason: error.reason }
     }

@@ -39,7 +39,6 @@ pub struct Estimate {
 
 impl Estimate {
     /// Knows nothing.
-    #[must_use]
     pub fn unknown() -> Self {
         Self {
             world_from_robot: PlanarPose::default(),
@@ -111,7 +110,6 @@ impl Estimate {
     }
 
     /// Whether the pose can be relied on.
-    #[must_use]
     pub fn is_localized(&self) -> bool {
         self.reliability > LOCALIZED_RELIABILITY
     }

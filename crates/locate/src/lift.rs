@@ -4,21 +4,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use visloc_core::{GroundContact, Timestamp};
 
-/// Parameters of the lift detector. Source: 2010 section 3.10: all sensors near zero for a configurable time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct LiftConfig {
-    /// A sensor below this force carries nothing, newtons.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
-    pub max_unloaded_n: f64,
-    /// The feet must be unloaded for this long, seconds.
-    #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 60.0))]
-    pub min_unloaded_secs: f64,
-}
-
-impl Default for LiftConfig {
-    fn default() -> Self {
-        Self { max_unloaded_n: 1.0, min_unloaded_secs: 0.1 }
+visloc_core::with_defaults! {
+    /// Parameters of the lift detector. Source: 2010 section 3.10: all sensors near zero for a configurable time.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct LiftConfig {
+        /// A sensor below this force carries nothing, newtons.
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+        pub max_unloaded_n: f64 = 1.0,
+        /// The feet must be unloaded for this long, seconds.
+        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 60.0))]
+        pub min_unloaded_secs: f64 = 0.1,
     }
 }
 
@@ -31,7 +27,6 @@ pub struct LiftDetector {
 
 impl LiftDetector {
     /// A detector that has seen nothing yet.
-    #[must_use]
     pub fn new(config: LiftConfig) -> Self {
         Self { config, unloaded_since: None }
     }

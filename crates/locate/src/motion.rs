@@ -17,56 +17,41 @@ use crate::{
     require,
 };
 
-/// Parameters of the motion model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct MotionConfig {
-    /// Correction of the systematic error, true motion over measured motion, for forward, sideways and turning.
-    pub correction: [f64; 3],
-    /// Standard deviation of the position noise, meters per meter of motion.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub noise_m_per_m: f64,
-    /// Standard deviation of the position noise, meters per radian of turning.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub noise_m_per_rad: f64,
-    /// Standard deviation of the heading noise, radians per radian of turning.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub noise_rad_per_rad: f64,
-    /// Standard deviation of the heading noise, radians per meter of motion.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub noise_rad_per_m: f64,
-    /// Standard deviation of the position noise of a step without odometry, and of a second in which images show nothing, meters.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub blind_noise_m: f64,
-    /// Standard deviation of the heading noise of a step without odometry, and of a second in which images show nothing, radians.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub blind_noise_rad: f64,
-    /// A smaller motion counts as standing, meters.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub min_motion_m: f64,
-    /// A smaller turn counts as standing, radians.
-    #[schemars(range(min = 0.0, max = 10.0))]
-    pub min_turn_rad: f64,
-    /// A larger motion between two images is a jump of the odometry and is not believed, meters; per second if they are farther apart
-    /// than that.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
-    pub max_motion_m: f64,
-}
-
-impl Default for MotionConfig {
-    fn default() -> Self {
-        Self {
-            correction: [1.0, 1.0, 1.0],
-            noise_m_per_m: 0.25,
-            noise_m_per_rad: 0.02,
-            noise_rad_per_rad: 0.15,
-            noise_rad_per_m: 0.1,
-            blind_noise_m: 0.03,
-            blind_noise_rad: 0.04,
-            min_motion_m: 1e-4,
-            min_turn_rad: 1e-4,
-            max_motion_m: 1.0,
-        }
+visloc_core::with_defaults! {
+    /// Parameters of the motion model.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct MotionConfig {
+        /// Correction of the systematic error, true motion over measured motion, for forward, sideways and turning.
+        pub correction: [f64; 3] = [1.0, 1.0, 1.0],
+        /// Standard deviation of the position noise, meters per meter of motion.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub noise_m_per_m: f64 = 0.25,
+        /// Standard deviation of the position noise, meters per radian of turning.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub noise_m_per_rad: f64 = 0.02,
+        /// Standard deviation of the heading noise, radians per radian of turning.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub noise_rad_per_rad: f64 = 0.15,
+        /// Standard deviation of the heading noise, radians per meter of motion.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub noise_rad_per_m: f64 = 0.1,
+        /// Standard deviation of the position noise of a step without odometry, and of a second in which images show nothing, meters.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub blind_noise_m: f64 = 0.03,
+        /// Standard deviation of the heading noise of a step without odometry, and of a second in which images show nothing, radians.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub blind_noise_rad: f64 = 0.04,
+        /// A smaller motion counts as standing, meters.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub min_motion_m: f64 = 1e-4,
+        /// A smaller turn counts as standing, radians.
+        #[schemars(range(min = 0.0, max = 10.0))]
+        pub min_turn_rad: f64 = 1e-4,
+        /// A larger motion between two images is a jump of the odometry and is not believed, meters; per second if they are farther apart
+        /// than that.
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+        pub max_motion_m: f64 = 1.0,
     }
 }
 
@@ -95,14 +80,12 @@ pub struct PlanarMotion {
 impl PlanarMotion {
     /// A pose after the motion, without noise.
     #[inline]
-    #[must_use]
     pub fn apply(&self, pose: &PlanarPose) -> PlanarPose {
         pose.compose(&self.old_from_new)
     }
 
     /// A pose after the motion, with noise.
     #[inline]
-    #[must_use]
     pub fn sample(&self, pose: &PlanarPose, rng: &mut Rng) -> PlanarPose {
         let moved = self.apply(pose);
         PlanarPose::new(
@@ -122,13 +105,11 @@ pub struct MotionModel {
 
 impl MotionModel {
     /// A model that has seen no odometry yet.
-    #[must_use]
     pub fn new(config: MotionConfig) -> Self {
         Self { config, odometer: Odometer::new(config.max_motion_m) }
     }
 
     /// Time between the last two calls, seconds.
-    #[must_use]
     pub fn secs(&self) -> f64 {
         self.odometer.secs()
     }

@@ -84,7 +84,6 @@ pub enum Half {
 
 impl SideLines {
     /// The side lines of a field, with a spread of 0.15 m and 0.2 rad: robots are put down by hand.
-    #[must_use]
     pub fn of(field: &Field, half: Half) -> Self {
         let dimensions = field.dimensions();
         let half_length = dimensions.length_m / 2.0;
@@ -114,7 +113,6 @@ impl SideLines {
 
 impl PosePrior {
     /// A random pose around it.
-    #[must_use]
     pub fn sample(&self, rng: &mut Rng) -> PlanarPose {
         let center = &self.world_from_robot;
         PlanarPose::new(
@@ -127,7 +125,6 @@ impl PosePrior {
 
 impl StartPrior {
     /// The half of a field in which a pose lies, with any heading; anywhere on other maps.
-    #[must_use]
     pub fn half_of(map: &Map, world_from_robot: &PlanarPose) -> Self {
         let Map::Field(field) = map else { return Self::Uniform };
         let (half_x, half_y) = field.half_carpet_m();
@@ -137,14 +134,12 @@ impl StartPrior {
     }
 
     /// Whether nothing is known.
-    #[must_use]
     pub fn is_uniform(&self) -> bool {
         *self == Self::Uniform
     }
 
     /// Probability that a pose agrees with it, 0 to 1, whose position is known to `spread_m` (standard deviation in meters, in each axis): at the edge
     /// of a region it is even. Of poses and side lines three of their own standard deviations are allowed.
-    #[must_use]
     pub fn agreement(&self, pose: &PlanarPose, spread_m: f64) -> f64 {
         let is_near = |yaw_rad: f64, spread_rad: f64| {
             angle::difference(pose.yaw_rad, yaw_rad).abs() <= MAX_DEVIATION * spread_rad
@@ -170,7 +165,6 @@ impl StartPrior {
     }
 
     /// Whether it tells the heading.
-    #[must_use]
     pub fn has_heading(&self) -> bool {
         match self {
             Self::Uniform => false,
@@ -180,7 +174,6 @@ impl StartPrior {
     }
 
     /// A random pose from the prior. What falls outside of the map is moved to its edge.
-    #[must_use]
     pub fn sample(&self, map: &Region, rng: &mut Rng) -> PlanarPose {
         let pose = match self {
             Self::Uniform => map.sample(rng),

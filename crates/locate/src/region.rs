@@ -20,13 +20,11 @@ pub struct Region {
 impl Region {
     /// Whether a pose is inside.
     #[inline]
-    #[must_use]
     pub fn contains(&self, pose: &PlanarPose) -> bool {
         (self.min_x_m..=self.max_x_m).contains(&pose.x_m) && (self.min_y_m..=self.max_y_m).contains(&pose.y_m)
     }
 
     /// A pose anywhere inside with any heading.
-    #[must_use]
     pub fn sample(&self, rng: &mut Rng) -> PlanarPose {
         PlanarPose::new(
             rng.random_range(self.min_x_m..=self.max_x_m),

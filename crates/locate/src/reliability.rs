@@ -34,7 +34,6 @@ pub struct ReliabilityConfig {
 
 impl ReliabilityConfig {
     /// The thresholds of the master's thesis, section 5.1.3.
-    #[must_use]
     pub fn published_2010() -> Self {
         Self {
             high_likelihood: 0.8,
@@ -68,13 +67,11 @@ pub struct Reliability {
 
 impl Reliability {
     /// Starts at 0.
-    #[must_use]
     pub fn new(config: ReliabilityConfig) -> Self {
         Self { config, value: 0.0 }
     }
 
     /// The reliability, 0 to 1.
-    #[must_use]
     pub fn value(&self) -> f64 {
         self.value
     }

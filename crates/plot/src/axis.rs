@@ -131,7 +131,6 @@ pub(crate) fn round_step(step: f64) -> f64 {
 fn linear_ticks(min: f64, max: f64, max_steps: f64) -> Vec<Tick> {
     let step = round_step((max - min) / max_steps);
     let first = (min / step - 1e-6).ceil();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let count = ((max / step + 1e-6).floor() - first + 1.0).clamp(0.0, 200.0) as u32;
     (0..count)
         .map(|i| {
@@ -148,13 +147,11 @@ fn label(value: f64, step: f64) -> String {
     if step < 1e-4 || value.abs() >= 1e6 {
         return format!("{value:.1e}");
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let decimals = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
     format!("{value:.decimals$}").replace('-', "\u{2212}")
 }
 
 fn log_ticks(min: f64, max: f64) -> Vec<Tick> {
-    #[allow(clippy::cast_possible_truncation)]
     let (first, last) = (min.log10().floor() as i32, max.log10().ceil() as i32);
     let num_decades = (max / min).log10();
     let mut ticks = Vec::new();

@@ -21,7 +21,6 @@ pub struct Bar {
 }
 
 /// Bars in groups with error bars. An error bar that leaves the range ends at the border without its crossbar.
-#[must_use]
 pub fn bar_chart(input: &BarChart) -> Picture {
     let values = input.groups.iter().flat_map(|group| &group.values).flat_map(|bar| {
         let (low, high) = bar.interval.unwrap_or((bar.value, bar.value));
@@ -38,7 +37,6 @@ pub fn bar_chart(input: &BarChart) -> Picture {
     )
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_groups(canvas: &mut Canvas, area: &PlotArea, input: &BarChart) {
     let slot = FILLED / input.series.len().max(1) as f64;
     canvas.begin_clip(&area.rect);

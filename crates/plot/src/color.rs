@@ -34,13 +34,11 @@ impl Color {
         [Self::BLUE, Self::VERMILION, Self::PURPLE, Self::BLUISH_GREEN, Self::ORANGE, Self::SKY_BLUE];
 
     /// From its parts, 0 to 255 each.
-    #[must_use]
     pub const fn rgb(red: u8, green: u8, blue: u8) -> Self {
         Self { red, green, blue }
     }
 
     /// Red, green and blue, 0 to 255 each.
-    #[must_use]
     pub const fn parts(self) -> [u8; 3] {
         [self.red, self.green, self.blue]
     }
@@ -49,7 +47,6 @@ impl Color {
     ///
     /// Source: the palette of M. Okabe and K. Ito, "Color Universal Design" (2008). Deviations: the purple is darker,
     /// to stand out from a white background as a thin line; yellow is left out for the same reason.
-    #[must_use]
     pub const fn series(index: usize) -> Self {
         Self::SERIES[index % Self::SERIES.len()]
     }
@@ -63,18 +60,14 @@ impl Color {
     /// Fractions outside are clamped; not a number gives the color of 0.
     ///
     /// Source: ten steps of the color map "viridis" of matplotlib (CC0), linear in between.
-    #[must_use]
     pub fn scale(fraction: f64) -> Self {
         let position = fraction.clamp(0.0, 1.0) * 10.0;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let lower = (position as usize).min(9);
-        #[allow(clippy::cast_precision_loss)]
         let share = if position.is_finite() { position - lower as f64 } else { 0.0 };
         VIRIDIS[lower].mix(VIRIDIS[lower + 1], share)
     }
 
     /// Between this (`share` 0) and `other` (`share` 1).
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(crate) fn mix(self, other: Self, share: f64) -> Self {
         let part = |a: u8, b: u8| (f64::from(a) + (f64::from(b) - f64::from(a)) * share).round() as u8;
         Self::rgb(part(self.red, other.red), part(self.green, other.green), part(self.blue, other.blue))

@@ -68,14 +68,12 @@ pub(crate) fn framed<T>(
     let rect = Rect { left: LEFT_PX, top, right, bottom: top + PLOT_PX.1 };
     let values = values.chain(chart.references.iter().map(|line| line.value));
     let y = Axis::of_values(chart.axis, values, (rect.bottom, rect.top));
-    #[allow(clippy::cast_precision_loss)]
     let x = Axis::linear((0.0, chart.groups.len().max(1) as f64), (rect.left, rect.right));
     let area = PlotArea { rect, x, y };
     // Labels below the groups are in lines as long as the groups are wide.
     let group_px = area.x.px(1.0) - area.x.px(0.0);
     let label = |group: &Group<T>| font::wrap(&group.label, GROUP_LABEL_PX, Weight::Regular, group_px - 8.0);
     let labels: Vec<Vec<String>> = chart.groups.iter().map(label).collect();
-    #[allow(clippy::cast_precision_loss)]
     let labels_px = labels.iter().map(Vec::len).max().unwrap_or(0) as f64 * GROUP_LINE_PX;
     let width = right + reference_margin_px(chart.references.iter());
     let mut canvas = Canvas::new(width, rect.bottom + labels_px + 24.0);
@@ -89,7 +87,6 @@ pub(crate) fn framed<T>(
     canvas.finish()
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_labels(canvas: &mut Canvas, area: &PlotArea, labels: &[Vec<String>]) {
     let style = TextStyle::new(GROUP_LABEL_PX, Color::BLACK).anchor(Anchor::Middle);
     for (i, lines) in labels.iter().enumerate() {

@@ -87,7 +87,6 @@ impl Header {
 
     /// Space from the top of the picture to the end of the legend, pixels.
     pub(crate) fn height_px(&self) -> f64 {
-        #[allow(clippy::cast_precision_loss)]
         let lines = |count: usize, line_px: f64| count as f64 * line_px;
         let legend_px = lines(self.legend.len(), LEGEND_LINE_PX);
         TOP_PX

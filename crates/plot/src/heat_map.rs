@@ -56,7 +56,6 @@ impl Grid {
     }
 
     /// Ranges of x and y that the cells cover, meters.
-    #[allow(clippy::cast_precision_loss)]
     fn ranges_m(&self) -> ((f64, f64), (f64, f64)) {
         let [x_m, y_m] = self.origin_m;
         let (columns, rows) = (self.num_columns as f64, self.rows().count() as f64);
@@ -76,7 +75,6 @@ pub struct PoseMark {
 }
 
 /// The values of a grid as colors, over the lines of a field or the walls of a building if one is given, with a color bar.
-#[must_use]
 pub fn heat_map(input: &HeatMap, ground: Option<Ground<'_>>) -> Picture {
     let view_below = |top| match &ground {
         Some(ground) => GroundView::of(ground, top),
@@ -119,7 +117,6 @@ pub fn heat_map(input: &HeatMap, ground: Option<Ground<'_>>) -> Picture {
 }
 
 /// Index of the color of a value; none for not a number.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn color_index(value: f64, bar: &Axis) -> Option<u32> {
     let (min, max) = bar.range();
     let fraction = ((value - min) / (max - min)).clamp(0.0, 1.0);
@@ -130,7 +127,6 @@ fn index_color(index: u32) -> Color {
     Color::scale((f64::from(index) + 0.5) / f64::from(NUM_COLORS))
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_cells(canvas: &mut Canvas, view: &GroundView, grid: &Grid, bar: &Axis) {
     let [x_m, y_m] = grid.origin_m;
     for (row, values) in grid.rows().enumerate() {

@@ -41,7 +41,6 @@ pub struct HistogramSeries {
 }
 
 /// The share of the values in each interval, in percent of its series.
-#[must_use]
 pub fn histogram(input: &Histogram) -> Picture {
     let right = LEFT_PX + PLOT_PX.0;
     let entries = input.series.iter().map(|s| LegendEntry::new(&s.label, Symbol::Patch(s.color, 0.5)));
@@ -73,7 +72,6 @@ pub fn histogram(input: &Histogram) -> Picture {
     canvas.finish()
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn shares_percent(values: &[f64], (min, max): (f64, f64), num_bins: usize) -> Vec<f64> {
     let mut counts = vec![0usize; num_bins];
     for value in values.iter().filter(|value| !value.is_nan()) {
@@ -84,7 +82,6 @@ fn shares_percent(values: &[f64], (min, max): (f64, f64), num_bins: usize) -> Ve
     counts.into_iter().map(|count| 100.0 * count as f64 / total).collect()
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn outline(area: &PlotArea, shares: &[f64]) -> Vec<Point> {
     let rect = area.rect;
     let bin_px = rect.width() / shares.len() as f64;

@@ -66,7 +66,6 @@ pub struct ImageDots {
 
 /// The image enlarged without smoothing, and everything over it. Kinds without a single member are left out, of the
 /// legend too.
-#[must_use]
 pub fn image_picture(input: &ImagePicture) -> Picture {
     let scale = f64::from(input.enlargement.max(1));
     let (width_px, height_px) = (f64::from(input.image.width()), f64::from(input.image.height()));

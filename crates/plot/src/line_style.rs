@@ -57,7 +57,6 @@ pub(crate) fn draw_mark(canvas: &mut Canvas, color: Color, (x, y): Point) {
 /// Marks along a line, those of each series at other places.
 pub(crate) fn draw_marks(canvas: &mut Canvas, color: Color, points: &[Point]) {
     let Some(index) = color.series_index() else { return };
-    #[allow(clippy::cast_precision_loss)]
     let mut left_px = MARK_GAP_PX * (0.25 + index as f64 / DASHES.len() as f64).fract();
     for pair in points.windows(2) {
         let [from, to] = [pair[0], pair[1]];

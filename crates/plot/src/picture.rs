@@ -35,7 +35,6 @@ impl Picture {
     }
 
     /// The picture as text of an SVG file.
-    #[must_use]
     pub fn svg(&self) -> &str {
         &self.svg
     }
@@ -56,7 +55,6 @@ impl Picture {
         if !(scale > 0.0 && longest_px <= Self::MAX_SIDE_PX) {
             return Err(refused);
         }
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let to_pixels = |length: f32| (length * scale).round().max(1.0) as u32;
         let pixels = tiny_skia::Pixmap::new(to_pixels(width_px), to_pixels(height_px));
         let mut pixels = pixels.ok_or(refused)?;
@@ -114,7 +112,6 @@ pub fn remove_earlier(dir: &Path, is_to_go: impl Fn(&str) -> bool) {
 }
 
 /// Whether a name is that of a picture of a series: `prefix`, then digits.
-#[must_use]
 pub fn is_of_series(name: &str, prefix: &str) -> bool {
     let digits = |rest: &str| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit());
     name.strip_prefix(prefix).is_some_and(digits)

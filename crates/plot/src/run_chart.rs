@@ -17,7 +17,6 @@ const STEP_PX: f64 = 12.0;
 pub type RunChart = GroupChart<Vec<f64>>;
 
 /// A dot for every value, and a bar at the median of each series in each group.
-#[must_use]
 pub fn run_chart(input: &RunChart) -> Picture {
     let values = input.groups.iter().flat_map(|group| group.values.iter().flatten().copied());
     framed(input, Symbol::Dot, values, |canvas, area| {
@@ -26,7 +25,6 @@ pub fn run_chart(input: &RunChart) -> Picture {
     })
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn draw_groups(canvas: &mut Canvas, area: &PlotArea, input: &RunChart) {
     let slot = FILLED / input.series.len().max(1) as f64;
     let slot_px = area.x.px(slot) - area.x.px(0.0);

@@ -46,7 +46,6 @@ pub struct ScatterSeries {
 }
 
 /// Points on plain ground.
-#[must_use]
 pub fn scatter(input: &ScatterPicture) -> Picture {
     let rect = GroundView::new(input.x_m, input.y_m, 0.0).rect();
     let entries = input.series.iter().map(|series| {

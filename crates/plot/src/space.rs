@@ -53,7 +53,6 @@ const OUTSIDE_SHARE: f64 = 0.03;
 
 /// Two pictures: along the axis in which the paths extend least (from above, for a camera on wheels), and with that axis
 /// upwards.
-#[must_use]
 pub fn space_views(input: &SpaceViews) -> [Picture; 2] {
     let ranges = [0, 1, 2].map(|axis| range(input, axis));
     let extent = |axis: &usize| ranges[*axis].1 - ranges[*axis].0;

@@ -292,7 +292,6 @@ fn escape(text: &str) -> String {
 }
 
 /// Bytes as text of letters, digits, + and /, padded with =. Source: RFC 4648, section 4.
-#[must_use]
 pub fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

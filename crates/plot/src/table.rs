@@ -17,7 +17,6 @@ pub struct Table {
 
 impl Table {
     /// A table without rows.
-    #[must_use]
     pub fn new(name: &str, title: &str, header: &[&str]) -> Self {
         let header = header.iter().map(|&name| name.to_owned()).collect();
         Self { name: name.to_owned(), title: title.to_owned(), header, rows: Vec::new() }
@@ -29,7 +28,6 @@ impl Table {
     }
 
     /// The table for people: title, columns below each other, the first to the left and the others to the right.
-    #[must_use]
     pub fn text(&self) -> String {
         let lines: Vec<&Vec<String>> = std::iter::once(&self.header).chain(&self.rows).collect();
         let width = |i: usize| lines.iter().filter_map(|l| l.get(i)).map(|c| c.chars().count()).max();
@@ -46,7 +44,6 @@ impl Table {
     }
 
     /// The table in Markdown.
-    #[must_use]
     pub fn markdown(&self) -> String {
         let line = |cells: &Vec<String>| {
             let cells = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " "));
@@ -57,7 +54,6 @@ impl Table {
     }
 
     /// The table in HTML.
-    #[must_use]
     pub fn html(&self) -> String {
         let line = |cells: &Vec<String>, tag: &str| {
             let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
@@ -68,7 +64,6 @@ impl Table {
     }
 
     /// The table for programs. Cells with commas, quotes or line ends are quoted.
-    #[must_use]
     pub fn csv(&self) -> String {
         let cell = |cell: &String| {
             if cell.contains([',', '"', '\n']) {
@@ -83,7 +78,6 @@ impl Table {
 }
 
 /// Text as HTML shows it.
-#[must_use]
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -33,14 +33,12 @@ impl Color {
     ];
 
     /// From `0xRRGGBB`, opaque.
-    #[must_use]
     pub const fn rgb(value: u32) -> Self {
         let [_, red, green, blue] = value.to_be_bytes();
         Self([red, green, blue, 255])
     }
 
     /// From `#rrggbb`; gray for anything else.
-    #[must_use]
     pub fn from_hex(text: &str) -> Self {
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
         let value = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
@@ -48,14 +46,12 @@ impl Color {
     }
 
     /// The color of an algorithm by its number.
-    #[must_use]
     pub fn lane(number: usize) -> Self {
         Self::LANES[number % Self::LANES.len()]
     }
 
     /// The same nearer to black: 1 is as it is, 0 is black. Lines of the viewer have no opacity.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn dimmed(self, share: f32) -> Self {
         let [red, green, blue, opacity] = self.0;
         let dim = |value: u8| (f32::from(value) * share.clamp(0.0, 1.0)).round() as u8;

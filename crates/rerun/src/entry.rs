@@ -15,13 +15,11 @@ pub struct Entry {
 
 impl Entry {
     /// What is there from now on, until something else is written at the path.
-    #[must_use]
     pub fn now(path: impl Into<String>, shape: Shape) -> Self {
         Self { path: path.into(), shape, is_static: false }
     }
 
     /// What is there the whole time.
-    #[must_use]
     pub fn always(path: impl Into<String>, shape: Shape) -> Self {
         Self { path: path.into(), shape, is_static: true }
     }
@@ -138,7 +136,6 @@ pub struct Mesh {
 
 impl Mesh {
     /// Adds a convex polygon.
-    #[allow(clippy::cast_possible_truncation)]
     pub fn fan(&mut self, corners: &[[f32; 3]], color: Color) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(corners);

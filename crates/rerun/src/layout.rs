@@ -67,7 +67,6 @@ impl Layout {
     /// The world at the left with events and numbers below it, the image and the plots at the right.
     ///
     /// `bounds_m` are the least x and y and the largest x and y of the world, `image_size` the width and height of the image, pixels.
-    #[must_use]
     pub fn new(
         title: &str,
         bounds_m: [f64; 4],

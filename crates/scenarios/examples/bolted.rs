@@ -5,7 +5,7 @@
 //! `SCENARIO[:FRAMES]` or `RECORDING.mcap=MAP`, with `@IMAGE` behind it for a robot that sees this image again and again for
 //! 120 images. On a symmetric field the half is given.
 
-#![allow(clippy::disallowed_methods, clippy::cast_precision_loss)]
+#![allow(clippy::disallowed_methods)]
 
 use std::time::Instant;
 

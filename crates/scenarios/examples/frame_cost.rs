@@ -5,7 +5,7 @@
 //! algorithm is `evolutionary` with its defaults. Given as `MAP`: the name of a map or its file.
 
 // The other examples and tests never look at a clock.
-#![allow(clippy::disallowed_methods, clippy::cast_precision_loss)]
+#![allow(clippy::disallowed_methods)]
 
 use std::time::Instant;
 
@@ -93,7 +93,6 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 /// A quantile of sorted values; 0 of none.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let i = (share * sorted.len() as f64) as usize;
     sorted.get(i.min(sorted.len().saturating_sub(1))).copied().unwrap_or(0.0)

@@ -6,7 +6,7 @@
 //! Printed are the claims (reliability above 0.6) of the last images and of all, the curve of calibration, and how many of the places that a
 //! search of the whole field calls unambiguous in one image are claimed (not with `--quick`); with `--each` every place.
 
-#![allow(clippy::disallowed_methods, clippy::cast_precision_loss, clippy::cast_possible_truncation)]
+#![allow(clippy::disallowed_methods)]
 
 use nalgebra::{Rotation3, Vector3};
 use rand::RngExt;

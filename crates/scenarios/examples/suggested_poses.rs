@@ -28,7 +28,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for bag in args {
         let (lines, composite, all) = count(&field, &bag)?;
-        #[allow(clippy::cast_precision_loss)]
         let percent = |n: usize| 100.0 * n as f64 / all.max(1) as f64;
         println!("{bag}: {all} images, lines {:.1} %, composite {:.1} %", percent(lines), percent(composite));
     }

@@ -1,7 +1,6 @@
 //! Runs of a whole localization, from source to evaluation, for end-to-end tests.
 
 // Robots, steps and images are few.
-#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 
 mod detection_score;
 
@@ -87,7 +86,6 @@ pub struct Replay<'a>(std::slice::Iter<'a, SourceFrame>);
 
 impl<'a> Replay<'a> {
     /// Plays the frames from the first one.
-    #[must_use]
     pub fn new(frames: &'a [SourceFrame]) -> Self {
         Self(frames.iter())
     }

@@ -13,7 +13,6 @@
 //! `scene/field.rs` and a branch in `simulation/world.rs`.
 
 // Pixels, texels and counts of frames are small; the renderer works in single precision on purpose.
-#![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
 
 mod render;
 mod robot;

@@ -4,6 +4,7 @@
 //! transformation parameterizations and on-manifold optimization", 2010, section 9.
 
 use nalgebra::{Matrix2x3, Matrix2x6, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
+pub use visloc_core::geom::rotation_vector;
 use visloc_core::geom::{CameraFrame, Rigid3, World};
 
 /// Where a camera is: takes points of the world to the camera.
@@ -45,16 +46,6 @@ pub fn log<A, B>(motion: &Rigid3<A, B>) -> Vector6<f64> {
     let k = skew(&w);
     let v = (Matrix3::identity() - k * 0.5 + k * k * c) * motion.translation();
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
-}
-
-/// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
-#[must_use]
-pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
-    let r = rotation;
-    let axis = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
-    let sine = axis.norm();
-    let angle = sine.atan2(0.5 * (r.trace() - 1.0));
-    if sine < 1e-9 { axis } else { axis * (angle / sine) }
 }
 
 /// `exp(twist) * pose`, with the rotation made orthonormal again.

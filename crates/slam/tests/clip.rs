@@ -38,7 +38,7 @@ fn follows_the_camera_to_a_centimeter() {
         let (_, trajectory) = run(seed);
         let pairs = associate(&truth, &trajectory, 0.01);
         let error = absolute_error(&pairs, Alignment::Similarity);
-        good += u32::from(pairs.len() >= 54 && error.is_some_and(|error| error.rmse < 0.01));
+        good += u32::from(pairs.len() >= 54 && error.is_some_and(|error| error.statistics.rmse < 0.01));
     }
     assert!(good >= 4, "{good} of 5 seeds");
 }

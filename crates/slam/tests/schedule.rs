@@ -78,7 +78,7 @@ fn threaded_runs(num: usize) {
         let slam = run("sdvl", Schedule::Threaded, if i % 4 == 3 { Wait::Never } else { Wait::AtTheEnd });
         let pairs = associate(&truth, &trajectory(&slam), 0.01);
         let error = absolute_error(&pairs, Alignment::Similarity);
-        num_good += usize::from(pairs.len() >= 50 && error.is_some_and(|error| error.rmse < 0.02));
+        num_good += usize::from(pairs.len() >= 50 && error.is_some_and(|error| error.statistics.rmse < 0.02));
     }
     assert!(num_good * 3 >= num * 2, "{num_good} of {num} runs");
 }

@@ -198,7 +198,6 @@ pub enum Command {
 
 impl Command {
     /// The word that it is sent with.
-    #[must_use]
     pub fn name(&self) -> String {
         let message = serde_json::to_value(self).unwrap_or_default();
         message["type"].as_str().unwrap_or("unknown").to_owned()

@@ -18,7 +18,7 @@ const MAX_BATCH: usize = 64;
 /// How often a session without steps looks whether it is to end, seconds.
 const IDLE_SECS: f64 = 0.5;
 /// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
-const NOTICE_SECS: f64 = 2.0;
+pub const NOTICE_SECS: f64 = 2.0;
 
 /// What is shown: a session, with what the people there should know besides.
 struct Stage<'a> {

@@ -28,7 +28,7 @@ mod update;
 pub mod view;
 
 pub use command::Command;
-pub use engine::run_engine;
+pub use engine::{NOTICE_SECS, run_engine};
 pub use error::StudioError;
 pub use message::{Message, MessageBuilder, MessageError, MessageKind};
 pub use new_file::new_file;

@@ -87,7 +87,6 @@ impl MessageBuilder {
     }
 
     /// Adds numbers.
-    #[allow(clippy::cast_possible_truncation)]
     pub fn floats(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
         let offset = self.body.len();
         self.body.extend(values.into_iter().flat_map(|value| (value as f32).to_le_bytes()));
@@ -122,7 +121,6 @@ impl MessageBuilder {
     }
 
     /// The bytes.
-    #[must_use]
     pub fn finish(mut self) -> Vec<u8> {
         self.header.insert(ARRAYS.to_owned(), Value::Object(self.arrays));
         let mut header = Value::Object(self.header).to_string().into_bytes();
@@ -177,20 +175,17 @@ impl Message {
     }
 
     /// The bytes, with what has been changed in the header.
-    #[must_use]
     pub fn write(self) -> Vec<u8> {
         self.into_builder().finish()
     }
 
     /// To add arrays.
-    #[must_use]
     pub fn into_builder(self) -> MessageBuilder {
         let Self { kind, header, arrays, body } = self;
         MessageBuilder { kind, header, arrays, body }
     }
 
     /// The bytes of the same message with another content of one of its arrays of bytes, and without some of the others.
-    #[must_use]
     pub(crate) fn with_bytes(&self, name: &str, bytes: &[u8], without: &[&str]) -> Vec<u8> {
         let mut builder = self.without(&[without, &[name]].concat());
         builder.bytes(name, bytes);
@@ -198,7 +193,6 @@ impl Message {
     }
 
     /// The same message without some of its arrays.
-    #[must_use]
     pub(crate) fn without(&self, names: &[&str]) -> MessageBuilder {
         let mut builder = MessageBuilder {
             kind: self.kind,
@@ -230,7 +224,6 @@ impl Message {
     }
 
     /// The numbers of an array; `None` if there is no such array or it is cut off.
-    #[must_use]
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
         let bytes = self.slice(name, 4)?;
         Some(
@@ -242,7 +235,6 @@ impl Message {
     }
 
     /// The bytes of an array.
-    #[must_use]
     pub fn bytes(&self, name: &str) -> Option<&[u8]> {
         self.slice(name, 1)
     }

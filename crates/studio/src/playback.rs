@@ -7,17 +7,13 @@ use crate::{Command, StudioError};
 /// Fastest pace, as multiple of reality.
 const MAX_SPEED: f64 = 16.0;
 
-/// Whether a session goes on by itself, and how fast.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Playback {
-    is_playing: bool,
-    /// As multiple of reality; 0 is as fast as possible.
-    speed: f64,
-}
-
-impl Default for Playback {
-    fn default() -> Self {
-        Self { is_playing: true, speed: 1.0 }
+visloc_core::with_defaults! {
+    /// Whether a session goes on by itself, and how fast.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub(crate) struct Playback {
+        is_playing: bool = true,
+        /// As multiple of reality; 0 is as fast as possible.
+        speed: f64 = 1.0,
     }
 }
 

@@ -88,7 +88,6 @@ pub struct Scenes {
 
 impl Scenes {
     /// Everything that needs no files. `seed` is that of everything random; `slam_clock` measures the stages of SLAM.
-    #[must_use]
     pub fn new(clock: Clock, slam_clock: Clock, seed: u64) -> Self {
         Self {
             clock,
@@ -136,7 +135,6 @@ impl Scenes {
     }
 
     /// The id of what is shown first: what the user has named, if anything.
-    #[must_use]
     pub fn first(&self) -> String {
         let files = [(SOURCE, self.sources.len()), (RECORDING, self.recordings.len())];
         if self.robot.is_some() {

@@ -77,7 +77,6 @@ pub struct ScaledBetween {
 
 impl VisualMap {
     /// The keyframes of a map as a trajectory, in order of time.
-    #[must_use]
     pub fn way(&self, map: MapId) -> CameraTrajectory {
         let pose = |(_, k): (KeyframeId, &Keyframe)| CameraPose {
             at: k.at,

@@ -54,7 +54,6 @@ impl Section {
 }
 
 /// Puts a file together.
-#[allow(clippy::cast_possible_truncation)]
 pub fn assemble(sections: Vec<Section>) -> Vec<u8> {
     let head_bytes = HEAD_BYTES + sections.len() * ENTRY_BYTES + 4;
     let (mut head, mut body) = (Vec::with_capacity(head_bytes), Vec::new());

@@ -21,7 +21,6 @@ pub struct ColmapModel {
 }
 
 /// Name of the picture of a keyframe in the exported folders.
-#[must_use]
 pub fn picture_name(id: KeyframeId) -> String {
     format!("images/{:06}.jpg", id.index())
 }
@@ -50,7 +49,6 @@ impl VisualMap {
     }
 
     /// A map as a model of COLMAP.
-    #[must_use]
     pub fn to_colmap(&self, map: MapId) -> ColmapModel {
         let cameras = self.cameras_of(map);
         let mut model = ColmapModel::default();
@@ -101,7 +99,6 @@ impl VisualMap {
 
     /// A map as `transforms.json` of nerfstudio, whose cameras look along -z with y upwards. Source: nerfstudio documentation, "Data
     /// conventions". Pictures of other cameras than the first one have values of their own.
-    #[must_use]
     pub fn to_nerfstudio(&self, map: MapId) -> NerfstudioModel {
         let own = Camera::default();
         let frames = self.keyframes_of(map).map(|(id, keyframe)| {

@@ -41,7 +41,6 @@ pub struct Ground {
 type Place = (Point3<f64>, Vector3<f64>);
 
 /// Finds the ground below the way of the camera in the map that is active. `None` if it shows too little of it.
-#[must_use]
 pub fn find_ground(map: &Map) -> Option<Ground> {
     // The axes of the images point down.
     let up = |keyframe: &Keyframe| -keyframe.camera_from_world().rotation().row(1).transpose();

@@ -13,11 +13,11 @@ mod error;
 mod evidence;
 mod export;
 mod file;
-mod floor;
 mod frame;
 mod ground;
 mod image;
 mod localizer;
+mod occupancy_grid;
 mod sections;
 mod visual_map;
 

@@ -66,7 +66,6 @@ pub enum Support {
 
 impl CameraEstimate {
     /// Whether the camera counts as localized.
-    #[must_use]
     pub fn is_localized(&self) -> bool {
         self.reliability >= LOCALIZED_RELIABILITY
     }
@@ -79,7 +78,6 @@ impl CameraEstimate {
     }
 
     /// Whether the image shows nothing of the map.
-    #[must_use]
     pub fn is_carried(&self) -> bool {
         self.support != Support::Map
     }
@@ -200,7 +198,6 @@ impl MapLocalizer {
     }
 
     /// The system below, to look at its map.
-    #[must_use]
     pub fn slam(&self) -> &Slam {
         &self.slam
     }
@@ -278,19 +275,16 @@ impl MapLocalizer {
     }
 
     /// What the last image came to in the system below; `None` before the first one.
-    #[must_use]
     pub fn outcome(&self) -> Option<&FrameOutcome> {
         self.outcome.as_ref()
     }
 
     /// What is known since the last image; `None` where nothing is known of the place.
-    #[must_use]
     pub fn estimate(&self) -> Option<&CameraEstimate> {
         self.stated.as_ref()
     }
 
     /// All places where the camera may be, the most probable first: where places look alike there are several.
-    #[must_use]
     pub fn hypotheses(&self) -> Vec<Hypothesis> {
         let place = |it: &CameraEstimate, probability| {
             let CameraEstimate { map, world_from_camera, .. } = *it;

@@ -47,7 +47,6 @@ impl PlainCamera {
 
 impl VisualMap {
     /// The file.
-    #[must_use]
     pub fn to_bytes(&self, own: &SessionCamera) -> Vec<u8> {
         write(self, own)
     }
@@ -62,7 +61,6 @@ impl VisualMap {
 }
 
 /// The file of a map.
-#[allow(clippy::cast_possible_truncation)]
 fn write(map: &VisualMap, own: &SessionCamera) -> Vec<u8> {
     let stored = map.map.stored(own);
     let plain =

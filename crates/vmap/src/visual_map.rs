@@ -45,37 +45,27 @@ pub struct MapScale {
     pub relative_sigma: f64,
 }
 
-/// Where the scale of a map comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum ScaleSource {
-    /// A map unit is anything.
-    #[default]
-    Unknown,
-    /// Aligned to places that are known: a map unit is a meter.
-    Aligned,
-    /// Two points at a known distance: a map unit is a meter.
-    TwoPoints,
-    /// The height of the camera above the ground: a map unit is a meter.
-    CameraHeight,
-    /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
-    Odometry,
-    /// Somebody has said how long a map unit is: it is a meter now.
-    Told,
-}
-
-impl ScaleSource {
-    /// The words for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Aligned => "aligned to known places",
-            Self::TwoPoints => "two points of known distance",
-            Self::CameraHeight => "height of the camera",
-            Self::Odometry => "odometry of the robot",
-            Self::Told => "told by somebody",
-        }
+visloc_core::worded_enum! {
+    /// Where the scale of a map comes from.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    pub enum ScaleSource {
+        /// A map unit is anything.
+        #[default]
+        Unknown = "unknown",
+        /// Aligned to places that are known: a map unit is a meter.
+        Aligned = "aligned to known places",
+        /// Two points at a known distance: a map unit is a meter.
+        TwoPoints = "two points of known distance",
+        /// The height of the camera above the ground: a map unit is a meter.
+        CameraHeight = "height of the camera",
+        /// The odometry of the robot that the map was made on: a map unit is a meter, as far as the odometry has no error of scale.
+        Odometry = "odometry of the robot",
+        /// Somebody has said how long a map unit is: it is a meter now.
+        Told = "told by somebody",
     }
+
+    /// The words for it.
+    name
 }
 
 /// A run that made or extended a map.
@@ -121,7 +111,6 @@ impl VisualMap {
     }
 
     /// Whether z points up in one of the maps.
-    #[must_use]
     pub fn is_level(&self, map: MapId) -> bool {
         // Files of earlier versions do not say it: a map that was aligned is taken to be level.
         let is_aligned = || self.scale(map).source == ScaleSource::Aligned;
@@ -129,13 +118,11 @@ impl VisualMap {
     }
 
     /// The scale of one of the maps.
-    #[must_use]
     pub fn scale(&self, map: MapId) -> MapScale {
         self.scales.get(map.index()).copied().unwrap_or_default()
     }
 
     /// The scale of a map of a run that is not saved yet, by its number in the run: a file numbers maps in the order of their keyframes.
-    #[must_use]
     pub fn scale_of_part(&self, map: MapId) -> MapScale {
         self.number_of(map).and_then(|number| self.scales.get(number).copied()).unwrap_or_default()
     }
@@ -166,7 +153,6 @@ impl VisualMap {
     }
 
     /// The map that has most keyframes; `None` if there is none.
-    #[must_use]
     pub fn largest(&self) -> Option<MapId> {
         let count = |map: &MapId| self.map.all_keyframes().filter(|(_, k)| k.map == *map).count();
         // The oldest of equals.

@@ -109,7 +109,6 @@ impl fmt::Display for Hindrance {
 
 impl Map {
     /// What hinders a robot from finding out where it is, as far as the map alone can tell; empty if nothing does.
-    #[must_use]
     pub fn what_hinders_localization(&self) -> Vec<Hindrance> {
         match self {
             Self::Field(field) => of_field(field),

@@ -3,11 +3,11 @@
 mod built_in;
 mod error;
 pub mod field;
-mod floor;
 mod hindrance;
 #[cfg(feature = "import")]
 mod import;
 mod load;
+mod occupancy_grid;
 pub mod office;
 
 pub use built_in::BUILT_IN_MAPS;

@@ -63,7 +63,6 @@ impl Map {
     }
 
     /// The name that the map gives itself.
-    #[must_use]
     pub fn name(&self) -> &str {
         match self {
             Self::Field(field) => &field.dimensions().name,

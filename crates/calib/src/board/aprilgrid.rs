@@ -25,7 +25,6 @@ pub struct AprilGrid {
 
 impl AprilGrid {
     /// From the edge of a tag to the same edge of the next, meters.
-    #[must_use]
     pub fn pitch_m(&self) -> f64 {
         self.tag_m * (1.0 + self.spacing)
     }
@@ -62,7 +61,6 @@ impl AprilGrid {
     }
 
     /// `x` and `y` from 0 to 1 across the tag.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn is_black_in_tag(&self, column: f64, row: f64, (x, y): (f64, f64)) -> Option<bool> {
         if column < 0.0 || row < 0.0 || column >= self.columns as f64 || row >= self.rows as f64 {
             return Some(false);

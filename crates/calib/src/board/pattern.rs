@@ -74,7 +74,6 @@ impl Board {
     }
 
     /// How many corners it has. Corner numbers go from 0 to one less.
-    #[must_use]
     pub fn num_corners(&self) -> usize {
         match self {
             Self::Checkerboard(b) => b.columns * b.rows,
@@ -83,7 +82,6 @@ impl Board {
     }
 
     /// Place of a corner on the board, meters; z is 0.
-    #[must_use]
     pub fn corner_in_board(&self, id: usize) -> Point3<f64> {
         let p = match self {
             Self::Checkerboard(b) => b.corner_in_board(id),
@@ -93,7 +91,6 @@ impl Board {
     }
 
     /// Whether a point of the board's plane is black; `None` outside of the board.
-    #[must_use]
     pub fn is_black(&self, point_in_board: &Point2<f64>) -> Option<bool> {
         match self {
             Self::Checkerboard(b) => b.is_black(point_in_board),
@@ -102,7 +99,6 @@ impl Board {
     }
 
     /// Squares that draw the board on white, one over the other: upper left corner and side, meters, and whether it is black.
-    #[must_use]
     pub fn squares(&self) -> Vec<(Point2<f64>, f64, bool)> {
         match self {
             Self::Checkerboard(b) => b.squares(),
@@ -111,7 +107,6 @@ impl Board {
     }
 
     /// Lowest and highest x and y of the board with its white margin, meters.
-    #[must_use]
     pub fn bounds_m(&self) -> [Point2<f64>; 2] {
         match self {
             Self::Checkerboard(b) => b.bounds_m(),
@@ -120,7 +115,6 @@ impl Board {
     }
 
     /// Middle of the board, meters.
-    #[must_use]
     pub fn center_in_board(&self) -> Point3<f64> {
         let [low, high] = self.bounds_m();
         let middle = nalgebra::center(&low, &high);

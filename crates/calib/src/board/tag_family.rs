@@ -18,7 +18,6 @@ static CODES: LazyLock<Vec<u64>> = LazyLock::new(|| {
 });
 
 /// The code of a tag: rows of six bits from the top, the upper left one is the highest, 1 is white.
-#[must_use]
 pub fn code_of(id: usize) -> Option<u64> {
     CODES.get(id).copied()
 }

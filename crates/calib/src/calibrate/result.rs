@@ -69,7 +69,6 @@ pub struct SeenCorner {
 
 impl View {
     /// Root of the mean squared distance of the corners that were used, pixels.
-    #[must_use]
     pub fn rms_px(&self) -> f64 {
         let used: Vec<f64> =
             self.corners.iter().filter(|c| !c.is_outlier).map(|c| c.residual_px.norm_squared()).collect();
@@ -77,7 +76,6 @@ impl View {
     }
 
     /// Angle between the board and the image plane, radians.
-    #[must_use]
     pub fn tilt_rad(&self) -> f64 {
         self.camera_from_board.rotation()[(2, 2)].abs().min(1.0).acos()
     }
@@ -85,13 +83,11 @@ impl View {
 
 impl Calibration {
     /// Corners that were used.
-    #[must_use]
     pub fn num_corners(&self) -> usize {
         self.corners().filter(|corner| !corner.is_outlier).count()
     }
 
     /// Corners that were left out.
-    #[must_use]
     pub fn num_outliers(&self) -> usize {
         self.corners().filter(|corner| corner.is_outlier).count()
     }

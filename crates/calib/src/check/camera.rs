@@ -43,7 +43,6 @@ pub struct CameraCheck {
 
 impl CameraCheck {
     /// The worst of all findings.
-    #[must_use]
     pub fn severity(&self) -> Severity {
         self.findings.iter().map(|finding| finding.severity).max().unwrap_or(Severity::Fine)
     }

@@ -22,7 +22,6 @@ pub struct SeveralCameras {
 
 /// Calibrates pictures whose names begin alike on their own, as `left01` to `left13` and `right01` to `right13`, and compares the cameras. `None`
 /// if there are no such groups, they are too few for a camera, or agree.
-#[must_use]
 pub fn several_cameras(
     board: &Board,
     size_px: (u32, u32),

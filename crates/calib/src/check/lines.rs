@@ -63,7 +63,6 @@ pub(super) fn bows_px(camera: &Camera, image: &GrayImage) -> Vec<(f64, f64)> {
     bows
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn cell_of(p: &Point2<f64>, width: usize) -> usize {
     (p.y.max(0.0) as usize / 4) * (width / 4 + 1) + p.x.max(0.0) as usize / 4
 }

@@ -24,7 +24,6 @@ const BEND: (f64, f64) = (0.0012, 0.004);
 const MIN_EDGES: usize = 6;
 
 /// Says whether a camera is plausible for images. Without images only the camera itself is looked at.
-#[must_use]
 pub fn check_camera(camera: &Camera, images: &[GrayImage]) -> CameraCheck {
     let mut check = CameraCheck::default();
     check_center(camera, &mut check);

@@ -149,7 +149,6 @@ fn starts_black(layout: &Numbered, image: &FloatImage, columns: usize) -> bool {
 }
 
 /// Of layouts that are equally good, the one whose first corner is nearest to the upper left of the image.
-#[allow(clippy::cast_possible_truncation)]
 fn origin_key(layout: &Numbered) -> i64 {
     layout.first().map_or(i64::MAX, |(_, px)| ((px.x + px.y) * 16.0) as i64)
 }

@@ -32,7 +32,6 @@ pub(super) fn refine(image: &FloatImage, start: &Point2<f64>, radius_px: f64) ->
     Some(corner)
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn one_round(image: &FloatImage, corner: &Point2<f64>, reach: f64, falloff: f64) -> Option<Point2<f64>> {
     let (width, height) = (image.width() as f64, image.height() as f64);
     let is_inside = corner.x - reach >= 2.0

@@ -5,23 +5,19 @@ use visloc_core::{GrayImage, Rng, gaussian, geom::Camera};
 
 use crate::{Board, CameraFromBoard, saddles::FloatImage};
 
-/// What happens to the picture between the board and the file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RenderSettings {
-    /// Standard deviation of a Gaussian blur, pixels.
-    pub blur_px: f32,
-    /// Standard deviation of the noise of a pixel, of 255.
-    pub noise: f64,
-    /// Brightness lost from one side of the image to the other, as a share.
-    pub light_gradient: f64,
-    /// Share of light lost in the corners.
-    pub vignetting: f64,
-}
-
-impl Default for RenderSettings {
-    /// An ordinary webcam in a room.
-    fn default() -> Self {
-        Self { blur_px: 0.8, noise: 2.0, light_gradient: 0.3, vignetting: 0.2 }
+visloc_core::with_defaults! {
+    /// What happens to the picture between the board and the file.
+    /// By default an ordinary webcam in a room.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RenderSettings {
+        /// Standard deviation of a Gaussian blur, pixels.
+        pub blur_px: f32 = 0.8,
+        /// Standard deviation of the noise of a pixel, of 255.
+        pub noise: f64 = 2.0,
+        /// Brightness lost from one side of the image to the other, as a share.
+        pub light_gradient: f64 = 0.3,
+        /// Share of light lost in the corners.
+        pub vignetting: f64 = 0.2,
     }
 }
 
@@ -34,7 +30,6 @@ const WALL: f64 = 500.0;
 const RAYS: usize = 7;
 
 /// The picture of a board.
-#[must_use]
 pub fn render(
     board: &Board,
     camera: &Camera,
@@ -57,7 +52,6 @@ pub fn render(
         for (x, value) in image.row(y).iter().enumerate() {
             let lit = f64::from(*value) * light(x, y, (width, height), settings);
             let noisy = lit + gaussian(rng, settings.noise);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             bytes.push(noisy.round().clamp(0.0, 255.0) as u8);
         }
     }

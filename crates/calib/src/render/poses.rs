@@ -21,7 +21,6 @@ const MAX_TILT_RAD: f64 = 0.75;
 
 /// A pose with all corners in view: anywhere in the image, tilted up to 43 degrees, from near to far. `None` if the camera
 /// cannot see the board.
-#[must_use]
 pub fn random_pose(board: &Board, camera: &Camera, rng: &mut Rng) -> Option<CameraFromBoard> {
     let [low, high] = board.bounds_m();
     let longer_m = (high - low).max();

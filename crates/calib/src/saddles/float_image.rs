@@ -13,41 +13,34 @@ pub struct FloatImage {
 
 impl FloatImage {
     /// The same image.
-    #[must_use]
     pub fn from_gray(image: &GrayImage) -> Self {
         let data = image.data().iter().map(|v| f32::from(*v)).collect();
         Self { width: image.width(), height: image.height(), data }
     }
 
     /// From values row by row; missing ones are 0.
-    #[must_use]
     pub(crate) fn from_raw(width: usize, height: usize, mut data: Vec<f32>) -> Self {
         data.resize(width * height, 0.0);
         Self { width, height, data }
     }
 
     /// Width, pixels.
-    #[must_use]
     pub fn width(&self) -> usize {
         self.width
     }
 
     /// Height, pixels.
-    #[must_use]
     pub fn height(&self) -> usize {
         self.height
     }
 
     /// One row.
-    #[must_use]
     pub fn row(&self, y: usize) -> &[f32] {
         &self.data[y * self.width..(y + 1) * self.width]
     }
 
     /// Brightness at a place, linear between pixels; outside of the image that of the border.
     #[inline]
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn sample(&self, px: &Point2<f64>) -> f64 {
         let x = px.x.clamp(0.0, (self.width - 1) as f64);
         let y = px.y.clamp(0.0, (self.height - 1) as f64);
@@ -75,7 +68,6 @@ impl FloatImage {
 
     /// Smoothed by a Gaussian, pixels.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn blurred(&self, sigma_px: f32) -> Self {
         let radius = (3.0 * sigma_px).ceil() as usize;
         let kernel: Vec<f32> = (0..=2 * radius)

@@ -18,7 +18,6 @@ pub struct SaddleIndex {
 
 impl SaddleIndex {
     /// Of saddle points in an image of a size, pixels.
-    #[must_use]
     pub fn new(saddles: &[Saddle], width: usize, height: usize) -> Self {
         let (columns, rows) = (width / 16 + 1, height / 16 + 1);
         let mut index = Self {
@@ -34,7 +33,6 @@ impl SaddleIndex {
         index
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn bucket(&self, px: &Point2<f64>) -> (usize, usize) {
         let at = |v: f64, count: usize| ((v / BUCKET_PX).max(0.0) as usize).min(count - 1);
         (at(px.x, self.columns), at(px.y, self.rows))

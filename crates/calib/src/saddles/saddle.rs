@@ -34,21 +34,18 @@ const BESIDE_RAD: f64 = 0.35;
 
 impl Saddle {
     /// Directions of all four edges that leave it, radians.
-    #[must_use]
     pub fn edge_angles(&self) -> [f64; 4] {
         let [a, b] = self.edges_rad;
         [a, b, a + PI, b + PI]
     }
 
     /// How much brighter it is at the left of an edge that leaves in this direction (y points down).
-    #[must_use]
     pub fn edge_contrast(&self, image: &FloatImage, angle_rad: f64) -> f64 {
         let at = |angle: f64| image.sample(&(self.px + Vector2::new(angle.cos(), angle.sin()) * RING_PX));
         at(angle_rad - BESIDE_RAD) - at(angle_rad + BESIDE_RAD)
     }
 
     /// Edge direction of this saddle point that is nearest to a direction, and how far off it is, radians.
-    #[must_use]
     pub fn nearest_edge(&self, angle_rad: f64) -> (f64, f64) {
         let off = |edge: f64| visloc_core::geom::angle::difference(edge, angle_rad).abs();
         let angles = self.edge_angles();

@@ -9,7 +9,6 @@ use super::CameraFromBoard;
 /// `None` with fewer than four pairs or points that do not span a plane.
 ///
 /// Source: Hartley and Zisserman, "Multiple View Geometry", algorithm 4.2.
-#[must_use]
 pub fn homography(pairs: &[(Point2<f64>, Point2<f64>)]) -> Option<Matrix3<f64>> {
     if pairs.len() < 4 {
         return None;
@@ -50,7 +49,6 @@ fn normalization(points: impl Iterator<Item = Point2<f64>> + Clone) -> Option<Ma
 /// `None` if it is not the image of a plane in front.
 ///
 /// Source: Zhang, "A flexible new technique for camera calibration", PAMI 2000, section 3.1.
-#[must_use]
 pub fn pose_of_plane(normalized_from_board: &Matrix3<f64>) -> Option<CameraFromBoard> {
     let h = normalized_from_board;
     let (mut x, mut y, mut t) =

@@ -35,7 +35,6 @@ pub(super) struct Projected {
 
 impl Intrinsics {
     /// A camera without distortion; a fisheye's is ideal.
-    #[must_use]
     pub fn ideal(model: LensModel, focal_px: (f64, f64), center_px: (f64, f64)) -> Self {
         let mut values = SVector::zeros();
         for (i, value) in [focal_px.0, focal_px.1, center_px.0, center_px.1].into_iter().enumerate() {
@@ -45,7 +44,6 @@ impl Intrinsics {
     }
 
     /// The lens.
-    #[must_use]
     pub fn distortion(&self) -> Distortion {
         let v = &self.values;
         match self.model {
@@ -57,7 +55,6 @@ impl Intrinsics {
     }
 
     /// How many of the values are parameters.
-    #[must_use]
     pub fn num_parameters(&self) -> usize {
         match self.model {
             LensModel::RadialTangential => 9,
@@ -76,7 +73,6 @@ impl Intrinsics {
 
     /// Pixel of a point in front of the camera; `None` behind it. Asks for no range of the lens: the refinement may pass
     /// through lenses that fold.
-    #[must_use]
     pub(super) fn project(&self, p: &Vector3<f64>) -> Option<Vector2<f64>> {
         if p.z <= 1e-6 {
             return None;

@@ -68,7 +68,6 @@ struct Normal {
 ///
 /// Source: Marquardt 1963; the poses are eliminated as in Triggs et al., "Bundle adjustment: a modern synthesis", 2000,
 /// section 6.1.
-#[must_use]
 pub fn refine(
     mut intrinsics: Intrinsics,
     mut poses: Vec<CameraFromBoard>,

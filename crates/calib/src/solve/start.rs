@@ -23,7 +23,6 @@ const FOCAL_SHARES: [f64; 16] =
 /// are no homographies, but with a focal length the lens can be taken off before.
 ///
 /// Source: Zhang, PAMI 2000, equations 3 and 4, with known principal point.
-#[must_use]
 pub fn start(model: LensModel, size_px: (u32, u32), views: &[Vec<Observation>]) -> Option<Start> {
     let center = ((f64::from(size_px.0) - 1.0) / 2.0, (f64::from(size_px.1) - 1.0) / 2.0);
     let longer = f64::from(size_px.0.max(size_px.1));

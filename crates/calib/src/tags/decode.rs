@@ -21,7 +21,6 @@ pub struct Tag {
 const MIN_CONTRAST: f64 = 8.0;
 
 /// Reads the tag whose outer corners these are, clockwise. `None` if there is none.
-#[must_use]
 pub fn read_tag(image: &FloatImage, corners_px: &[Point2<f64>; 4], border_cells: usize) -> Option<Tag> {
     let num_cells = (GRID + 2 * border_cells) as f64;
     let unit = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];

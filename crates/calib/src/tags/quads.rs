@@ -23,7 +23,6 @@ const TURN_RAD: (f64, f64) = (0.5, 2.64);
 const MAX_TRIED: usize = 6;
 
 /// Finds all dark squares.
-#[must_use]
 pub fn find_quads(
     image: &FloatImage,
     saddles: &[Saddle],

@@ -78,7 +78,6 @@ path_type! {
 pub const STANDARD_OUTPUT: &str = "/dev/stdout";
 
 // What a parser of clap makes of a typed path is a `Result`, so this one is one as well.
-#[allow(clippy::unnecessary_wraps)]
 fn stream_or(typed: PathBuf) -> Result<PathBuf, String> {
     Ok(if cfg!(unix) && is_stream(&typed) { STANDARD_OUTPUT.into() } else { typed })
 }

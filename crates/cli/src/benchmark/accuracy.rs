@@ -133,7 +133,6 @@ fn localization_cell(run: &Run<'_>, runner: &Runner, outcome: &RunOutcome) -> Re
 }
 
 /// The figures of a robot on its map.
-#[allow(clippy::cast_precision_loss)]
 fn figures(evaluation: &Evaluation) -> BTreeMap<Quantity, f64> {
     let claims: Vec<_> = evaluation.frame_errors.iter().filter(|f| f.is_localized && !f.is_carried).collect();
     let num_wrong = claims.iter().filter(|frame| frame.position_error_m > WRONG_CLAIM_M).count();
@@ -203,7 +202,7 @@ fn follow(run_of: &Run<'_>, args: &SlamArgs) -> Result<Cell> {
         Cell { key: run_of.key.clone(), figures: BTreeMap::new(), truth: Vec::new(), estimate: Vec::new() };
     cell.figures.insert(Quantity::Coverage, report.coverage);
     if let Some(error) = &error {
-        cell.figures.insert(Quantity::AteM, error.rmse);
+        cell.figures.insert(Quantity::AteM, error.statistics.rmse);
     }
     (cell.truth, cell.estimate) = camera_ways(&truth, &run, error.as_ref());
     Ok(cell)
@@ -221,7 +220,7 @@ fn camera_ways(truth: &CameraTrajectory, run: &SlamRun, error: Option<&AbsoluteE
     let pairs = associate(truth, &run.trajectory, POSE_TOLERANCE_SECS);
     let aligned = error.into_iter().flat_map(|error| {
         pairs.iter().map(|pair| {
-            let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
+            let p = error.similarity.place(pair.estimate.world_from_camera.translation());
             (pair.truth.at, [p.x, p.y, p.z])
         })
     });

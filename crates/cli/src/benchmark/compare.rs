@@ -52,7 +52,6 @@ pub fn compare(rows: &[Row<'_>], baseline: &[Cell]) -> Vec<Change> {
     changes
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn changes_of(row: &Row<'_>, baseline: &[Cell]) -> Vec<Change> {
     let names = row.recordings();
     let mut changes: Vec<Change> =

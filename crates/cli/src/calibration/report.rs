@@ -72,7 +72,6 @@ pub struct CoverageReport {
 
 impl CalibrationReport {
     /// Of a calibration.
-    #[must_use]
     pub fn new(found: &Calibration, coverage: &Coverage, detected: &Detected) -> Self {
         let dropped = found.dropped.iter().map(|view| (view.name.clone(), view.reason.to_string()));
         let left_out = detected.rejected.iter().cloned().chain(dropped);
@@ -128,7 +127,6 @@ pub fn camera_toml(found: &Calibration) -> Result<String> {
 }
 
 /// The report that the pictures belong to.
-#[must_use]
 pub fn markdown(source: &str, report: &CalibrationReport) -> String {
     let CalibrationReport { camera, quality, views, left_out, coverage } = report;
     let mut text = format!(

@@ -132,7 +132,6 @@ fn canonical(path: &Path) -> PathBuf {
 }
 
 #[cfg(unix)]
-#[allow(clippy::unnecessary_wraps)]
 fn node(found: &fs::Metadata) -> Option<(u64, u64, u64)> {
     use std::os::unix::fs::MetadataExt;
     Some((found.dev(), found.ino(), found.nlink()))

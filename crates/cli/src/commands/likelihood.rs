@@ -4,8 +4,8 @@ use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 use visloc_core::{RngTree, Source, SourceFrame, geom::PlanarPose};
 use visloc_experiments::likelihood::{
-    Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, SimulatedView, View, heading_profile, map_csv,
-    peaks, profile_csv,
+    Eye, HeadingChoice, LikelihoodMap, LikelihoodPictures, PEAK_DISTANCE_M, SimulatedView, View,
+    heading_profile, map_csv, peaks, profile_csv,
 };
 use visloc_io::sources::{SourceOption, SourceOptions};
 use visloc_locate::PipelineConfig;
@@ -20,12 +20,8 @@ use crate::{
     settings::{pipeline_config, refuse_far_from, topic_options},
 };
 
-/// Headings of a profile: every half degree.
-const NUM_HEADINGS: u32 = 720;
 /// Most cells of a map.
 const MAX_CELLS: f64 = 4e6;
-/// Peaks this far apart are told apart, meters.
-const PEAK_DISTANCE_M: f64 = 0.4;
 /// Peaks that reach this share of the maximum are listed.
 const PEAK_SHARE: f64 = 0.95;
 /// Most peaks that are listed.
@@ -200,7 +196,7 @@ fn show(args: &LikelihoodArgs, eye: &Eye, frame: &SourceFrame, truth: Option<Pla
     let (maximum, likelihood) = map.maximum();
     let place = args.place.map(|[x_m, y_m]| (x_m, y_m));
     let (x_m, y_m) = place.unwrap_or_else(|| truth.map_or((maximum.x_m, maximum.y_m), |t| (t.x_m, t.y_m)));
-    let profile = heading_profile(eye.model(), x_m, y_m, NUM_HEADINGS);
+    let profile = heading_profile(eye.model(), x_m, y_m);
     let best = profile.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
     let pixels = &eye.percept().pixels;
     let report = LikelihoodReport {

@@ -204,7 +204,7 @@ fn live_output(
     let is_wanted = is_asked_for || (is_live && !args.no_publish_ros);
     let floor = match args.publish_map {
         true => {
-            Some(map.floor_picture().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
+            Some(map.occupancy_grid().ok_or_else(|| anyhow!("--publish-map: the map is longer than 400 m"))?)
         }
         false => None,
     };
@@ -218,7 +218,6 @@ fn summarize(
     outcome: &RunOutcome,
     live: Option<LiveReport>,
 ) -> LocalizeReport {
-    #[allow(clippy::cast_precision_loss)]
     let frames_per_s = outcome.num_frames as f64 / outcome.wall_secs.max(1e-9);
     LocalizeReport {
         source: args.source.to_string(),
@@ -321,7 +320,6 @@ fn print_live(report: &LocalizeReport) {
 /// Without a truth there is only what the algorithm says of itself.
 fn print_without_truth(records: &[FrameRecord]) {
     let localized: Vec<_> = records.iter().filter(|record| record.is_localized()).collect();
-    #[allow(clippy::cast_precision_loss)]
     let share = (!records.is_empty()).then(|| localized.len() as f64 / records.len() as f64);
     say::line!();
     say::line!(

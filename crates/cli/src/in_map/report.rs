@@ -4,7 +4,7 @@ use std::{io::Write, path::Path};
 
 use anyhow::{Context, Result};
 use serde::Serialize;
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile, median};
+use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files::NewFile, median, quantile};
 use visloc_plot::{Color, SpacePath, SpaceViews, space_views};
 use visloc_vmap::{CameraEstimate, ScaleSource, Support, VisualMap};
 
@@ -111,7 +111,7 @@ pub fn summarize(
         carried_by_odometry: share(rests_on(Support::Odometry)),
         found: records.iter().filter(|r| r.estimate.is_some_and(|e| e.is_found)).count(),
         first_after_s: first,
-        median_ms: times.get(times.len() / 2).copied(),
+        median_ms: quantile(&times, 0.5),
         max_ms: times.last().copied(),
         error: truth.and_then(|truth| error(map, &localized, truth)),
         carried_error: truth.and_then(|truth| {
@@ -150,8 +150,8 @@ fn error(map: &VisualMap, localized: &[&CameraEstimate], truth: &CameraTrajector
     meters.sort_by(f64::total_cmp);
     Some(InMapError {
         compared: errors.len(),
-        median_m: median(meters.iter().copied())?,
-        p95_m: *meters.get(meters.len() * 95 / 100)?,
+        median_m: quantile(&meters, 0.5)?,
+        p95_m: quantile(&meters, 0.95)?,
         max_m: *meters.last()?,
         median_deg: median(errors.iter().map(|e| e.1))?,
     })

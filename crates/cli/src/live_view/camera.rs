@@ -5,7 +5,6 @@ use std::fmt::Write;
 use visloc_core::RgbImage;
 
 /// The image in a number of columns, each pixel the mean of the pixels below it.
-#[allow(clippy::cast_possible_truncation)]
 pub fn camera_rows(image: &RgbImage, columns: usize, rows: usize) -> Vec<String> {
     let (columns, half_rows) = (columns as u32, 2 * rows as u32);
     if columns > image.width() || half_rows > image.height() || columns == 0 {
@@ -26,7 +25,6 @@ pub fn camera_rows(image: &RgbImage, columns: usize, rows: usize) -> Vec<String>
     (0..half_rows / 2).map(row).collect()
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn mean(image: &RgbImage, (left, right): (u32, u32), (top, bottom): (u32, u32)) -> [u8; 3] {
     let mut sums = [0_u32; 3];
     for y in top..bottom {

@@ -44,7 +44,6 @@ impl DotCanvas {
     }
 
     /// Sets the dot nearest to a place. Outside of the canvas nothing happens.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn dot(&mut self, (x, y): (f64, f64), layer: Layer, color: Rgb) {
         if !(x >= 0.0 && y >= 0.0) {
             return;
@@ -69,7 +68,6 @@ impl DotCanvas {
     /// A straight line of dots.
     pub fn line(&mut self, start: (f64, f64), end: (f64, f64), layer: Layer, color: Rgb) {
         let (dx, dy) = (end.0 - start.0, end.1 - start.1);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let num_steps = dx.abs().max(dy.abs()).ceil().clamp(1.0, 1e4) as u32;
         for i in 0..=num_steps {
             let share = f64::from(i) / f64::from(num_steps);
@@ -79,7 +77,6 @@ impl DotCanvas {
 
     /// A circle of dots.
     pub fn ring(&mut self, center: (f64, f64), radius: f64, layer: Layer, color: Rgb) {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let num_dots = (8.0 * radius).ceil().clamp(8.0, 2000.0) as u32;
         for i in 0..num_dots {
             let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / f64::from(num_dots)).sin_cos();
@@ -107,7 +104,6 @@ impl DotCanvas {
 }
 
 /// Between `a` (share 0) and `b` (share 1).
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn mix(a: Rgb, b: Rgb, share: f64) -> Rgb {
     [0, 1, 2].map(|i| (f64::from(a[i]) + (f64::from(b[i]) - f64::from(a[i])) * share).round() as u8)
 }

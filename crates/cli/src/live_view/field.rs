@@ -29,7 +29,6 @@ pub struct FieldMap {
 
 impl FieldMap {
     /// The field in as many columns as fit into a number of rows.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
     pub fn new(field: &Field, max_columns: usize, max_rows: usize) -> Self {
         let (half_x_m, half_y_m) = field.half_carpet_m();
         let by_columns = 2.0 * max_columns as f64 / (2.0 * half_x_m);
@@ -58,7 +57,6 @@ impl FieldMap {
             let Some(record) = runner.records().latest() else { continue };
             let color = algorithm_color(i);
             let color = if record.is_localized() { color } else { mix(color, CARPET, 0.45) };
-            #[allow(clippy::cast_precision_loss)]
             let radius = self.robot_radius() + 2.4 + 3.4 * i as f64;
             self.draw_robot(&mut canvas, &record.world_from_robot, radius, (Layer::Estimate, color));
         }

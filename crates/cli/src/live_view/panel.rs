@@ -77,7 +77,6 @@ fn wrap(text: &str, max: usize) -> Vec<String> {
     parts
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
 fn bar(share: f64, color: Rgb) -> String {
     let filled = ((share.clamp(0.0, 1.0) * BAR_COLUMNS as f64).round() as usize).min(BAR_COLUMNS);
     let (full, empty) = ("\u{2588}".repeat(filled), "\u{2591}".repeat(BAR_COLUMNS - filled));

@@ -56,7 +56,6 @@ impl Spectator for SnapshotTaker {
 
 /// Good pixels, many different reasons to drop others but few of them, a goal and an obstacle, and the horizon in the
 /// upper part of the image, so that both the room and the field are seen.
-#[allow(clippy::cast_precision_loss)]
 fn score(frame: &Frame, pipeline: &Pipeline) -> f64 {
     let analyzer = pipeline.analyzer();
     let percept = analyzer.percept();
@@ -226,7 +225,6 @@ fn boxes(analyzer: &FieldAnalyzer) -> Vec<ImageBoxes> {
         blobs.map(|blob| blob.bounds_px).collect()
     };
     // Inside of the image: what is judged of a robot ends with it.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let objects = |kind: ObjectKind| {
         let found = analyzer.percept().objects.iter().filter(|object| object.kind == kind);
         found.map(|object| object.bounds_px.map(|px| px.max(0.0) as u32)).collect()

@@ -52,7 +52,7 @@ impl CameraReport {
         let degrees = |angles: &[f64]| angles.iter().map(|angle| angle.to_degrees()).collect::<Vec<_>>();
         Self {
             scale: absolute.similarity.scale,
-            ate_m: Statistics::of(&absolute.each),
+            ate_m: Some(absolute.statistics),
             ate_rot_deg: Statistics::of(&degrees(&absolute.each_rotation_rad)),
             rpe_pairs: relative.motions.len(),
             rpe_trans_m: Statistics::of(&relative.translation_m),
@@ -97,8 +97,11 @@ pub fn camera_pictures(
     (absolute, relative, alignment): (&AbsoluteError, &RelativeErrors, Alignment),
 ) -> Result<()> {
     let subtitle = match alignment {
-        Alignment::None => format!("RMSE {:.4} m, not aligned", absolute.rmse),
-        _ => format!("RMSE {:.4} m after alignment, scale {:.4}", absolute.rmse, absolute.similarity.scale),
+        Alignment::None => format!("RMSE {:.4} m, not aligned", absolute.statistics.rmse),
+        _ => format!(
+            "RMSE {:.4} m after alignment, scale {:.4}",
+            absolute.statistics.rmse, absolute.similarity.scale
+        ),
     };
     let start = truth.poses().first().map(|pose| pose.at).unwrap_or_default();
     let secs = |i: usize| pairs[i].truth.at.secs_since(start);
@@ -129,7 +132,7 @@ pub fn camera_pictures(
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
     let true_points = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation())).collect();
     let moved = estimate.poses().iter();
-    let moved = moved.map(|pose| absolute.similarity.apply(pose.world_from_camera.translation()).coords);
+    let moved = moved.map(|pose| absolute.similarity.place(pose.world_from_camera.translation()).coords);
     let [above, side] = space_views(&SpaceViews {
         title: title.to_owned(),
         subtitle,

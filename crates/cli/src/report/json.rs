@@ -118,7 +118,6 @@ impl IndividualsReport {
         let mut counts: Vec<usize> = records.iter().map(|r| r.num_individuals).filter(|n| *n > 0).collect();
         let first = *counts.first()?;
         counts.sort_unstable();
-        #[allow(clippy::cast_precision_loss)]
         let mean = counts.iter().sum::<usize>() as f64 / counts.len() as f64;
         Some(Self { first, median: counts[counts.len() / 2], mean, max: counts[counts.len() - 1] })
     }

@@ -35,7 +35,6 @@ fn seen(line: &[[f64; 3]], photo: &Photo, pose: &PhotoPose) -> Vec<Vec<(f64, f64
     let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     for ends in line.windows(2) {
         let (start, end) = (Point3::from(ends[0]), Point3::from(ends[1]));
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // lines of buildings and fields
         let num_steps = ((end - start).norm() / PIECE_M).ceil().max(1.0) as u32;
         for i in 0..=num_steps {
             let point = start + (end - start) * (f64::from(i) / f64::from(num_steps));

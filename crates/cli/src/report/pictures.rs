@@ -111,12 +111,10 @@ impl RunPictures<'_> {
     fn individuals_over_time(&self) -> Option<Picture> {
         let counts = self.curves.iter().flat_map(|curve| &curve.individuals).map(|(_, count)| *count);
         let most = counts.max().filter(|most| *most > 0)?;
-        #[allow(clippy::cast_precision_loss)] // small
         let powers = (most as f64).log10().ceil().max(2.0);
         let axis = ValueAxis::Log { min: 10.0, max: 10.0_f64.powf(powers) };
         let start = self.start();
         let mut panels = vec![self.panel("individuals", axis, |curve| {
-            #[allow(clippy::cast_precision_loss)] // small
             let point = |(at, count): &(Timestamp, usize)| {
                 (at.secs_since(start), if *count > 0 { *count as f64 } else { f64::NAN })
             };

@@ -1,7 +1,7 @@
 //! Results as live ROS 2 topics, and orders from there.
 
 use anyhow::Result;
-use visloc_core::{FloorPicture, Timestamp, eval::TimingSummary, geom::PlanarPose};
+use visloc_core::{OccupancyGrid, Timestamp, eval::TimingSummary, geom::PlanarPose};
 use visloc_io::{
     bag::{ResultFrames, ResultMessages},
     ros2::{Middleware, NodeSettings, Order, PublishSettings, ResultPublisher, occupancy_grid},
@@ -36,7 +36,7 @@ pub fn open_live(
     args: &LocalizeArgs,
     options: &SourceOptions,
     map: &Map,
-    floor: Option<&FloorPicture>,
+    floor: Option<&OccupancyGrid>,
 ) -> Result<Box<dyn Spectator>> {
     let domain_id = options.domain_id();
     let frames = ResultFrames { base: options.topics.names().base_frame, ..ResultFrames::default() };

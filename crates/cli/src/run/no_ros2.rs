@@ -1,7 +1,7 @@
 //! Stands in for live topics where they were left out of the program: says what is missing.
 
 use anyhow::{Result, bail};
-use visloc_core::FloorPicture;
+use visloc_core::OccupancyGrid;
 use visloc_io::sources::SourceOptions;
 use visloc_world::Map;
 
@@ -12,7 +12,7 @@ pub fn open_live(
     args: &LocalizeArgs,
     _: &SourceOptions,
     map: &Map,
-    _: Option<&FloorPicture>,
+    _: Option<&OccupancyGrid>,
 ) -> Result<Box<dyn Spectator>> {
     let what = match args.team.as_deref().zip(args.number) {
         Some((name, number)) => format!("--team {name} --number {number} on {}", map.name()),

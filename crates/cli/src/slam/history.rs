@@ -98,7 +98,6 @@ impl StageSums {
     }
 
     /// Mean of each stage, milliseconds.
-    #[allow(clippy::cast_precision_loss)]
     pub fn means_ms(&self) -> Vec<(String, f64)> {
         let mean = |(stage, secs): &(&'static str, f64)| ((*stage).to_owned(), secs * 1e3 / self.num as f64);
         self.sums.stages().iter().map(mean).collect()

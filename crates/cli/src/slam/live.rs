@@ -165,7 +165,6 @@ impl Orders {
 }
 
 /// The landmarks of the map that is active as a cloud in a frame, each coordinate times the length of the map's unit.
-#[allow(clippy::cast_possible_truncation)]
 pub fn landmark_cloud(at: Timestamp, frame: &str, map: &Map, unit: f64) -> PointCloud2 {
     let converged = map.landmarks().filter(|(_, landmark)| landmark.is_converged());
     let point = |(_, l): (_, &Landmark)| {

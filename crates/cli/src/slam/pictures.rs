@@ -187,14 +187,14 @@ fn courses(
 /// The truth, the aligned estimate and the aligned map.
 fn paths(title: &str, run: &SlamRun, truth: &CameraTrajectory, error: &AbsoluteError) -> SpaceViews {
     let place = |point: &nalgebra::Vector3<f64>| [point.x, point.y, point.z];
-    let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.apply(point).coords);
+    let moved = |point: &nalgebra::Vector3<f64>| place(&error.similarity.place(point).coords);
     let landmarks = run.map.landmarks().filter(|(_, landmark)| landmark.is_converged());
     let landmarks = landmarks.map(|(_, landmark)| moved(&landmark.point_in_world.coords));
     let estimate = run.trajectory.poses().iter().map(|pose| moved(pose.world_from_camera.translation()));
     let truth = truth.poses().iter().map(|pose| place(pose.world_from_camera.translation()));
     SpaceViews {
         title: title.to_owned(),
-        subtitle: format!("RMSE {:.4} m", error.rmse),
+        subtitle: format!("RMSE {:.4} m", error.statistics.rmse),
         shows_clouds: true,
         paths: vec![
             SpacePath::cloud("map", Color::GRAY, landmarks.collect()),

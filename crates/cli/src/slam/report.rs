@@ -4,6 +4,7 @@ use serde::Serialize;
 use visloc_core::{
     CameraTrajectory,
     eval::camera::{AbsoluteError, Alignment, absolute_error, associate, relative_error},
+    mean, quantile,
 };
 
 use super::{MapWay, SlamHistory, SlamRun, StageSums};
@@ -110,7 +111,7 @@ impl MapReport {
                 way_m: scale.way_m,
                 deviation: scale.deviation,
             }),
-            ate_rmse_m: error.map(|error| error.rmse),
+            ate_rmse_m: error.map(|error| error.statistics.rmse),
         }
     }
 }
@@ -181,10 +182,10 @@ impl SlamReport {
             joins: run.history.num_joins,
             maps: run.maps.iter().map(|way| MapReport::new(way, truth)).collect(),
             ate_m: error.as_ref().map(|error| AteReport {
-                rmse: error.rmse,
-                mean: error.mean,
-                median: error.median,
-                max: error.max,
+                rmse: error.statistics.rmse,
+                mean: error.statistics.mean,
+                median: error.statistics.median,
+                max: error.statistics.max,
                 scale: error.similarity.scale,
             }),
             rpe_rot_deg: relative.map(|r| r.rotation_rmse_rad.to_degrees()),
@@ -207,9 +208,7 @@ impl TimesReport {
         let mut totals: Vec<f64> = secs.map(|secs| secs * 1e3).collect();
         totals.sort_by(f64::total_cmp);
         let Some(max) = totals.last().copied() else { return Self::default() };
-        let n = totals.len() as f64;
-        let rank = |share: f64| totals[((n - 1.0) * share).round() as usize];
-        let stages = stages.means_ms();
-        Self { mean: totals.iter().sum::<f64>() / n, median: rank(0.5), p95: rank(0.95), max, stages }
+        let [median, p95] = [0.5, 0.95].map(|share| quantile(&totals, share).unwrap_or(max));
+        Self { mean: mean(&totals).unwrap_or(max), median, p95, max, stages: stages.means_ms() }
     }
 }

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use visloc_core::Clock;
 use visloc_rerun::RerunFile;
 use visloc_studio::{
-    Command, Hub, StudioError, Update, new_file,
+    Command, Hub, NOTICE_SECS, StudioError, Update, new_file,
     recording::{Input, Recorder},
     server::{Publisher, Server, Wheel},
 };
@@ -21,8 +21,6 @@ use visloc_studio::{
 use super::steering::Steering;
 use crate::{args::BroadcastArgs, say, stopwatch::Stopwatch};
 
-/// How long a notice is part of all updates, seconds: a page that is busy leaves updates out.
-const NOTICE_SECS: f64 = 2.0;
 /// Longest wait for a frame: a gap in a recording need not be sat out.
 const MOST_WAIT_SECS: f64 = 1.0;
 /// Where a run writes what a page asks it to save.

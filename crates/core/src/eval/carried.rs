@@ -13,7 +13,6 @@ pub struct CarriedSpan {
 
 impl CarriedSpan {
     /// Whether the robot is in the hands of somebody at a time. At `until` it stands on the ground again.
-    #[must_use]
     pub fn contains(&self, at: Timestamp) -> bool {
         at >= self.from && self.until.is_none_or(|until| at < until)
     }
@@ -22,7 +21,6 @@ impl CarriedSpan {
 /// All times in which the robot is above the ground or moves faster than it can walk. A fast motion counts if it covers
 /// more than [`EvaluationOptions::min_carried_distance_m`] without a pause, so a jump from one sample to the next does
 /// and the jitter of a tracking system does not.
-#[must_use]
 pub fn carried_spans(truth: &PlanarTrajectory, options: &EvaluationOptions) -> Vec<CarriedSpan> {
     let poses = truth.poses();
     let mut is_carried: Vec<bool> =

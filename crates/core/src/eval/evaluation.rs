@@ -54,7 +54,6 @@ pub struct Evaluation {
 }
 
 /// Compares an estimate with the truth. Each truth is used once, by the nearest estimate within the stamp tolerance.
-#[must_use]
 pub fn evaluate(
     truth: &PlanarTrajectory,
     estimate: &[EstimateSample],
@@ -117,7 +116,6 @@ fn heading_summary(frames: &[FrameError]) -> ErrorSummary {
     ErrorSummary::of(&frames.iter().map(|frame| frame.heading_error_rad.to_degrees()).collect::<Vec<_>>())
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn localized_share(frames: &[FrameError]) -> Option<f64> {
     let num_localized = frames.iter().filter(|frame| frame.is_localized).count();
     (!frames.is_empty()).then(|| num_localized as f64 / frames.len() as f64)

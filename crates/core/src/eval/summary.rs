@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::mean;
+use crate::{mean, quantile};
 
 /// Statistics of errors, in the unit of the errors; all `None` if there are none.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -22,15 +22,14 @@ pub struct ErrorSummary {
 impl ErrorSummary {
     /// Statistics of the finite ones among `errors`. Median and percentiles are exact: the errors are sorted, and the
     /// value at rank `p * (n - 1)` (from 0) is taken, linear between the two nearest ranks.
-    #[must_use]
     pub fn of(errors: &[f64]) -> Self {
         let sorted = sorted_finite(errors);
         let squares: Vec<f64> = sorted.iter().map(|error| error * error).collect();
         Self {
             mean: mean(&sorted),
-            median: percentile(&sorted, 0.5),
+            median: quantile(&sorted, 0.5),
             rmse: mean(&squares).map(f64::sqrt),
-            p95: percentile(&sorted, 0.95),
+            p95: quantile(&sorted, 0.95),
             max: sorted.last().copied(),
         }
     }
@@ -51,13 +50,12 @@ pub struct TimingSummary {
 
 impl TimingSummary {
     /// Statistics of the finite ones among `durations_ms`, with percentiles as in [`ErrorSummary::of`].
-    #[must_use]
     pub fn of_ms(durations_ms: &[f64]) -> Self {
         let sorted = sorted_finite(durations_ms);
         Self {
             mean: mean(&sorted),
-            median: percentile(&sorted, 0.5),
-            p99: percentile(&sorted, 0.99),
+            median: quantile(&sorted, 0.5),
+            p99: quantile(&sorted, 0.99),
             max: sorted.last().copied(),
         }
     }
@@ -67,15 +65,6 @@ fn sorted_finite(values: &[f64]) -> Vec<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     sorted
-}
-
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn percentile(sorted: &[f64], fraction: f64) -> Option<f64> {
-    let rank = fraction * sorted.len().checked_sub(1)? as f64;
-    let below = rank.floor() as usize;
-    let low = sorted.get(below)?;
-    let high = sorted.get(below + 1).unwrap_or(low);
-    Some(low + (rank - rank.floor()) * (high - low))
 }
 
 #[cfg(test)]

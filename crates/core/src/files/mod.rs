@@ -5,6 +5,8 @@
 //! written file behind under its final name.
 
 #[cfg(feature = "files")]
+mod names;
+#[cfg(feature = "files")]
 mod write;
 
 use std::{
@@ -14,9 +16,9 @@ use std::{
 };
 
 #[cfg(feature = "files")]
-pub use write::{
-    NewFile, create_alone, is_name_of_folder, kept_path, part_path, replace, try_file, try_folder, write,
-};
+pub use names::{is_name_of_folder, kept_path, part_path};
+#[cfg(feature = "files")]
+pub use write::{NewFile, create_alone, replace, try_file, try_folder, write};
 
 /// Most bytes of a file with text that people write or list: a map, a calibration, a table of poses.
 pub const MAX_TEXT_BYTES: u64 = 1 << 28;
@@ -61,14 +63,12 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 }
 
 /// The bytes of a text without the mark (byte order mark) that editors of Windows put in front.
-#[must_use]
 pub fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
 /// Whether anything has this name, be it a file or not. Who wants a file if there is one asks this, not whether it is a file: then a
 /// folder, a device or a broken link of that name is refused by [`open`] and not silently passed over.
-#[must_use]
 pub fn is_there(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok()
 }

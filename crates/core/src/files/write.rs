@@ -10,14 +10,15 @@ use std::{
 
 use tempfile::NamedTempFile;
 
+use super::names::{
+    MAX_LINKS, folder_of, kept_path, part_path, refuse_folder, refuse_folder_name, target_of,
+};
+
 /// How often a file that is being written is asked for again before it is refused, and how long is waited in between.
 const CLAIM_TRIES: (u32, Duration) = (40, Duration::from_millis(5));
 /// The same for the reader of a pipe: a shell starts both ends at once.
 #[cfg(unix)]
 const READER_TRIES: (u32, Duration) = (40, Duration::from_millis(50));
-/// Links that lead to links are followed so far, as the system does.
-const MAX_LINKS: usize = 40;
-
 /// A file in the making. It gets its name when it is complete; until then a file that had the name before is untouched, and then it
 /// is kept as [`kept_path`], unless it is empty or the same.
 ///
@@ -200,14 +201,6 @@ fn claim(file: &File) -> io::Result<()> {
     Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program is writing it"))
 }
 
-/// Where the file that had a name before is kept: `NAME~`.
-#[must_use]
-pub fn kept_path(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push("~");
-    name.into()
-}
-
 /// Gives a file that will be replaced a second name, and makes a copy where a file can have only one. At any moment it has its first
 /// name. An empty one and one that comes again are not worth it: what is kept would be lost for them.
 fn keep(path: &Path, new: &Path) -> io::Result<()> {
@@ -246,14 +239,6 @@ fn is_same(a: &Path, b: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Where a file that grows is until it is complete: `NAME.part`.
-#[must_use]
-pub fn part_path(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".part");
-    name.into()
-}
-
 /// What the system says, without the name of a temporary file that nobody knows.
 fn plain(error: io::Error) -> io::Error {
     let text = error.get_ref().map(ToString::to_string);
@@ -261,40 +246,6 @@ fn plain(error: io::Error) -> io::Error {
         Some((cause, _)) => io::Error::new(error.kind(), cause.to_owned()),
         None => error,
     }
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Where a path leads through links, the last of which may lead to a file that is not there yet.
-fn target_of(path: &Path) -> PathBuf {
-    let mut target = path.to_path_buf();
-    for _ in 0..MAX_LINKS {
-        if let Ok(found) = fs::canonicalize(&target) {
-            return found;
-        }
-        let Ok(next) = fs::read_link(&target) else { return target };
-        target = folder_of(&target).join(next);
-    }
-    path.to_path_buf()
-}
-
-/// Whether a name can be that of a folder only: it ends with a separator.
-#[must_use]
-pub fn is_name_of_folder(path: &Path) -> bool {
-    let last = path.as_os_str().as_encoded_bytes().last();
-    last.is_some_and(|last| std::path::is_separator(char::from(*last)))
-}
-
-fn refuse_folder_name(path: &Path) -> io::Result<()> {
-    let message = "expected the name of a file, found one that ends as that of a folder";
-    if is_name_of_folder(path) { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
-}
-
-fn refuse_folder(found: &fs::Metadata) -> io::Result<()> {
-    let message = "expected the name of a file, found a folder";
-    if found.is_dir() { Err(io::Error::new(io::ErrorKind::IsADirectory, message)) } else { Ok(()) }
 }
 
 /// The new file may be read by whoever could read the old one.

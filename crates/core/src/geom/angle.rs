@@ -10,7 +10,6 @@ use std::f64::consts::{PI, TAU};
 /// assert!((visloc_core::geom::angle::wrap(-0.5) + 0.5).abs() < 1e-12);
 /// ```
 #[inline]
-#[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;
@@ -21,7 +20,6 @@ pub fn wrap(angle_rad: f64) -> f64 {
 
 /// The signed turn in (-pi, pi] that takes `from_rad` to `to_rad`.
 #[inline]
-#[must_use]
 pub fn difference(to_rad: f64, from_rad: f64) -> f64 {
     wrap(to_rad - from_rad)
 }

@@ -76,15 +76,18 @@ const MIN_USABLE_SHARE: f64 = 0.1;
 /// Half way to the border a lens magnifies or shrinks by less than this factor.
 const MAX_MAGNIFICATION: f64 = 100.0;
 
-/// A camera: image size, pinhole intrinsics and distortion. Pixel centers are at integer coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
-    size_px: (u32, u32),
-    focal_px: (f64, f64),
-    center_px: (f64, f64),
-    distortion: Distortion,
-    /// Squared radius on the normalized plane up to which the distortion does not fold back.
-    max_radius2: f64,
+crate::with_defaults! {
+    /// A camera: image size, pinhole intrinsics and distortion. Pixel centers are at integer coordinates.
+    /// By default a single pixel with focal length 1: a place holder until a calibration is known.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Camera {
+        size_px: (u32, u32) = (1, 1),
+        focal_px: (f64, f64) = (1.0, 1.0),
+        center_px: (f64, f64) = (0.0, 0.0),
+        distortion: Distortion = Distortion::None,
+        /// Squared radius on the normalized plane up to which the distortion does not fold back.
+        max_radius2: f64 = f64::INFINITY,
+    }
 }
 
 /// Refuses focal lengths that no lens has for images with a side.
@@ -98,19 +101,6 @@ fn check_view(focal_px: f64, side_px: u32, is_fisheye: bool) -> Result<(), Camer
     let shown = if is_fisheye { side.to_degrees() } else { view_deg };
     let view_deg = if (0.01..1e6).contains(&shown) { format!("{shown:.2}") } else { format!("{shown:.0e}") };
     Err(CameraError::Focal { focal_px, side_px, view_deg })
-}
-
-impl Default for Camera {
-    /// A single pixel with focal length 1: a place holder until a calibration is known.
-    fn default() -> Self {
-        Self {
-            size_px: (1, 1),
-            focal_px: (1.0, 1.0),
-            center_px: (0.0, 0.0),
-            distortion: Distortion::None,
-            max_radius2: f64::INFINITY,
-        }
-    }
 }
 
 impl Camera {
@@ -193,32 +183,27 @@ impl Camera {
     }
 
     /// Image width and height, pixels.
-    #[must_use]
     pub fn size_px(&self) -> (u32, u32) {
         self.size_px
     }
 
     /// Focal lengths (fx, fy), pixels.
-    #[must_use]
     pub fn focal_px(&self) -> (f64, f64) {
         self.focal_px
     }
 
     /// Principal point (cx, cy), pixels.
-    #[must_use]
     pub fn center_px(&self) -> (f64, f64) {
         self.center_px
     }
 
     /// The lens distortion.
-    #[must_use]
     pub fn distortion(&self) -> Distortion {
         self.distortion
     }
 
     /// Whether a pixel lies in the image, with its center at least half a pixel inside the border.
     #[inline]
-    #[must_use]
     pub fn contains(&self, px: &Point2<f64>) -> bool {
         let (w, h) = (f64::from(self.size_px.0), f64::from(self.size_px.1));
         px.x >= 0.0 && px.y >= 0.0 && px.x <= w - 1.0 && px.y <= h - 1.0
@@ -256,14 +241,12 @@ impl Camera {
     }
 
     /// Direction of a pixel's ray in the camera frame, with z = 1. Undistorts where the lens has distortion.
-    #[must_use]
     pub fn bearing(&self, px: &Point2<f64>) -> Vector3<f64> {
         let n = self.normalized(px);
         Vector3::new(n.x, n.y, 1.0)
     }
 
     /// Undistorted point of a pixel on the normalized image plane (z = 1).
-    #[must_use]
     pub fn normalized(&self, px: &Point2<f64>) -> Point2<f64> {
         let distorted = Point2::new(
             (px.x - self.center_px.0) / self.focal_px.0,
@@ -273,7 +256,6 @@ impl Camera {
     }
 
     /// Where a pixel would be if the lens had no distortion: the "ideal" pixel.
-    #[must_use]
     pub fn ideal_px(&self, px: &Point2<f64>) -> Point2<f64> {
         if self.distortion == Distortion::None {
             return *px;
@@ -290,7 +272,6 @@ impl Camera {
 
     /// The same camera with images resized by a factor above 0; sizes are rounded to whole pixels.
     #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn scaled(&self, factor: f64) -> Self {
         let side = |px: u32| (f64::from(px) * factor).round().max(1.0) as u32;
         self.scaled_to((side(self.size_px.0), side(self.size_px.1)))

@@ -13,7 +13,6 @@ pub struct Horizon {
 
 impl Horizon {
     /// Horizon of a camera whose pose relative to a frame with z up is known (robot or world).
-    #[must_use]
     pub fn new<Upright>(camera: &Camera, upright_from_camera: &Rigid3<Upright, CameraFrame>) -> Self {
         let up_in_camera = upright_from_camera.rotation().row(2).transpose();
         let (fx, fy) = camera.focal_px();
@@ -24,13 +23,11 @@ impl Horizon {
 
     /// Whether an undistorted pixel looks above the horizon.
     #[inline]
-    #[must_use]
     pub fn is_above(&self, ideal_px: &Point2<f64>) -> bool {
         self.line.x * ideal_px.x + self.line.y * ideal_px.y + self.line.z > 0.0
     }
 
     /// Row of the horizon in a column, undistorted pixels; `None` if the horizon is vertical.
-    #[must_use]
     pub fn row_px(&self, column_px: f64) -> Option<f64> {
         (self.line.y.abs() > 1e-12).then(|| -(self.line.x * column_px + self.line.z) / self.line.y)
     }

@@ -27,7 +27,6 @@ const TINY: f64 = 1e-9;
 
 impl Distortion {
     /// The coefficients, in the order of the model; none for no distortion.
-    #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         match self {
             Self::None => &[],
@@ -38,7 +37,6 @@ impl Distortion {
 
     /// Where the lens moves a point of the normalized plane (z = 1).
     #[inline]
-    #[must_use]
     pub fn distort(&self, normalized: &Point2<f64>) -> Point2<f64> {
         match self {
             Self::None => *normalized,
@@ -53,7 +51,6 @@ impl Distortion {
 
     /// As [`Distortion::distort`], with the 2x2 Jacobian of the distorted point by the undistorted one.
     #[inline]
-    #[must_use]
     pub fn distort_with_jacobian(&self, normalized: &Point2<f64>) -> (Point2<f64>, Matrix2<f64>) {
         match self {
             Self::None => (*normalized, Matrix2::identity()),
@@ -64,7 +61,6 @@ impl Distortion {
 
     /// The point of the normalized plane that the lens moves here. Points beyond the range of the lens give a point at its
     /// border.
-    #[must_use]
     pub fn undistort(&self, distorted: &Point2<f64>) -> Point2<f64> {
         match self {
             Self::None => *distorted,
@@ -74,7 +70,6 @@ impl Distortion {
     }
 
     /// Radius on the normalized plane up to which a larger radius is seen at a larger one; infinite if there is no end.
-    #[must_use]
     pub fn max_radius(&self) -> f64 {
         match self {
             Self::None => f64::INFINITY,

@@ -15,7 +15,6 @@ pub struct PoseStatistics {
 
 /// Weighted mean and covariance. Headings are averaged as unit vectors, so a set on both sides of +-pi has the mean a
 /// person would give. `None` if the weights do not sum to a positive number.
-#[must_use]
 pub fn weighted_pose_statistics<I>(weighted_poses: I) -> Option<PoseStatistics>
 where
     I: Iterator<Item = (PlanarPose, f64)> + Clone,

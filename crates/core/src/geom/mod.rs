@@ -17,6 +17,7 @@ pub mod nao;
 mod planar;
 mod plane;
 mod rigid;
+mod similarity;
 
 pub use camera::{Camera, CameraError, MAX_IMAGE_SIDE_PX, ProjectionReject};
 pub use frames::{CameraFrame, Odom, Robot, World};
@@ -26,4 +27,5 @@ pub use mean::{PoseStatistics, weighted_pose_statistics};
 pub use mount::Mount;
 pub use planar::PlanarPose;
 pub use plane::Plane;
-pub use rigid::Rigid3;
+pub use rigid::{Rigid3, rotation_vector};
+pub use similarity::Similarity;

@@ -21,7 +21,6 @@ pub struct Mount {
 
 impl Mount {
     /// The camera's pose on the robot.
-    #[must_use]
     pub fn robot_from_camera(&self) -> Rigid3<Robot, CameraFrame> {
         let pan = Rotation3::from_axis_angle(&Vector3::z_axis(), self.pan_rad);
         let tilt = Rotation3::from_axis_angle(&Vector3::y_axis(), self.tilt_rad);

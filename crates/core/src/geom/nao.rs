@@ -28,7 +28,6 @@ pub enum NaoCamera {
 
 impl NaoCamera {
     /// Position relative to the neck joint with the head straight (x forward, z up), meters.
-    #[must_use]
     pub fn offset_m(self) -> Vector3<f64> {
         match self {
             Self::TopV3 => Vector3::new(0.0539, 0.0, 0.0679),
@@ -39,7 +38,6 @@ impl NaoCamera {
     }
 
     /// Downward tilt of the optical axis relative to the head, radians.
-    #[must_use]
     pub fn pitch_rad(self) -> f64 {
         match self {
             Self::TopV3 => 0.0,
@@ -63,7 +61,6 @@ pub struct Torso {
 
 impl Torso {
     /// Standing upright with straight legs.
-    #[must_use]
     pub fn upright() -> Self {
         Self { height_m: LEG_LENGTHS_M.iter().sum(), roll_rad: 0.0, pitch_rad: 0.0 }
     }
@@ -79,7 +76,6 @@ pub struct HeadAngles {
 }
 
 /// Pose of a camera relative to the footprint: torso, then neck yaw, neck pitch, camera mount.
-#[must_use]
 pub fn robot_from_camera(torso: &Torso, head: &HeadAngles, camera: NaoCamera) -> Rigid3<Robot, CameraFrame> {
     let robot_from_torso = Rotation3::from_euler_angles(torso.roll_rad, torso.pitch_rad, 0.0);
     let torso_from_head = Rotation3::from_euler_angles(0.0, head.pitch_rad, head.yaw_rad);
@@ -91,7 +87,6 @@ pub fn robot_from_camera(torso: &Torso, head: &HeadAngles, camera: NaoCamera) ->
 }
 
 /// Rotation from optical axes (x right, y down, z forward) to body axes (x forward, y left, z up).
-#[must_use]
 pub fn body_from_optical() -> Rotation3<f64> {
     Rotation3::from_matrix_unchecked(Matrix3::new(0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0))
 }

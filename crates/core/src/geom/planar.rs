@@ -20,7 +20,6 @@ pub struct PlanarPose {
 impl PlanarPose {
     /// A pose from its parts; the heading is wrapped to (-pi, pi].
     #[inline]
-    #[must_use]
     pub fn new(x_m: f64, y_m: f64, yaw_rad: f64) -> Self {
         Self { x_m, y_m, yaw_rad: angle::wrap(yaw_rad) }
     }
@@ -50,7 +49,6 @@ impl PlanarPose {
 
     /// Takes a point of the robot frame to the frame of the pose.
     #[inline]
-    #[must_use]
     pub fn transform(&self, point: &Point2<f64>) -> Point2<f64> {
         let (sin, cos) = self.yaw_rad.sin_cos();
         Point2::new(self.x_m + cos * point.x - sin * point.y, self.y_m + sin * point.x + cos * point.y)
@@ -58,39 +56,33 @@ impl PlanarPose {
 
     /// Position without heading.
     #[inline]
-    #[must_use]
     pub fn position(&self) -> Point2<f64> {
         Point2::new(self.x_m, self.y_m)
     }
 
     /// Distance between the two positions, meters.
     #[inline]
-    #[must_use]
     pub fn distance_m(&self, other: &Self) -> f64 {
         (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
     }
 
     /// Absolute difference of the headings, radians in [0, pi].
     #[inline]
-    #[must_use]
     pub fn heading_difference_rad(&self, other: &Self) -> f64 {
         angle::difference(self.yaw_rad, other.yaw_rad).abs()
     }
 
     /// Whether every part is a finite number.
-    #[must_use]
     pub fn is_finite(&self) -> bool {
         self.x_m.is_finite() && self.y_m.is_finite() && self.yaw_rad.is_finite()
     }
 
     /// The same pose in space: z = 0, rotation about the vertical.
-    #[must_use]
     pub fn to_rigid3(&self) -> Rigid3<World, Robot> {
         self.to_space()
     }
 
     /// The same for a pose of accumulated odometry.
-    #[must_use]
     pub fn to_odom_from_robot(&self) -> Rigid3<Odom, Robot> {
         self.to_space()
     }

@@ -13,14 +13,12 @@ pub struct Plane {
 
 impl Plane {
     /// The floor, z = 0.
-    #[must_use]
     pub fn ground() -> Self {
         Self { normal: Vector3::z(), offset_m: 0.0 }
     }
 
     /// Where the ray `origin + s * direction` with s > 0 meets the plane; `None` if it runs parallel or away.
     #[inline]
-    #[must_use]
     pub fn intersect_ray(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> Option<Point3<f64>> {
         let approach = self.normal.dot(direction);
         let s = (self.offset_m - self.normal.dot(&origin.coords)) / approach;

@@ -22,20 +22,17 @@ pub struct Rigid3<Dst, Src> {
 
 impl<Dst, Src> Rigid3<Dst, Src> {
     /// The transform between two frames that coincide.
-    #[must_use]
     pub fn identity() -> Self {
         Self::from_matrix_unchecked(Matrix3::identity(), Vector3::zeros())
     }
 
     /// From a rotation and the origin of `Src` in `Dst`, meters.
-    #[must_use]
     pub fn new(rotation: Rotation3<f64>, translation: Vector3<f64>) -> Self {
         Self::from_matrix_unchecked(rotation.into_inner(), translation)
     }
 
     /// From a quaternion (x, y, z, w) and a translation in meters, as ROS and TUM files write them.
     /// `None` if a value is not finite or the quaternion has no length.
-    #[must_use]
     pub fn from_quaternion(xyzw: [f64; 4], translation: [f64; 3]) -> Option<Self> {
         let [x, y, z, w] = xyzw;
         let quaternion = Quaternion::new(w, x, y, z);
@@ -48,13 +45,11 @@ impl<Dst, Src> Rigid3<Dst, Src> {
     }
 
     /// From a matrix that the caller knows to be a rotation.
-    #[must_use]
     pub(crate) fn from_matrix_unchecked(rotation: Matrix3<f64>, translation: Vector3<f64>) -> Self {
         Self { rotation, translation, frames: PhantomData }
     }
 
     /// `dst_from_src.inverse()` is `src_from_dst`.
-    #[must_use]
     pub fn inverse(&self) -> Rigid3<Src, Dst> {
         let rotation = self.rotation.transpose();
         Rigid3::from_matrix_unchecked(rotation, -(rotation * self.translation))
@@ -62,48 +57,41 @@ impl<Dst, Src> Rigid3<Dst, Src> {
 
     /// Takes a point of `Src` to `Dst`.
     #[inline]
-    #[must_use]
     pub fn transform(&self, point_in_src: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.rotation * point_in_src.coords + self.translation)
     }
 
     /// Takes a direction of `Src` to `Dst`.
     #[inline]
-    #[must_use]
     pub fn rotate(&self, direction_in_src: &Vector3<f64>) -> Vector3<f64> {
         self.rotation * direction_in_src
     }
 
     /// Rotation as a matrix.
     #[inline]
-    #[must_use]
     pub fn rotation(&self) -> &Matrix3<f64> {
         &self.rotation
     }
 
     /// Origin of `Src` in `Dst`, meters.
     #[inline]
-    #[must_use]
     pub fn translation(&self) -> &Vector3<f64> {
         &self.translation
     }
 
     /// Rotation as a quaternion (x, y, z, w).
-    #[must_use]
     pub fn quaternion_xyzw(&self) -> [f64; 4] {
         let q = UnitQuaternion::from_matrix(&self.rotation);
         [q.i, q.j, q.k, q.w]
     }
 
     /// Position and heading in the ground plane of `Dst`, for transforms whose `Src` stands upright.
-    #[must_use]
     pub fn to_planar(&self) -> PlanarPose {
         let yaw_rad = self.rotation[(1, 0)].atan2(self.rotation[(0, 0)]);
         PlanarPose::new(self.translation.x, self.translation.y, yaw_rad)
     }
 
     /// Angle of the rotation, radians in [0, pi].
-    #[must_use]
     pub fn rotation_angle_rad(&self) -> f64 {
         ((self.rotation.trace() - 1.0) / 2.0).clamp(-1.0, 1.0).acos()
     }
@@ -143,6 +131,15 @@ impl<Dst, Src> fmt::Debug for Rigid3<Dst, Src> {
         let t = &self.translation;
         write!(f, "Rigid3({:.4} {:.4} {:.4} m, xyzw {:.5?})", t.x, t.y, t.z, self.quaternion_xyzw())
     }
+}
+
+/// Axis times angle of a rotation below pi. From the antisymmetric part, because the trace alone cannot tell small angles.
+pub fn rotation_vector(rotation: &Matrix3<f64>) -> Vector3<f64> {
+    let r = rotation;
+    let axis = Vector3::new(r[(2, 1)] - r[(1, 2)], r[(0, 2)] - r[(2, 0)], r[(1, 0)] - r[(0, 1)]) * 0.5;
+    let sine = axis.norm();
+    let angle = sine.atan2(0.5 * (r.trace() - 1.0));
+    if sine < 1e-9 { axis } else { axis * (angle / sine) }
 }
 
 #[cfg(test)]

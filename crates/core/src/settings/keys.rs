@@ -81,7 +81,6 @@ fn unknown(name: &str, path: &str, known: &[&str]) -> String {
 }
 
 /// The known key that needs the fewest changes, if these are few for its length.
-#[must_use]
 pub fn nearest_key<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
     let changes = |key: &&&str| strsim::damerau_levenshtein(name, key);
     let best = known.iter().min_by_key(changes)?;

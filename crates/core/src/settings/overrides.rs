@@ -22,7 +22,6 @@ impl Overrides {
     }
 
     /// All paths.
-    #[must_use]
     pub fn paths(&self) -> Vec<&str> {
         self.values.keys().map(String::as_str).collect()
     }
@@ -41,7 +40,6 @@ impl Overrides {
     }
 
     /// What is different in `values` from `defaults`.
-    #[must_use]
     pub fn between(defaults: &[Parameter], values: Vec<Parameter>) -> Self {
         let is_default = |it: &Parameter| {
             defaults.iter().any(|default| default.path == it.path && default.value == it.value)

@@ -36,7 +36,6 @@ const FOUND: [(&str, &str); 6] = [
 
 /// The message of a parser with "invalid type: integer `3`, expected struct Foo" in plain words: "expected a table, found 3".
 /// Other text stays as it is.
-#[must_use]
 pub fn plain_words(message: &str) -> String {
     let mut text = message.to_owned();
     for start in ["invalid type: ", "invalid value: "] {

@@ -137,7 +137,6 @@ impl<'a> Condition<'a> {
                 found.as_str().map_or_else(|| found.to_string() == wanted, |it| it == wanted)
             }
             Wanted::Above(least) => {
-                #[allow(clippy::cast_precision_loss)]
                 let number = found.as_float().or_else(|| found.as_integer().map(|whole| whole as f64));
                 number.is_some_and(|number| number > least)
             }

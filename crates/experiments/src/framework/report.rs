@@ -25,7 +25,6 @@ pub struct Report {
 
 impl Report {
     /// The report for people.
-    #[must_use]
     pub fn text(&self) -> String {
         let tables = self.tables.iter().map(Table::text);
         let notes = self.notes.join("\n");

@@ -18,13 +18,11 @@ impl<R> Results<R> {
     }
 
     /// How many runs are not there, because they belong to other parts or the runs were stopped.
-    #[must_use]
     pub fn num_missing(&self) -> usize {
         self.cells.iter().flatten().filter(|record| record.is_none()).count()
     }
 
     /// How many runs there are in all.
-    #[must_use]
     pub fn num_runs(&self) -> usize {
         self.cells.iter().map(Vec::len).sum()
     }

@@ -77,7 +77,6 @@ pub fn run_until<E: Experiment>(
     }
     let all = cells.iter().enumerate().flat_map(|(cell, c)| (0..c.num_runs).map(move |run| (cell, run)));
     let mine = (0..).zip(all).filter(|(place, _)| options.shard.contains(*place)).map(|(_, run)| run);
-    #[allow(clippy::cast_possible_truncation)]
     let wanted: Vec<(usize, u64)> = mine.filter(|(cell, run)| !results.has(*cell, *run as usize)).collect();
     let seeds = RngTree::new(options.seed);
     let mut num_done = 0;
@@ -92,7 +91,6 @@ pub fn run_until<E: Experiment>(
             if let Some(store) = &mut store {
                 store.append(&cells[*cell].label, *run, &record)?;
             }
-            #[allow(clippy::cast_possible_truncation)]
             results.set(*cell, *run as usize, record);
         }
         num_done += chunk.len();

@@ -14,13 +14,11 @@ impl Shard {
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
     /// Whether the run at this place in the list of all runs belongs to the part.
-    #[must_use]
     pub fn contains(self, place: u64) -> bool {
         place % self.count == self.index - 1
     }
 
     /// Whether the part is all of it.
-    #[must_use]
     pub fn is_whole(self) -> bool {
         self.count == 1
     }

@@ -3,7 +3,6 @@
 pub(crate) use visloc_core::mean;
 
 /// Smallest of the sorted values that at least this share of them, 0 to 1, does not exceed.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(crate) fn quantile<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     let rank = ((sorted.len() as f64 * share).ceil() as usize).max(1);
     sorted.get(rank - 1).copied()
@@ -17,7 +16,6 @@ pub(crate) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
 }
 
 /// Part of a whole; `None` of nothing.
-#[allow(clippy::cast_precision_loss)]
 pub(crate) fn ratio(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }

@@ -47,7 +47,6 @@ pub struct KidnapExperiment {
 
 impl KidnapExperiment {
     /// The experiment with so many runs for each contender.
-    #[must_use]
     pub fn new(num_runs: u64) -> Self {
         let contenders = contenders::all();
         let cells = contenders.iter().map(|contender| Cell { label: contender.label.clone(), num_runs });

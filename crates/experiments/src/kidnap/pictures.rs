@@ -27,14 +27,11 @@ pub(super) fn all(
         for iteration in 1..=KIDNAP_AFTER + NUM_ITERATIONS_AFTER {
             session.step(&mut rng);
             session.count(&mut census);
-            #[allow(clippy::cast_precision_loss)]
             let share = 100.0 * f64::from(census.counts()[0]) / contender.num_individuals as f64;
-            #[allow(clippy::cast_precision_loss)]
             points.push((iteration as f64, share));
         }
         series.push(Series::new(&contender.label, Color::series(i), points));
     }
-    #[allow(clippy::cast_precision_loss)]
     let kidnap = KIDNAP_AFTER as f64;
     let picture = time_series(&TimeSeriesPicture {
         title: "Kidnap: individuals at the true place".to_owned(),

@@ -45,7 +45,6 @@ impl Eye {
     }
 
     /// What the last frame shows.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         self.analyzer.percept()
     }
@@ -56,13 +55,11 @@ impl Eye {
     }
 
     /// The model, conditioned on what was seen last.
-    #[must_use]
     pub fn model(&self) -> &dyn ObservationModel {
         &self.model
     }
 
     /// The field.
-    #[must_use]
     pub fn field(&self) -> &Field {
         &self.field
     }

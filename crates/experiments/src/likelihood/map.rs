@@ -39,10 +39,8 @@ pub struct LikelihoodMap {
 
 impl LikelihoodMap {
     /// Weighs the middles of all cells with a conditioned model, in parallel. The number of threads changes nothing.
-    #[must_use]
     pub fn new(model: &dyn ObservationModel, heading: HeadingChoice, step_m: f64) -> Self {
         let region = model.region();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = |length_m: f64| ((length_m / step_m).round() as usize).max(1);
         let num_columns = count(region.max_x_m - region.min_x_m);
         let num_rows = count(region.max_y_m - region.min_y_m);
@@ -61,14 +59,12 @@ impl LikelihoodMap {
     }
 
     /// The pose of a cell.
-    #[must_use]
     pub fn pose(&self, cell: usize) -> PlanarPose {
         let (x_m, y_m) = place(&self.region, self.step_m, self.num_columns, cell);
         PlanarPose::new(x_m, y_m, self.headings_rad[cell])
     }
 
     /// The most likely cell, the first of equal ones, with its likelihood.
-    #[must_use]
     pub fn maximum(&self) -> (PlanarPose, f64) {
         let best = (0..self.values.len())
             .fold(0, |best, cell| if self.values[cell] > self.values[best] { cell } else { best });
@@ -76,16 +72,12 @@ impl LikelihoodMap {
     }
 
     /// Area of the cells that are at least so likely, square meters.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn area_above_m2(&self, likelihood: f64) -> f64 {
         let count = self.values.iter().filter(|value| **value >= likelihood).count();
         count as f64 * self.step_m * self.step_m
     }
 
     /// Mean over the cells whose distance from a place lies between two limits; `None` if there are none.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn mean_around(&self, center: &PlanarPose, from_m: f64, to_m: f64) -> Option<f64> {
         let is_between = |cell: &usize| (from_m..to_m).contains(&self.pose(*cell).distance_m(center));
         let values: Vec<f64> =
@@ -94,7 +86,6 @@ impl LikelihoodMap {
     }
 
     /// For pictures.
-    #[must_use]
     pub fn grid(&self) -> Grid {
         Grid {
             origin_m: [self.region.min_x_m, self.region.min_y_m],
@@ -105,7 +96,6 @@ impl LikelihoodMap {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn place(region: &Region, step_m: f64, num_columns: usize, cell: usize) -> (f64, f64) {
     let (column, row) = (cell % num_columns, cell / num_columns);
     (region.min_x_m + (column as f64 + 0.5) * step_m, region.min_y_m + (row as f64 + 0.5) * step_m)
@@ -135,10 +125,10 @@ fn best_heading(model: &dyn ObservationModel, x_m: f64, y_m: f64) -> (f64, f64) 
     (value, angle::wrap(yaw_rad))
 }
 
-/// Likelihood of `count` headings at a place, evenly from -pi to pi: heading (radians) and likelihood.
-#[must_use]
-pub fn heading_profile(model: &dyn ObservationModel, x_m: f64, y_m: f64, count: u32) -> Vec<(f64, f64)> {
-    let heading = |i: u32| -PI + TAU * f64::from(i) / f64::from(count.max(1));
+/// Likelihood of the headings at a place, every half degree from -pi to pi: heading (radians) and likelihood.
+pub fn heading_profile(model: &dyn ObservationModel, x_m: f64, y_m: f64) -> Vec<(f64, f64)> {
+    const COUNT: u32 = 720;
+    let heading = |i: u32| -PI + TAU * f64::from(i) / f64::from(COUNT);
     let weighed = |yaw_rad: f64| (yaw_rad, model.likelihood(&PlanarPose::new(x_m, y_m, yaw_rad)));
-    (0..=count).map(heading).map(weighed).collect()
+    (0..=COUNT).map(heading).map(weighed).collect()
 }

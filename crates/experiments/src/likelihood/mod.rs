@@ -12,6 +12,6 @@ mod view;
 
 pub use eye::Eye;
 pub use map::{HeadingChoice, LikelihoodMap, heading_profile};
-pub use peaks::{Peak, climb, peaks};
+pub use peaks::{PEAK_DISTANCE_M, Peak, climb, peaks};
 pub use pictures::{LikelihoodPictures, map_csv, profile_csv};
 pub use view::{SimulatedView, View};

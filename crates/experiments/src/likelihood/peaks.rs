@@ -14,9 +14,11 @@ pub struct Peak {
     pub likelihood: f64,
 }
 
+/// Peaks this far apart are told apart, meters.
+pub const PEAK_DISTANCE_M: f64 = 0.4;
+
 /// The local maxima of a map, the most likely first: cells that no neighbor exceeds, at least so far from a more likely
 /// one, meters.
-#[must_use]
 pub fn peaks(map: &LikelihoodMap, min_distance_m: f64) -> Vec<Peak> {
     let columns = map.num_columns;
     let rows = map.values.len() / columns;
@@ -47,7 +49,6 @@ const NUM_HALVINGS: u32 = 8;
 
 /// Walks from a pose uphill to a peak, by steps along x, y and heading and all their combinations.
 /// Compass search after Hooke and Jeeves, 1961.
-#[must_use]
 pub fn climb(model: &dyn ObservationModel, start: &PlanarPose) -> Peak {
     let mut best = Peak { pose: *start, likelihood: model.likelihood(start) };
     let (mut step_m, mut step_rad) = FIRST_STEP;

@@ -27,13 +27,11 @@ pub struct LikelihoodPictures<'a> {
 
 impl LikelihoodPictures<'_> {
     /// The map as colors.
-    #[must_use]
     pub fn heat(&self, map: &LikelihoodMap) -> Picture {
         heat_map(&self.values(map), Some(self.field.into()))
     }
 
     /// The map as a surface.
-    #[must_use]
     pub fn surface(&self, map: &LikelihoodMap) -> Picture {
         surface_picture(&self.values(map), Some(self.field))
     }
@@ -50,7 +48,6 @@ impl LikelihoodPictures<'_> {
     }
 
     /// The likelihood over the heading at one place (x, y), meters: headings in radians.
-    #[must_use]
     pub fn profile(&self, (x_m, y_m): (f64, f64), profile: &[(f64, f64)]) -> Picture {
         let points = profile.iter().map(|(yaw_rad, value)| (yaw_rad.to_degrees(), *value)).collect();
         let best = profile.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a });
@@ -77,7 +74,6 @@ impl LikelihoodPictures<'_> {
     }
 
     /// The image with the pixels that are weighed.
-    #[must_use]
     pub fn image(&self, frame: &Frame, percept: &Percept) -> Picture {
         let dots = |label: &str, color, kind: FeatureKind| ImageDots {
             label: label.to_owned(),
@@ -108,7 +104,6 @@ impl LikelihoodPictures<'_> {
 }
 
 /// The map as a table for programs: x, y (meters), likelihood, heading (degrees).
-#[must_use]
 pub fn map_csv(map: &LikelihoodMap) -> String {
     let mut text = "x_m,y_m,likelihood,heading_deg\n".to_owned();
     for (cell, value) in map.values.iter().enumerate() {
@@ -120,7 +115,6 @@ pub fn map_csv(map: &LikelihoodMap) -> String {
 }
 
 /// A heading profile as a table for programs: heading (degrees), likelihood.
-#[must_use]
 pub fn profile_csv(profile: &[(f64, f64)]) -> String {
     let line = |(yaw_rad, value): &(f64, f64)| format!("{:.3},{value:.6}\n", yaw_rad.to_degrees());
     std::iter::once("heading_deg,likelihood\n".to_owned()).chain(profile.iter().map(line)).collect()

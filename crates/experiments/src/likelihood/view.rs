@@ -28,7 +28,6 @@ pub struct View {
 
 impl View {
     /// Straight ahead and a little down, with nothing in the way.
-    #[must_use]
     pub fn new(map: &str, world_from_robot: PlanarPose) -> Self {
         Self {
             map: map.to_owned(),
@@ -78,7 +77,6 @@ impl SimulatedView {
     }
 
     /// How many pixels show something.
-    #[must_use]
     pub fn count(&self, label: Label) -> usize {
         self.labels.count(label)
     }
@@ -91,7 +89,6 @@ fn scenario(view: &View, map: &Map) -> Result<Scenario, ScenarioError> {
     scenario.ball.is_present = false;
     if let Map::Field(field) = map {
         let (x_m, y_m) = field.half_carpet_m();
-        #[allow(clippy::cast_possible_truncation)]
         let side = |half_m: f64| (2.0 * (half_m + AISLE_M)) as f32;
         scenario.room = Some(Room { length_m: side(x_m), width_m: side(y_m), ..Room::default() });
     }

@@ -105,7 +105,6 @@ impl MarkovExperiment {
     }
 
     /// The learned tables, as plain shares of the captures.
-    #[must_use]
     pub fn learned_tables(&self) -> &CaseTables {
         &self.learned.cases
     }
@@ -116,7 +115,6 @@ impl MarkovExperiment {
     }
 
     /// What the same captures teach without cases.
-    #[must_use]
     pub fn learned_densities(&self) -> &ViewDensities {
         &self.learned.densities
     }

@@ -158,7 +158,6 @@ fn on_side_line(stage: &Stage) -> Belief {
         state.row == 0 && state.heading == 0
     };
     let others = stage.grid.num_states() - num_columns;
-    #[allow(clippy::cast_precision_loss)]
     let (there, elsewhere) = (0.8 / num_columns as f64, 0.2 / others as f64);
     belief.weigh(|index| if is_there(index) { there } else { elsewhere });
     belief

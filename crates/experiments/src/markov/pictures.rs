@@ -57,7 +57,6 @@ fn belief_map(experiment: &MarkovExperiment, belief: &[f64], name: &str, t: usiz
         ]
     };
     let answer = if probability > 0.5 { "localized" } else { "not localized" };
-    #[allow(clippy::cast_precision_loss)]
     let half_m = [columns, rows].map(|count| count as f64 * grid.tile_m() / 2.0);
     let input = HeatMap {
         title: format!("Belief at t = {t}, walk along the right edge ({name})"),

@@ -19,7 +19,6 @@ const PUBLISHED_STATES: [usize; 5] = [0, 1, 2, 3, 16];
 
 impl MarkovExperiment {
     /// All tables.
-    #[must_use]
     pub fn tables(&self, results: &Results<MarkovRecord>) -> Vec<Table> {
         let learned = self.learned_tables();
         let tables = [
@@ -34,7 +33,6 @@ impl MarkovExperiment {
     }
 
     /// Tables, numbers and pictures of the runs that are there.
-    #[must_use]
     pub fn report(&self, results: &Results<MarkovRecord>, seed: u64) -> Report {
         let walks_json = self.walk_table(results).1;
         let keepers_json = self.keeper_table(results).1;
@@ -140,7 +138,6 @@ impl MarkovExperiment {
             let of = |value: fn(&GoalkeeperRecord) -> f64| sorted(records.iter().map(|record| value(record)));
             let errors = of(|record| record.error_m * 1000.0);
             let headings = of(|record| record.heading_error_rad.to_degrees());
-            #[allow(clippy::cast_precision_loss)]
             let actions = of(|record| record.num_actions as f64);
             let in_tile = percent(records.iter().filter(|r| r.is_in_tile).count(), records.len());
             let arrived = percent(records.iter().filter(|r| r.has_arrived).count(), records.len());
@@ -187,7 +184,6 @@ impl MarkovExperiment {
     }
 
     /// Not found counts as ten observations, one more than the way has.
-    #[allow(clippy::cast_precision_loss)]
     pub(super) fn mean_to_recover(&self, results: &Results<MarkovRecord>, cell: GoallessCell) -> f64 {
         const NOT_FOUND: usize = 10;
         let Some(place) = self.tasks.iter().position(|task| *task == Task::Goalless(cell)) else {
@@ -218,7 +214,6 @@ fn yes_no(holds: bool) -> &'static str {
     if holds { "yes" } else { "no" }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn percent(count: usize, of: usize) -> f64 {
     100.0 * count as f64 / of as f64
 }

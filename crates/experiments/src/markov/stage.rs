@@ -81,7 +81,6 @@ pub(super) fn analyzer() -> Result<FieldAnalyzer, ExperimentError> {
 
 fn scene(field: &Field) -> Scene {
     let (half_x, half_y) = field.half_carpet_m();
-    #[allow(clippy::cast_possible_truncation)]
     let half_floor_m = (half_x as f32, half_y as f32);
     let lamps: Vec<Lamp> = [(-1.5, -1.0), (-1.5, 1.0), (1.5, -1.0), (1.5, 1.0)]
         .into_iter()

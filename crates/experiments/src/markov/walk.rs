@@ -26,13 +26,11 @@ pub struct WalkRecord {
 
 impl WalkRecord {
     /// Whether the robot is found at an instant, and at the right place.
-    #[must_use]
     pub fn is_right_at(&self, t: usize) -> bool {
         self.localized.get(t).copied().flatten() == Some(32 * t)
     }
 
     /// The first instant from which on the right state is always known.
-    #[must_use]
     pub fn right_from(&self) -> Option<usize> {
         let wrong = (0..self.localized.len()).rev().take_while(|t| self.is_right_at(*t)).count();
         (wrong > 0).then(|| self.localized.len() - wrong)

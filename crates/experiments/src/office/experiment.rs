@@ -63,7 +63,6 @@ pub struct OfficeExperiment {
 
 impl OfficeExperiment {
     /// The experiment with so many runs for each scenario and algorithm.
-    #[must_use]
     pub fn new(settings: OfficeSettings, num_runs: u64) -> Self {
         let mut cells = Vec::new();
         for scenario in &settings.scenarios {

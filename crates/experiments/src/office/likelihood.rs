@@ -86,7 +86,6 @@ fn conditioned(
     Ok(model)
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn map_of(
     office: &Office,
     model: &OfficeObservationModel,

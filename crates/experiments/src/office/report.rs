@@ -15,7 +15,6 @@ use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number, p
 
 impl OfficeExperiment {
     /// The table.
-    #[must_use]
     pub fn tables(&self, results: &Results<OfficeRecord>) -> Vec<Table> {
         let title = "Office corridor: published, on the real robot | here";
         let header = [

@@ -105,7 +105,6 @@ impl Followed {
         }
     }
 
-    #[allow(clippy::cast_precision_loss)]
     pub fn record(&self) -> OfficeRecord {
         let evaluation = &self.evaluation;
         let among = self.is_among.iter().filter(|is_among| **is_among).count();

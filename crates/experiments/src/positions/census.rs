@@ -15,7 +15,6 @@ pub struct Census {
 
 impl Census {
     /// From counts near each position.
-    #[must_use]
     pub fn of(counts: Vec<u32>) -> Self {
         Self { counts }
     }
@@ -33,21 +32,17 @@ impl Census {
     }
 
     /// How many individuals are near each position.
-    #[must_use]
     pub fn counts(&self) -> &[u32] {
         &self.counts
     }
 
     /// The published criterion: somebody is near every position.
-    #[must_use]
     pub fn holds_all(&self) -> bool {
         self.counts.iter().all(|count| *count > 0)
     }
 
     /// The strict criterion: near every position is at least a quarter of the individuals that it would have if all
     /// `num_individuals` were shared equally. Particles that know nothing pass the published criterion, but not this one.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn holds_all_strictly(&self, num_individuals: usize) -> bool {
         let fair = num_individuals as f64 / self.counts.len() as f64;
         self.counts.iter().all(|count| f64::from(*count) >= STRICT_SHARE * fair)

@@ -14,7 +14,6 @@ pub struct UniformControl {
 
 impl UniformControl {
     /// A control with so many individuals.
-    #[must_use]
     pub fn new(region: Region, num_individuals: usize) -> Self {
         Self { region, num_individuals, individuals: Vec::new(), estimate: Estimate::unknown() }
     }

@@ -52,7 +52,6 @@ pub struct Scenario {
 
 impl Scenario {
     /// Draws a scenario.
-    #[must_use]
     pub fn draw(shape: &ScenarioShape, rng: &mut Rng) -> Self {
         let num = shape.num_positions;
         let frames = match shape.movement {
@@ -64,7 +63,6 @@ impl Scenario {
     }
 
     /// One position that jumps to another place, at least `min_jump_m` away, at the iteration `at`.
-    #[must_use]
     pub fn kidnap(at: usize, min_jump_m: f64, rng: &mut Rng) -> Self {
         let before = anywhere(rng);
         let mut after = anywhere(rng);
@@ -77,7 +75,6 @@ impl Scenario {
     }
 
     /// Positions at an iteration, from 0. After the last one they stay.
-    #[must_use]
     pub fn positions(&self, iteration: usize) -> &[Point] {
         &self.frames[iteration.min(self.frames.len() - 1)]
     }
@@ -116,7 +113,6 @@ fn places(num: usize, rng: &mut Rng) -> Vec<Point> {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn straight(num: usize, step_m: f64, num_iterations: usize, rng: &mut Rng) -> Vec<Vec<Point>> {
     let at = |place: Point, step: Point, iteration: usize| {
         [place[0] + step[0] * iteration as f64, place[1] + step[1] * iteration as f64]

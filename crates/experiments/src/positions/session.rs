@@ -52,7 +52,6 @@ impl Session {
     }
 
     /// The next iteration. The robot's odometry stands still; only positions move.
-    #[allow(clippy::cast_precision_loss)]
     pub fn step(&mut self, rng: &mut Rng) {
         self.percept.at = Timestamp::from_secs(self.iteration as f64);
         let odometry = Some(PlanarPose::default());
@@ -62,13 +61,11 @@ impl Session {
     }
 
     /// How many iterations are done.
-    #[must_use]
     pub fn num_done(&self) -> usize {
         self.iteration
     }
 
     /// Positions of the last iteration.
-    #[must_use]
     pub fn positions(&self) -> &[[f64; 2]] {
         self.scenario.positions(self.iteration.saturating_sub(1))
     }
@@ -88,7 +85,6 @@ impl Session {
     }
 
     /// Whether the localizer's answer is near one of the positions of the last iteration.
-    #[must_use]
     pub fn is_answer_near(&self) -> bool {
         let answer = self.localizer.estimate().world_from_robot;
         self.positions().iter().any(|p| (p[0] - answer.x_m).hypot(p[1] - answer.y_m) <= NEAR_M)

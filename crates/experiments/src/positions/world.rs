@@ -21,7 +21,6 @@ pub struct PositionsWorld {
 
 impl PositionsWorld {
     /// The world of a scenario at its first iteration.
-    #[must_use]
     pub fn new(scenario: Arc<Scenario>, floor: f64) -> Self {
         Self { scenario, floor, iteration: 0 }
     }
@@ -36,7 +35,6 @@ impl PositionsWorld {
 }
 
 impl ObservationModel for PositionsWorld {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn condition_on(&mut self, percept: &Percept) {
         self.iteration = percept.at.secs().round().max(0.0) as usize;
     }

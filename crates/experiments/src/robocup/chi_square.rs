@@ -2,7 +2,6 @@
 
 /// Probability that a chi-square variable of the given degrees of freedom is at most `x`: the regularized lower incomplete
 /// gamma function P(k / 2, x / 2) by its power series. Source: Abramowitz and Stegun 1964, 6.5.29 and 26.4.19.
-#[must_use]
 pub fn chi_square_cdf(degrees: u32, x: f64) -> f64 {
     if x <= 0.0 || degrees == 0 {
         return 0.0;
@@ -24,7 +23,6 @@ pub fn chi_square_cdf(degrees: u32, x: f64) -> f64 {
 }
 
 /// The value that a chi-square variable exceeds with probability 1 - `probability` (0 to 1), by bisection.
-#[must_use]
 pub fn chi_square_quantile(degrees: u32, probability: f64) -> f64 {
     let (mut low, mut high) = (0.0, 10.0 * f64::from(degrees.max(1)) + 50.0);
     for _ in 0..80 {
@@ -36,7 +34,6 @@ pub fn chi_square_quantile(degrees: u32, probability: f64) -> f64 {
 
 /// The band in which the mean of `count` independent chi-square variables of the given degrees of freedom lies with
 /// probability 0.95. Source: Bar-Shalom, Li, Kirubarajan 2001, section 5.4.2.
-#[must_use]
 pub fn mean_band_95(degrees: u32, count: u32) -> (f64, f64) {
     let count = count.max(1);
     let of = |probability| chi_square_quantile(degrees * count, probability) / f64::from(count);

@@ -6,20 +6,17 @@ use nalgebra::{Matrix3, Vector3};
 use visloc_core::geom::{PlanarPose, angle};
 
 /// The pose from which the field looks the same.
-#[must_use]
 pub fn mirrored(pose: &PlanarPose) -> PlanarPose {
     PlanarPose::new(-pose.x_m, -pose.y_m, angle::wrap(pose.yaw_rad + PI))
 }
 
 /// The covariance (x, y, heading) of a mirrored pose.
-#[must_use]
 pub fn mirrored_covariance(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let turn = Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, 1.0));
     turn * covariance * turn
 }
 
 /// Whether the mirror image of a pose is nearer to the truth than the pose itself, one radian counting as one meter.
-#[must_use]
 pub fn is_mirror_nearer(pose: &PlanarPose, truth: &PlanarPose) -> bool {
     let distance = |pose: &PlanarPose| pose.distance_m(truth) + pose.heading_difference_rad(truth);
     distance(&mirrored(pose)) < distance(pose)

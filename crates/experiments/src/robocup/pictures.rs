@@ -141,7 +141,6 @@ fn errors(title: &str, truth: &[TruthPoint], trace: &[TracePoint]) -> Picture {
 const LEAST_FRAMES: u64 = 100;
 
 /// Share of the frames near the truth against the reported reliability, one panel for each contender.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn calibration(rows: &[Row<'_>]) -> Picture {
     let panel = |(label, summary): &Row<'_>| {
         let sum = summary.calibration();
@@ -207,7 +206,6 @@ pub(super) fn consistency(rows: &[Row<'_>]) -> Picture {
 }
 
 /// Mean normalized error over the runs in every second, one panel for each contender.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn consistency_over_time(rows: &[Row<'_>]) -> Picture {
     let panel = |(i, (label, summary)): (usize, &Row<'_>)| {
         let points = summary.nees_over_time().into_iter().enumerate();

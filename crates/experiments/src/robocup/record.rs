@@ -98,8 +98,6 @@ pub struct TracePoint(pub f32, pub f32, pub f32, pub f32, pub f32);
 
 impl ContenderRecord {
     /// Mean of the normalized error over the tracking frames; `None` if there are none.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn mean_nees(&self) -> Option<f64> {
         let count = self.consistency.frames - self.consistency.singular;
         (count > 0).then(|| self.consistency.sum / count as f64)

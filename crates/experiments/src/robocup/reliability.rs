@@ -20,7 +20,6 @@ impl Calibration {
         let mut calibration = Self::default();
         for moment in moments.iter().filter(|moment| !moment.is_carried) {
             let is_near = moment.position_error_m() <= NEAR_M;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let bin = ((moment.reliability * 10.0) as usize).min(9);
             calibration.frames[bin] += 1;
             calibration.near[bin] += u64::from(is_near);
@@ -59,12 +58,10 @@ impl Consistency {
             consistency.sum += nees;
             consistency.in_ellipsoid += u64::from(nees <= limit);
             consistency.in_position_ellipse += u64::from(position_nees <= position_limit);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let second = moment.secs as usize;
             if consistency.at_secs.len() <= second {
                 consistency.at_secs.resize(second + 1, None);
             }
-            #[allow(clippy::cast_possible_truncation)]
             consistency.at_secs[second].get_or_insert(nees as f32);
         }
         consistency

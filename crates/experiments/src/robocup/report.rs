@@ -16,7 +16,6 @@ use crate::{Experiment, ExperimentError, Report, Results, Table, mean, ratio};
 
 impl RobocupExperiment {
     /// Tables; without `timings` that of the times has the published ones only.
-    #[must_use]
     pub fn tables(&self, results: &Results<RobocupRecord>, timings: &[AlgorithmTiming]) -> Vec<Table> {
         let of_set = |(cell, set): (usize, &RobocupSet)| {
             let table = if set.has_kidnaps() { tables::kidnaps } else { tables::walks };
@@ -122,7 +121,6 @@ fn notes() -> Vec<String> {
     ]
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn contender_json((label, summary): &Row<'_>) -> Value {
     let (position, heading) = (summary.position_m(), summary.heading_deg());
     let calibration = summary.calibration();

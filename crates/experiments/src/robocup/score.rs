@@ -100,7 +100,6 @@ fn trace_point(moment: &Moment) -> TracePoint {
 }
 
 /// To millimeters, milliseconds and milliradians.
-#[allow(clippy::cast_possible_truncation)]
 fn short(value: f64) -> f32 {
     ((value * 1e3).round() / 1e3) as f32
 }

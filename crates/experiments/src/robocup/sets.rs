@@ -53,7 +53,6 @@ impl RobocupSet {
         [Self::Tours, Self::NoOdometry, Self::Crowd, Self::Kidnaps, Self::Unfelt, Self::White];
 
     /// Name of the set.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Tours => "tours",
@@ -66,7 +65,6 @@ impl RobocupSet {
     }
 
     /// The set in words, for titles.
-    #[must_use]
     pub fn title(self) -> &'static str {
         match self {
             Self::Tours => "Tour",
@@ -79,19 +77,16 @@ impl RobocupSet {
     }
 
     /// Whether the robot is kidnapped.
-    #[must_use]
     pub fn has_kidnaps(self) -> bool {
         matches!(self, Self::Kidnaps | Self::Unfelt | Self::White)
     }
 
     /// Whether the algorithms are given the odometry.
-    #[must_use]
     pub fn has_odometry(self) -> bool {
         self != Self::NoOdometry
     }
 
     /// Whether every place has a mirror image that looks the same.
-    #[must_use]
     pub fn is_mirrored(self) -> bool {
         self == Self::White
     }

@@ -24,7 +24,6 @@ impl Spread {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn share(part: usize, whole: usize) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -72,7 +71,6 @@ impl Summary<'_> {
     }
 
     /// For every second: mean of the normalized error over the runs that track the robot then, and their number.
-    #[allow(clippy::cast_precision_loss)]
     pub(super) fn nees_over_time(&self) -> Vec<(f64, u32)> {
         let longest = self.records.iter().map(|record| record.consistency.at_secs.len()).max().unwrap_or(0);
         let at = |second: usize| {

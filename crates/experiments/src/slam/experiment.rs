@@ -28,7 +28,6 @@ pub enum SlamStudy {
 
 impl SlamStudy {
     /// On the command line and in folders.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Configs => "slam-configs",
@@ -40,7 +39,6 @@ impl SlamStudy {
     }
 
     /// Simulated sequences that need no files.
-    #[must_use]
     pub fn usual_sequences(self) -> Vec<String> {
         let names: &[&str] = match self {
             Self::Configs | Self::LostPoints => &["sim:room"],
@@ -52,7 +50,6 @@ impl SlamStudy {
     }
 
     /// Names of the configurations that are compared.
-    #[must_use]
     pub fn configurations(self) -> Vec<String> {
         let names: &[&str] = match self {
             Self::Configs => &ALL,
@@ -104,7 +101,6 @@ pub struct SlamSettings {
 
 impl SlamSettings {
     /// A question on some sequences, those of the simulator if there are none.
-    #[must_use]
     pub fn new(study: SlamStudy, sequences: &[String]) -> Self {
         let sequences = if sequences.is_empty() { study.usual_sequences() } else { sequences.to_vec() };
         Self { study, sequences, configurations: study.configurations(), max_frames: usize::MAX }
@@ -142,13 +138,11 @@ impl SlamExperiment {
     }
 
     /// What the user should know of the sequences.
-    #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
     /// Lines of the sequences' lists that cannot be used.
-    #[must_use]
     pub fn skipped(&self) -> &[SkippedInput] {
         &self.skipped
     }

@@ -154,20 +154,20 @@ fn compare(
     let pairs = associate(truth, estimate, TOLERANCE_SECS);
     let Some(error) = absolute_error(&pairs, Alignment::Similarity) else { return };
     let offset = |i: usize| {
-        let moved = error.similarity.apply(pairs[i].estimate.world_from_camera.translation()).coords;
+        let moved = error.similarity.place(pairs[i].estimate.world_from_camera.translation()).coords;
         moved - pairs[i].truth.world_from_camera.translation()
     };
     let jumps = (1..pairs.len()).map(|i| (offset(i) - offset(i - 1)).norm());
-    record.ate_rmse_m = Some(error.rmse);
-    record.ate = Statistics::of(&error.each);
-    record.ate_max_m = Some(error.max);
+    record.ate_rmse_m = Some(error.statistics.rmse);
+    record.ate = Some(error.statistics);
+    record.ate_max_m = Some(error.statistics.max);
     record.jump_m = jumps.max_by(f64::total_cmp);
     let relative = relative_error(&pairs, 1, &error.similarity);
     record.rpe_rot_deg = relative.map(|relative| relative.rotation_rmse_rad.to_degrees());
     let kept = pairs.iter().zip(&error.each).filter(|(pair, _)| is_kept(pair.estimate.at, frames));
     record.path = kept
         .map(|(pair, error_m)| {
-            let p = error.similarity.apply(pair.estimate.world_from_camera.translation());
+            let p = error.similarity.place(pair.estimate.world_from_camera.translation());
             [pair.estimate.at.secs_since(start), p.x, p.y, p.z, *error_m]
         })
         .collect();

@@ -73,7 +73,6 @@ impl Summary<'_> {
 
 impl SlamExperiment {
     /// The tables.
-    #[must_use]
     pub fn tables(&self, results: &Results<SlamRunRecord>) -> Vec<Table> {
         let summaries: Vec<Summary<'_>> = (0..self.cells().len())
             .map(|cell| {
@@ -127,7 +126,6 @@ impl SlamExperiment {
     }
 
     /// What the tables mean, and a line for each sequence of the documents that was not given.
-    #[must_use]
     pub fn notes(&self) -> Vec<String> {
         let mut notes = vec![
             "RMSE: median over the runs; the published one is the best of three. Published times: Intel i5-3330; here: \
@@ -294,7 +292,7 @@ fn distance_m(one: &Summary<'_>, other: &Summary<'_>) -> Option<f64> {
         Some(trajectory)
     };
     let pairs = associate(&path(one)?, &path(other)?, 1e-3);
-    absolute_error(&pairs, Alignment::Similarity).map(|error| error.mean)
+    absolute_error(&pairs, Alignment::Similarity).map(|error| error.statistics.mean)
 }
 
 fn kidnap(summaries: &[Summary<'_>]) -> Table {

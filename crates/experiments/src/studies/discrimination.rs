@@ -13,15 +13,13 @@ use crate::{
 
 /// Rings around the true place, meters.
 const RINGS_M: [(f64, f64); 5] = [(0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, 4.0)];
-/// Headings of the profile: every half degree.
-const NUM_HEADINGS: u32 = 720;
 
 pub(super) fn conduct(seed: u64) -> Result<StudyOutcome, ExperimentError> {
     let view = View::new(MAP_2010, pose(0.6, 1.3, -30.0));
     let facts = ViewFacts::new("Discrimination: a goal and lines, from the left side", &view, seed)?;
     let truth = facts.truth;
     let fixed = LikelihoodMap::new(facts.eye.model(), HeadingChoice::Fixed(truth.yaw_rad), facts.map.step_m);
-    let profile = heading_profile(facts.eye.model(), truth.x_m, truth.y_m, NUM_HEADINGS);
+    let profile = heading_profile(facts.eye.model(), truth.x_m, truth.y_m);
     let best = profile.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or_default();
     let fixed_error_m = fixed.maximum().0.distance_m(&truth);
     let rings: Vec<Option<f64>> =

@@ -15,8 +15,6 @@ use crate::{
 
 /// Side of a cell, meters.
 const STEP_M: f64 = 0.05;
-/// Peaks this far apart are told apart, meters.
-const PEAK_DISTANCE_M: f64 = 0.4;
 /// Places that reach this share of the maximum could be the right one.
 const HIGH_SHARE: f64 = 0.95;
 
@@ -60,13 +58,13 @@ impl ViewFacts {
     /// Peaks that could be the right place, the most likely first.
     pub(super) fn high_peaks(&self) -> Vec<Peak> {
         let least = HIGH_SHARE * self.map.maximum().1;
-        let found = peaks(&self.map, PEAK_DISTANCE_M);
+        let found = peaks(&self.map, crate::likelihood::PEAK_DISTANCE_M);
         found.into_iter().filter(|peak| peak.likelihood >= least).collect()
     }
 
     /// All peaks.
     pub(super) fn num_peaks(&self) -> usize {
-        peaks(&self.map, PEAK_DISTANCE_M).len()
+        peaks(&self.map, crate::likelihood::PEAK_DISTANCE_M).len()
     }
 
     /// Area of the places that could be the right one, square meters.

@@ -199,7 +199,6 @@ fn measure(
     let changes: Result<Vec<Vec<Change>>, _> = images.par_iter().enumerate().map(of_image).collect();
     let changes: Vec<Change> = changes?.into_iter().flatten().collect();
     let mean = |value: fn(&Change) -> f64| {
-        #[allow(clippy::cast_precision_loss)]
         let count = changes.len().max(1) as f64;
         changes.iter().map(value).sum::<f64>() / count
     };
@@ -242,7 +241,6 @@ fn share_right(
         let best: Option<Peak> = climbed.reduce(|a, b| if b.likelihood > a.likelihood { b } else { a });
         num_right += u32::from(best.is_some_and(|peak| peak.pose.distance_m(&image.truth) < RIGHT_M));
     }
-    #[allow(clippy::cast_precision_loss)]
     let count = images.len().max(1) as f64;
     Ok(f64::from(num_right) / count)
 }
@@ -287,7 +285,6 @@ fn row_json(row: &Row) -> serde_json::Value {
 /// Two lines over the number of kept pixels.
 fn picture(title: &str, label: &str, curves: [Vec<(f64, f64)>; 2]) -> Picture {
     let [lines, goals] = curves;
-    #[allow(clippy::cast_precision_loss)]
     let mark = |count: usize, label: &str| Mark { at_secs: count as f64, label: label.to_owned() };
     time_series(&TimeSeriesPicture {
         title: title.to_owned(),
@@ -309,7 +306,6 @@ fn picture(title: &str, label: &str, curves: [Vec<(f64, f64)>; 2]) -> Picture {
     })
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn curve(rows: &[Row], value: impl Fn(&Row) -> f64) -> Vec<(f64, f64)> {
     let count = |row: &Row| row.num_lines.or(row.num_goals).map_or(f64::NAN, |n| n as f64);
     rows.iter().map(|row| (count(row), value(row))).collect()

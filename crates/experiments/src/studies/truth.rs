@@ -12,7 +12,6 @@ const REACH_PX: i64 = 2;
 /// not the object's own.
 pub(super) fn is_true(labels: &LabelImage, kind: FeatureKind, px: &Point2<f64>) -> bool {
     let (mut has_object, mut has_background) = (false, false);
-    #[allow(clippy::cast_possible_truncation)]
     let (x, y) = (px.x.round() as i64, px.y.round() as i64);
     for dy in -REACH_PX..=REACH_PX {
         for dx in -REACH_PX..=REACH_PX {

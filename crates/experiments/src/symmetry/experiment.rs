@@ -82,7 +82,6 @@ pub struct SymmetryRecord {
 
 impl SymmetryRecord {
     /// Whether all positions were held at the end by the strict criterion.
-    #[must_use]
     pub fn holds_strictly(&self, num_individuals: usize) -> bool {
         Census::of(self.counts.clone()).holds_all_strictly(num_individuals)
     }
@@ -97,7 +96,6 @@ pub struct SymmetryExperiment {
 
 impl SymmetryExperiment {
     /// A part of the experiment with so many runs in each cell.
-    #[must_use]
     pub fn new(part: SymmetryPart, num_runs: u64) -> Self {
         let conditions = match part {
             SymmetryPart::Published => published_conditions(),
@@ -108,7 +106,6 @@ impl SymmetryExperiment {
     }
 
     /// The contender and the world of every cell.
-    #[must_use]
     pub fn conditions(&self) -> &[Condition] {
         &self.settings.conditions
     }

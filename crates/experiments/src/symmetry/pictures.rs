@@ -61,7 +61,6 @@ fn pair(
         session.step(&mut rng);
         session.count(&mut census);
         for (points, count) in points.iter_mut().zip(census.counts()) {
-            #[allow(clippy::cast_precision_loss)]
             points.push((iteration as f64, f64::from(*count)));
         }
     }

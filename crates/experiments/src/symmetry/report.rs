@@ -27,7 +27,6 @@ pub(super) struct Outcome {
 
 impl Outcome {
     /// Share of the runs.
-    #[allow(clippy::cast_precision_loss)]
     pub fn percent(&self, num: usize) -> f64 {
         100.0 * num as f64 / self.num_runs as f64
     }
@@ -94,7 +93,6 @@ impl Summary {
 
 impl SymmetryExperiment {
     /// Tables; without `times` those of the times have the published ones only.
-    #[must_use]
     pub fn tables(&self, results: &Results<SymmetryRecord>, times: &[IterationTime]) -> Vec<Table> {
         let summary = Summary::new(self, results);
         match self.settings().part {

@@ -67,6 +67,5 @@ fn mean_ms(
     (0..num_before).for_each(|_| session.step(&mut rng));
     let start_ms = clock_ms();
     (0..num_measured).for_each(|_| session.step(&mut rng));
-    #[allow(clippy::cast_precision_loss)]
     Ok((clock_ms() - start_ms) / num_measured as f64)
 }

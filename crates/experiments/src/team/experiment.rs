@@ -49,7 +49,6 @@ pub struct TeamExperiment {
 
 impl TeamExperiment {
     /// The experiment with so many games for each number of robots.
-    #[must_use]
     pub fn new(settings: TeamSettings, num_games: u64) -> Self {
         let cell = |robots: &usize| Cell { label: format!("{robots} robots"), num_runs: num_games };
         Self { cells: settings.num_robots.iter().map(cell).collect(), settings }

@@ -159,7 +159,6 @@ fn late_sightings(
 }
 
 /// A detection as a sighting.
-#[must_use]
 pub fn sighting(detection: &Detection, at: Timestamp, detector: &DetectorSetup) -> Sighting {
     let kind = if detection.is_ball { SightingKind::Ball } else { SightingKind::Teammate };
     let bearing = (detection.bearing_rad, detector.bearing_sigma_rad);

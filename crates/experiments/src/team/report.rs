@@ -5,7 +5,6 @@ use crate::{Experiment, ExperimentError, Report, Results, Table, mean, number};
 
 impl TeamExperiment {
     /// The table: all games together, a row for each of the conditions.
-    #[must_use]
     pub fn tables(&self, results: &Results<TeamRecord>) -> Vec<Table> {
         let header = [
             "conditions",

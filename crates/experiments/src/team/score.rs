@@ -35,7 +35,6 @@ pub struct Score {
 }
 
 /// Compares answers with the truth.
-#[must_use]
 pub fn score(game: &Game, conditions: &Conditions, played: &Played) -> Score {
     let num_robots = game.moments.first().map_or(0, Vec::len);
     let is_honest = |robot: usize| conditions.liar.is_none() || robot + 1 != num_robots;

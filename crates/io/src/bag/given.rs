@@ -24,7 +24,6 @@ pub struct GivenInputs {
 
 impl GivenInputs {
     /// The topics without those that need not be read.
-    #[must_use]
     pub fn topics_to_read(&self, topics: &BagTopics) -> BagTopics {
         let mut topics = topics.clone();
         if self.camera.is_some() {

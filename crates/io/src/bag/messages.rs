@@ -309,7 +309,6 @@ pub struct PointCloud2 {
 
 impl Pose {
     /// A pose on the ground, or so high above it, in meters.
-    #[must_use]
     pub fn planar(pose: &PlanarPose, height_m: f64) -> Self {
         let (z, w) = (0.5 * pose.yaw_rad).sin_cos();
         Self {
@@ -319,7 +318,6 @@ impl Pose {
     }
 
     /// Any pose.
-    #[must_use]
     pub fn rigid<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Self {
         let (t, [x, y, z, w]) = (pose.translation(), pose.quaternion_xyzw());
         Self { position: Vector3 { x: t.x, y: t.y, z: t.z }, orientation: Quaternion { x, y, z, w } }
@@ -328,7 +326,6 @@ impl Pose {
 
 impl Header {
     /// A header with the stamp nearest to a time that ROS can say.
-    #[must_use]
     pub fn new(at: Timestamp, frame_id: &str) -> Self {
         let secs = at.nanos().div_euclid(1_000_000_000);
         let nanos = at.nanos().rem_euclid(1_000_000_000);
@@ -339,7 +336,6 @@ impl Header {
     }
 
     /// The stamp.
-    #[must_use]
     pub fn at(&self) -> Timestamp {
         Timestamp::from_ros(self.stamp.sec, self.stamp.nanosec)
     }

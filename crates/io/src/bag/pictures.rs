@@ -64,13 +64,11 @@ impl BagPictures {
     }
 
     /// Topic of the pictures.
-    #[must_use]
     pub fn topic(&self) -> &str {
         &self.topics.image
     }
 
     /// The first calibration of the recording.
-    #[must_use]
     pub fn camera(&self) -> Option<&Camera> {
         self.camera.as_ref()
     }

@@ -119,19 +119,16 @@ impl BagReader {
     }
 
     /// The topics that are read.
-    #[must_use]
     pub fn topics(&self) -> &BagTopics {
         &self.topics
     }
 
     /// The topics of the recording, sorted by name.
-    #[must_use]
     pub fn available_topics(&self) -> &[TopicInfo] {
         &self.available
     }
 
     /// How many frames so far took the last known odometry or camera pose because nothing newer came within 0.25 s.
-    #[must_use]
     pub fn num_frames_with_held_values(&self) -> usize {
         self.num_held
     }

@@ -44,14 +44,12 @@ pub struct ResultSample {
 }
 
 /// A pose on the ground, in space.
-#[must_use]
 pub fn on_ground(pose: &PlanarPose) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.yaw_rad);
     Isometry3::from_parts(Translation3::new(pose.x_m, pose.y_m, 0.0), turn)
 }
 
 /// The covariance of a pose on the ground, over (x, y, heading), in space.
-#[must_use]
 pub fn covariance_on_ground(covariance: &Matrix3<f64>) -> Matrix6<f64> {
     let mut in_space = Matrix6::zeros();
     for (i, row) in [0, 1, 5].into_iter().enumerate() {
@@ -64,27 +62,22 @@ pub fn covariance_on_ground(covariance: &Matrix3<f64>) -> Matrix6<f64> {
 }
 
 /// A pose in space, without the names of its frames.
-#[must_use]
 pub fn in_space<Dst, Src>(pose: &Rigid3<Dst, Src>) -> Isometry3<f64> {
     let [x, y, z, w] = pose.quaternion_xyzw();
     let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
     Isometry3::from_parts(Translation3::from(*pose.translation()), turn)
 }
 
-/// Names of the frames in results.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ResultFrames {
-    /// The map.
-    pub map: String,
-    /// Where odometry began to count.
-    pub odom: String,
-    /// The robot on the ground.
-    pub base: String,
-}
-
-impl Default for ResultFrames {
-    fn default() -> Self {
-        Self { map: "map".into(), odom: "odom".into(), base: "base_footprint".into() }
+visloc_core::with_defaults! {
+    /// Names of the frames in results.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct ResultFrames {
+        /// The map.
+        pub map: String = "map".into(),
+        /// Where odometry began to count.
+        pub odom: String = "odom".into(),
+        /// The robot on the ground.
+        pub base: String = "base_footprint".into(),
     }
 }
 
@@ -109,7 +102,6 @@ pub enum ResultMessage {
 
 impl ResultMessage {
     /// Name of its topic.
-    #[must_use]
     pub fn topic(&self) -> &'static str {
         match self {
             Self::Pose(_) => "/visloc/pose",
@@ -122,7 +114,6 @@ impl ResultMessage {
     }
 
     /// Its type.
-    #[must_use]
     pub fn type_name(&self) -> &'static str {
         match self {
             Self::Pose(_) => "geometry_msgs/msg/PoseWithCovarianceStamped",
@@ -150,7 +141,6 @@ pub struct ResultMessages {
 impl ResultMessages {
     /// Nothing known yet. Stamps of transforms are `tf_ahead_secs` after that of the image, so that programs which ask for
     /// the pose at a time after the image, but before the next result, get one.
-    #[must_use]
     pub fn new(frames: ResultFrames, tf_ahead_secs: f64) -> Self {
         Self {
             frames,
@@ -243,7 +233,6 @@ impl ResultMessages {
 }
 
 /// A status of visloc: all is well, or a warning.
-#[must_use]
 pub fn diagnostics_message(
     at: Timestamp,
     part: &str,

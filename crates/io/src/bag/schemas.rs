@@ -41,7 +41,6 @@ const TYPES: [(&str, &str); 34] = [
 ];
 
 /// Definition of a message type with all it contains; `None` for a type that is never written.
-#[must_use]
 pub fn definition(type_name: &str) -> Option<String> {
     let name = type_name.replacen("/msg/", "/", 1);
     let (_, fields) = TYPES.iter().find(|(known, _)| *known == name)?;

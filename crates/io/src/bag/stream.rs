@@ -49,7 +49,6 @@ impl BagMessages {
     }
 
     /// How many attachments were passed over: files that MCAP holds beside messages.
-    #[must_use]
     pub fn num_attachments(&self) -> usize {
         self.num_attachments
     }

@@ -3,69 +3,40 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a topic is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum TopicRole {
-    /// The camera's pictures.
-    Image,
-    /// The camera's calibration.
-    CameraInfo,
-    /// Accumulated odometry.
-    Odometry,
-    /// Poses between frames that move, kinematics.
-    Tf,
-    /// Poses between frames that do not move.
-    TfStatic,
-    /// Positions of the robot's joints.
-    JointStates,
-    /// Which joints are where on the robot.
-    RobotDescription,
-    /// How the robot is tilted.
-    Imu,
-    /// Whether the feet touch the ground.
-    FootContact,
-    /// Forces under the feet.
-    FootPressure,
-    /// Where the robot really is.
-    GroundTruth,
+visloc_core::worded_enum! {
+    /// What a topic is for.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum TopicRole {
+        /// The camera's pictures.
+        Image = "the images",
+        /// The camera's calibration.
+        CameraInfo = "the calibration",
+        /// Accumulated odometry.
+        Odometry = "the odometry",
+        /// Poses between frames that move, kinematics.
+        Tf = "the kinematics (tf)",
+        /// Poses between frames that do not move.
+        TfStatic = "the fixed transforms (tf_static)",
+        /// Positions of the robot's joints.
+        JointStates = "the positions of joints",
+        /// Which joints are where on the robot.
+        RobotDescription = "the robot's description",
+        /// How the robot is tilted.
+        Imu = "the tilt (IMU)",
+        /// Whether the feet touch the ground.
+        FootContact = "the contact of the feet",
+        /// Forces under the feet.
+        FootPressure = "the forces under the feet",
+        /// Where the robot really is.
+        GroundTruth = "the truth",
+    }
+
+    /// What is on a topic of this role, for people.
+    meaning
 }
 
 impl TopicRole {
-    /// Every role.
-    pub const ALL: [Self; 11] = [
-        Self::Image,
-        Self::CameraInfo,
-        Self::Odometry,
-        Self::Tf,
-        Self::TfStatic,
-        Self::JointStates,
-        Self::RobotDescription,
-        Self::Imu,
-        Self::FootContact,
-        Self::FootPressure,
-        Self::GroundTruth,
-    ];
-
-    /// What is on a topic of this role, for people.
-    #[must_use]
-    pub fn meaning(self) -> &'static str {
-        match self {
-            Self::Image => "the images",
-            Self::CameraInfo => "the calibration",
-            Self::Odometry => "the odometry",
-            Self::Tf => "the kinematics (tf)",
-            Self::TfStatic => "the fixed transforms (tf_static)",
-            Self::JointStates => "the positions of joints",
-            Self::RobotDescription => "the robot's description",
-            Self::Imu => "the tilt (IMU)",
-            Self::FootContact => "the contact of the feet",
-            Self::FootPressure => "the forces under the feet",
-            Self::GroundTruth => "the truth",
-        }
-    }
-
     /// Message types that a topic of this role may have.
-    #[must_use]
     pub fn type_names(self) -> &'static [&'static str] {
         match self {
             Self::Image => &["sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/Image"],
@@ -83,64 +54,45 @@ impl TopicRole {
     }
 }
 
-/// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
-/// must have the image topic, the calibration topic (or the camera is given), one of the two `tf` topics or the robot's description
-/// (or that or the camera's place is given), and every topic whose name is not the default.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub struct BagTopics {
-    /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, Bayer,
-    /// YUV and others).
-    pub image: String,
-    /// Pictures of the robot's further cameras. The calibration of each is read from beside its pictures (`/eye/camera_info` for
-    /// `/eye/image_raw/compressed`), and its frame is the one that the pictures name.
-    pub more_images: Vec<String>,
-    /// Calibration, `sensor_msgs/msg/CameraInfo`.
-    pub camera_info: String,
-    /// Odometry, `nav_msgs/msg/Odometry`.
-    pub odometry: String,
-    /// Kinematics, `tf2_msgs/msg/TFMessage`.
-    pub tf: String,
-    /// Poses that do not change, `tf2_msgs/msg/TFMessage`.
-    pub tf_static: String,
-    /// Positions of the robot's joints, `sensor_msgs/msg/JointState`. With the description they say where frames are of which `tf` and
-    /// `tf_static` say nothing.
-    pub joint_states: String,
-    /// Description of the robot (URDF), `std_msgs/msg/String`.
-    pub robot_description: String,
-    /// How the robot is tilted, `sensor_msgs/msg/Imu` with an orientation. By default none is read: transforms that begin on the ground say it
-    /// as well. Where they take a trunk for level that is not, name the topic.
-    pub imu: String,
-    /// Whether the feet touch the ground, `std_msgs/msg/Bool`.
-    pub foot_contact: String,
-    /// Eight forces in newtons, left foot first, `std_msgs/msg/Float64MultiArray`. Wins over `foot_contact`.
-    pub foot_pressure: String,
-    /// Where the robot really is, `geometry_msgs/msg/PoseStamped` in the map frame.
-    pub ground_truth: String,
-    /// Frame of the robot on the ground: x forward, y left, z up.
-    pub base_frame: String,
-    /// Optical frame of the camera. `None`: the frame that the pictures name in their header.
-    pub camera_frame: Option<String>,
-}
-
-impl Default for BagTopics {
-    fn default() -> Self {
-        Self {
-            image: "/camera/image/compressed".into(),
-            more_images: Vec::new(),
-            camera_info: "/camera/camera_info".into(),
-            odometry: "/odom".into(),
-            tf: "/tf".into(),
-            tf_static: "/tf_static".into(),
-            joint_states: "/joint_states".into(),
-            robot_description: "/robot_description".into(),
-            imu: String::new(),
-            foot_contact: "/foot_contact".into(),
-            foot_pressure: "/foot_pressure".into(),
-            ground_truth: "/ground_truth/pose".into(),
-            base_frame: "base_footprint".into(),
-            camera_frame: None,
-        }
+visloc_core::with_defaults! {
+    /// Names of the topics and frames of a recording. An empty topic name means: do not read this topic. The recording
+    /// must have the image topic, the calibration topic (or the camera is given), one of the two `tf` topics or the robot's description
+    /// (or that or the camera's place is given), and every topic whose name is not the default.
+    #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct BagTopics {
+        /// Pictures: `sensor_msgs/msg/CompressedImage` (JPEG, PNG) or `sensor_msgs/msg/Image` (rgb8, Bayer,
+        /// YUV and others).
+        pub image: String = "/camera/image/compressed".into(),
+        /// Pictures of the robot's further cameras. The calibration of each is read from beside its pictures (`/eye/camera_info` for
+        /// `/eye/image_raw/compressed`), and its frame is the one that the pictures name.
+        pub more_images: Vec<String> = Vec::new(),
+        /// Calibration, `sensor_msgs/msg/CameraInfo`.
+        pub camera_info: String = "/camera/camera_info".into(),
+        /// Odometry, `nav_msgs/msg/Odometry`.
+        pub odometry: String = "/odom".into(),
+        /// Kinematics, `tf2_msgs/msg/TFMessage`.
+        pub tf: String = "/tf".into(),
+        /// Poses that do not change, `tf2_msgs/msg/TFMessage`.
+        pub tf_static: String = "/tf_static".into(),
+        /// Positions of the robot's joints, `sensor_msgs/msg/JointState`. With the description they say where frames are of which `tf` and
+        /// `tf_static` say nothing.
+        pub joint_states: String = "/joint_states".into(),
+        /// Description of the robot (URDF), `std_msgs/msg/String`.
+        pub robot_description: String = "/robot_description".into(),
+        /// How the robot is tilted, `sensor_msgs/msg/Imu` with an orientation. By default none is read: transforms that begin on the ground say it
+        /// as well. Where they take a trunk for level that is not, name the topic.
+        pub imu: String = String::new(),
+        /// Whether the feet touch the ground, `std_msgs/msg/Bool`.
+        pub foot_contact: String = "/foot_contact".into(),
+        /// Eight forces in newtons, left foot first, `std_msgs/msg/Float64MultiArray`. Wins over `foot_contact`.
+        pub foot_pressure: String = "/foot_pressure".into(),
+        /// Where the robot really is, `geometry_msgs/msg/PoseStamped` in the map frame.
+        pub ground_truth: String = "/ground_truth/pose".into(),
+        /// Frame of the robot on the ground: x forward, y left, z up.
+        pub base_frame: String = "base_footprint".into(),
+        /// Optical frame of the camera. `None`: the frame that the pictures name in their header.
+        pub camera_frame: Option<String> = None,
     }
 }
 
@@ -164,7 +116,6 @@ impl BagTopics {
     }
 
     /// Name of the topic with a role; empty if it is not to be read.
-    #[must_use]
     pub fn name(&self, role: TopicRole) -> &str {
         match role {
             TopicRole::Image => &self.image,
@@ -196,7 +147,6 @@ impl BagTopics {
     }
 
     /// Role of a topic, if it has one.
-    #[must_use]
     pub fn role(&self, topic: &str) -> Option<TopicRole> {
         TopicRole::ALL.into_iter().find(|role| !topic.is_empty() && self.name(*role) == topic)
     }

@@ -52,24 +52,16 @@ pub enum ChunkCompression {
     Lz4,
 }
 
-/// Choices for [`BagWriter`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BagWriterOptions {
-    /// How pictures are stored; JPEG of quality 90 unless set.
-    pub image_encoding: ImageEncoding,
-    /// How the parts of the file are compressed; not at all unless set.
-    pub chunk_compression: ChunkCompression,
-    /// Whether messages are gathered in chunks, as usual. Without them each stands at its own place in the file.
-    pub has_chunks: bool,
-}
-
-impl Default for BagWriterOptions {
-    fn default() -> Self {
-        Self {
-            image_encoding: ImageEncoding::Jpeg { quality: 90 },
-            chunk_compression: ChunkCompression::None,
-            has_chunks: true,
-        }
+visloc_core::with_defaults! {
+    /// Choices for [`BagWriter`].
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct BagWriterOptions {
+        /// How pictures are stored; JPEG of quality 90 unless set.
+        pub image_encoding: ImageEncoding = ImageEncoding::Jpeg { quality: 90 },
+        /// How the parts of the file are compressed; not at all unless set.
+        pub chunk_compression: ChunkCompression = ChunkCompression::None,
+        /// Whether messages are gathered in chunks, as usual. Without them each stands at its own place in the file.
+        pub has_chunks: bool = true,
     }
 }
 
@@ -353,7 +345,6 @@ fn pressure_message(forces: &[f64; 8]) -> messages::Float64MultiArray {
 }
 
 /// The calibration of a camera as a message.
-#[must_use]
 pub fn camera_info_message(at: Timestamp, camera: &Camera, camera_frame: &str) -> messages::CameraInfo {
     let ((width, height), (fx, fy), (cx, cy)) = (camera.size_px(), camera.focal_px(), camera.center_px());
     let (model, d) = ros_distortion(camera.distortion());

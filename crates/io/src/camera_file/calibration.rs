@@ -48,7 +48,6 @@ pub struct Calibration {
 
 impl Calibration {
     /// A camera of unknown size without distortion.
-    #[must_use]
     pub fn pinhole(focal_px: (f64, f64), center_px: (f64, f64)) -> Self {
         Self {
             size_px: None,
@@ -61,7 +60,6 @@ impl Calibration {
     }
 
     /// What is known of a camera.
-    #[must_use]
     pub fn of(camera: &Camera) -> Self {
         let size_px = Some(camera.size_px());
         let distortion = camera.distortion();
@@ -257,7 +255,6 @@ impl<'a> Keys<'a> {
         };
         let is_size = |v: &f64| (1.0..=100_000.0).contains(v) && v.fract() == 0.0;
         match values[..] {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             [width, height] if is_size(&width) && is_size(&height) => Ok(Some((width as u32, height as u32))),
             _ => {
                 let reason = format!("expected width and height in whole pixels, found {values:?}");

@@ -1,7 +1,7 @@
 //! Results for other programs, and their orders.
 
 use ros2_client::{Publisher, Subscription};
-use visloc_core::{FloorCell, FloorPicture, Timestamp, geom::PlanarPose};
+use visloc_core::{Occupancy, Timestamp, geom::PlanarPose};
 
 use crate::{
     bag::{
@@ -261,28 +261,28 @@ pub fn point_cloud(at: Timestamp, frame: &str, points: &[[f32; 3]]) -> PointClou
     }
 }
 
-/// A floor picture as a map of Nav2.
+/// An occupancy grid as a map of Nav2.
 #[must_use]
 #[allow(clippy::cast_possible_truncation)]
-pub fn occupancy_grid(at: Timestamp, frame: &str, picture: &FloorPicture) -> OccupancyGrid {
+pub fn occupancy_grid(at: Timestamp, frame: &str, grid: &visloc_core::OccupancyGrid) -> OccupancyGrid {
     let header = Header::new(at, frame);
     let num = |cells: usize| u32::try_from(cells).unwrap_or(u32::MAX);
-    let (x, y) = picture.origin_m;
-    let value = |cell: FloorCell| match cell {
-        FloorCell::Occupied => 100,
-        FloorCell::Unknown => -1,
-        FloorCell::Free => 0,
+    let (x, y) = grid.origin_m;
+    let value = |cell: Occupancy| match cell {
+        Occupancy::Occupied => 100,
+        Occupancy::Unknown => -1,
+        Occupancy::Free => 0,
     };
     OccupancyGrid {
         info: MapMetaData {
             map_load_time: header.stamp,
-            resolution: picture.cell_m as f32,
-            width: num(picture.size.0),
-            height: num(picture.size.1),
+            resolution: grid.cell_m as f32,
+            width: num(grid.size.0),
+            height: num(grid.size.1),
             origin: Pose::planar(&PlanarPose::new(x, y, 0.0), 0.0),
         },
         header,
-        data: picture.rows_up().map(value).collect(),
+        data: grid.rows_up().map(value).collect(),
     }
 }
 

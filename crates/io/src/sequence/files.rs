@@ -32,7 +32,6 @@ pub struct FileSequence {
 
 impl FileSequence {
     /// A sequence of files in the order given, and what was left out before. The camera is that of the files.
-    #[must_use]
     pub fn new(
         camera: Camera,
         files: Vec<ImageFile>,
@@ -51,7 +50,6 @@ impl FileSequence {
     }
 
     /// The images that will be read.
-    #[must_use]
     pub fn files(&self) -> &[ImageFile] {
         &self.files
     }

@@ -18,25 +18,21 @@ use crate::{
     image_codec::{image_size, read_gray_image},
 };
 
-/// How a sequence is opened.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SequenceOptions {
-    /// Which images are used.
-    pub range: SequenceRange,
-    /// Size of the images that are handed out, as a factor.
-    pub scale: f64,
-    /// Calibration to use instead of the dataset's.
-    pub calibration: Option<PathBuf>,
-    /// Images a second of a plain folder, over what its calibration or the names of its images say; above 0.
-    pub rate_hz: Option<f64>,
-    /// Key of the layout (see [`sequence_layouts`]); recognized if absent.
-    pub layout: Option<&'static str>,
-}
-
-impl Default for SequenceOptions {
-    /// Everything as it is.
-    fn default() -> Self {
-        Self { range: SequenceRange::default(), scale: 1.0, calibration: None, rate_hz: None, layout: None }
+visloc_core::with_defaults! {
+    /// How a sequence is opened.
+    /// By default everything as it is.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct SequenceOptions {
+        /// Which images are used.
+        pub range: SequenceRange = SequenceRange::default(),
+        /// Size of the images that are handed out, as a factor.
+        pub scale: f64 = 1.0,
+        /// Calibration to use instead of the dataset's.
+        pub calibration: Option<PathBuf> = None,
+        /// Images a second of a plain folder, over what its calibration or the names of its images say; above 0.
+        pub rate_hz: Option<f64> = None,
+        /// Key of the layout (see [`sequence_layouts`]); recognized if absent.
+        pub layout: Option<&'static str> = None,
     }
 }
 
@@ -266,7 +262,6 @@ fn first_size(folder: &Path, images: &[ImageFile]) -> Result<(u32, u32), FileErr
     let mut first_error = None;
     for image in images {
         match read_gray_image(&image.path) {
-            #[allow(clippy::cast_possible_truncation)]
             Ok(image) => return Ok((image.width() as u32, image.height() as u32)),
             Err(error) => {
                 first_error.get_or_insert_with(|| error.to_string());

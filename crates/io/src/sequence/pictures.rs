@@ -18,7 +18,6 @@ pub struct FilePictures {
 
 impl FilePictures {
     /// The files in the order given, and what was left out before.
-    #[must_use]
     pub fn new(files: Vec<ImageFile>, skipped: Vec<SkippedInput>) -> Self {
         Self { files, size_px: None, next: 0, skipped }
     }

@@ -27,27 +27,22 @@ impl FromStr for Bound {
     }
 }
 
-/// Which images of a sequence are used.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SequenceRange {
-    /// The first image.
-    pub start: Bound,
-    /// One past the last image; `None` for all.
-    pub end: Option<Bound>,
-    /// One of so many images is used; 0 counts as 1.
-    pub stride: usize,
-}
-
-impl Default for SequenceRange {
-    /// All images.
-    fn default() -> Self {
-        Self { start: Bound::Frame(0), end: None, stride: 1 }
+visloc_core::with_defaults! {
+    /// Which images of a sequence are used.
+    /// By default all images.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct SequenceRange {
+        /// The first image.
+        pub start: Bound = Bound::Frame(0),
+        /// One past the last image; `None` for all.
+        pub end: Option<Bound> = None,
+        /// One of so many images is used; 0 counts as 1.
+        pub stride: usize = 1,
     }
 }
 
 impl SequenceRange {
     /// Whether it ends before it begins, whatever the sequence.
-    #[must_use]
     pub fn is_backward(&self) -> bool {
         match (self.start, self.end) {
             (Bound::Frame(start), Some(Bound::Frame(end))) => end < start,
@@ -57,7 +52,6 @@ impl SequenceRange {
     }
 
     /// The images in the range.
-    #[must_use]
     pub fn select(&self, files: Vec<ImageFile>) -> Vec<ImageFile> {
         let Some(first) = files.first().map(|file| file.at) else { return files };
         let index = |bound: Bound| match bound {

@@ -49,25 +49,21 @@ impl<'a> SourceAddress<'a> {
     }
 
     /// What the user wrote.
-    #[must_use]
     pub fn text(&self) -> &'a str {
         self.text
     }
 
     /// The word before the colon; empty if there is none.
-    #[must_use]
     pub fn scheme(&self) -> &'a str {
         self.scheme
     }
 
     /// What stands behind the colon, or everything.
-    #[must_use]
     pub fn rest(&self) -> &'a str {
         self.rest
     }
 
     /// Whether it delivers a robot's kinematics, not a camera alone.
-    #[must_use]
     pub fn has_robot(&self) -> bool {
         (self.kind.is_robot)(self.rest)
     }
@@ -77,11 +73,10 @@ impl<'a> SourceAddress<'a> {
     /// # Errors
     /// If an option would be ignored, contradicts another one or has a senseless value; the error names it.
     pub fn check(&self, options: &SourceOptions, purpose: Purpose) -> Result<(), SourcesError> {
-        options.check(self.text, self.kind.name, purpose, self.kind.honors(purpose, self.rest))
+        options.check(self.text, self.kind.name, purpose, &self.kind.honors(purpose, self.rest))
     }
 
     /// The kind of source.
-    #[must_use]
     pub fn kind(&self) -> &'static SourceKind {
         self.kind
     }

@@ -51,23 +51,19 @@ pub struct SourceOptions {
     pub honored_elsewhere: Vec<SourceOption>,
 }
 
-/// What is taken where nothing was asked for. A source that has no use for it passes over it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Usual {
-    /// Threads of a simulation.
-    pub num_threads: usize,
-    /// Most frames that will be taken from a simulation; it prepares no more.
-    pub max_frames: Option<usize>,
-    /// Domain of live topics, for instance `ROS_DOMAIN_ID` of the environment.
-    pub domain_id: u16,
-    /// How long a gray image of a live source may wait while those before it are worked on, seconds: then only the newest
-    /// counts, as it does from the start with 0.
-    pub backlog_secs: f64,
-}
-
-impl Default for Usual {
-    fn default() -> Self {
-        Self { num_threads: 1, max_frames: None, domain_id: 0, backlog_secs: 0.0 }
+visloc_core::with_defaults! {
+    /// What is taken where nothing was asked for. A source that has no use for it passes over it.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct Usual {
+        /// Threads of a simulation.
+        pub num_threads: usize = 1,
+        /// Most frames that will be taken from a simulation; it prepares no more.
+        pub max_frames: Option<usize> = None,
+        /// Domain of live topics, for instance `ROS_DOMAIN_ID` of the environment.
+        pub domain_id: u16 = 0,
+        /// How long a gray image of a live source may wait while those before it are worked on, seconds: then only the newest
+        /// counts, as it does from the start with 0.
+        pub backlog_secs: f64 = 0.0,
     }
 }
 
@@ -94,7 +90,6 @@ pub struct TopicOptions {
 
 impl TopicOptions {
     /// All names: the usual ones where nothing was asked for.
-    #[must_use]
     pub fn names(&self) -> BagTopics {
         let mut names = self.all.clone().unwrap_or_default();
         let Self {
@@ -128,7 +123,6 @@ impl TopicOptions {
     }
 
     /// What was asked for one by one.
-    #[must_use]
     pub fn named(&self) -> Vec<TopicRole> {
         let all = [
             (&self.image, TopicRole::Image),
@@ -336,7 +330,6 @@ impl SourceOptions {
     }
 
     /// Domain of live topics.
-    #[must_use]
     pub fn domain_id(&self) -> u16 {
         self.domain_id.unwrap_or(self.usual.domain_id)
     }

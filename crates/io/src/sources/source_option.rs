@@ -2,79 +2,59 @@
 
 use super::Purpose;
 
-/// An option of a source as a user knows it. Each kind of source lists the ones that it honors; the others are refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SourceOption {
-    /// Calibration.
-    Camera,
-    /// The camera's place on the robot.
-    Mount,
-    /// Description of the robot.
-    Urdf,
-    /// File with names of topics.
-    Topics,
-    /// Topic of the images.
-    ImageTopic,
-    /// Topic of the calibration.
-    CameraInfoTopic,
-    /// Topic of the odometry.
-    OdometryTopic,
-    /// Topic of the truth.
-    TruthTopic,
-    /// Frame of the robot.
-    BaseFrame,
-    /// Frame of the camera.
-    CameraFrame,
-    /// First image.
-    Start,
-    /// One past the last image.
-    End,
-    /// One of so many images is used.
-    Stride,
-    /// Size of the images.
-    Scale,
-    /// Images a second.
-    Fps,
-    /// Seed of everything random.
-    Seed,
-    /// Threads that draw.
-    Threads,
-    /// End of a silent source.
-    Patience,
-    /// How images are asked for.
-    ImageQos,
-    /// Decoder of videos.
-    Ffmpeg,
-    /// Domain of ROS 2.
-    RosDomain,
+visloc_core::worded_enum! {
+    /// An option of a source as a user knows it. Each kind of source lists the ones that it honors; the others are refused.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum SourceOption {
+        /// Calibration.
+        Camera = "--camera",
+        /// The camera's place on the robot.
+        Mount = "--camera-height",
+        /// Description of the robot.
+        Urdf = "--urdf",
+        /// File with names of topics.
+        Topics = "--topics",
+        /// Topic of the images.
+        ImageTopic = "--image-topic",
+        /// Topic of the calibration.
+        CameraInfoTopic = "--camera-info-topic",
+        /// Topic of the odometry.
+        OdometryTopic = "--odometry-topic",
+        /// Topic of the truth.
+        TruthTopic = "--truth-topic",
+        /// Frame of the robot.
+        BaseFrame = "--base-frame",
+        /// Frame of the camera.
+        CameraFrame = "--camera-frame",
+        /// First image.
+        Start = "--start",
+        /// One past the last image.
+        End = "--end",
+        /// One of so many images is used.
+        Stride = "--stride",
+        /// Size of the images.
+        Scale = "--scale",
+        /// Images a second.
+        Fps = "--fps",
+        /// Seed of everything random.
+        Seed = "--seed",
+        /// Threads that draw.
+        Threads = "--threads",
+        /// End of a silent source.
+        Patience = "--patience",
+        /// How images are asked for.
+        ImageQos = "--image-qos",
+        /// Decoder of videos.
+        Ffmpeg = "--ffmpeg",
+        /// Domain of ROS 2.
+        RosDomain = "--ros-domain",
+    }
+
+    /// How it is typed.
+    flag
 }
 
 impl SourceOption {
-    /// Every option.
-    pub const ALL: [Self; 21] = [
-        Self::Camera,
-        Self::Mount,
-        Self::Urdf,
-        Self::Topics,
-        Self::ImageTopic,
-        Self::CameraInfoTopic,
-        Self::OdometryTopic,
-        Self::TruthTopic,
-        Self::BaseFrame,
-        Self::CameraFrame,
-        Self::Start,
-        Self::End,
-        Self::Stride,
-        Self::Scale,
-        Self::Fps,
-        Self::Seed,
-        Self::Threads,
-        Self::Patience,
-        Self::ImageQos,
-        Self::Ffmpeg,
-        Self::RosDomain,
-    ];
-
     /// Names of topics and frames.
     pub const TOPICS: [Self; 7] = [
         Self::Topics,
@@ -85,34 +65,6 @@ impl SourceOption {
         Self::BaseFrame,
         Self::CameraFrame,
     ];
-
-    /// How it is typed.
-    #[must_use]
-    pub fn flag(self) -> &'static str {
-        match self {
-            Self::Camera => "--camera",
-            Self::Mount => "--camera-height",
-            Self::Urdf => "--urdf",
-            Self::Topics => "--topics",
-            Self::ImageTopic => "--image-topic",
-            Self::CameraInfoTopic => "--camera-info-topic",
-            Self::OdometryTopic => "--odometry-topic",
-            Self::TruthTopic => "--truth-topic",
-            Self::BaseFrame => "--base-frame",
-            Self::CameraFrame => "--camera-frame",
-            Self::Start => "--start",
-            Self::End => "--end",
-            Self::Stride => "--stride",
-            Self::Scale => "--scale",
-            Self::Fps => "--fps",
-            Self::Seed => "--seed",
-            Self::Threads => "--threads",
-            Self::Patience => "--patience",
-            Self::ImageQos => "--image-qos",
-            Self::Ffmpeg => "--ffmpeg",
-            Self::RosDomain => "--ros-domain",
-        }
-    }
 
     /// Why a source may have no use for it, as the end of a sentence about that source.
     pub(super) fn reason(self, purpose: Purpose) -> &'static str {

@@ -147,25 +147,21 @@ impl RobotDescription {
     }
 
     /// The link that no joint moves.
-    #[must_use]
     pub fn root(&self) -> &str {
         &self.root
     }
 
     /// All joints, in the order of the description. One that mimics names a joint that moves by itself.
-    #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
     /// The joint with a name.
-    #[must_use]
     pub fn joint(&self, name: &str) -> Option<&Joint> {
         self.by_name.get(name).map(|i| &self.joints[*i])
     }
 
     /// Whether there is a link with a name.
-    #[must_use]
     pub fn has_link(&self, name: &str) -> bool {
         name == self.root || self.by_child.contains_key(name)
     }
@@ -207,7 +203,6 @@ impl RobotDescription {
 impl Joint {
     /// Pose of the child in the parent at a position in radians or meters. `None` if the joint does not move, in a way that one number
     /// does not tell, or the position is no number of a sensible size.
-    #[must_use]
     pub fn parent_from_child(&self, position: f64) -> Option<Isometry3<f64>> {
         if !(-MAX_POSITION..=MAX_POSITION).contains(&position) {
             return None;

@@ -10,7 +10,6 @@ use crate::{
 /// Parameters of the tracks inside a building. Every door may be the one that is seen, so there are as many tracks as the
 /// building has places that look alike, and they must be told apart by what adds up: a few pixels on something that is not
 /// on the map say nothing.
-#[must_use]
 pub fn refinement_defaults() -> RefinementConfig {
     RefinementConfig {
         max_tracks: 400,
@@ -36,7 +35,6 @@ pub fn refinement_defaults() -> RefinementConfig {
 /// The same algorithm for the inside of a building, with tracks that refine its hypotheses or without. There are many places that look
 /// alike, so many hypotheses are held and explorers bring many candidates; an iteration costs the same for any number of them. The
 /// pixel distance that counts as no agreement is smaller than on a field, so likelihoods fall faster and weights need a smaller exponent.
-#[must_use]
 pub fn in_building(algorithm: Algorithm, is_refined: bool) -> Algorithm {
     match algorithm {
         Algorithm::Evolutionary(config) => Algorithm::Evolutionary(EvolutionaryConfig {

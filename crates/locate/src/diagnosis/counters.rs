@@ -136,7 +136,6 @@ pub struct Diagnosis {
 
 impl RunCounters {
     /// Of a run that has not begun.
-    #[must_use]
     pub fn new(map: &Map, config: &PipelineConfig) -> Self {
         let world = match map {
             Map::Field(field) => World::Field { is_point_symmetric: field.is_point_symmetric() },
@@ -180,7 +179,6 @@ impl RunCounters {
     }
 
     /// Why nothing, or almost nothing, was localized so far; empty if enough was.
-    #[must_use]
     pub fn diagnosis(&self) -> Diagnosis {
         let duration_secs = self.duration_secs();
         let is_long = duration_secs >= START_SECS + MIN_JUDGED_SECS;
@@ -271,7 +269,6 @@ impl RunCounters {
     }
 
     /// What is wrong with a photo by its light and colors, wherever its camera was.
-    #[must_use]
     pub fn cause_in_photo(&self, image: &RgbImage) -> Option<Cause> {
         let look = ImageLook::new(image, &self.carpet);
         of_light(&look).or_else(|| self.of_colors(&look))

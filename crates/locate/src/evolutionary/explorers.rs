@@ -139,7 +139,6 @@ impl Explorers {
             (ExplorerKind::Grid, is_aimed) => {
                 let headings = if is_aimed { 1 } else { GRID_HEADINGS };
                 let (x, y) = grid_position(&region, i / headings, total.div_ceil(headings));
-                #[allow(clippy::cast_precision_loss)]
                 let yaw = if is_aimed {
                     model.propose_heading(x, y, rng)
                 } else {
@@ -163,7 +162,6 @@ impl Explorers {
         let region = model.region();
         let turned =
             SMALL_TURNS_RAD.map(|turn| PlanarPose::new(center.x_m, center.y_m, center.yaw_rad + turn));
-        #[allow(clippy::cast_precision_loss)]
         let ring = (0..RING_POSES).map(|i| {
             let angle = i as f64 * std::f64::consts::TAU / RING_POSES as f64;
             // Alternating radii fill the circle instead of its border only.
@@ -179,7 +177,6 @@ impl Explorers {
 }
 
 /// Positions of a regular grid with about square cells.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn grid_position(region: &Region, i: usize, count: usize) -> (f64, f64) {
     let (width, height) = (region.max_x_m - region.min_x_m, region.max_y_m - region.min_y_m);
     let columns = ((count as f64 * width / height).sqrt().round() as usize).max(1);

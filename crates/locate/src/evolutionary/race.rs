@@ -91,7 +91,6 @@ impl Race {
         self.exploiters.sort_by(|a, b| b.health.total_cmp(&a.health));
         let num_elite = share(config.elite_share, self.exploiters.len()).max(1);
         let elite = &self.exploiters[..num_elite];
-        #[allow(clippy::cast_precision_loss)]
         let health = elite.iter().map(|e| e.health).sum::<f64>() / num_elite as f64;
         self.last_health = health;
         self.health += config.health_follow * (health - self.health);

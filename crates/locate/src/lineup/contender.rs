@@ -75,19 +75,16 @@ impl Contender {
     }
 
     /// Its name.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// What is different from its defaults.
-    #[must_use]
     pub fn overrides(&self) -> &Overrides {
         &self.overrides
     }
 
     /// Image analysis and localizer.
-    #[must_use]
     pub fn pipeline(&self) -> &Pipeline {
         &self.pipeline
     }

@@ -28,19 +28,16 @@ impl Lineup {
     }
 
     /// What they run with.
-    #[must_use]
     pub fn settings(&self) -> &RunSettings {
         &self.settings
     }
 
     /// How often settings have changed: a scene message of another number is out of date.
-    #[must_use]
     pub fn num_changes(&self) -> u64 {
         self.num_changes
     }
 
     /// The algorithms, in the order of the settings.
-    #[must_use]
     pub fn contenders(&self) -> &[Contender] {
         &self.contenders
     }

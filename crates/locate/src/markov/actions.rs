@@ -45,7 +45,6 @@ pub struct Outcomes {
 
 impl Outcomes {
     /// Measured in 50 executions of each action on a Nao that walks without odometry. Source: table 2.
-    #[must_use]
     pub fn published() -> Self {
         Self {
             walk: [0.05, 0.80, 0.10, 0.05],
@@ -62,7 +61,6 @@ impl Outcomes {
     }
 
     /// For actions cut from odometry, which knows what happened but for a few percent, to either side alike.
-    #[must_use]
     pub fn of_odometry() -> Self {
         let nearly_once = [0.06, 0.88, 0.06, 0.0];
         Self { walk: nearly_once, turn_right: nearly_once, turn_left: nearly_once }
@@ -70,7 +68,6 @@ impl Outcomes {
 
     /// The shares of an action.
     #[inline]
-    #[must_use]
     pub fn of(&self, action: Action) -> &[f64; 4] {
         match action {
             Action::Walk { .. } => &self.walk,

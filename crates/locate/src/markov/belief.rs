@@ -10,17 +10,14 @@ pub struct Belief {
     next: Vec<f64>,
 }
 
-#[allow(clippy::cast_precision_loss)] // numbers of states and tiles are small
 impl Belief {
     /// Unknown start: every state has 1 / |S|.
-    #[must_use]
     pub fn uniform(grid: Grid) -> Self {
         let share = 1.0 / grid.num_states() as f64;
         Self { grid, probabilities: vec![share; grid.num_states()], next: Vec::new() }
     }
 
     /// Known start: one state has `probability`, all others share the rest. Source: section 4.3, 0.8.
-    #[must_use]
     pub fn known(grid: Grid, state: usize, probability: f64) -> Self {
         let mut belief = Self::uniform(grid);
         let num_others = belief.probabilities.len() - 1;
@@ -33,19 +30,16 @@ impl Belief {
     }
 
     /// The states.
-    #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
     /// Probability of each state, by number.
-    #[must_use]
     pub fn probabilities(&self) -> &[f64] {
         &self.probabilities
     }
 
     /// The most probable state and its probability; the first of equal ones.
-    #[must_use]
     pub fn best(&self) -> (usize, f64) {
         let better = |best: (usize, f64), (i, p): (usize, &f64)| if *p > best.1 { (i, *p) } else { best };
         self.probabilities.iter().enumerate().fold((0, f64::NEG_INFINITY), better)
@@ -133,7 +127,6 @@ impl Belief {
     }
 
     /// Probability of a state together with the states that touch it.
-    #[must_use]
     pub fn mass_around(&self, index: usize) -> f64 {
         let near = |(i, _): &(usize, &f64)| self.grid.are_neighbors(index, *i);
         self.probabilities.iter().enumerate().filter(near).map(|(_, p)| p).sum()
@@ -141,7 +134,6 @@ impl Belief {
 }
 
 /// The two tiles on both sides of a place, with their shares; places outside belong to the outermost tile.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
 fn split(place: f64, count: usize) -> [(usize, f64); 2] {
     let place = place.clamp(0.0, (count - 1) as f64);
     // Multiples of 90 degrees must hit their tile exactly.

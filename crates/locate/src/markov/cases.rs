@@ -27,7 +27,6 @@ pub struct BlobView {
 impl BlobView {
     /// The goal of one color in a percept: all its valid blobs together. The bearing is that of the ray through the
     /// centroid, turned into the robot's frame, so it also holds for a turned head.
-    #[must_use]
     pub fn of(percept: &Percept, kind: FeatureKind) -> Option<Self> {
         let scale = (SIZE_IMAGE_WIDTH_PX / f64::from(percept.camera.size_px().0)).powi(2);
         let (mut area_px, mut sine, mut cosine) = (0.0, 0.0, 0.0);
@@ -42,32 +41,25 @@ impl BlobView {
     }
 }
 
-/// Where one case ends and the next begins.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct CaseLimits {
-    /// Limits between the nine cases of the size, pixels of an image 160 pixels wide. Source: table 4.
-    pub sizes_px: [f64; NUM_CASES - 1],
-    /// Width of the eight sectors of the centroid, degrees. Source: section 4.2.2, about 8.
-    pub sector_deg: f64,
-}
-
-impl Default for CaseLimits {
-    fn default() -> Self {
-        Self { sizes_px: [200.0, 400.0, 700.0, 1000.0, 1300.0, 1500.0, 1700.0, 2000.0], sector_deg: 8.0 }
+visloc_core::with_defaults! {
+    /// Where one case ends and the next begins.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct CaseLimits {
+        /// Limits between the nine cases of the size, pixels of an image 160 pixels wide. Source: table 4.
+        pub sizes_px: [f64; NUM_CASES - 1] = [200.0, 400.0, 700.0, 1000.0, 1300.0, 1500.0, 1700.0, 2000.0],
+        /// Width of the eight sectors of the centroid, degrees. Source: section 4.2.2, about 8.
+        pub sector_deg: f64 = 8.0,
     }
 }
 
 impl CaseLimits {
     /// Case of the size, 0 (small or not seen) to 8.
-    #[must_use]
     pub fn size_case(&self, view: Option<&BlobView>) -> usize {
         view.map_or(0, |view| self.sizes_px.partition_point(|limit| *limit <= view.area_px))
     }
 
     /// Case of the centroid: 0 not seen, 1 the leftmost sector to 8 the rightmost; farther out counts as outermost.
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn centroid_case(&self, view: Option<&BlobView>) -> usize {
         view.map_or(0, |view| {
             let sectors_from_left = 4.0 - view.bearing_rad.to_degrees() / self.sector_deg;
@@ -96,7 +88,6 @@ pub struct CaseTables {
 
 /// Learns both tables: the share of the captures of a state in which each case was seen. A state without captures expects
 /// everything alike. Captures of states that do not exist are left out.
-#[must_use]
 pub fn learn_tables(
     limits: CaseLimits,
     num_states: usize,
@@ -117,19 +108,16 @@ pub fn learn_tables(
 
 impl CaseTables {
     /// The limits of the cases.
-    #[must_use]
     pub fn limits(&self) -> &CaseLimits {
         &self.limits
     }
 
     /// P(size case | state).
-    #[must_use]
     pub fn size(&self, state: usize) -> &[f64; NUM_CASES] {
         &self.sizes[state]
     }
 
     /// P(centroid case | state).
-    #[must_use]
     pub fn centroid(&self, state: usize) -> &[f64; NUM_CASES] {
         &self.centroids[state]
     }
@@ -156,7 +144,6 @@ impl CaseTables {
     }
 
     /// As text: one line for each state, its number, nine shares of the size and nine of the centroid, with 4 decimals.
-    #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text = String::from("state");
         for name in ["size", "centroid"] {

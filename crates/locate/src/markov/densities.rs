@@ -47,7 +47,6 @@ const ANYTHING: f64 = 0.8 * 5.0;
 
 /// Learns the densities. A state whose captures never show the goal sees anything if it sees something. Captures of
 /// states that do not exist are left out. `outlier` is the share, 0 to 1, of views that can be anything in any state.
-#[must_use]
 pub fn learn_densities(
     num_states: usize,
     outlier: f64,
@@ -63,7 +62,6 @@ pub fn learn_densities(
 }
 
 impl StateView {
-    #[allow(clippy::cast_precision_loss)] // few captures
     fn of(num_captures: f64, seen: &[[f64; 2]]) -> Self {
         let count = seen.len() as f64;
         // Half a capture more of each kind: what did not happen is rare, not impossible.
@@ -115,7 +113,6 @@ impl ViewLikelihoods for ViewDensities {
 impl ViewDensities {
     /// As text: one line for each state, its number, the share of captures with a goal, means and standard deviations
     /// of bearing (radians) and logarithm of area, and their correlation, with 4 decimals.
-    #[must_use]
     pub fn to_csv(&self) -> String {
         let mut text =
             String::from("state,seen,bearing_rad,bearing_sigma,log_area,log_area_sigma,correlation\n");

@@ -60,7 +60,6 @@ impl ExpectedViews {
                     .map(|(landmark, seen)| model.likelihood(seen.as_ref(), camera.visible(&pose, landmark)))
                     .product::<f64>();
             }
-            #[allow(clippy::cast_precision_loss)]
             out.push(sum / self.offsets.len() as f64);
         }
         seen.iter().any(Option::is_some)
@@ -125,7 +124,6 @@ fn radical_inverse(mut index: usize, base: u32) -> f64 {
     let base = base as usize;
     let (mut value, mut digit) = (0.0, 1.0);
     while index > 0 {
-        #[allow(clippy::cast_precision_loss)]
         {
             digit /= base as f64;
             value += (index % base) as f64 * digit;

@@ -17,13 +17,11 @@ impl MarkovFilter {
     pub const LOCALIZED_PROBABILITY: f64 = 0.5;
 
     /// A filter that starts with a belief.
-    #[must_use]
     pub fn new(belief: Belief, outcomes: Outcomes, remedy: Remedy) -> Self {
         Self { belief, outcomes, remedy, num_without: 0 }
     }
 
     /// The belief.
-    #[must_use]
     pub fn belief(&self) -> &Belief {
         &self.belief
     }
@@ -71,7 +69,6 @@ impl MarkovFilter {
     }
 
     /// The state in which the robot is, if one has more than half of the belief.
-    #[must_use]
     pub fn localized(&self) -> Option<usize> {
         let (state, probability) = self.belief.best();
         (probability > Self::LOCALIZED_PROBABILITY).then_some(state)

@@ -38,11 +38,9 @@ pub struct Grid {
     world_from_grid: PlanarPose,
 }
 
-#[allow(clippy::cast_precision_loss)] // numbers of tiles are small
 impl Grid {
     /// A grid of whole tiles over a region; its middle is the region's middle. A tile is at least a millimeter, and
     /// there is at least one tile and one heading.
-    #[must_use]
     pub fn new(region: &Region, tile_m: f64, num_headings: usize, direction: Direction) -> Self {
         let tile_m = tile_m.max(1e-3);
         let (size_x_m, size_y_m) = (region.max_x_m - region.min_x_m, region.max_y_m - region.min_y_m);
@@ -60,51 +58,43 @@ impl Grid {
     }
 
     /// Number of states.
-    #[must_use]
     pub fn num_states(&self) -> usize {
         self.num_columns * self.num_rows * self.num_headings
     }
 
     /// Tiles along the field.
-    #[must_use]
     pub fn num_columns(&self) -> usize {
         self.num_columns
     }
 
     /// Tiles across the field.
-    #[must_use]
     pub fn num_rows(&self) -> usize {
         self.num_rows
     }
 
     /// Headings of each tile.
-    #[must_use]
     pub fn num_headings(&self) -> usize {
         self.num_headings
     }
 
     /// Side of a tile, meters.
-    #[must_use]
     pub fn tile_m(&self) -> f64 {
         self.tile_m
     }
 
     /// Angle between two headings, radians.
-    #[must_use]
     pub fn heading_step_rad(&self) -> f64 {
         TAU / self.num_headings as f64
     }
 
     /// Number of a state.
     #[inline]
-    #[must_use]
     pub fn index(&self, state: State) -> usize {
         (state.column * self.num_rows + state.row) * self.num_headings + state.heading
     }
 
     /// State of a number.
     #[inline]
-    #[must_use]
     pub fn state(&self, index: usize) -> State {
         let (tile, heading) = (index / self.num_headings, index % self.num_headings);
         State { column: tile / self.num_rows, row: tile % self.num_rows, heading }
@@ -112,13 +102,11 @@ impl Grid {
 
     /// Yaw of a heading in the grid's frame, counter-clockwise, radians.
     #[inline]
-    #[must_use]
     pub fn heading_rad(&self, heading: usize) -> f64 {
         -(heading as f64) * self.heading_step_rad()
     }
 
     /// The part of the map that the tiles cover.
-    #[must_use]
     pub fn region(&self) -> Region {
         let corner = self.world_from_grid.position();
         let size_m = |tiles: usize| tiles as f64 * self.tile_m;
@@ -133,7 +121,6 @@ impl Grid {
     }
 
     /// The middle of a state: center of its tile, its heading.
-    #[must_use]
     pub fn pose(&self, index: usize) -> PlanarPose {
         let state = self.state(index);
         let center = |tile: usize| (tile as f64 + 0.5) * self.tile_m;
@@ -143,19 +130,16 @@ impl Grid {
     }
 
     /// The state whose middle is nearest to a pose; poses outside belong to the outermost tiles.
-    #[must_use]
     pub fn nearest(&self, world_from_robot: &PlanarPose) -> usize {
         let grid_from_robot = world_from_robot.relative_to(&self.world_from_grid);
         let column = tile_of(grid_from_robot.x_m / self.tile_m, self.num_columns);
         let row = tile_of(grid_from_robot.y_m / self.tile_m, self.num_rows);
         let steps = (-grid_from_robot.yaw_rad / self.heading_step_rad()).round();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let heading = steps.rem_euclid(self.num_headings as f64) as usize % self.num_headings;
         self.index(State { column, row, heading })
     }
 
     /// Whether two states touch: at most one tile and one heading apart.
-    #[must_use]
     pub fn are_neighbors(&self, a: usize, b: usize) -> bool {
         let (a, b) = (self.state(a), self.state(b));
         let turn = a.heading.abs_diff(b.heading);
@@ -166,7 +150,6 @@ impl Grid {
 
     /// A state's heading turned clockwise by a number of steps, which may be negative.
     #[inline]
-    #[must_use]
     pub fn turned(&self, heading: usize, steps: i32) -> usize {
         let count = i64::try_from(self.num_headings).unwrap_or(i64::MAX);
         let from = i64::try_from(heading).unwrap_or(0);
@@ -174,7 +157,6 @@ impl Grid {
     }
 
     /// Whether a pose lies within the tile of a state, whatever its heading.
-    #[must_use]
     pub fn is_in_tile(&self, index: usize, world_from_robot: &PlanarPose) -> bool {
         let middle = PlanarPose { yaw_rad: self.world_from_grid.yaw_rad, ..self.pose(index) };
         let offset = world_from_robot.relative_to(&middle);
@@ -182,19 +164,16 @@ impl Grid {
     }
 
     /// Difference between a pose's heading and that of a state, radians in (-pi, pi].
-    #[must_use]
     pub fn heading_error_rad(&self, index: usize, world_from_robot: &PlanarPose) -> f64 {
         angle::difference(world_from_robot.yaw_rad, self.pose(index).yaw_rad)
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn num_tiles(size_m: f64, tile_m: f64) -> usize {
     // A little less than a whole tile too many is an error of rounding.
     ((size_m / tile_m - 1e-6).ceil().max(1.0) as usize).min(10_000)
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn tile_of(tiles: f64, count: usize) -> usize {
     (tiles.floor().max(0.0) as usize).min(count - 1)
 }

@@ -79,7 +79,6 @@ impl Markov {
     }
 
     /// The belief.
-    #[must_use]
     pub fn belief(&self) -> &Belief {
         self.filter.belief()
     }

@@ -21,13 +21,11 @@ pub struct OdometryCutter {
 
 impl OdometryCutter {
     /// For a grid; nothing is left over yet.
-    #[must_use]
     pub fn new(grid: &Grid) -> Self {
         Self { tile_m: grid.tile_m(), num_headings: grid.num_headings(), residual: PlanarPose::default() }
     }
 
     /// The robot's pose seen from the middle of its state.
-    #[must_use]
     pub fn residual(&self) -> PlanarPose {
         self.residual
     }
@@ -43,7 +41,6 @@ impl OdometryCutter {
             return;
         }
         self.residual = self.residual.compose(old_from_new);
-        #[allow(clippy::cast_precision_loss)]
         let step_rad = TAU / self.num_headings as f64;
         let steps_left = whole(self.residual.yaw_rad / step_rad);
         if steps_left != 0 {
@@ -63,7 +60,6 @@ impl OdometryCutter {
 
 /// The nearest whole number; a little more than half a unit is needed, so that a robot that stands between two does not
 /// go back and forth.
-#[allow(clippy::cast_possible_truncation)]
 fn whole(units: f64) -> i32 {
     const MIN_UNITS: f64 = 0.6;
     if units.abs() < MIN_UNITS { 0 } else { units.round().clamp(-1e6, 1e6) as i32 }

@@ -16,7 +16,6 @@ pub(super) fn rows(text: &str, count: usize, what: &str) -> Result<Vec<Vec<f64>>
         if values.len() != count || !values.iter().all(|value| value.is_finite()) {
             return Err(wrong(&format!("a state and {count} {what}")));
         }
-        #[allow(clippy::cast_precision_loss)]
         if *state != rows.len() as f64 {
             return Err(wrong(&format!("state {}", rows.len())));
         }

@@ -6,25 +6,21 @@ use visloc_core::geom::{PlanarPose, weighted_pose_statistics};
 
 use crate::Hypothesis;
 
-/// When two particles stand for the same place.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ClusterConfig {
-    /// Largest distance from the group's best particle, meters.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub max_distance_m: f64,
-    /// Largest difference of the heading, radians; wraps at +-pi.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub max_turn_rad: f64,
-    /// At most so many groups; what is left joins none. With 0 nothing is grouped and there are no hypotheses, which saves
-    /// time; the estimate's covariance is then that of the particles it is the mean of.
-    #[schemars(range(min = 0, max = 1000))]
-    pub max_clusters: usize,
-}
-
-impl Default for ClusterConfig {
-    fn default() -> Self {
-        Self { max_distance_m: 0.6, max_turn_rad: 0.5, max_clusters: 12 }
+visloc_core::with_defaults! {
+    /// When two particles stand for the same place.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct ClusterConfig {
+        /// Largest distance from the group's best particle, meters.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub max_distance_m: f64 = 0.6,
+        /// Largest difference of the heading, radians; wraps at +-pi.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub max_turn_rad: f64 = 0.5,
+        /// At most so many groups; what is left joins none. With 0 nothing is grouped and there are no hypotheses, which saves
+        /// time; the estimate's covariance is then that of the particles it is the mean of.
+        #[schemars(range(min = 0, max = 1000))]
+        pub max_clusters: usize = 12,
     }
 }
 
@@ -89,13 +85,11 @@ impl Clusters {
     }
 
     /// How many groups the last call found.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.leaders.len()
     }
 
     /// Whether the last call found no group.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.leaders.is_empty()
     }
@@ -106,7 +100,6 @@ impl Clusters {
     }
 
     /// The group with most poses, of equals the one around the heaviest pose.
-    #[must_use]
     pub fn largest(&self) -> Option<usize> {
         let mut counts = vec![0_usize; self.leaders.len()];
         self.cluster_of.iter().filter(|of| **of != NONE).for_each(|of| counts[*of] += 1);

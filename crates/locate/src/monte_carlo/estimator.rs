@@ -18,20 +18,16 @@ pub enum EstimateKind {
     LargestCluster,
 }
 
-/// Parameters of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct EstimateConfig {
-    /// What it is the mean of.
-    pub kind: EstimateKind,
-    /// Share of the particles that count as the best, at least one particle.
-    #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
-    pub share: f64,
-}
-
-impl Default for EstimateConfig {
-    fn default() -> Self {
-        Self { kind: EstimateKind::EliteMean, share: 0.1 }
+visloc_core::with_defaults! {
+    /// Parameters of the answer.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct EstimateConfig {
+        /// What it is the mean of.
+        pub kind: EstimateKind = EstimateKind::EliteMean,
+        /// Share of the particles that count as the best, at least one particle.
+        #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
+        pub share: f64 = 0.1,
     }
 }
 

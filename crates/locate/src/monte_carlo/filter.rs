@@ -4,7 +4,10 @@ use rand::RngExt;
 use visloc_core::{Rng, Timestamp, gaussian, geom::PlanarPose};
 
 use super::{
-    MonteCarloConfig, Particles, PoseNoise, estimator::Estimator, recovery::Recovery, survivors::Survivors,
+    MonteCarloConfig, Particles, PoseNoise,
+    estimator::Estimator,
+    recovery::Recovery,
+    survivors::{Survivors, Weighed},
 };
 use crate::{
     ConfigError, Estimate, Individual, Localizer, MotionModel, ObservationModel, PlanarMotion, Reliability,
@@ -65,7 +68,6 @@ impl MonteCarlo {
     }
 
     /// The particles.
-    #[must_use]
     pub fn particles(&self) -> &Particles {
         &self.particles
     }
@@ -189,8 +191,9 @@ impl MonteCarlo {
             self.particles.replace(&self.survivors.sources, &self.survivors.logs, num_elite, []);
             return;
         }
-        let makeup = self.survivors.makeup(config, &self.particles, clusters, newcomer_share, rng);
-        self.survivors.draw(config, &self.particles, (clusters, &self.best), &makeup, rng);
+        let weighed = Weighed { particles: &self.particles, clusters, best: &self.best };
+        let makeup = self.survivors.makeup(config, weighed, newcomer_share, rng);
+        self.survivors.draw(config, weighed, &makeup, rng);
         let (model, source) = (self.model.as_ref(), config.injection.source);
         let newcomers = (0..makeup.num_newcomers).map(|_| source.sample(model, rng));
         self.particles.replace(&self.survivors.sources, &self.survivors.logs, makeup.num_elite, newcomers);
@@ -198,7 +201,6 @@ impl MonteCarlo {
 }
 
 /// A share of a number, rounded.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(crate) fn share(share: f64, of: usize) -> usize {
     (share * of as f64).round() as usize
 }

@@ -53,43 +53,36 @@ impl Particles {
     }
 
     /// How many.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.poses.len()
     }
 
     /// Whether there are none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.poses.is_empty()
     }
 
     /// Their poses, `world_from_robot`.
-    #[must_use]
     pub fn poses(&self) -> &[PlanarPose] {
         &self.poses
     }
 
     /// Likelihoods of the last image, 0 to 1; of a copy, its parent's; of a newcomer, 0.
-    #[must_use]
     pub fn likelihoods(&self) -> &[f64] {
         &self.likelihoods
     }
 
     /// Weights over the largest weight, 0 to 1.
-    #[must_use]
     pub fn weights(&self) -> &[f64] {
         self.weights.relative()
     }
 
     /// How many equally weighted particles would say as much, over their number.
-    #[must_use]
     pub fn effective_share(&self) -> f64 {
         self.weights.effective_sample_size() / to_f64(self.poses.len())
     }
 
     /// Mean likelihood of the last image, with or without the newcomers.
-    #[must_use]
     pub fn mean_likelihood(&self, has_newcomers: bool) -> f64 {
         let left_out = if has_newcomers { 0 } else { self.num_newcomers };
         let counted = match self.likelihoods.len().saturating_sub(left_out) {

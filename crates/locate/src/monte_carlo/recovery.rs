@@ -26,48 +26,37 @@ impl InjectionSource {
     }
 }
 
-/// Parameters of the augmented filter: a share of the particles is random, the larger the more the mean likelihood has
-/// dropped. Source: 2017 section 2.1.4, equations 2.9 to 2.11; Thrun, Burgard, Fox 2005, table 8.3.
-///
-/// The averages follow the likelihoods themselves, not normalized weights, whose mean says nothing. They are never set
-/// back after random particles were put in, so that the search goes on until it succeeds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct InjectionConfig {
-    /// Largest share of random particles; 0 switches them off.
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub max_share: f64,
-    /// Smallest share of random particles, at all times; the documents have 0.
-    #[schemars(extend("x-only-if" = "max_share > 0"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub min_share: f64,
-    /// How fast the slow average follows. Source: 2017 section 2.1.4, 0.05.
-    #[schemars(extend("x-only-if" = "max_share > 0"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub alpha_slow: f64,
-    /// How fast the fast average follows. Source: 2017 section 2.1.4, 0.4.
-    #[schemars(extend("x-only-if" = "max_share > 0"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub alpha_fast: f64,
-    /// Whether random particles are left out of the mean likelihood in the image after they were put in. Deviation, the
-    /// documents count them: many random particles then lower the mean, which calls for still more of them.
-    #[schemars(extend("x-only-if" = "max_share > 0"))]
-    pub is_mean_of_survivors: bool,
-    /// Where random particles are put.
-    #[schemars(extend("x-only-if" = "max_share > 0"))]
-    pub source: InjectionSource,
-}
-
-impl Default for InjectionConfig {
-    fn default() -> Self {
-        Self {
-            max_share: 0.0,
-            min_share: 0.0,
-            alpha_slow: 0.05,
-            alpha_fast: 0.4,
-            is_mean_of_survivors: true,
-            source: InjectionSource::Uniform,
-        }
+visloc_core::with_defaults! {
+    /// Parameters of the augmented filter: a share of the particles is random, the larger the more the mean likelihood has
+    /// dropped. Source: 2017 section 2.1.4, equations 2.9 to 2.11; Thrun, Burgard, Fox 2005, table 8.3.
+    ///
+    /// The averages follow the likelihoods themselves, not normalized weights, whose mean says nothing. They are never set
+    /// back after random particles were put in, so that the search goes on until it succeeds.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct InjectionConfig {
+        /// Largest share of random particles; 0 switches them off.
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub max_share: f64 = 0.0,
+        /// Smallest share of random particles, at all times; the documents have 0.
+        #[schemars(extend("x-only-if" = "max_share > 0"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub min_share: f64 = 0.0,
+        /// How fast the slow average follows. Source: 2017 section 2.1.4, 0.05.
+        #[schemars(extend("x-only-if" = "max_share > 0"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub alpha_slow: f64 = 0.05,
+        /// How fast the fast average follows. Source: 2017 section 2.1.4, 0.4.
+        #[schemars(extend("x-only-if" = "max_share > 0"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub alpha_fast: f64 = 0.4,
+        /// Whether random particles are left out of the mean likelihood in the image after they were put in. Deviation, the
+        /// documents count them: many random particles then lower the mean, which calls for still more of them.
+        #[schemars(extend("x-only-if" = "max_share > 0"))]
+        pub is_mean_of_survivors: bool = true,
+        /// Where random particles are put.
+        #[schemars(extend("x-only-if" = "max_share > 0"))]
+        pub source: InjectionSource = InjectionSource::Uniform,
     }
 }
 

@@ -16,23 +16,19 @@ pub enum ResamplingTrigger {
     EffectiveSampleSize,
 }
 
-/// Parameters of the drawing of survivors.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ResamplingConfig {
-    /// How survivors are drawn.
-    pub scheme: Resampling,
-    /// When.
-    pub trigger: ResamplingTrigger,
-    /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
-    #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub min_effective_share: f64,
-}
-
-impl Default for ResamplingConfig {
-    fn default() -> Self {
-        Self { scheme: Resampling::Roulette, trigger: ResamplingTrigger::Always, min_effective_share: 0.5 }
+visloc_core::with_defaults! {
+    /// Parameters of the drawing of survivors.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct ResamplingConfig {
+        /// How survivors are drawn.
+        pub scheme: Resampling = Resampling::Roulette,
+        /// When.
+        pub trigger: ResamplingTrigger = ResamplingTrigger::Always,
+        /// Survivors are drawn when the effective sample size is below this share of the particles. Source: the same, 0.5.
+        #[schemars(extend("x-only-if" = "trigger = effective-sample-size"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub min_effective_share: f64 = 0.5,
     }
 }
 
@@ -91,7 +87,6 @@ fn roulette(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut 
     let (mut index, mut rest) = (weights.len() - 1, total - weights[weights.len() - 1]);
     for left in (1..=count).rev() {
         let uniform: f64 = rng.random();
-        #[allow(clippy::cast_precision_loss)]
         let step = uniform.powf(1.0 / left as f64);
         below *= step;
         while rest > below * total && index > 0 {
@@ -105,7 +100,6 @@ fn roulette(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut 
 /// `count` marks at equal distances, the first `lead` (at least 0, below 1) before the end of the first step: a particle is
 /// drawn once for each mark in its share of the total. Without a branch that depends on the weights, since no processor could foretell it: each particle
 /// writes itself to its first place, and a second pass fills the gaps.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn systematic(weights: &[f64], total: f64, (count, lead): (usize, f64), out: &mut Vec<usize>) {
     let first = out.len();
     // One place more, where particles that are not drawn write.
@@ -128,7 +122,6 @@ fn systematic(weights: &[f64], total: f64, (count, lead): (usize, f64), out: &mu
 }
 
 /// One draw per interval; `offset` gives its place in the interval, 0 to 1.
-#[allow(clippy::cast_precision_loss)]
 fn comb(
     weights: &[f64],
     total: f64,
@@ -148,7 +141,6 @@ fn comb(
     }
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn residual(weights: &[f64], total: f64, count: usize, rng: &mut Rng, out: &mut Vec<usize>) {
     let first = out.len();
     let expected = |weight: f64| weight / total * count as f64;

@@ -18,56 +18,43 @@ pub enum SampleSizeRule {
     Kld,
 }
 
-/// Parameters of the number of particles.
-///
-/// Particles fall into bins of the map; with `k` bins occupied, the given number of particles keeps the distance between
-/// the belief and its samples below `max_error` with probability `1 - delta`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SampleSizeConfig {
-    /// The rule.
-    pub rule: SampleSizeRule,
-    /// Largest Kullback-Leibler distance (epsilon). Source: Thrun, Burgard, Fox 2005, section 8.3.7, 0.05.
-    #[schemars(extend("x-only-if" = "rule = kld"))]
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
-    pub max_error: f64,
-    /// Probability of a larger distance; the formula takes the normal quantile of `1 - delta`. Source: same, 0.01.
-    #[schemars(extend("x-only-if" = "rule = kld"))]
-    #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
-    pub delta: f64,
-    /// Size of a bin, meters.
-    #[schemars(extend("x-only-if" = "rule = kld"))]
-    #[schemars(range(min = 0.001, max = 1000.0))]
-    pub bin_m: f64,
-    /// Size of a bin, radians. Bins wrap at +-pi.
-    #[schemars(extend("x-only-if" = "rule = kld"))]
-    #[schemars(range(min = 0.001, max = 1000.0))]
-    pub bin_rad: f64,
-    /// Never fewer particles than this.
-    #[schemars(extend("x-only-if" = "rule = kld"))]
-    #[schemars(range(min = 2, max = 10_000_000))]
-    pub min_particles: usize,
-    /// Particles that each hypothesis keeps, under either rule; 0 leaves it to chance. A hypothesis that gets more
-    /// particles than its probability has them with smaller weights, so that the belief does not change.
-    pub min_per_hypothesis: usize,
-    /// Hypotheses below this probability keep nothing.
-    #[schemars(extend("x-only-if" = "min_per_hypothesis > 0"))]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub min_probability: f64,
-}
-
-impl Default for SampleSizeConfig {
-    fn default() -> Self {
-        Self {
-            rule: SampleSizeRule::Fixed,
-            max_error: 0.05,
-            delta: 0.01,
-            bin_m: 0.5,
-            bin_rad: 0.26,
-            min_particles: 50,
-            min_per_hypothesis: 0,
-            min_probability: 0.02,
-        }
+visloc_core::with_defaults! {
+    /// Parameters of the number of particles.
+    ///
+    /// Particles fall into bins of the map; with `k` bins occupied, the given number of particles keeps the distance between
+    /// the belief and its samples below `max_error` with probability `1 - delta`.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct SampleSizeConfig {
+        /// The rule.
+        pub rule: SampleSizeRule = SampleSizeRule::Fixed,
+        /// Largest Kullback-Leibler distance (epsilon). Source: Thrun, Burgard, Fox 2005, section 8.3.7, 0.05.
+        #[schemars(extend("x-only-if" = "rule = kld"))]
+        #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+        pub max_error: f64 = 0.05,
+        /// Probability of a larger distance; the formula takes the normal quantile of `1 - delta`. Source: same, 0.01.
+        #[schemars(extend("x-only-if" = "rule = kld"))]
+        #[schemars(extend("exclusiveMinimum" = 0.0, "exclusiveMaximum" = 1.0))]
+        pub delta: f64 = 0.01,
+        /// Size of a bin, meters.
+        #[schemars(extend("x-only-if" = "rule = kld"))]
+        #[schemars(range(min = 0.001, max = 1000.0))]
+        pub bin_m: f64 = 0.5,
+        /// Size of a bin, radians. Bins wrap at +-pi.
+        #[schemars(extend("x-only-if" = "rule = kld"))]
+        #[schemars(range(min = 0.001, max = 1000.0))]
+        pub bin_rad: f64 = 0.26,
+        /// Never fewer particles than this.
+        #[schemars(extend("x-only-if" = "rule = kld"))]
+        #[schemars(range(min = 2, max = 10_000_000))]
+        pub min_particles: usize = 50,
+        /// Particles that each hypothesis keeps, under either rule; 0 leaves it to chance. A hypothesis that gets more
+        /// particles than its probability has them with smaller weights, so that the belief does not change.
+        pub min_per_hypothesis: usize = 0,
+        /// Hypotheses below this probability keep nothing.
+        #[schemars(extend("x-only-if" = "min_per_hypothesis > 0"))]
+        #[schemars(range(min = 0.0, max = 1.0))]
+        pub min_probability: f64 = 0.02,
     }
 }
 
@@ -78,7 +65,6 @@ impl Default for SampleSizeConfig {
 /// let particles = kld_sample_size(10, 0.05, normal_quantile(0.99));
 /// assert!((particles - 216.0).abs() < 1.0);
 /// ```
-#[must_use]
 pub fn kld_sample_size(occupied_bins: usize, max_error: f64, quantile: f64) -> f64 {
     if occupied_bins < 2 {
         return 1.0;
@@ -90,7 +76,6 @@ pub fn kld_sample_size(occupied_bins: usize, max_error: f64, quantile: f64) -> f
 
 /// Quantile of the normal distribution: a normal number is below it with the given probability, above 0 and below 1. To
 /// seven digits. Source: Wichura 1988, algorithm AS 241, routine PPND7.
-#[must_use]
 pub fn normal_quantile(probability: f64) -> f64 {
     let center = probability - 0.5;
     if center.abs() <= 0.425 {
@@ -148,7 +133,6 @@ impl Bins {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn bin(config: &SampleSizeConfig, pose: &PlanarPose) -> [i32; 3] {
     let turns = (TAU / config.bin_rad).round().max(1.0);
     let turn = (pose.yaw_rad / TAU * turns).floor().rem_euclid(turns);
@@ -160,7 +144,6 @@ fn bin(config: &SampleSizeConfig, pose: &PlanarPose) -> [i32; 3] {
 pub(super) fn quotas(groups: &[(f64, usize)], count: usize, out: &mut Vec<usize>) {
     out.clear();
     let total: f64 = groups.iter().map(|(share, _)| share).sum();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     out.extend(groups.iter().map(|(share, min)| ((share / total * to_f64(count)) as usize).max(*min)));
     let mut given: usize = out.iter().sum();
     let most_to_spare = |out: &[usize]| {

@@ -17,6 +17,14 @@ pub(super) struct Makeup {
     pub num_newcomers: usize,
 }
 
+/// The particles that are weighed, how they lie together, and their indices with the best one first.
+#[derive(Clone, Copy)]
+pub(super) struct Weighed<'a> {
+    pub particles: &'a Particles,
+    pub clusters: &'a Clusters,
+    pub best: &'a [usize],
+}
+
 /// Chooses survivors; keeps its buffers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Survivors {
@@ -42,63 +50,54 @@ struct Stratum {
 }
 
 impl Survivors {
-    /// How many particles of which kind are next. `clusters` are those of the present particles.
+    /// How many particles of which kind are next.
     pub fn makeup(
         &mut self,
         config: &MonteCarloConfig,
-        particles: &Particles,
-        clusters: &Clusters,
+        weighed: Weighed<'_>,
         newcomer_share: f64,
         rng: &mut Rng,
     ) -> Makeup {
         let count = match config.sample_size.rule {
             SampleSizeRule::Fixed => config.num_particles,
-            SampleSizeRule::Kld => self.kld_count(config, particles, clusters, rng),
+            SampleSizeRule::Kld => self.kld_count(config, weighed, rng),
         };
-        let num_elite = share(config.elite_share, count).min(particles.len());
+        let num_elite = share(config.elite_share, count).min(weighed.particles.len());
         let num_newcomers = share(newcomer_share, count).min(count - num_elite);
         Makeup { num_elite, num_newcomers, num_drawn: count - num_elite - num_newcomers }
     }
 
     /// Draws a sample of the largest size and looks at it in scattered order until it is large enough. The survivors are
     /// then drawn anew, in that number, so that any scheme can be combined with the rule.
-    fn kld_count(
-        &mut self,
-        config: &MonteCarloConfig,
-        particles: &Particles,
-        clusters: &Clusters,
-        rng: &mut Rng,
-    ) -> usize {
+    fn kld_count(&mut self, config: &MonteCarloConfig, weighed: Weighed<'_>, rng: &mut Rng) -> usize {
         let (rule, most) = (&config.sample_size, config.num_particles);
         self.drawn.clear();
-        config.resampling.scheme.draw(particles.weights(), most, rng, &mut self.drawn);
-        let (drawn, poses) = (&self.drawn, particles.poses());
+        config.resampling.scheme.draw(weighed.particles.weights(), most, rng, &mut self.drawn);
+        let (drawn, poses) = (&self.drawn, weighed.particles.poses());
         let stride = scattering_stride(drawn.len());
         let sample = (0..drawn.len()).map(|i| poses[drawn[i * stride % drawn.len()]]);
         let needed = self.bins.sample_size(rule, sample);
-        self.collect_strata(particles, clusters, rule.min_probability);
+        self.collect_strata(weighed, rule.min_probability);
         let num_hypotheses = self.strata.len().saturating_sub(1);
         needed.max(num_hypotheses * rule.min_per_hypothesis).max(rule.min_particles).min(most)
     }
 
     /// The elite unchanged, the rest drawn by weight, by chance or with a minimum for each hypothesis.
-    pub fn draw(
-        &mut self,
-        config: &MonteCarloConfig,
-        particles: &Particles,
-        (clusters, best): (&Clusters, &[usize]),
-        makeup: &Makeup,
-        rng: &mut Rng,
-    ) {
+    pub fn draw(&mut self, config: &MonteCarloConfig, weighed: Weighed<'_>, makeup: &Makeup, rng: &mut Rng) {
         self.sources.clear();
         self.logs.clear();
-        self.sources.extend_from_slice(&best[..makeup.num_elite]);
+        self.sources.extend_from_slice(&weighed.best[..makeup.num_elite]);
         let min = config.sample_size.min_per_hypothesis;
         if min == 0 || makeup.num_drawn == 0 {
-            config.resampling.scheme.draw(particles.weights(), makeup.num_drawn, rng, &mut self.sources);
+            config.resampling.scheme.draw(
+                weighed.particles.weights(),
+                makeup.num_drawn,
+                rng,
+                &mut self.sources,
+            );
             return;
         }
-        self.collect_strata(particles, clusters, config.sample_size.min_probability);
+        self.collect_strata(weighed, config.sample_size.min_probability);
         self.draw_strata(config.resampling.scheme, makeup, min, rng);
     }
 
@@ -150,7 +149,7 @@ impl Survivors {
     }
 
     /// One stratum for each hypothesis that is probable enough, and a last one for everything else.
-    fn collect_strata(&mut self, particles: &Particles, clusters: &Clusters, min_probability: f64) {
+    fn collect_strata(&mut self, Weighed { particles, clusters, .. }: Weighed<'_>, min_probability: f64) {
         let weights = particles.weights();
         let total: f64 = weights.iter().sum();
         self.strata.clear();
@@ -185,7 +184,6 @@ impl Stratum {
 }
 
 /// A stride that visits every place of a ring once and jumps far: near the golden section, without a common divisor.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn scattering_stride(count: usize) -> usize {
     let common = |mut a: usize, mut b: usize| {
         while b > 0 {

@@ -87,7 +87,6 @@ impl Weights {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn to_f64(count: usize) -> f64 {
     count as f64
 }

@@ -24,7 +24,6 @@ pub type CameraVector = SVector<f64, 7>;
 
 impl CameraState {
     /// The camera of a robot at this place, as its joints report it.
-    #[must_use]
     pub fn reported(world_from_robot: PlanarPose) -> Self {
         Self { world_from_robot, tilt_rad: Vector3::zeros(), raise_m: 0.0 }
     }

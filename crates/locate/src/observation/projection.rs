@@ -4,7 +4,6 @@ use nalgebra::{Matrix3, Matrix3x4};
 use visloc_core::geom::{Camera, CameraFrame, PlanarPose, Rigid3, Robot};
 
 /// Likelihood from the sums of pixel distances of two kinds of features, for instance lines and goals (2010 equations 4.1 and 4.2).
-#[allow(clippy::cast_precision_loss)]
 pub(crate) fn combine(max_distance_px: f64, first: (f64, usize), second: (f64, usize)) -> f64 {
     let of = |(sum, count): (f64, usize)| (1.0 - sum / (count as f64 * max_distance_px)).max(0.0);
     match (first.1, second.1) {

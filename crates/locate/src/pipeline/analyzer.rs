@@ -68,7 +68,6 @@ impl ImageAnalyzer {
     }
 
     /// The last percept.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         match self {
             Self::Field(analyzer) => analyzer.percept(),
@@ -96,7 +95,6 @@ const MIN_LINES_ALONE: usize = 10;
 
 /// Lines, circle, marks and posts have the map's sizes, and lines are visible farther away on a larger field than the
 /// documents' 6 m. Composite features are looked for only if something uses them.
-#[must_use]
 pub fn analysis_for(field: &Field, config: &PipelineConfig) -> FieldAnalysisConfig {
     let (d, analysis) = (field.dimensions(), config.analysis);
     let scale = (d.length_m / 6.0).max(1.0);

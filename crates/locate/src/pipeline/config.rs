@@ -32,7 +32,6 @@ pub struct PipelineConfig {
 
 impl PipelineConfig {
     /// The defaults with the documents' color table.
-    #[must_use]
     pub fn with_color_table() -> Self {
         let analysis = FieldAnalysisConfig { colors: ColorConfig::table(), ..FieldAnalysisConfig::default() };
         Self { analysis, ..Self::default() }
@@ -49,25 +48,17 @@ impl PipelineConfig {
     }
 }
 
-/// Parameters of the parts that are different inside a building.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OfficePipelineConfig {
-    /// Image analysis.
-    pub analysis: OfficeAnalysisConfig,
-    /// Observation model.
-    pub observation: OfficeModelConfig,
-    /// Tracks, with rich features.
-    pub refinement: RefinementConfig,
-}
-
-impl Default for OfficePipelineConfig {
-    fn default() -> Self {
-        Self {
-            analysis: OfficeAnalysisConfig::default(),
-            observation: OfficeModelConfig::default(),
-            refinement: refinement_defaults(),
-        }
+visloc_core::with_defaults! {
+    /// Parameters of the parts that are different inside a building.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct OfficePipelineConfig {
+        /// Image analysis.
+        pub analysis: OfficeAnalysisConfig = OfficeAnalysisConfig::default(),
+        /// Observation model.
+        pub observation: OfficeModelConfig = OfficeModelConfig::default(),
+        /// Tracks, with rich features.
+        pub refinement: RefinementConfig = refinement_defaults(),
     }
 }
 

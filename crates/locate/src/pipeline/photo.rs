@@ -114,7 +114,6 @@ pub fn locate_photo(
     let mut search = SingleImage::new(rich.features, rich.pixels);
     let mut analyzer = ImageAnalyzer::new(map, &config)?;
     let (mut looks, mut draws) = (rng.stream("analysis", 0), rng.stream("photo", 0));
-    #[allow(clippy::cast_precision_loss)]
     let log_prior = -(mounts.len() as f64).ln();
     let (mut places, mut found) = (Vec::new(), Vec::new());
     let at = Timestamp::default();

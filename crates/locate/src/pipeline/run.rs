@@ -37,7 +37,6 @@ pub struct StepTimes {
 
 impl Pipeline {
     /// Settings of a pipeline for a map. By default: the evolutionary algorithm, which knows nothing of the pose, with seed 1.
-    #[must_use]
     pub fn builder(map: &Map) -> PipelineBuilder<'_> {
         PipelineBuilder::new(map)
     }
@@ -89,19 +88,16 @@ impl Pipeline {
     }
 
     /// What the last step found in the image.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         self.analyzer.percept()
     }
 
     /// The answer after the last step.
-    #[must_use]
     pub fn estimate(&self) -> &Estimate {
         self.localizer.estimate()
     }
 
     /// How long the last step took.
-    #[must_use]
     pub fn times(&self) -> StepTimes {
         self.times
     }
@@ -112,13 +108,11 @@ impl Pipeline {
     }
 
     /// The image analysis, for pictures of what it found.
-    #[must_use]
     pub fn analyzer(&self) -> &ImageAnalyzer {
         &self.analyzer
     }
 
     /// The localizer, for pictures of its particles.
-    #[must_use]
     pub fn localizer(&self) -> &dyn Localizer {
         self.localizer.as_ref()
     }

@@ -13,7 +13,6 @@ const OUTLIERS: f64 = 0.15;
 /// Logarithm of the likelihood of the features, against features that belong to nothing: each belongs to its counterpart with Gaussian
 /// noise, or to nothing. Neighboring pixels err alike, so all count as few. A bar whose place the map does not know explains its features
 /// as a line does, less for the place that it had to have.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn log_likelihood(
     model: &dyn FeatureModel,
     camera: &CameraState,
@@ -73,25 +72,20 @@ impl Noise {
     }
 }
 
-/// A border that may be anywhere in a range, and is where most features of it are.
-#[derive(Clone, Copy)]
-struct Bar {
-    counts: [u32; Self::BINS],
-    num: u32,
-    range_px: f64,
-    at: f64,
-}
-
-impl Default for Bar {
-    fn default() -> Self {
-        Self { counts: [0; Self::BINS], num: 0, range_px: 0.0, at: 0.0 }
+visloc_core::with_defaults! {
+    /// A border that may be anywhere in a range, and is where most features of it are.
+    #[derive(Clone, Copy)]
+    struct Bar {
+        counts: [u32; Self::BINS] = [0; Self::BINS],
+        num: u32 = 0,
+        range_px: f64 = 0.0,
+        at: f64 = 0.0,
     }
 }
 
 impl Bar {
     const BINS: usize = 40;
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
     fn add(&mut self, feature: &OnBar) {
         let bin = (feature.at * Self::BINS as f64) as usize;
         self.counts[bin.min(Self::BINS - 1)] += 1;
@@ -100,7 +94,6 @@ impl Bar {
     }
 
     /// It is where it explains most.
-    #[allow(clippy::cast_precision_loss)]
     fn settle(&mut self) {
         let near = |i: usize| {
             let bins = i.saturating_sub(1)..(i + 2).min(Self::BINS);

@@ -52,9 +52,7 @@ impl Mount {
     /// How many errors to draw for a search, so that there is one for all that the tilt of one image may be beside it.
     pub fn num_draws(&self, config: &RefinementConfig) -> usize {
         let of_image_rad = config.tilt_noise_rad.hypot(config.tilt_bias_rad);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small number
-        let draws = (self.sigma_rad().max() / of_image_rad).ceil().clamp(1.0, 100.0) as usize;
-        draws
+        (self.sigma_rad().max() / of_image_rad).ceil().clamp(1.0, 100.0) as usize
     }
 
     /// How much an error speaks against the place that needs it: minus the logarithm of its probability density among all robots, against

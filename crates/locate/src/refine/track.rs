@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{
-    filter::{Agreement, ImageFit, PoseFilter},
+    filter::{Agreement, PoseFilter},
     known::Known,
     mount::Mount,
     view::{View, ViewEvidence},
@@ -20,6 +20,22 @@ const GOOD_AGREEMENT: f64 = 0.8;
 
 /// A fit with this much more evidence is another one, and not the same with other noise.
 const BETTER_FIT: f64 = 1.0;
+
+/// A filter that was fitted to the present image from a place that a search has come to.
+#[derive(Debug)]
+pub(super) struct FoundFit {
+    pub filter: PoseFilter,
+    pub agreement: f64,
+    /// By how much the best track explains the image better.
+    pub deficit: f64,
+    /// What the camera that it needs takes from its odds.
+    pub bend: f64,
+    pub log_odds: f64,
+    /// What this image tells.
+    pub of_image: ViewEvidence,
+    /// What the present view tells.
+    pub of_view: ViewEvidence,
+}
 
 /// One hypothesis with its filter.
 #[derive(Debug, Clone)]
@@ -85,46 +101,34 @@ impl Track {
 
     /// Goes on from a pose that explains the image much better, with the odds of a new track if its own are worse: it lost them
     /// where the robot is not.
-    pub fn correct(
-        &mut self,
-        (filter, bend): (PoseFilter, f64),
-        (agreement, deficit): (f64, f64),
-        new_log_odds: f64,
-    ) {
-        self.filter = filter;
-        self.set_bend(bend);
-        self.last_agreement = agreement;
-        self.agreement = self.agreement.max(agreement);
-        self.deficit = deficit;
-        self.log_odds = self.log_odds.max(new_log_odds);
+    pub fn correct(&mut self, found: FoundFit) {
+        self.filter = found.filter;
+        self.set_bend(found.bend);
+        self.last_agreement = found.agreement;
+        self.agreement = self.agreement.max(found.agreement);
+        self.deficit = found.deficit;
+        self.log_odds = self.log_odds.max(found.log_odds);
     }
 
-    /// A search has come to this place again. If its fit explains the image better the track was stuck beside it. The evidence is what this image
-    /// tells of the fit, and what the view does.
-    pub fn find_again(
-        &mut self,
-        (filter, bend): (PoseFilter, f64),
-        fit: &ImageFit,
-        (found, evidence): (ViewEvidence, ViewEvidence),
-        model: &dyn FeatureModel,
-    ) {
-        if found.log_odds < self.view_evidence.log_odds + BETTER_FIT {
+    /// A search has come to this place again. If its fit explains the image better the track was stuck beside it.
+    pub fn find_again(&mut self, found: FoundFit, model: &dyn FeatureModel) {
+        if found.of_image.log_odds < self.view_evidence.log_odds + BETTER_FIT {
             return;
         }
-        let (here, there) = (self.filter.pose(), filter.pose());
-        self.filter = filter;
+        let (here, there) = (self.filter.pose(), found.filter.pose());
+        self.filter = found.filter;
         if let Some(mirrored) = model.mirrored(&there)
             && mirrored.distance_m(&here) < there.distance_m(&here)
         {
             self.filter.set_pose(&mirrored);
         }
         let num_found = self.view_evidence.num_found;
-        self.view_evidence = evidence;
+        self.view_evidence = found.of_view;
         self.view_evidence.num_found = num_found;
-        self.last_log_evidence = found.log_evidence;
-        self.bend = bend;
+        self.last_log_evidence = found.of_image.log_evidence;
+        self.bend = found.bend;
         self.weigh();
-        self.last_agreement = fit.agreement.value();
+        self.last_agreement = found.agreement;
         self.agreement = self.agreement.max(self.last_agreement);
     }
 

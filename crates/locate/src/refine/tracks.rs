@@ -1,21 +1,14 @@
 //! The tracks together: birth from the hypotheses of a localizer, competition, merging and death.
 
+mod birth;
+
 use nalgebra::Matrix3;
-use visloc_core::geom::PlanarPose;
 
 use super::{
-    RefinementConfig,
-    evidence::log_evidence,
-    filter::PoseFilter,
-    known::Known,
-    mount::Mount,
-    place::{is_same, near},
-    robot::KnownRobot,
-    search::Candidate,
-    track::Track,
-    view::{View, ViewEvidence},
+    RefinementConfig, evidence::log_evidence, filter::PoseFilter, known::Known, mount::Mount, place::near,
+    robot::KnownRobot, search::Candidate, track::Track, view::View,
 };
-use crate::{Region, observation::features::FeatureModel, odometer::Odometry, per_camera::OtherCameras};
+use crate::{Region, observation::features::FeatureModel, odometer::Odometry};
 
 /// Gates of a new track, from coarse to fine, pixels.
 const BIRTH_GATES_PX: [f64; 5] = [40.0, 25.0, 15.0, 10.0, 8.0];
@@ -26,13 +19,8 @@ const AGREEMENT_FOLLOW: f64 = 0.15;
 /// How far, as a logarithm of odds, a new track starts behind the best one at most, one that is fully confirmed: somebody must have
 /// carried the robot away.
 const ESTABLISHED_LOG_ODDS: f64 = 14.0;
-/// Where places look alike, finding all of them takes a while: this much of a lead over a place that was found later says nothing, as a
-/// logarithm of odds.
-const MAX_LATE: f64 = 3.0;
 /// So many features are full evidence.
 const MANY_FEATURES: f64 = 30.0;
-/// A track that explains the images worse than the best one by more than this does not keep others from its place.
-const BLOCKING_DEFICIT: f64 = 0.1;
 /// Images after which a track's last one is not older for it.
 const MAX_STALE: u64 = 1000;
 /// A track whose odds are below the best one's by this has no say in the answer, as a logarithm.
@@ -146,40 +134,20 @@ impl Tracks {
             self.weigh(config);
         }
         self.rank();
-        let handicap = self.handicap(config);
         for place in places {
-            self.bear(model, place, (handicap, view), known, config);
+            self.bear(model, place, view, known, config);
         }
         if !view.is_localized
             && let Some(twin) = self.twin(model)
             && !self.know(model, &twin.world_from_robot, config)
         {
-            self.bear(model, &twin, (handicap, view), known, config);
+            self.bear(model, &twin, view, known, config);
         }
         self.rank();
         self.merge(model, config);
         self.tracks
             .retain(|track| track.log_odds > -config.hopeless && track.agreement > config.lost_agreement);
         self.tracks.truncate(config.max_tracks);
-    }
-
-    /// By how much a new track starts behind the best one, as a logarithm of odds: a place that explains the earlier views as well would have
-    /// been found in them as often, or somebody has carried the robot.
-    fn handicap(&self, config: &RefinementConfig) -> f64 {
-        self.best().map_or(0.0, |best| {
-            if config.has_look_alikes {
-                ESTABLISHED_LOG_ODDS * best.confirmed
-            } else {
-                best.past_found.min(ESTABLISHED_LOG_ODDS)
-            }
-        })
-    }
-
-    /// The place that only landmarks tell from the best track's: nobody has to search for it.
-    fn twin(&self, model: &dyn FeatureModel) -> Option<Candidate> {
-        let best = self.best()?;
-        let world_from_robot = model.twin(&best.filter.pose())?;
-        Some(Candidate { world_from_robot, tilt_rad: best.filter.mount().tilt_rad })
     }
 
     /// Fits the tracks to an image: the best ones, and of the others those whose turn it is.
@@ -265,7 +233,6 @@ impl Tracks {
             let worse = track.deficit.min(config.max_evidence_difference);
             let lost = (worse - config.evidence_deadband).max(0.0);
             let images_since = self.turn.saturating_sub(track.fitted_in).min(MAX_STALE);
-            #[allow(clippy::cast_possible_truncation)] // a small number
             let still_true = config.stale_evidence_kept.powi(images_since as i32);
             track.log_odds = config.evidence_kept * track.log_odds - weight * still_true * lost;
             track.late *= config.evidence_kept;
@@ -314,12 +281,6 @@ impl Tracks {
             .map(|(track, _)| track)
     }
 
-    /// Whether a track follows this place already. One that explains it badly may have got stuck beside it.
-    pub fn know(&self, model: &dyn FeatureModel, place: &PlanarPose, config: &RefinementConfig) -> bool {
-        let good = |track: &Track| !(config.has_look_alikes && track.deficit > BLOCKING_DEFICIT);
-        near(&self.tracks, model, place, 1.5, config).any(|i| good(&self.tracks[i]))
-    }
-
     /// The best one first, with odds of 1.
     fn rank(&mut self) {
         // Stable: of equals the older one stays in front.
@@ -328,98 +289,6 @@ impl Tracks {
         for track in &mut self.tracks {
             track.log_odds -= best;
             track.past_log_odds -= best;
-        }
-    }
-
-    /// Begins a track at a place that no track follows, if it explains the features.
-    fn bear(
-        &mut self,
-        model: &dyn FeatureModel,
-        candidate: &Candidate,
-        (handicap, view): (f64, &View),
-        known: &Known,
-        config: &RefinementConfig,
-    ) {
-        let place = &candidate.world_from_robot;
-        if self.know(model, place, config) && (config.has_look_alikes || view.is_localized) {
-            return;
-        }
-        let mut filter = match &self.robot.filter {
-            Some(known) => known.moved_to(place, &self.robot.mount, config),
-            None => PoseFilter::new(place, &self.robot.mount, config),
-        };
-        let fitted = filter.update_from(&candidate.tilt_rad, model, &BIRTH_GATES_PX, config);
-        let agreement = fitted.agreement.value();
-        let last_log_evidence = log_evidence(model, &fitted, &view.region, config);
-        let even = *self.even_log_evidence.get_or_insert(last_log_evidence);
-        let found = ViewEvidence::found(last_log_evidence, even);
-        let view_evidence = self.best().map_or(found, |best| found.after(&best.view_evidence));
-        let best_fitted = self.tracks.first().map_or(agreement, |track| track.last_agreement);
-        let best = self.tracks.first().map_or(0.0, |track| track.agreement);
-        if agreement < config.min_birth_agreement.max(best - 0.2) {
-            return;
-        }
-        let deficit = (best_fitted - agreement).max(0.0);
-        let bend = self.robot.bend(&filter, config);
-        let best_bend = self.tracks.first().map_or(bend, |track| track.bend);
-        let (log_odds, past_log_odds) = if config.has_look_alikes {
-            (-handicap - (bend - best_bend).max(0.0), 0.0)
-        } else {
-            // It could have been there all the time, as well as the best one, if nobody has carried the robot.
-            let past = self.best().map_or(0.0, |best| best.past_log_odds) - handicap;
-            let others = self.best().map_or(0.0, Track::other_log_odds);
-            (past + view_evidence.log_odds + others - bend, past)
-        };
-        let found_again = near(&self.tracks, model, &filter.pose(), 1.0, config).next();
-        if let Some(i) = found_again {
-            let stuck = &mut self.tracks[i];
-            if !config.has_look_alikes {
-                stuck.find_again((filter, bend), &fitted, (found, view_evidence), model);
-                return;
-            }
-            if i > 0 && stuck.deficit - deficit > BLOCKING_DEFICIT {
-                stuck.correct((filter, bend), (agreement, deficit), log_odds);
-                stuck.fitted_in = self.turn;
-            }
-            return;
-        }
-        let mut track = Track {
-            id: self.next_id,
-            asked_spread_m: known.spread_m(filter.spread_m()),
-            own_share: 1.0,
-            filter,
-            last_agreement: agreement,
-            deficit,
-            fitted_in: self.turn,
-            agreement,
-            confirmed: 0.0,
-            seen_doors: 0.0,
-            log_odds,
-            past_log_odds,
-            last_log_evidence,
-            past_found: 0.0,
-            bend,
-            view_evidence,
-            other_views: self.best().map_or_else(OtherCameras::none, Track::expected_other_views),
-            late: if config.has_look_alikes { handicap.min(MAX_LATE) } else { 0.0 },
-        };
-        let share = known.share(model, &track.filter.pose(), track.filter.spread_m());
-        track.share(share, model);
-        self.tracks.push(track);
-        self.next_id += 1;
-    }
-
-    /// A search of the whole map has come to these places.
-    pub fn found(&mut self, places: &[Candidate], model: &dyn FeatureModel, config: &RefinementConfig) {
-        for track in &mut self.tracks {
-            let pose = track.filter.pose();
-            let mirrored = model.mirrored(&pose);
-            let is_there = |place: &Candidate| {
-                let place = &place.world_from_robot;
-                is_same(&pose, place, 1.5, config)
-                    || mirrored.is_some_and(|pose| is_same(&pose, place, 1.5, config))
-            };
-            track.view_evidence.num_found += f64::from(u8::from(places.iter().any(is_there)));
         }
     }
 
@@ -449,7 +318,6 @@ pub(super) fn says_something(model: &dyn FeatureModel) -> bool {
 }
 
 /// How much an image has to say, 0 to 1.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn fullness(model: &dyn FeatureModel) -> f64 {
     (model.num_features() as f64 / MANY_FEATURES).min(1.0)
 }

@@ -35,21 +35,17 @@ pub struct MountCorrection {
     pub height_m: f64,
 }
 
-/// How the reported odometry becomes the real motion.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OdometryCorrection {
-    /// Factors of the reported motion ahead, to the left, and of the reported turn.
-    pub scale: [f64; 3],
-    /// Turn to the left for each reported meter that the odometry does not know of, degrees.
-    #[schemars(range(min = -360.0, max = 360.0))]
-    pub drift_deg_per_m: f64,
-}
-
-impl Default for OdometryCorrection {
-    /// Nothing changes.
-    fn default() -> Self {
-        Self { scale: [1.0; 3], drift_deg_per_m: 0.0 }
+visloc_core::with_defaults! {
+    /// How the reported odometry becomes the real motion.
+    /// By default nothing changes.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct OdometryCorrection {
+        /// Factors of the reported motion ahead, to the left, and of the reported turn.
+        pub scale: [f64; 3] = [1.0; 3],
+        /// Turn to the left for each reported meter that the odometry does not know of, degrees.
+        #[schemars(range(min = -360.0, max = 360.0))]
+        pub drift_deg_per_m: f64 = 0.0,
     }
 }
 
@@ -83,7 +79,6 @@ impl MountCorrection {
     }
 
     /// Where the camera really is.
-    #[must_use]
     pub fn apply(&self, reported: &Rigid3<Robot, CameraFrame>) -> Rigid3<Robot, CameraFrame> {
         let tilt = Vector3::new(-self.pitch_down_deg.to_radians(), 0.0, self.roll_clockwise_deg.to_radians());
         let turn =
@@ -95,7 +90,6 @@ impl MountCorrection {
 
 impl OdometryCorrection {
     /// The real motion of a short reported one, seen from the robot.
-    #[must_use]
     pub fn apply(&self, reported: &PlanarPose) -> PlanarPose {
         let drift_rad = self.drift_deg_per_m.to_radians() * reported.x_m.hypot(reported.y_m);
         PlanarPose::new(
@@ -114,7 +108,6 @@ pub struct OdometryCorrector {
 
 impl OdometryCorrector {
     /// The corrected `odom_from_robot` of the next reported one.
-    #[must_use]
     pub fn step(&mut self, reported: &PlanarPose, correction: &OdometryCorrection) -> PlanarPose {
         let corrected = self.last.map_or(*reported, |(last, corrected)| {
             corrected.compose(&correction.apply(&reported.relative_to(&last)))

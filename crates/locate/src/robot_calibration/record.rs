@@ -94,7 +94,6 @@ impl DriveRecord {
     }
 
     /// Views that are kept.
-    #[must_use]
     pub fn num_views(&self) -> usize {
         self.views.len()
     }

@@ -1,7 +1,7 @@
 //! The estimate with the help of the team in it.
 
 use nalgebra::Matrix3;
-use visloc_core::geom::PlanarPose;
+use visloc_core::{Timestamp, geom::PlanarPose};
 
 use super::{
     belief::Track,
@@ -91,4 +91,18 @@ impl TeamEstimate {
         estimate.covariance = covariance;
         self.help = Help::Placed { by: placement.by, probability: placement.probability };
     }
+}
+
+/// A teammate as this robot sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MateView {
+    /// Its number.
+    pub number: u8,
+    /// Its most probable pose; `None` if it knows none.
+    pub world_from_robot: Option<PlanarPose>,
+    /// Probability that it is at one of the places that it tells, mirrored ones included, and makes up nothing: low for one that lies or is
+    /// lost.
+    pub trust: f64,
+    /// When its last message arrived.
+    pub heard_at: Timestamp,
 }

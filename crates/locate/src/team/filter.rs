@@ -5,13 +5,15 @@ use visloc_world::Map;
 
 use super::{
     TeamConfig,
-    answer::{Help, TeamEstimate},
+    answer::{Help, MateView, TeamEstimate},
     belief::Spare,
     decision::{Decision, Terms},
     evidence::{Scene, SightingModel},
     joint::{Factor, Joint, MAX_COMBINATIONS, Variable},
     mate::{Mate, Seen},
-    message::{Member, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage, ToldHalf},
+    message::{
+        Ignored, MAX_MATES, Member, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage, ToldHalf,
+    },
     names::Names,
     outbox::{Outbox, turned},
     placement::{Placement, Search},
@@ -19,8 +21,6 @@ use super::{
 };
 use crate::{ConfigError, Estimate, PosePrior, StartPrior};
 
-/// Most teammates.
-const MAX_MATES: usize = 10;
 /// Below this reliability the robot does not know where it is.
 const LOST_RELIABILITY: f64 = 0.3;
 /// It is told where to look when it has been lost for so long, and not again for some time, seconds: a localizer that finds by itself where it
@@ -31,48 +31,6 @@ const ADVICE_SECS: f64 = 3.0;
 const LISTENING_SECS: f64 = 2.0;
 /// Where to look is told if others see the robot there with this probability.
 const ADVICE_PROBABILITY: f64 = 0.5;
-
-/// A teammate as this robot sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MateView {
-    /// Its number.
-    pub number: u8,
-    /// Its most probable pose; `None` if it knows none.
-    pub world_from_robot: Option<PlanarPose>,
-    /// Probability that it is at one of the places that it tells, mirrored ones included, and makes up nothing: low for one that lies or is
-    /// lost.
-    pub trust: f64,
-    /// When its last message arrived.
-    pub heard_at: Timestamp,
-}
-
-/// Why a message was left out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Ignored {
-    /// Another version.
-    #[error(
-        "expected messages of version {TEAM_MESSAGE_VERSION}, found version {0}: the same visloc is needed on all robots"
-    )]
-    Version(u16),
-    /// Another team on the same network.
-    #[error("the message is of another team")]
-    OtherTeam,
-    /// The own number: of this robot, or another one has it as well.
-    #[error("the message has this robot's own number")]
-    OwnNumber,
-    /// Two robots have this number: both go on sending, though only one is listened to.
-    #[error("two robots have the number {0}")]
-    SameNumber(u8),
-    /// Told twice, or overtaken by a newer one.
-    #[error("the message is not newer than the last one of the same robot")]
-    Old,
-    /// Numbers that cannot be.
-    #[error("{0}")]
-    Fault(&'static str),
-    /// Too many messages of one robot, or too many robots.
-    #[error("too many messages of one robot, or more than {MAX_MATES} robots")]
-    TooMany,
-}
 
 /// Joins what the robots of a team tell each other, for one of them.
 #[derive(Debug)]
@@ -203,7 +161,6 @@ impl TeamFilter {
     }
 
     /// Who this robot is.
-    #[must_use]
     pub fn member(&self) -> &Member {
         &self.member
     }
@@ -215,7 +172,6 @@ impl TeamFilter {
     }
 
     /// The answer of the last step.
-    #[must_use]
     pub fn answer(&self) -> &TeamEstimate {
         &self.answer
     }

@@ -8,7 +8,6 @@ const NUM_SHARES: u32 = 20;
 /// Joins two estimates of a position by covariance intersection: the share of each is the one that gives the smallest variance, and the
 /// result is consistent for any correlation of the two. So what is told twice, or comes back from where it was told, makes nothing more
 /// certain. `None` if a covariance has no inverse. Source: Julier and Uhlmann, 1997.
-#[must_use]
 pub fn covariance_intersection(
     (a, a_covariance): (Point2<f64>, Matrix2<f64>),
     (b, b_covariance): (Point2<f64>, Matrix2<f64>),

@@ -59,7 +59,6 @@ pub struct Sighting {
 
 impl Sighting {
     /// From bearing (radians, to the left of straight ahead) and range (meters) with their standard deviations.
-    #[must_use]
     pub fn polar(
         at: Timestamp,
         kind: SightingKind,
@@ -79,7 +78,6 @@ impl Sighting {
     }
 
     /// What the detector of [`crate::vision`] has found in an image of this time. It does not know teams.
-    #[must_use]
     pub fn of_object(at: Timestamp, object: &DetectedObject) -> Self {
         let kind = match object.kind {
             ObjectKind::Robot => SightingKind::Robot,
@@ -89,7 +87,6 @@ impl Sighting {
     }
 
     /// Whether its numbers can be any sighting's.
-    #[must_use]
     pub fn is_valid(&self) -> bool {
         let c = &self.covariance;
         let is_finite = self.in_robot.coords.iter().chain(c.iter()).all(|value| value.is_finite());
@@ -158,7 +155,6 @@ pub struct TeamMessage {
 
 impl TeamMessage {
     /// What is wrong with the numbers, as a sentence; `None` if nothing is.
-    #[must_use]
     pub fn fault(&self) -> Option<&'static str> {
         let is_share = |value: f64| (0.0..=1.0).contains(&value);
         let is_place = |pose: &PlanarPose| {
@@ -188,4 +184,35 @@ impl TeamMessage {
         }
         None
     }
+}
+
+/// Most teammates.
+pub(super) const MAX_MATES: usize = 10;
+
+/// Why a message was left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Ignored {
+    /// Another version.
+    #[error(
+        "expected messages of version {TEAM_MESSAGE_VERSION}, found version {0}: the same visloc is needed on all robots"
+    )]
+    Version(u16),
+    /// Another team on the same network.
+    #[error("the message is of another team")]
+    OtherTeam,
+    /// The own number: of this robot, or another one has it as well.
+    #[error("the message has this robot's own number")]
+    OwnNumber,
+    /// Two robots have this number: both go on sending, though only one is listened to.
+    #[error("two robots have the number {0}")]
+    SameNumber(u8),
+    /// Told twice, or overtaken by a newer one.
+    #[error("the message is not newer than the last one of the same robot")]
+    Old,
+    /// Numbers that cannot be.
+    #[error("{0}")]
+    Fault(&'static str),
+    /// Too many messages of one robot, or too many robots.
+    #[error("too many messages of one robot, or more than {MAX_MATES} robots")]
+    TooMany,
 }

@@ -41,14 +41,14 @@ mod symmetry;
 mod tests;
 mod wire;
 
-pub use answer::{Help, TeamEstimate};
+pub use answer::{Help, MateView, TeamEstimate};
 pub use config::TeamConfig;
-pub use filter::{Ignored, MateView, TeamFilter};
+pub use filter::TeamFilter;
 pub use fusion::covariance_intersection;
 pub use liar::Liar;
 pub use message::{
-    MAX_HYPOTHESES, MAX_SIGHTINGS, Member, Root, Sighting, SightingKind, TEAM_MESSAGE_VERSION, TeamMessage,
-    ToldHalf, ToldHypothesis,
+    Ignored, MAX_HYPOTHESES, MAX_SIGHTINGS, Member, Root, Sighting, SightingKind, TEAM_MESSAGE_VERSION,
+    TeamMessage, ToldHalf, ToldHypothesis,
 };
 pub use symmetry::Symmetry;
 pub use wire::{WireHypothesis, WireSighting, WireSightings, WireTeamMessage, WireTime};

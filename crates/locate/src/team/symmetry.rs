@@ -17,7 +17,6 @@ pub enum Symmetry {
 
 impl Symmetry {
     /// That of a map.
-    #[must_use]
     pub fn of(map: &Map) -> Self {
         match map {
             Map::Field(field) if field.is_point_symmetric() => Self::Point,
@@ -26,7 +25,6 @@ impl Symmetry {
     }
 
     /// The pose that looks the same, if there is one.
-    #[must_use]
     pub fn mirrored(self, pose: &PlanarPose) -> Option<PlanarPose> {
         match self {
             Self::None => None,

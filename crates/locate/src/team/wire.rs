@@ -114,7 +114,6 @@ fn kind_of(number: u8) -> Option<SightingKind> {
 }
 
 /// Single precision on the wire.
-#[allow(clippy::cast_possible_truncation)]
 fn short(value: f64) -> f32 {
     value as f32
 }
@@ -122,7 +121,6 @@ fn short(value: f64) -> f32 {
 impl WireSighting {
     fn new(sighting: &Sighting, stamp: Timestamp) -> Self {
         let c = &sighting.covariance;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within its range
         let age_ms = (stamp.secs_since(sighting.at) * 1e3).round().clamp(0.0, f64::from(u16::MAX)) as u16;
         Self {
             kind: match sighting.kind {
@@ -138,7 +136,6 @@ impl WireSighting {
     }
 
     /// What it says; `None` if it is of a kind that is not known, or its numbers are none.
-    #[must_use]
     pub fn read(&self, stamp: Timestamp) -> Option<Sighting> {
         let [xx, xy, yy] = self.covariance.map(f64::from);
         let sighting = Sighting {
@@ -153,7 +150,6 @@ impl WireSighting {
 
 impl WireSightings {
     /// All of one image.
-    #[must_use]
     pub fn new(stamp: Timestamp, sightings: &[Sighting]) -> Self {
         let sightings = sightings.iter().map(|sighting| WireSighting::new(sighting, stamp)).collect();
         Self { stamp: stamp.into(), sightings }
@@ -199,7 +195,6 @@ impl From<&TeamMessage> for WireTeamMessage {
 impl WireTeamMessage {
     /// The message. Sightings of kinds that are not known are left out; everything else is judged by who receives it
     /// ([`super::TeamFilter::receive`]).
-    #[must_use]
     pub fn read(&self) -> TeamMessage {
         let pose = |[x, y, yaw]: [f32; 3]| PlanarPose::new(f64::from(x), f64::from(y), f64::from(yaw));
         let hypothesis = |h: &WireHypothesis| {

@@ -55,13 +55,11 @@ pub struct LineSegment {
 
 impl LineSegment {
     /// Length on the ground, meters.
-    #[must_use]
     pub fn length_m(&self) -> f64 {
         (self.ends_in_robot[1] - self.ends_in_robot[0]).norm()
     }
 
     /// Direction on the ground, radians from ahead to the left; the opposite direction is the same line.
-    #[must_use]
     pub fn direction_rad(&self) -> f64 {
         let along = self.ends_in_robot[1] - self.ends_in_robot[0];
         along.y.atan2(along.x)
@@ -84,7 +82,6 @@ impl JunctionKind {
     pub const ALL: [Self; 3] = [Self::L, Self::T, Self::X];
 
     /// In how many directions lines leave from it.
-    #[must_use]
     pub fn num_arms(self) -> usize {
         match self {
             Self::L => 2,

@@ -1,14 +1,12 @@
 //! What an image is like as a whole.
 
-use visloc_core::RgbImage;
+use visloc_core::{RgbImage, hue_saturation_brightness};
 
 use crate::vision::{
-    color::{HueRange, hue_saturation_brightness, luma},
+    color::{HueRange, luma},
+    field::STEP_PX,
     px_in,
 };
-
-/// Every so many pixels one is looked at, in an image 320 px wide.
-const STEP_PX: u32 = 12;
 
 /// Brightness and color of an image, from a coarse grid of its pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,7 +21,6 @@ pub struct ImageLook {
 
 impl ImageLook {
     /// Looks at an image; `carpet` is the color of a field's carpet.
-    #[must_use]
     pub fn new(image: &RgbImage, carpet: &HueRange) -> Self {
         let step = px_in(image.width(), STEP_PX) as usize;
         let (mut brightness, mut chroma, mut num_carpet, mut num) = (0, 0, 0_u32, 0_u32);

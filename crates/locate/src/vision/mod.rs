@@ -10,6 +10,7 @@ mod detected_object;
 pub mod field;
 mod field_features;
 mod image_look;
+mod line_fit;
 pub mod office;
 mod percept;
 
@@ -34,7 +35,6 @@ pub(crate) fn px_tolerance(width_px: u32) -> f64 {
 }
 
 /// A number of pixels of an image 320 px wide in an image of another width: at least one.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(crate) fn px_in(width_px: u32, px: u32) -> u32 {
     ((f64::from(px) * px_scale(width_px)).round() as u32).max(1)
 }

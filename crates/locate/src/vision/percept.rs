@@ -48,13 +48,11 @@ pub enum FeatureKind {
 
 impl FeatureKind {
     /// Whether the pixel belongs to a goal.
-    #[must_use]
     pub fn is_goal(self) -> bool {
         matches!(self, Self::YellowGoal | Self::BlueGoal | Self::WhiteGoal)
     }
 
     /// Whether the pixel belongs to an upright edge of a door.
-    #[must_use]
     pub fn is_door_edge(self) -> bool {
         matches!(self, Self::DoorEdge { .. })
     }
@@ -82,78 +80,42 @@ pub struct BorderPixel {
     pub kind: FeatureKind,
 }
 
-/// Why a pixel was dropped. In the order in which the filters run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum DropReason {
-    /// A white run without carpet on both sides is not a field line.
-    NotBesideCarpet,
-    /// A white run is thinner than a field line at its distance: a net, a scratch, noise.
-    TooThin,
-    /// A goal's border that neither runs upright nor lies above the horizon: the goal's base, not post or crossbar.
-    NotPostOrBar,
-    /// Too few of the eight pixels around it have its color.
-    Isolated,
-    /// The colors on both sides of a line are not those of a door's edge or of the floor's border.
-    UnknownColors,
-    /// A door's edge that does not stand upright.
-    NotUpright,
-    /// A border of the floor that stands upright: the side of a thing that stands on the floor.
-    Upright,
-    /// A line that is too short, even joined with others.
-    TooShort,
-    /// Its ground point is farther away than any line can be.
-    BeyondHorizon,
-    /// Its ground point is so near that it is the robot's own body.
-    OwnBody,
-    /// Above the end of the carpet.
-    BeyondFieldEnd,
-    /// A goal color outside of every blob that could be a goal.
-    NotInGoalBlob,
-    /// Inside of an obstacle, most likely another robot.
-    InObstacle,
-    /// Taken out at random because enough pixels are left.
-    RandomDiscard,
-}
-
-impl DropReason {
-    /// All reasons, in the order of the filters.
-    pub const ALL: [Self; 14] = [
-        Self::NotBesideCarpet,
-        Self::TooThin,
-        Self::NotPostOrBar,
-        Self::Isolated,
-        Self::UnknownColors,
-        Self::NotUpright,
-        Self::Upright,
-        Self::TooShort,
-        Self::BeyondHorizon,
-        Self::OwnBody,
-        Self::BeyondFieldEnd,
-        Self::NotInGoalBlob,
-        Self::InObstacle,
-        Self::RandomDiscard,
-    ];
+visloc_core::worded_enum! {
+    /// Why a pixel was dropped. In the order in which the filters run.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum DropReason {
+        /// A white run without carpet on both sides is not a field line.
+        NotBesideCarpet = "not beside carpet",
+        /// A white run is thinner than a field line at its distance: a net, a scratch, noise.
+        TooThin = "too thin",
+        /// A goal's border that neither runs upright nor lies above the horizon: the goal's base, not post or crossbar.
+        NotPostOrBar = "not post or bar",
+        /// Too few of the eight pixels around it have its color.
+        Isolated = "isolated",
+        /// The colors on both sides of a line are not those of a door's edge or of the floor's border.
+        UnknownColors = "unknown colors",
+        /// A door's edge that does not stand upright.
+        NotUpright = "not upright",
+        /// A border of the floor that stands upright: the side of a thing that stands on the floor.
+        Upright = "upright",
+        /// A line that is too short, even joined with others.
+        TooShort = "too short",
+        /// Its ground point is farther away than any line can be.
+        BeyondHorizon = "beyond horizon",
+        /// Its ground point is so near that it is the robot's own body.
+        OwnBody = "own body",
+        /// Above the end of the carpet.
+        BeyondFieldEnd = "beyond end of field",
+        /// A goal color outside of every blob that could be a goal.
+        NotInGoalBlob = "not in a goal blob",
+        /// Inside of an obstacle, most likely another robot.
+        InObstacle = "in an obstacle",
+        /// Taken out at random because enough pixels are left.
+        RandomDiscard = "random discard",
+    }
 
     /// Short name for tables and legends.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NotBesideCarpet => "not beside carpet",
-            Self::TooThin => "too thin",
-            Self::NotPostOrBar => "not post or bar",
-            Self::Isolated => "isolated",
-            Self::UnknownColors => "unknown colors",
-            Self::NotUpright => "not upright",
-            Self::Upright => "upright",
-            Self::TooShort => "too short",
-            Self::BeyondHorizon => "beyond horizon",
-            Self::OwnBody => "own body",
-            Self::BeyondFieldEnd => "beyond end of field",
-            Self::NotInGoalBlob => "not in a goal blob",
-            Self::InObstacle => "in an obstacle",
-            Self::RandomDiscard => "random discard",
-        }
-    }
+    name
 }
 
 /// A pixel that a filter took out.
@@ -240,7 +202,6 @@ impl Percept {
     }
 
     /// How many pixels a filter dropped.
-    #[must_use]
     pub fn num_dropped(&self, reason: DropReason) -> usize {
         self.dropped.iter().filter(|pixel| pixel.reason == reason).count()
     }

@@ -22,7 +22,6 @@ pub const BY_HAND_SCRIPT: &str = include_str!("by_hand.js");
 /// The page as one file that needs nothing else. `input` is JSON: `name`, `image` (an address, or the image as `data:`), `camera` as in a
 /// camera file, `pose` (x, y, height in meters; heading, pitch down, roll clockwise in degrees) and `lines` of the map, each a list of
 /// points of the world, meters.
-#[must_use]
 pub fn by_hand_page(input: &str) -> String {
     // A tag in a name must not end the script.
     let input = input.replace('<', "\\u003c");

@@ -13,7 +13,6 @@ const RIGHT_PX: f64 = 24.0;
 
 /// A field or a building to scale from above, the paths of a run and where the robot was carried. Whatever lies beyond
 /// is cut off.
-#[must_use]
 pub fn field_picture<'a>(ground: impl Into<Ground<'a>>, input: &FieldPicture) -> Picture {
     let ground = ground.into();
     let rect = GroundView::of(&ground, 0.0).rect();

@@ -195,7 +195,6 @@ impl GroundView {
         color: Color,
     ) {
         let (x, y) = self.px(pose.x_m, pose.y_m);
-        #[allow(clippy::cast_precision_loss)] // small
         let y = y + row as f64 * LABEL_ROW * LABEL_PX;
         let room_px = font::width_px(label, LABEL_PX, Weight::Bold) + 2.0 * LABEL_GAP_PX;
         let fits_left = x - room_px > self.area.rect.left;

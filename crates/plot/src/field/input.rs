@@ -4,37 +4,25 @@ use visloc_core::geom::PlanarPose;
 
 use crate::Color;
 
-/// What is drawn on the field. All positions in the frame of the field, meters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FieldPicture {
-    /// Large, at the top.
-    pub title: String,
-    /// Below the title, for instance the mean error.
-    pub subtitle: String,
-    /// Where the robot was.
-    pub truth: Option<FieldPath>,
-    /// Where localizers said that it was.
-    pub estimates: Vec<FieldPath>,
-    /// Numbered from 1 in this order.
-    pub kidnaps: Vec<Kidnap>,
-    /// Where the run starts.
-    pub start: Option<PlanarPose>,
-    /// Points of a path that are farther apart than this are not connected, meters.
-    pub max_step_m: f64,
-}
-
-impl Default for FieldPicture {
-    /// Nothing on the field. A step of at most 0.5 m: far more than a robot moves between two frames.
-    fn default() -> Self {
-        Self {
-            title: String::new(),
-            subtitle: String::new(),
-            truth: None,
-            estimates: Vec::new(),
-            kidnaps: Vec::new(),
-            start: None,
-            max_step_m: 0.5,
-        }
+visloc_core::with_defaults! {
+    /// What is drawn on the field. All positions in the frame of the field, meters.
+    /// By default nothing on the field. A step of at most 0.5 m: far more than a robot moves between two frames.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct FieldPicture {
+        /// Large, at the top.
+        pub title: String = String::new(),
+        /// Below the title, for instance the mean error.
+        pub subtitle: String = String::new(),
+        /// Where the robot was.
+        pub truth: Option<FieldPath> = None,
+        /// Where localizers said that it was.
+        pub estimates: Vec<FieldPath> = Vec::new(),
+        /// Numbered from 1 in this order.
+        pub kidnaps: Vec<Kidnap> = Vec::new(),
+        /// Where the run starts.
+        pub start: Option<PlanarPose> = None,
+        /// Points of a path that are farther apart than this are not connected, meters.
+        pub max_step_m: f64 = 0.5,
     }
 }
 
@@ -70,19 +58,16 @@ pub struct PathPoint {
 
 impl PathPoint {
     /// A point that the localizer trusts.
-    #[must_use]
     pub fn localized(pose: &PlanarPose) -> Self {
         Self { x_m: pose.x_m, y_m: pose.y_m, is_localized: true }
     }
 
     /// A point that the localizer does not trust.
-    #[must_use]
     pub fn not_localized(pose: &PlanarPose) -> Self {
         Self { is_localized: false, ..Self::localized(pose) }
     }
 
     /// Breaks the line.
-    #[must_use]
     pub fn gap() -> Self {
         Self { x_m: f64::NAN, y_m: f64::NAN, is_localized: false }
     }

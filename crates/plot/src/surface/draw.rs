@@ -37,7 +37,6 @@ type LinePieces = BTreeMap<(usize, usize), Vec<(Point, Point)>>;
 /// The values of a grid as a surface, seen obliquely, with the lines of a field lying on it if one is given. A large grid is
 /// drawn with fewer, larger cells, each as high as the highest value in it; places without a value are holes. Marks are pins
 /// that stand on the surface.
-#[must_use]
 pub fn surface_picture(input: &HeatMap, field: Option<&Field>) -> Picture {
     let header = Header::new((24.0, LEFT_PX + WIDTH_PX), &input.title, &input.subtitle, Vec::new());
     let top = header.height_px() + 34.0;
@@ -125,7 +124,6 @@ fn line_pieces(field: &Field, mesh: &Mesh, view: &ObliqueView) -> LinePieces {
     pieces
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn steps(length_m: f64) -> u32 {
     (length_m / LINE_STEP_M).ceil().clamp(1.0, 2000.0) as u32
 }

@@ -32,7 +32,6 @@ impl Mesh {
             cells.map(|(r, c)| grid.values[r * columns + c]).fold(f64::NAN, f64::max)
         };
         let cells = (0..num_rows).flat_map(|row| (0..num_columns).map(move |column| (row, column)));
-        #[allow(clippy::cast_precision_loss)]
         let step_m = grid.cell_m * stride as f64;
         Some(Self {
             origin_m: grid.origin_m.map(|origin| origin + step_m / 2.0),
@@ -46,7 +45,6 @@ impl Mesh {
         self.heights.len() / self.num_columns
     }
 
-    #[allow(clippy::cast_precision_loss)]
     pub(super) fn corner_m(&self, row: usize, column: usize) -> [f64; 3] {
         let x = self.origin_m[0] + column as f64 * self.step_m;
         let y = self.origin_m[1] + row as f64 * self.step_m;
@@ -54,7 +52,6 @@ impl Mesh {
     }
 
     /// The cell around a place and the height there, linear between the corners; `None` outside.
-    #[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub(super) fn cell_at(&self, x_m: f64, y_m: f64) -> Option<((usize, usize), f64)> {
         let (u, v) = ((x_m - self.origin_m[0]) / self.step_m, (y_m - self.origin_m[1]) / self.step_m);
         let (most_u, most_v) = ((self.num_columns - 1) as f64, (self.num_rows() - 1) as f64);

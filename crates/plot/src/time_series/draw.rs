@@ -24,7 +24,6 @@ const MARK: Color = Color::rgb(0x6a, 0x1b, 0x7a);
 
 /// Panels above each other with a common axis of time in seconds. Values outside the range of a panel are shown as
 /// small triangles at its border.
-#[must_use]
 pub fn time_series(input: &TimeSeriesPicture) -> Picture {
     let references = input.panels.iter().flat_map(|panel| &panel.references);
     let right = WIDTH_PX - reference_margin_px(references).min(WIDTH_PX / 3.0);
@@ -32,7 +31,6 @@ pub fn time_series(input: &TimeSeriesPicture) -> Picture {
     let header = Header::new((LEFT_PX, right), &input.title, &input.subtitle, legend(input));
     let marks = place_marks(&input.marks, &time, right);
     let num_rows = marks.iter().map(|mark| mark.row + 1).max().unwrap_or(0);
-    #[allow(clippy::cast_precision_loss)]
     let (marks_px, num_panels) = (num_rows as f64 * MARK_ROW_PX, input.panels.len().max(1) as f64);
     let first_top = header.height_px() + marks_px + PANEL_LABEL_PX;
     let panel_px = input.panel_px.filter(|px| px.is_finite()).map_or(PANEL_PX, |px| px.clamp(40.0, 1000.0));
@@ -160,7 +158,6 @@ fn place_marks<'a>(marks: &'a [Mark], time: &Axis, right: f64) -> Vec<PlacedMark
 fn draw_mark_labels(canvas: &mut Canvas, marks: &[PlacedMark<'_>], top: f64) {
     let num_rows = marks.iter().map(|mark| mark.row + 1).max().unwrap_or(0);
     for mark in marks {
-        #[allow(clippy::cast_precision_loss)]
         let y = top + (num_rows - 1 - mark.row) as f64 * MARK_ROW_PX;
         let style = TextStyle::new(TICK_LABEL_PX, MARK).bold().anchor(Anchor::Middle);
         canvas.text((mark.label_x, y), mark.label, &style);

@@ -51,7 +51,6 @@ pub struct Series {
 
 impl Series {
     /// A line.
-    #[must_use]
     pub fn new(label: &str, color: Color, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.to_owned(), color, style: SeriesStyle::Line, points }
     }

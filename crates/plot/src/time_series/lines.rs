@@ -39,7 +39,6 @@ pub(super) fn draw_series(canvas: &mut Canvas, area: &PlotArea, series: &Series,
 }
 
 /// Small triangles at the border that point to values outside the range, each series in its own row.
-#[allow(clippy::cast_precision_loss)]
 fn draw_outside(canvas: &mut Canvas, area: &PlotArea, series: &Series, row: usize) {
     let depth = 1.0 + row as f64 * (OUTSIDE_PX + 1.0);
     let (min, max) = area.y.range();

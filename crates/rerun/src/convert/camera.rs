@@ -59,7 +59,6 @@ fn center([x, y]: [f32; 2]) -> [f32; 2] {
     [x + 0.5, y + 0.5]
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn dots(image: &Message, name: &str, first_class: usize, radius: f32) -> Entry {
     let pixels = tuples::<3>(image, name).unwrap_or_default();
     let places = pixels.iter().map(|[x, y, _]| center([*x, *y])).collect();

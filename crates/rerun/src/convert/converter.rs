@@ -45,13 +45,11 @@ struct Scene {
 
 impl Converter {
     /// One that has seen nothing.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// The layout for what has been seen; `None` before the first update.
-    #[must_use]
     pub fn layout(&self) -> Option<&Layout> {
         self.scene.as_ref().map(|scene| &scene.layout)
     }
@@ -87,7 +85,6 @@ impl Converter {
     }
 
     /// Kidnaps, losses, finds and jumps of all that has been seen.
-    #[must_use]
     pub fn events(&self) -> Vec<(Moment, Entry)> {
         events::entries(&self.moments, &self.rows)
     }

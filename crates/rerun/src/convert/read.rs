@@ -50,7 +50,6 @@ pub(super) fn tuples<const N: usize>(message: &Message, name: &str) -> Option<Ve
 }
 
 /// A number as the viewer wants it.
-#[allow(clippy::cast_possible_truncation)]
 pub(super) fn single(value: f64) -> f32 {
     value as f32
 }

@@ -165,7 +165,6 @@ fn until_now() -> VisibleTimeRanges {
     VisibleTimeRanges::new([TIME, FRAME].map(on))
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn position([x, y, z]: [f64; 3]) -> Position3D {
     Position3D::new(x as f32, y as f32, z as f32)
 }

@@ -19,26 +19,22 @@ pub struct DetectionScore {
 
 impl DetectionScore {
     /// Share of the detections that are right.
-    #[must_use]
     pub fn precision(&self) -> f64 {
         share(self.num_right, self.num_found)
     }
 
     /// Share of the things in view that are found.
-    #[must_use]
     pub fn recall(&self) -> f64 {
         share(self.num_recalled, self.num_visible)
     }
 
     /// Median error on the ground of the right detections, meters; it contains that of the reported camera.
-    #[must_use]
     pub fn median_error_m(&self) -> Option<f64> {
         median(self.errors_m.iter().copied())
     }
 }
 
 /// Part of all; 1 of nothing.
-#[allow(clippy::cast_precision_loss)]
 pub(super) fn share(part: usize, all: usize) -> f64 {
     if all == 0 { 1.0 } else { part as f64 / all as f64 }
 }

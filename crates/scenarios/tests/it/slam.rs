@@ -20,7 +20,8 @@ fn follow(mut tour: CameraTour, seed: u64) -> (f64, f64) {
         estimate.push(CameraPose { at: pose.at, world_from_camera: pose.world_from_camera }).unwrap();
     }
     let pairs = associate(&truth, &estimate, 0.001);
-    let rmse = absolute_error(&pairs, Alignment::Similarity).map_or(f64::INFINITY, |error| error.rmse);
+    let rmse =
+        absolute_error(&pairs, Alignment::Similarity).map_or(f64::INFINITY, |error| error.statistics.rmse);
     (pairs.len() as f64 / truth.poses().len() as f64, rmse)
 }
 
@@ -93,5 +94,5 @@ fn odometry_gives_a_robots_map_its_meters_and_carries_it_on() {
     );
     // Over three meters of way, with poses that are off by eight centimeters, truth and map tell their ratio to a tenth.
     assert!((error.similarity.scale - 1.0).abs() < 0.1, "{}", error.similarity.scale);
-    assert!(error.rmse < 0.15, "{} m", error.rmse);
+    assert!(error.statistics.rmse < 0.15, "{} m", error.statistics.rmse);
 }

@@ -52,7 +52,6 @@ fn run(map: &Map, frames: &[SourceFrame], seed: u64) -> (Run, Pipeline) {
             errors_m.push(error_m);
         }
     }
-    #[allow(clippy::cast_precision_loss)]
     let mean_error_m = errors_m.iter().sum::<f64>() / errors_m.len() as f64;
     let localized_after_secs = first.map(|first| first.secs_since(frames[0].frame.at));
     (Run { localized_after_secs, mean_error_m }, pipeline)

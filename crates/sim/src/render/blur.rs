@@ -21,7 +21,6 @@ pub struct CameraMotion {
 
 impl CameraMotion {
     /// The motion from the pose at the opening of the shutter to the pose at its closing, for small turns.
-    #[must_use]
     pub fn between(
         world_from_opening: &Rigid3<World, CameraFrame>,
         world_from_closing: &Rigid3<World, CameraFrame>,

@@ -19,32 +19,27 @@ impl LabelImage {
     }
 
     /// Width, pixels.
-    #[must_use]
     pub fn width(&self) -> u32 {
         self.width
     }
 
     /// Height, pixels.
-    #[must_use]
     pub fn height(&self) -> u32 {
         self.height
     }
 
     /// All labels, row by row.
-    #[must_use]
     pub fn labels(&self) -> &[Label] {
         &self.labels
     }
 
     /// What a pixel shows; `None` outside the image.
-    #[must_use]
     pub fn get(&self, x: i64, y: i64) -> Option<Label> {
         let is_inside = (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y);
         is_inside.then(|| self.labels[y as usize * self.width as usize + x as usize])
     }
 
     /// How many pixels show something.
-    #[must_use]
     pub fn count(&self, label: Label) -> usize {
         self.labels.iter().filter(|other| **other == label).count()
     }

@@ -172,14 +172,10 @@ fn box_bounds(points: &[Vector3<f32>], radius_m: f32) -> Option<((f32, f32), (f3
     bounds.finish()
 }
 
-struct Extent {
-    low: (f32, f32),
-    high: (f32, f32),
-}
-
-impl Default for Extent {
-    fn default() -> Self {
-        Self { low: (f32::INFINITY, f32::INFINITY), high: (f32::NEG_INFINITY, f32::NEG_INFINITY) }
+visloc_core::with_defaults! {
+    struct Extent {
+        low: (f32, f32) = (f32::INFINITY, f32::INFINITY),
+        high: (f32, f32) = (f32::NEG_INFINITY, f32::NEG_INFINITY),
     }
 }
 

@@ -53,7 +53,6 @@ pub struct Shot {
 
 impl Shot {
     /// Neither noise nor blur.
-    #[must_use]
     pub fn ideal() -> Self {
         Self {
             sensor: Sensor::ideal(),
@@ -93,7 +92,6 @@ pub struct Renderer {
 
 impl Renderer {
     /// A renderer for a camera with any lens.
-    #[must_use]
     pub fn new(camera: &Camera) -> Self {
         Self::with_rays(Arc::new(Rays::new(camera)))
     }
@@ -119,7 +117,6 @@ impl Renderer {
     }
 
     /// Takes a picture of a scene and of moving surfaces from a camera pose (at the middle of the exposure).
-    #[must_use]
     pub fn render(
         &mut self,
         scene: &Scene,
@@ -148,7 +145,6 @@ impl Renderer {
     }
 
     /// What every pixel shows, without blur.
-    #[must_use]
     pub fn labels(
         &mut self,
         scene: &Scene,

@@ -20,7 +20,6 @@ pub struct Sensor {
 
 impl Sensor {
     /// A sensor without noise and vignetting, for tests of image analysis.
-    #[must_use]
     pub fn ideal() -> Self {
         Self { vignetting: 0.0, shot_noise: 0.0, read_noise: 0.0 }
     }

@@ -9,53 +9,52 @@ use crate::render::Sensor;
 /// Most pixels of an image; each needs some 60 bytes on every thread that draws.
 const MAX_PIXELS: u64 = 1 << 24;
 
-/// Calibration and imaging of the robot's camera.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CameraSetup {
-    /// Width and height, pixels.
-    pub size_px: [u32; 2],
-    /// Focal lengths along x and y, pixels.
-    pub focal_px: [f64; 2],
-    /// Principal point, pixels.
-    pub center_px: [f64; 2],
-    /// The lens: `radial-tangential`, `kannala-brandt` (fisheye) or `pinhole`, as in camera files. Absent: radial-tangential, or
-    /// pinhole without coefficients.
-    pub model: Option<String>,
-    /// k1, k2, p1, p2 and maybe k3, or k1 to k4 of the fisheye; none for no distortion.
-    pub distortion: Vec<f64>,
-    /// How long the shutter is open: motion blur.
-    pub shutter_secs: f64,
-    /// Brightness against the scene's mean light, in powers of two.
-    pub exposure_stops: f64,
-    /// How far the automatic exposure wanders up and down, in powers of two.
-    pub exposure_drift_stops: f64,
-    /// How far the automatic exposure jumps up or down every few seconds, in powers of two.
-    pub exposure_step_stops: f64,
-    /// Share of light lost in the corners, 0 to 1.
-    pub vignetting: f32,
-    /// Variance of photon noise at full light, share of full scale.
-    pub shot_noise: f32,
-    /// Standard deviation of noise in the dark, share of full scale.
-    pub read_noise: f32,
+visloc_core::with_defaults! {
+    /// Calibration and imaging of the robot's camera.
+    /// By default the camera of the known-map recordings: 46.4 degrees wide, no distortion.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct CameraSetup {
+        /// Width and height, pixels.
+        pub size_px: [u32; 2] = [320, 240],
+        /// Focal lengths along x and y, pixels.
+        pub focal_px: [f64; 2] = [373.3, 373.3],
+        /// Principal point, pixels.
+        pub center_px: [f64; 2] = [159.5, 119.5],
+        /// The lens: `radial-tangential`, `kannala-brandt` (fisheye) or `pinhole`, as in camera files. Absent: radial-tangential, or
+        /// pinhole without coefficients.
+        pub model: Option<String> = None,
+        /// k1, k2, p1, p2 and maybe k3, or k1 to k4 of the fisheye; none for no distortion.
+        pub distortion: Vec<f64> = Vec::new(),
+        /// How long the shutter is open: motion blur.
+        pub shutter_secs: f64 = 0.012,
+        /// Brightness against the scene's mean light, in powers of two.
+        pub exposure_stops: f64 = 0.0,
+        /// How far the automatic exposure wanders up and down, in powers of two.
+        pub exposure_drift_stops: f64 = 0.15,
+        /// How far the automatic exposure jumps up or down every few seconds, in powers of two.
+        pub exposure_step_stops: f64 = 0.0,
+        /// Share of light lost in the corners, 0 to 1.
+        pub vignetting: f32 = 0.3,
+        /// Variance of photon noise at full light, share of full scale.
+        pub shot_noise: f32 = 0.0009,
+        /// Standard deviation of noise in the dark, share of full scale.
+        pub read_noise: f32 = 0.0032,
+    }
 }
 
-/// One of the tables `[[more_cameras]]`: a further camera on the same head, which takes its images at the same times.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FurtherCamera {
-    /// Where it is.
-    pub mount: HeadMount,
-    /// How far it is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
-    pub mount_deg: [f64; 3],
-    /// Calibration and imaging; its exposure wanders with that of the first camera.
-    pub camera: CameraSetup,
-}
-
-impl Default for FurtherCamera {
-    /// In the mouth of a Nao.
-    fn default() -> Self {
-        Self { mount: HeadMount::NaoBottomV4, mount_deg: [0.0; 3], camera: CameraSetup::default() }
+visloc_core::with_defaults! {
+    /// One of the tables `[[more_cameras]]`: a further camera on the same head, which takes its images at the same times.
+    /// By default in the mouth of a Nao.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct FurtherCamera {
+        /// Where it is.
+        pub mount: HeadMount = HeadMount::NaoBottomV4,
+        /// How far it is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
+        pub mount_deg: [f64; 3] = [0.0; 3],
+        /// Calibration and imaging; its exposure wanders with that of the first camera.
+        pub camera: CameraSetup = CameraSetup::default(),
     }
 }
 
@@ -65,26 +64,6 @@ impl FurtherCamera {
             check.range("more_cameras.mount_deg", angle, -45.0..=45.0)?;
         }
         self.camera.check(check)
-    }
-}
-
-impl Default for CameraSetup {
-    /// The camera of the known-map recordings: 46.4 degrees wide, no distortion.
-    fn default() -> Self {
-        Self {
-            size_px: [320, 240],
-            focal_px: [373.3, 373.3],
-            center_px: [159.5, 119.5],
-            model: None,
-            distortion: Vec::new(),
-            shutter_secs: 0.012,
-            exposure_stops: 0.0,
-            exposure_drift_stops: 0.15,
-            exposure_step_stops: 0.0,
-            vignetting: 0.3,
-            shot_noise: 0.0009,
-            read_noise: 0.0032,
-        }
     }
 }
 

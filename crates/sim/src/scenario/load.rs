@@ -122,81 +122,55 @@ fn map_beside(scenario: &Path, map: &str) -> String {
     beside.to_str().map_or_else(|| map.to_owned(), str::to_owned)
 }
 
-/// Everything about one simulation except its seed.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Scenario {
-    /// File or name; not part of the file.
-    #[serde(skip)]
-    pub name: String,
-    /// One line for people.
-    pub summary: String,
-    /// Name or file of the map; in a file, its path from the file's folder, or else from the working directory.
-    pub map: String,
-    /// Length of the simulation.
-    pub duration_secs: f64,
-    /// Frames per second.
-    pub frames_per_sec: f64,
-    /// The camera.
-    pub camera: CameraSetup,
-    /// Further cameras of the robot.
-    pub more_cameras: Vec<FurtherCamera>,
-    /// The robot.
-    pub robot: RobotSetup,
-    /// Where the robot starts; a random place if absent.
-    pub start: Option<PlacedPose>,
-    /// What happens, one after the other; then the robot stands.
-    pub motion: Vec<Motion>,
-    /// The room around; none if absent.
-    pub room: Option<Room>,
-    /// The light.
-    pub light: LightSetup,
-    /// Lamps at given places, instead of the regular ones.
-    pub lamps: Vec<Lamp>,
-    /// The ball.
-    pub ball: Ball,
-    /// Furniture.
-    pub furniture: Vec<FurniturePiece>,
-    /// Flat upright things.
-    pub panels: Vec<Panel>,
-    /// Boxes.
-    pub boxes: Vec<BoxPiece>,
-    /// Spectators.
-    pub people: Vec<PersonSetup>,
-    /// Other robots.
-    pub robots: Vec<OtherRobot>,
-    /// The carpet of a field.
-    pub carpet: FieldLook,
-    /// What makes a field as hard as real ones; drawn by the seed.
-    pub factors: Vec<Factor>,
-}
-
-impl Default for Scenario {
-    /// An empty 2010 field, the robot standing.
-    fn default() -> Self {
-        Self {
-            name: String::new(),
-            summary: String::new(),
-            map: "robocup-spl-2010".to_owned(),
-            duration_secs: 60.0,
-            frames_per_sec: 30.0,
-            camera: CameraSetup::default(),
-            more_cameras: Vec::new(),
-            robot: RobotSetup::default(),
-            start: None,
-            motion: Vec::new(),
-            room: None,
-            light: LightSetup::default(),
-            lamps: Vec::new(),
-            ball: Ball::default(),
-            furniture: Vec::new(),
-            panels: Vec::new(),
-            boxes: Vec::new(),
-            people: Vec::new(),
-            robots: Vec::new(),
-            carpet: FieldLook::default(),
-            factors: Vec::new(),
-        }
+visloc_core::with_defaults! {
+    /// Everything about one simulation except its seed.
+    /// By default an empty 2010 field, the robot standing.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Scenario {
+        /// File or name; not part of the file.
+        #[serde(skip)]
+        pub name: String = String::new(),
+        /// One line for people.
+        pub summary: String = String::new(),
+        /// Name or file of the map; in a file, its path from the file's folder, or else from the working directory.
+        pub map: String = "robocup-spl-2010".to_owned(),
+        /// Length of the simulation.
+        pub duration_secs: f64 = 60.0,
+        /// Frames per second.
+        pub frames_per_sec: f64 = 30.0,
+        /// The camera.
+        pub camera: CameraSetup = CameraSetup::default(),
+        /// Further cameras of the robot.
+        pub more_cameras: Vec<FurtherCamera> = Vec::new(),
+        /// The robot.
+        pub robot: RobotSetup = RobotSetup::default(),
+        /// Where the robot starts; a random place if absent.
+        pub start: Option<PlacedPose> = None,
+        /// What happens, one after the other; then the robot stands.
+        pub motion: Vec<Motion> = Vec::new(),
+        /// The room around; none if absent.
+        pub room: Option<Room> = None,
+        /// The light.
+        pub light: LightSetup = LightSetup::default(),
+        /// Lamps at given places, instead of the regular ones.
+        pub lamps: Vec<Lamp> = Vec::new(),
+        /// The ball.
+        pub ball: Ball = Ball::default(),
+        /// Furniture.
+        pub furniture: Vec<FurniturePiece> = Vec::new(),
+        /// Flat upright things.
+        pub panels: Vec<Panel> = Vec::new(),
+        /// Boxes.
+        pub boxes: Vec<BoxPiece> = Vec::new(),
+        /// Spectators.
+        pub people: Vec<PersonSetup> = Vec::new(),
+        /// Other robots.
+        pub robots: Vec<OtherRobot> = Vec::new(),
+        /// The carpet of a field.
+        pub carpet: FieldLook = FieldLook::default(),
+        /// What makes a field as hard as real ones; drawn by the seed.
+        pub factors: Vec<Factor> = Vec::new(),
     }
 }
 
@@ -247,7 +221,6 @@ impl Scenario {
     }
 
     /// Number of frames of the whole scenario.
-    #[must_use]
     pub fn num_frames(&self) -> usize {
         (self.duration_secs * self.frames_per_sec).round() as usize
     }

@@ -19,7 +19,6 @@ pub struct PlacedPose {
 
 impl PlacedPose {
     /// The same with the heading in radians.
-    #[must_use]
     pub fn pose(&self) -> PlanarPose {
         PlanarPose::new(self.x_m, self.y_m, self.yaw_deg.to_radians())
     }
@@ -47,89 +46,69 @@ pub enum Motion {
     Carry(Carry),
 }
 
-/// Standing still.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Stand {
-    /// How long.
-    pub secs: f64,
-}
-
-impl Default for Stand {
-    fn default() -> Self {
-        Self { secs: 3.0 }
+visloc_core::with_defaults! {
+    /// Standing still.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Stand {
+        /// How long.
+        pub secs: f64 = 3.0,
     }
 }
 
-/// Turning on the spot.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Turn {
-    /// How far, counter-clockwise, degrees.
-    pub angle_deg: f64,
-    /// Mean speed, degrees per second.
-    pub speed_deg_per_s: f64,
-}
-
-impl Default for Turn {
-    fn default() -> Self {
-        Self { angle_deg: 90.0, speed_deg_per_s: 40.0 }
+visloc_core::with_defaults! {
+    /// Turning on the spot.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Turn {
+        /// How far, counter-clockwise, degrees.
+        pub angle_deg: f64 = 90.0,
+        /// Mean speed, degrees per second.
+        pub speed_deg_per_s: f64 = 40.0,
     }
 }
 
-/// Walking through points.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Walk {
-    /// Points (x, y) in meters that the way passes.
-    pub through_m: Vec<[f64; 2]>,
-    /// Speed after speeding up and before slowing down.
-    pub speed_m_per_s: f64,
-    /// How far the heading swings away from the way's direction, so that the robot side-steps, degrees.
-    pub heading_swing_deg: f64,
-}
-
-impl Default for Walk {
-    fn default() -> Self {
-        Self { through_m: Vec::new(), speed_m_per_s: 0.2, heading_swing_deg: 20.0 }
+visloc_core::with_defaults! {
+    /// Walking through points.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Walk {
+        /// Points (x, y) in meters that the way passes.
+        pub through_m: Vec<[f64; 2]> = Vec::new(),
+        /// Speed after speeding up and before slowing down.
+        pub speed_m_per_s: f64 = 0.2,
+        /// How far the heading swings away from the way's direction, so that the robot side-steps, degrees.
+        pub heading_swing_deg: f64 = 20.0,
     }
 }
 
-/// Walking freely.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Wander {
-    /// How long.
-    pub secs: f64,
-    /// As in [`Walk`].
-    pub speed_m_per_s: f64,
-    /// As in [`Walk`].
-    pub heading_swing_deg: f64,
-}
-
-impl Default for Wander {
-    fn default() -> Self {
-        Self { secs: 30.0, speed_m_per_s: 0.2, heading_swing_deg: 30.0 }
+visloc_core::with_defaults! {
+    /// Walking freely.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Wander {
+        /// How long.
+        pub secs: f64 = 30.0,
+        /// As in [`Walk`].
+        pub speed_m_per_s: f64 = 0.2,
+        /// As in [`Walk`].
+        pub heading_swing_deg: f64 = 30.0,
     }
 }
 
-/// Kidnapping the robot.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Carry {
-    /// How long, from lifting to putting down.
-    pub secs: f64,
-    /// Where the robot is put down; somewhere far from here if absent.
-    pub to: Option<PlacedPose>,
-    /// How high the robot is lifted, meters.
-    pub lift_m: f64,
-    /// Whether the feet notice. If not, pressure stays normal and odometry marches on the spot.
-    pub has_foot_signal: bool,
-}
-
-impl Default for Carry {
-    fn default() -> Self {
-        Self { secs: 2.0, to: None, lift_m: 0.35, has_foot_signal: true }
+visloc_core::with_defaults! {
+    /// Kidnapping the robot.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Carry {
+        /// How long, from lifting to putting down.
+        pub secs: f64 = 2.0,
+        /// Where the robot is put down; somewhere far from here if absent.
+        pub to: Option<PlacedPose> = None,
+        /// How high the robot is lifted, meters.
+        pub lift_m: f64 = 0.35,
+        /// Whether the feet notice. If not, pressure stays normal and odometry marches on the spot.
+        pub has_foot_signal: bool = true,
     }
 }
 

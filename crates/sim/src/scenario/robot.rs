@@ -23,7 +23,6 @@ pub enum HeadMount {
 
 impl HeadMount {
     /// The Nao's camera, if it is one.
-    #[must_use]
     pub fn nao_camera(self) -> Option<NaoCamera> {
         match self {
             Self::Simple => None,
@@ -35,155 +34,114 @@ impl HeadMount {
     }
 }
 
-/// Everything about the robot.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RobotSetup {
-    /// Where the camera is.
-    pub mount: HeadMount,
-    /// Height of the neck joint while walking, meters.
-    pub neck_height_m: f64,
-    /// From the neck joint to the camera, forward, meters; simple mount only.
-    pub eye_forward_m: f64,
-    /// From the neck joint to the camera, up, meters; simple mount only.
-    pub eye_up_m: f64,
-    /// The head's motion.
-    pub head: HeadSetup,
-    /// The sway of walking.
-    pub gait: GaitSetup,
-    /// Errors of the odometry.
-    pub odometry: OdometrySetup,
-    /// Errors of the reported camera pose.
-    pub kinematics: KinematicsSetup,
-    /// The pressure sensors.
-    pub feet: FootSetup,
-}
-
-impl Default for RobotSetup {
-    /// A small humanoid whose camera is 47 cm above the floor.
-    fn default() -> Self {
-        Self {
-            mount: HeadMount::Simple,
-            neck_height_m: 0.41,
-            eye_forward_m: 0.045,
-            eye_up_m: 0.06,
-            head: HeadSetup::default(),
-            gait: GaitSetup::default(),
-            odometry: OdometrySetup::default(),
-            kinematics: KinematicsSetup::default(),
-            feet: FootSetup::default(),
-        }
+visloc_core::with_defaults! {
+    /// Everything about the robot.
+    /// By default a small humanoid whose camera is 47 cm above the floor.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct RobotSetup {
+        /// Where the camera is.
+        pub mount: HeadMount = HeadMount::Simple,
+        /// Height of the neck joint while walking, meters.
+        pub neck_height_m: f64 = 0.41,
+        /// From the neck joint to the camera, forward, meters; simple mount only.
+        pub eye_forward_m: f64 = 0.045,
+        /// From the neck joint to the camera, up, meters; simple mount only.
+        pub eye_up_m: f64 = 0.06,
+        /// The head's motion.
+        pub head: HeadSetup = HeadSetup::default(),
+        /// The sway of walking.
+        pub gait: GaitSetup = GaitSetup::default(),
+        /// Errors of the odometry.
+        pub odometry: OdometrySetup = OdometrySetup::default(),
+        /// Errors of the reported camera pose.
+        pub kinematics: KinematicsSetup = KinematicsSetup::default(),
+        /// The pressure sensors.
+        pub feet: FootSetup = FootSetup::default(),
     }
 }
 
-/// The head pans from side to side, resting a little at the ends, and nods slowly.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HeadSetup {
-    /// Mean pan, positive to the left, degrees.
-    pub pan_mean_deg: f64,
-    /// Largest pan to either side, degrees.
-    pub pan_deg: f64,
-    /// Time for going there and back.
-    pub pan_period_secs: f64,
-    /// Mean tilt, positive down, degrees.
-    pub tilt_deg: f64,
-    /// How far the tilt swings around its mean, degrees.
-    pub tilt_swing_deg: f64,
-    /// Time of one swing of the tilt.
-    pub tilt_period_secs: f64,
-}
-
-impl Default for HeadSetup {
-    fn default() -> Self {
-        Self {
-            pan_mean_deg: 0.0,
-            pan_deg: 55.0,
-            pan_period_secs: 6.5,
-            tilt_deg: 13.0,
-            tilt_swing_deg: 6.0,
-            tilt_period_secs: 11.0,
-        }
+visloc_core::with_defaults! {
+    /// The head pans from side to side, resting a little at the ends, and nods slowly.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct HeadSetup {
+        /// Mean pan, positive to the left, degrees.
+        pub pan_mean_deg: f64 = 0.0,
+        /// Largest pan to either side, degrees.
+        pub pan_deg: f64 = 55.0,
+        /// Time for going there and back.
+        pub pan_period_secs: f64 = 6.5,
+        /// Mean tilt, positive down, degrees.
+        pub tilt_deg: f64 = 13.0,
+        /// How far the tilt swings around its mean, degrees.
+        pub tilt_swing_deg: f64 = 6.0,
+        /// Time of one swing of the tilt.
+        pub tilt_period_secs: f64 = 11.0,
     }
 }
 
-/// How much the body sways while it walks.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GaitSetup {
-    /// Steps per second, both feet counted.
-    pub steps_per_sec: f64,
-    /// Largest roll, degrees.
-    pub roll_deg: f64,
-    /// Largest pitch, degrees.
-    pub pitch_deg: f64,
-    /// Sideways, meters.
-    pub sway_m: f64,
-    /// Up and down, meters.
-    pub bounce_m: f64,
-}
-
-impl Default for GaitSetup {
-    fn default() -> Self {
-        Self { steps_per_sec: 1.9, roll_deg: 1.8, pitch_deg: 1.1, sway_m: 0.014, bounce_m: 0.006 }
+visloc_core::with_defaults! {
+    /// How much the body sways while it walks.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct GaitSetup {
+        /// Steps per second, both feet counted.
+        pub steps_per_sec: f64 = 1.9,
+        /// Largest roll, degrees.
+        pub roll_deg: f64 = 1.8,
+        /// Largest pitch, degrees.
+        pub pitch_deg: f64 = 1.1,
+        /// Sideways, meters.
+        pub sway_m: f64 = 0.014,
+        /// Up and down, meters.
+        pub bounce_m: f64 = 0.006,
     }
 }
 
-/// Errors of the odometry. Each run draws its own scale errors between the limits, with random signs.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OdometrySetup {
-    /// Smallest and largest error of scale, the same limits for forward, sideways and turn; 0.05 is 5 %.
-    pub scale_error: [f64; 2],
-    /// Standard deviation of the turn that creeps in per meter, degrees.
-    pub turn_bias_deg_per_m: f64,
-    /// Standard deviation of the position after one meter, meters; grows with the root of the way.
-    pub noise_m: f64,
-    /// Standard deviation of the heading after one meter, degrees; grows with the root of the way.
-    pub noise_deg: f64,
-}
-
-impl Default for OdometrySetup {
-    fn default() -> Self {
-        Self { scale_error: [0.05, 0.10], turn_bias_deg_per_m: 1.0, noise_m: 0.01, noise_deg: 1.15 }
+visloc_core::with_defaults! {
+    /// Errors of the odometry. Each run draws its own scale errors between the limits, with random signs.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct OdometrySetup {
+        /// Smallest and largest error of scale, the same limits for forward, sideways and turn; 0.05 is 5 %.
+        pub scale_error: [f64; 2] = [0.05, 0.10],
+        /// Standard deviation of the turn that creeps in per meter, degrees.
+        pub turn_bias_deg_per_m: f64 = 1.0,
+        /// Standard deviation of the position after one meter, meters; grows with the root of the way.
+        pub noise_m: f64 = 0.01,
+        /// Standard deviation of the heading after one meter, degrees; grows with the root of the way.
+        pub noise_deg: f64 = 1.15,
     }
 }
 
-/// Errors of the pose of the camera that the joints report.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct KinematicsSetup {
-    /// White noise of the position, standard deviation, meters.
-    pub noise_m: f64,
-    /// White noise of each angle, standard deviation, degrees.
-    pub noise_deg: f64,
-    /// Largest error that comes and goes slowly, each angle, degrees.
-    pub bias_deg: f64,
-    /// Largest error of the height that comes and goes slowly, meters.
-    pub height_bias_m: f64,
-    /// How far the camera is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
-    pub mount_deg: [f64; 3],
-}
-
-impl Default for KinematicsSetup {
-    fn default() -> Self {
-        Self { noise_m: 0.002, noise_deg: 0.2, bias_deg: 0.5, height_bias_m: 0.003, mount_deg: [0.0; 3] }
+visloc_core::with_defaults! {
+    /// Errors of the pose of the camera that the joints report.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct KinematicsSetup {
+        /// White noise of the position, standard deviation, meters.
+        pub noise_m: f64 = 0.002,
+        /// White noise of each angle, standard deviation, degrees.
+        pub noise_deg: f64 = 0.2,
+        /// Largest error that comes and goes slowly, each angle, degrees.
+        pub bias_deg: f64 = 0.5,
+        /// Largest error of the height that comes and goes slowly, meters.
+        pub height_bias_m: f64 = 0.003,
+        /// How far the camera is turned about the robot's axes against where it is reported (roll, pitch, yaw), constant, degrees.
+        pub mount_deg: [f64; 3] = [0.0; 3],
     }
 }
 
-/// The eight pressure sensors under the feet.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FootSetup {
-    /// Weight of the robot, newtons.
-    pub weight_n: f64,
-    /// Standard deviation of each sensor, newtons.
-    pub noise_n: f64,
-}
-
-impl Default for FootSetup {
-    fn default() -> Self {
-        Self { weight_n: 45.0, noise_n: 0.25 }
+visloc_core::with_defaults! {
+    /// The eight pressure sensors under the feet.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct FootSetup {
+        /// Weight of the robot, newtons.
+        pub weight_n: f64 = 45.0,
+        /// Standard deviation of each sensor, newtons.
+        pub noise_n: f64 = 0.25,
     }
 }
 

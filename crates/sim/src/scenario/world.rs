@@ -5,20 +5,22 @@ use serde::Deserialize;
 use super::PlacedPose;
 use crate::scene::{Color, FurnitureKind, Paint};
 
-/// The table `[light]`: regular lamps in the ceiling, unless `[[lamps]]` lists them.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LightSetup {
-    /// Lamps along x and along y.
-    pub lamps: [u32; 2],
-    /// How much the lamps differ: each has a random strength from 1 - this to 1 + this. 0 to 1.
-    pub unevenness: f32,
-    /// Light from everywhere, as multiple of the lamps' mean light on the floor.
-    pub ambient: f32,
-    /// Color of all light, red, green and blue; white is 1, 1, 1. The camera has no white balance.
-    pub color: [f32; 3],
-    /// How the light changes while the robot walks.
-    pub fade: Option<LightFade>,
+visloc_core::with_defaults! {
+    /// The table `[light]`: regular lamps in the ceiling, unless `[[lamps]]` lists them.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct LightSetup {
+        /// Lamps along x and along y.
+        pub lamps: [u32; 2] = [4, 3],
+        /// How much the lamps differ: each has a random strength from 1 - this to 1 + this. 0 to 1.
+        pub unevenness: f32 = 0.2,
+        /// Light from everywhere, as multiple of the lamps' mean light on the floor.
+        pub ambient: f32 = 0.6,
+        /// Color of all light, red, green and blue; white is 1, 1, 1. The camera has no white balance.
+        pub color: [f32; 3] = white(),
+        /// How the light changes while the robot walks.
+        pub fade: Option<LightFade> = None,
+    }
 }
 
 /// The table `[light.fade]`: the light goes from what `[light]` says to what stands here and back again, and so on.
@@ -47,18 +49,11 @@ pub(crate) struct LightNow {
     pub color: [f32; 3],
 }
 
-impl Default for LightSetup {
-    fn default() -> Self {
-        Self { lamps: [4, 3], unevenness: 0.2, ambient: 0.6, color: white(), fade: None }
-    }
-}
-
 impl LightSetup {
     /// The light at a time since the start.
     pub(crate) fn at(&self, secs: f64) -> LightNow {
         let Some(fade) = &self.fade else { return LightNow { share: 1.0, color: self.color } };
         let there = 0.5 - 0.5 * (secs / fade.period_secs * std::f64::consts::TAU).cos();
-        #[allow(clippy::cast_possible_truncation)]
         let there = there as f32;
         // Eyes and exposures see ratios, so strength and color change by equal ratios.
         let between = |from: f32, to: f32| from.powf(1.0 - there) * to.powf(there);
@@ -69,19 +64,15 @@ impl LightSetup {
     }
 }
 
-/// The table `[ball]`. Without coordinates the ball lies at a random place.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Ball {
-    /// Whether there is one.
-    pub is_present: bool,
-    /// Where, (x, y) in meters.
-    pub at_m: Option<[f64; 2]>,
-}
-
-impl Default for Ball {
-    fn default() -> Self {
-        Self { is_present: true, at_m: None }
+visloc_core::with_defaults! {
+    /// The table `[ball]`. Without coordinates the ball lies at a random place.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Ball {
+        /// Whether there is one.
+        pub is_present: bool = true,
+        /// Where, (x, y) in meters.
+        pub at_m: Option<[f64; 2]> = None,
     }
 }
 

@@ -23,13 +23,11 @@ impl Scene {
     /// An empty scene. `ambient` is the light from everywhere as a multiple of the lamps' mean light on the floor; the
     /// light is scaled so that its mean over the floor of the given half sizes, meters, is 1. Without lamps there is
     /// ambient light only.
-    #[must_use]
     pub fn new(lamps: Vec<Lamp>, ambient: f32, half_floor_m: (f32, f32)) -> Self {
         Self::lit(Light::new(lamps, ambient, half_floor_m))
     }
 
     /// An empty scene whose light has the mean 1 over spots of the floor, (x, y, 0) in meters.
-    #[must_use]
     pub fn lit_over(lamps: Vec<Lamp>, ambient: f32, spots: &[Point3<f32>]) -> Self {
         Self::lit(Light::over(lamps, ambient, spots))
     }
@@ -62,7 +60,6 @@ impl Scene {
     }
 
     /// A shape in the light of its place.
-    #[must_use]
     pub fn surface(&self, shape: Shape, texture: TextureId) -> Surface {
         let lighting = match LightGrid::new(&self.light, &shape) {
             Some(grid) => Lighting::Grid(grid),
@@ -118,7 +115,6 @@ impl Scene {
     }
 
     /// A soft shadow on the floor.
-    #[must_use]
     pub fn shadow(&self, center: (f32, f32), size_m: (f32, f32)) -> Surface {
         const ABOVE_FLOOR_M: f32 = 0.002;
         let shape = Shape::level(center, size_m, ABOVE_FLOOR_M);
@@ -126,7 +122,6 @@ impl Scene {
     }
 
     /// Light for round and moving things around a point.
-    #[must_use]
     pub fn lighting_around(&self, point: &Point3<f32>) -> Lighting {
         let (ambient, toward) = self.light.around(point);
         Lighting::Shaded { ambient, toward }
@@ -142,7 +137,6 @@ impl Scene {
     }
 
     /// All surfaces.
-    #[must_use]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }

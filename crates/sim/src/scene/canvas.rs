@@ -12,14 +12,12 @@ pub struct Canvas {
 
 impl Canvas {
     /// A canvas of one opaque color. Sizes of 0 become 1.
-    #[must_use]
     pub fn new(size_px: (u32, u32), color: Color) -> Self {
         let (width, height) = (size_px.0.max(1), size_px.1.max(1));
         Self { width, height, pixels: vec![opaque(color); width as usize * height as usize] }
     }
 
     /// Width and height, pixels.
-    #[must_use]
     pub fn size_px(&self) -> (u32, u32) {
         (self.width, self.height)
     }

@@ -12,14 +12,12 @@ pub struct Color {
 
 impl Color {
     /// From the usual six hexadecimal digits, for instance `0xd9c21a`.
-    #[must_use]
     pub fn from_hex(rgb: u32) -> Self {
         let part = |shift: u32| srgb_to_linear(((rgb >> shift) & 0xff) as f32 / 255.0);
         Self { linear: [part(16), part(8), part(0)] }
     }
 
     /// Reflectance of red, green and blue, 0 to 1.
-    #[must_use]
     pub fn linear(self) -> [f32; 3] {
         self.linear
     }

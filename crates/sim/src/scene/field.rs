@@ -15,24 +15,20 @@ const CARPET_PX_PER_M: f32 = 250.0;
 /// How far a goal reaches behind its line, meters.
 const GOAL_DEPTH_M: f32 = 0.4;
 
-/// Colors of a field and how worn it is.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct FieldLook {
-    /// Color of the carpet.
-    pub carpet: Color,
-    /// Brightness noise of the carpet's fibers, 0 to 1.
-    pub grain: f32,
-    /// How much of the paint is worn off where it is thinnest, 0 to 1.
-    pub wear: f32,
-    /// How many times as bright the carpet is in patches of sun as beside them; 1 for no sun.
-    pub sun: f32,
-}
-
-impl Default for FieldLook {
-    /// A green carpet in good condition.
-    fn default() -> Self {
-        Self { carpet: Color::from_hex(0x36_7c4a), grain: 0.10, wear: 0.15, sun: 1.0 }
+visloc_core::with_defaults! {
+    /// Colors of a field and how worn it is.
+    /// By default a green carpet in good condition.
+    #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct FieldLook {
+        /// Color of the carpet.
+        pub carpet: Color = Color::from_hex(0x36_7c4a),
+        /// Brightness noise of the carpet's fibers, 0 to 1.
+        pub grain: f32 = 0.10,
+        /// How much of the paint is worn off where it is thinnest, 0 to 1.
+        pub wear: f32 = 0.15,
+        /// How many times as bright the carpet is in patches of sun as beside them; 1 for no sun.
+        pub sun: f32 = 1.0,
     }
 }
 

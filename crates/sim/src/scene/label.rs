@@ -32,7 +32,6 @@ pub enum Label {
 
 impl Label {
     /// Whether it is a post or a crossbar.
-    #[must_use]
     pub fn is_goal(self) -> bool {
         matches!(self, Self::YellowGoal | Self::BlueGoal | Self::WhiteGoal)
     }

@@ -36,49 +36,36 @@ pub enum Pattern {
     Noise,
 }
 
-/// How a surface is painted.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Paint {
-    /// The pattern.
-    pub pattern: Pattern,
-    /// Main color.
-    pub color: Color,
-    /// Second color, where the pattern has one.
-    pub second_color: Color,
-    /// Side of a checker's square, meters.
-    pub pitch_m: f32,
-    /// What is written on a board.
-    pub text: String,
-}
-
-impl Default for Paint {
-    fn default() -> Self {
-        Self {
-            pattern: Pattern::Flat,
-            color: Color::from_hex(0xdc_dad2),
-            second_color: Color::from_hex(0x30_3236),
-            pitch_m: 0.2,
-            text: String::new(),
-        }
+visloc_core::with_defaults! {
+    /// How a surface is painted.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Paint {
+        /// The pattern.
+        pub pattern: Pattern = Pattern::Flat,
+        /// Main color.
+        pub color: Color = Color::from_hex(0xdc_dad2),
+        /// Second color, where the pattern has one.
+        pub second_color: Color = Color::from_hex(0x30_3236),
+        /// Side of a checker's square, meters.
+        pub pitch_m: f32 = 0.2,
+        /// What is written on a board.
+        pub text: String = String::new(),
     }
 }
 
 impl Paint {
     /// An even color.
-    #[must_use]
     pub fn flat(color: Color) -> Self {
         Self { color, ..Self::default() }
     }
 
     /// A pattern in one color.
-    #[must_use]
     pub fn of(pattern: Pattern, color: Color) -> Self {
         Self { pattern, color, ..Self::default() }
     }
 
     /// Paints a surface of the given width and height in meters. Flat paint needs one pixel only.
-    #[must_use]
     pub fn canvas(&self, size_m: (f32, f32), px_per_m: f32, rng: &mut Rng) -> Canvas {
         if self.pattern == Pattern::Flat {
             return Canvas::new((1, 1), self.color);

@@ -6,35 +6,24 @@ use visloc_core::Rng;
 
 use super::{Canvas, Color, Lamp, Lighting, Paint, Pattern, Scene, Shape, Surface, Texture, Wrap};
 
-/// A room with the origin in the middle of its floor.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Room {
-    /// Length along x, meters.
-    pub length_m: f32,
-    /// Width along y, meters.
-    pub width_m: f32,
-    /// Height, meters.
-    pub height_m: f32,
-    /// Color of the walls.
-    pub wall_color: Color,
-    /// Color of the floor.
-    pub floor_color: Color,
-    /// Random posters on each wall.
-    pub posters_per_wall: u32,
-}
-
-impl Default for Room {
-    /// A hall that leaves about 1.8 m around the 2010 field.
-    fn default() -> Self {
-        Self {
-            length_m: 11.0,
-            width_m: 8.8,
-            height_m: 3.4,
-            wall_color: Color::from_hex(0xdc_dad2),
-            floor_color: Color::from_hex(0x8f_8d88),
-            posters_per_wall: 3,
-        }
+visloc_core::with_defaults! {
+    /// A room with the origin in the middle of its floor.
+    /// By default a hall that leaves about 1.8 m around the 2010 field.
+    #[derive(Debug, Clone, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Room {
+        /// Length along x, meters.
+        pub length_m: f32 = 11.0,
+        /// Width along y, meters.
+        pub width_m: f32 = 8.8,
+        /// Height, meters.
+        pub height_m: f32 = 3.4,
+        /// Color of the walls.
+        pub wall_color: Color = Color::from_hex(0xdc_dad2),
+        /// Color of the floor.
+        pub floor_color: Color = Color::from_hex(0x8f_8d88),
+        /// Random posters on each wall.
+        pub posters_per_wall: u32 = 3,
     }
 }
 

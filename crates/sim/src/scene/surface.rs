@@ -71,7 +71,6 @@ pub struct Surface {
 
 impl Surface {
     /// An opaque surface that shows its texture once.
-    #[must_use]
     pub fn new(shape: Shape, texture: TextureId, lighting: Lighting) -> Self {
         Self { shape, texture, repeats: (1.0, 1.0), lighting, is_overlay: false, label: Label::Other }
     }
@@ -86,7 +85,6 @@ impl Surface {
 impl Shape {
     /// A vertical quad standing on the line from `from` to `to` (x and y in meters), as seen by somebody who has
     /// `from` at the left.
-    #[must_use]
     pub fn upright(from: (f32, f32), to: (f32, f32), bottom_m: f32, height_m: f32) -> Self {
         Self::Quad {
             corner: Point3::new(from.0, from.1, bottom_m + height_m),
@@ -96,7 +94,6 @@ impl Shape {
     }
 
     /// A horizontal quad around a center, at a height, with its width along x.
-    #[must_use]
     pub fn level(center: (f32, f32), size: (f32, f32), z_m: f32) -> Self {
         Self::Quad {
             corner: Point3::new(center.0 - size.0 / 2.0, center.1 + size.1 / 2.0, z_m),
@@ -139,7 +136,6 @@ pub struct Cuboid {
 
 impl Cuboid {
     /// Front (its own +x side), back, left, right and top. Nobody sees the bottom.
-    #[must_use]
     pub fn faces(&self) -> [Shape; 5] {
         let (sin, cos) = self.yaw_rad.sin_cos();
         let (x, y) = (self.size.x / 2.0, self.size.y / 2.0);

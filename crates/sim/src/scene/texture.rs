@@ -47,7 +47,6 @@ impl Texture {
     ///
     /// # Panics
     /// If a repeating texture's size is not a power of two.
-    #[must_use]
     pub fn new(canvas: &Canvas, wrap: Wrap) -> Self {
         let (mut width, mut height) = canvas.size_px();
         assert!(

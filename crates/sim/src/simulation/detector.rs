@@ -12,31 +12,21 @@ const CHEST_M: f64 = 0.35;
 /// Half the width of a robot: who stands behind it is hidden, meters.
 const HALF_WIDTH_M: f64 = 0.13;
 
-/// Errors of the detector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DetectorSetup {
-    /// Probability that something in view is not seen.
-    pub miss: f64,
-    /// False detections for each image.
-    pub false_per_image: f64,
-    /// Standard deviation of the bearing, radians.
-    pub bearing_sigma_rad: f64,
-    /// Standard deviation of the range as a share of it.
-    pub range_sigma: f64,
-    /// Farthest robot and farthest ball that are seen, meters.
-    pub max_range_m: (f64, f64),
-}
-
-impl Default for DetectorSetup {
-    /// One in five is missed, one image in twenty has a false one; 3 degrees and 10 % of the range; robots to 5 m, balls to 3 m.
-    fn default() -> Self {
-        Self {
-            miss: 0.2,
-            false_per_image: 0.05,
-            bearing_sigma_rad: 3.0_f64.to_radians(),
-            range_sigma: 0.1,
-            max_range_m: (5.0, 3.0),
-        }
+visloc_core::with_defaults! {
+    /// Errors of the detector.
+    /// By default one in five is missed, one image in twenty has a false one; 3 degrees and 10 % of the range; robots to 5 m, balls to 3 m.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct DetectorSetup {
+        /// Probability that something in view is not seen.
+        pub miss: f64 = 0.2,
+        /// False detections for each image.
+        pub false_per_image: f64 = 0.05,
+        /// Standard deviation of the bearing, radians.
+        pub bearing_sigma_rad: f64 = 3.0_f64.to_radians(),
+        /// Standard deviation of the range as a share of it.
+        pub range_sigma: f64 = 0.1,
+        /// Farthest robot and farthest ball that are seen, meters.
+        pub max_range_m: (f64, f64) = (5.0, 3.0),
     }
 }
 

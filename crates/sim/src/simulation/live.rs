@@ -173,25 +173,21 @@ impl LiveSimulation {
     }
 
     /// The map that the scenario names.
-    #[must_use]
     pub fn map(&self) -> &Map {
         &self.world.map
     }
 
     /// What the scenario says, with all changes.
-    #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
     /// Time between two frames.
-    #[must_use]
     pub fn step_secs(&self) -> f64 {
         1.0 / self.scenario.frames_per_sec
     }
 
     /// Where the robot is.
-    #[must_use]
     pub fn truth(&self) -> Truth {
         let is_carried = self.robot.activity.is_carried();
         let height_m = if is_carried { self.robot.height_m.max(0.001) } else { 0.0 };
@@ -199,19 +195,16 @@ impl LiveSimulation {
     }
 
     /// Where the other robots are that walk around.
-    #[must_use]
     pub fn others(&self) -> Vec<PlanarPose> {
         self.world.others(self.secs())
     }
 
     /// Whether the robot could stand somewhere.
-    #[must_use]
     pub fn is_free(&self, world_from_robot: &PlanarPose) -> bool {
         is_free(&self.world.floor, world_from_robot)
     }
 
     /// A random free pose, the same for the same `index`; `None` if there seems to be no place.
-    #[must_use]
     pub fn random_pose(&self, index: u64) -> Option<PlanarPose> {
         const MARGIN_M: f64 = 0.2;
         let rng = &mut self.random.stream("live-place", index);
@@ -220,7 +213,6 @@ impl LiveSimulation {
 
     /// A random place near the robot to which the straight way is free, the same for the same `index`; `None` if there seems
     /// to be none.
-    #[must_use]
     pub fn random_target(&self, index: u64) -> Option<nalgebra::Point2<f64>> {
         const TRIES: usize = 200;
         const MARGIN_M: f64 = 0.18;

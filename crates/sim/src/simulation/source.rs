@@ -151,25 +151,21 @@ impl Simulation {
     }
 
     /// The map that the scenario names.
-    #[must_use]
     pub fn map(&self) -> &Map {
         &self.world.map
     }
 
     /// The camera of every frame; of several, the first one.
-    #[must_use]
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
     /// What stands still in the world.
-    #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.world.scene
     }
 
     /// What the scenario says.
-    #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }

@@ -113,19 +113,16 @@ impl TeamSimulation {
     ///
     /// # Panics
     /// Without robots.
-    #[must_use]
     pub fn map(&self) -> &Map {
         self.robots[0].map()
     }
 
     /// Where the ball lies.
-    #[must_use]
     pub fn ball(&self) -> Point2<f64> {
         self.ball
     }
 
     /// Where the robots are.
-    #[must_use]
     pub fn truths(&self) -> Vec<PlanarPose> {
         self.robots.iter().map(|robot| robot.truth().world_from_robot).collect()
     }
@@ -153,7 +150,6 @@ impl TeamSimulation {
     ///
     /// # Panics
     /// Without robots.
-    #[must_use]
     pub fn step_secs(&self) -> f64 {
         self.robots[0].step_secs()
     }

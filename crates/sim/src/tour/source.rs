@@ -149,19 +149,16 @@ impl CameraTour {
     }
 
     /// Images a second.
-    #[must_use]
     pub fn frames_per_sec(&self) -> f64 {
         FRAMES_PER_SEC
     }
 
     /// Seconds from the start until which and from which the camera sees, if it is covered for a while.
-    #[must_use]
     pub fn covered_secs(&self) -> Option<(f64, f64)> {
         (self.kind == TourKind::Kidnap).then_some(COVERED_SECS)
     }
 
     /// Where the camera is in every image.
-    #[must_use]
     pub fn truth(&self) -> CameraTrajectory {
         let mut truth = CameraTrajectory::new();
         for stamp in &self.stamps {

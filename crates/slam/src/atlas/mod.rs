@@ -10,10 +10,9 @@ mod pose_graph;
 mod recognizer;
 mod revisit;
 mod sighting;
-mod similarity;
 
 pub use meeting::Meeting;
 pub use merge::{Apart, Merged, merge};
 pub use pose_graph::{PoseGraph, PoseGraphEdge};
 pub use recognizer::Recognizer;
-pub use similarity::Similarity;
+pub use visloc_core::geom::Similarity;

@@ -31,38 +31,24 @@ enum Hands {
     },
 }
 
-/// Decides about each frame.
-#[derive(Debug, Clone)]
-pub(super) struct Driver {
-    speeds: [f64; 3],
-    target: Option<Point2<f64>>,
-    /// Whether the robot chooses targets itself.
-    pub is_autopilot: bool,
-    /// Whether the feet notice hands.
-    pub is_felt: bool,
-    /// Whether a hand covers the camera.
-    pub is_covered: bool,
-    /// Brightness, powers of two.
-    pub exposure_stops: f64,
-    /// Where the head looks, unless by itself.
-    pub head: Option<HeadAngles>,
-    hands: Hands,
-    num_choices: u64,
-}
-
-impl Default for Driver {
-    fn default() -> Self {
-        Self {
-            speeds: [0.0; 3],
-            target: None,
-            is_autopilot: true,
-            is_felt: true,
-            is_covered: false,
-            exposure_stops: 0.0,
-            head: None,
-            hands: Hands::Away,
-            num_choices: 0,
-        }
+visloc_core::with_defaults! {
+    /// Decides about each frame.
+    #[derive(Debug, Clone)]
+    pub(super) struct Driver {
+        speeds: [f64; 3] = [0.0; 3],
+        target: Option<Point2<f64>> = None,
+        /// Whether the robot chooses targets itself.
+        pub is_autopilot: bool = true,
+        /// Whether the feet notice hands.
+        pub is_felt: bool = true,
+        /// Whether a hand covers the camera.
+        pub is_covered: bool = false,
+        /// Brightness, powers of two.
+        pub exposure_stops: f64 = 0.0,
+        /// Where the head looks, unless by itself.
+        pub head: Option<HeadAngles> = None,
+        hands: Hands = Hands::Away,
+        num_choices: u64 = 0,
     }
 }
 

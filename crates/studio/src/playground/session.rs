@@ -328,7 +328,6 @@ impl Session for Playground {
         self.weigh()
     }
 
-    #[allow(clippy::cast_precision_loss)]
     fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
         let controls = self.controls();

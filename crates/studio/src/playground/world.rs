@@ -36,7 +36,6 @@ impl WorldSettings {
     }
 
     /// Brings a simulation to these settings; only what differs from `before` is touched.
-    #[allow(clippy::cast_possible_truncation)]
     pub fn apply(
         &self,
         before: &Self,

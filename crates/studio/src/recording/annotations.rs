@@ -41,7 +41,6 @@ pub struct Annotation {
 }
 
 /// Everything that happened, in order.
-#[must_use]
 pub fn annotate(rows: &[Row]) -> Vec<Annotation> {
     let mut all = kidnaps(rows);
     let num_lanes = rows.iter().map(|row| row.lanes.len()).max().unwrap_or(0);

@@ -143,19 +143,16 @@ impl RecordingIndex {
     }
 
     /// Where and how the recording is damaged, if it is; what lies behind is left out.
-    #[must_use]
     pub fn damage(&self) -> Option<&str> {
         self.damage.as_deref()
     }
 
     /// How many frames it has; at least one.
-    #[must_use]
     pub fn num_frames(&self) -> usize {
         self.entries.len()
     }
 
     /// Whether two frames have the same scene.
-    #[must_use]
     pub fn has_same_scene(&self, a: usize, b: usize) -> bool {
         self.entries[self.within(a)].scene == self.entries[self.within(b)].scene
     }
@@ -237,7 +234,6 @@ impl RecordingIndex {
     }
 
     /// Whether the recording holds what the algorithms were given for all of its frames.
-    #[must_use]
     pub fn has_input(&self) -> bool {
         self.entries.iter().all(|entry| entry.input.is_some())
     }

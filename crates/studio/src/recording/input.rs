@@ -52,7 +52,6 @@ impl Input<'_> {
     }
 
     /// When the image was taken.
-    #[must_use]
     pub fn at(&self) -> Timestamp {
         match self {
             Self::Robot { frame, .. } => frame.at,

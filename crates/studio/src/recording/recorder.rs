@@ -54,13 +54,11 @@ impl Recorder {
     }
 
     /// The file.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// How many updates it has.
-    #[must_use]
     pub fn num_updates(&self) -> usize {
         self.num_updates
     }
@@ -113,7 +111,6 @@ impl Recorder {
         let state = Message::read(state).ok()?;
         let num_numbers = state.floats(MAP_ARRAYS[0])?.len();
         let fresh = self.map.as_ref().filter(|map| {
-            #[allow(clippy::cast_precision_loss)]
             let growth = num_numbers.abs_diff(map.num_numbers) as f64 / num_numbers.max(1) as f64;
             self.num_updates - map.moment < MAP_EVERY && growth < MAP_GROWTH
         });

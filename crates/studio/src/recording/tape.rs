@@ -22,7 +22,6 @@ struct Running {
 
 impl Tape {
     /// Into a folder, which is made when it is needed.
-    #[must_use]
     pub fn new(folder: &Path) -> Self {
         Self { folder: folder.to_path_buf(), running: None }
     }
@@ -91,7 +90,6 @@ impl Tape {
     }
 
     /// For the page: file and number of frames; `None` while nothing is recorded.
-    #[must_use]
     pub fn status(&self) -> Option<Value> {
         let Running { recorder, .. } = self.running.as_ref()?;
         let file = recorder.path().display().to_string();

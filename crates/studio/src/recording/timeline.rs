@@ -39,7 +39,6 @@ pub struct Lane {
 }
 
 /// The short form of a state. What is missing counts as unknown.
-#[must_use]
 pub fn row_of(state: &Map<String, Value>) -> Row {
     let truth = state.get("truth");
     let height_m = truth.and_then(|truth| truth.get("height_m")).and_then(Value::as_f64);

@@ -90,7 +90,6 @@ impl Replay {
     }
 
     /// How many frames it has.
-    #[must_use]
     pub fn num_frames(&self) -> usize {
         self.rows.len()
     }

@@ -28,20 +28,16 @@ use tokio::{
 
 use super::hub::Hub;
 
-/// What one server bears.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
-    /// Connections that are not sockets of pages. The next one takes the place of one that asks for nothing.
-    pub num_connections: usize,
-    /// Pages at their sockets; more are refused.
-    pub num_pages: usize,
-    /// Time for a whole request, and for the next one on the same connection.
-    pub request_time: Duration,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self { num_connections: 64, num_pages: 64, request_time: Duration::from_secs(5) }
+visloc_core::with_defaults! {
+    /// What one server bears.
+    #[derive(Debug, Clone, Copy)]
+    pub(super) struct Limits {
+        /// Connections that are not sockets of pages. The next one takes the place of one that asks for nothing.
+        pub num_connections: usize = 64,
+        /// Pages at their sockets; more are refused.
+        pub num_pages: usize = 64,
+        /// Time for a whole request, and for the next one on the same connection.
+        pub request_time: Duration = Duration::from_secs(5),
     }
 }
 

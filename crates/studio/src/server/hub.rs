@@ -46,7 +46,6 @@ pub struct Hub {
 impl Hub {
     /// A hub, and the end at which the engine takes commands. `log` gets what the person who runs the program should know; it is
     /// called rarely, however many mistakes there are.
-    #[must_use]
     pub fn new(clock: Clock, log: impl Fn(&str) + Send + Sync + 'static) -> (Arc<Self>, Receiver<Command>) {
         let (commands, receiver) = sync_channel(MAX_WAITING);
         let hub = Self {
@@ -87,13 +86,11 @@ impl Hub {
     }
 
     /// What was shown last.
-    #[must_use]
     pub fn latest(&self) -> Option<Arc<Update>> {
         self.updates.borrow().clone()
     }
 
     /// How many watch.
-    #[must_use]
     pub fn num_viewers(&self) -> usize {
         self.updates.receiver_count()
     }
@@ -110,14 +107,12 @@ impl Hub {
 
     /// How long the engine has answered nobody, seconds; 0 while it waits. Others may ask while it works, so that a program that stalls
     /// can be told from a source that has nothing new.
-    #[must_use]
     pub fn busy_secs(&self) -> f64 {
         // NaN becomes 0.
         (self.clock.secs() - f64::from_bits(self.busy_since.load(Ordering::Relaxed))).max(0.0)
     }
 
     /// Whether it is over.
-    #[must_use]
     pub fn is_closed(&self) -> bool {
         self.is_closed.load(Ordering::Acquire)
     }
@@ -129,19 +124,16 @@ impl Hub {
     }
 
     /// Messages that were no commands.
-    #[must_use]
     pub fn num_malformed(&self) -> u64 {
         self.num_malformed.load(Ordering::Relaxed)
     }
 
     /// Commands for which there was no room.
-    #[must_use]
     pub fn num_left_out(&self) -> u64 {
         self.num_left_out.load(Ordering::Relaxed)
     }
 
     /// How many wanted to watch or to command without the right to.
-    #[must_use]
     pub fn num_refused(&self) -> u64 {
         self.num_refused.load(Ordering::Relaxed)
     }

@@ -24,22 +24,24 @@ const NUM_FIRST: u64 = 3;
 /// After a slower one no image is sent for its time, times this.
 const REST: f64 = 3.0;
 
-/// One page.
-#[derive(Debug)]
-pub(super) struct Link {
-    scene: KnownScene,
-    in_flight: VecDeque<Sent>,
-    image_from_secs: f64,
-    image_size: ImageSize,
-    /// The image that was sent last, and whether whole.
-    image: Option<(Arc<[u8]>, bool)>,
-    num_drawn: u64,
-    /// Whether the page shows another image than the update that it shows, or a smaller one.
-    owes_image: bool,
-    /// Whether the last update came through quickly.
-    is_fast: bool,
-    /// Whether only one update is to be on its way.
-    is_slow: bool,
+visloc_core::with_defaults! {
+    /// One page.
+    #[derive(Debug)]
+    pub(super) struct Link {
+        scene: KnownScene = KnownScene::Nothing,
+        in_flight: VecDeque<Sent> = VecDeque::new(),
+        image_from_secs: f64 = 0.0,
+        image_size: ImageSize = ImageSize::default(),
+        /// The image that was sent last, and whether whole.
+        image: Option<(Arc<[u8]>, bool)> = None,
+        num_drawn: u64 = 0,
+        /// Whether the page shows another image than the update that it shows, or a smaller one.
+        owes_image: bool = false,
+        /// Whether the last update came through quickly.
+        is_fast: bool = false,
+        /// Whether only one update is to be on its way.
+        is_slow: bool = true,
+    }
 }
 
 /// What a page knows of what stays.
@@ -57,22 +59,6 @@ struct Sent {
     has_image: bool,
     /// Whether it says nothing about how long updates take that are to follow each other.
     is_single: bool,
-}
-
-impl Default for Link {
-    fn default() -> Self {
-        Self {
-            scene: KnownScene::Nothing,
-            in_flight: VecDeque::new(),
-            image_from_secs: 0.0,
-            image_size: ImageSize::default(),
-            image: None,
-            num_drawn: 0,
-            owes_image: false,
-            is_fast: false,
-            is_slow: true,
-        }
-    }
 }
 
 impl Link {

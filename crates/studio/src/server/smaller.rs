@@ -46,7 +46,6 @@ pub(super) fn smaller(message: &Arc<[u8]>, level: usize) -> Arc<[u8]> {
 }
 
 /// Each square of pixels becomes its mean.
-#[allow(clippy::cast_possible_truncation)]
 fn shrunk(image: &RgbImage, factor: usize) -> Option<RgbImage> {
     if factor <= 1 {
         return Some(image.clone());
@@ -70,14 +69,17 @@ fn shrunk(image: &RgbImage, factor: usize) -> Option<RgbImage> {
     RgbImage::from_raw(width as u32, height as u32, bytes).ok()
 }
 
-/// Chooses how small images are, by how long they took.
-#[derive(Debug)]
-pub(super) struct ImageSize {
-    level: usize,
-    num_slow: u32,
-    num_fast: u32,
-    /// So many fast ones before a larger image is tried.
-    patience: u32,
+visloc_core::with_defaults! {
+    /// Chooses how small images are, by how long they took.
+    /// By default the smallest, until it is known how long it takes.
+    #[derive(Debug)]
+    pub(super) struct ImageSize {
+        level: usize = MAX_LEVEL,
+        num_slow: u32 = 0,
+        num_fast: u32 = 0,
+        /// So many fast ones before a larger image is tried.
+        patience: u32 = PATIENCE.0,
+    }
 }
 
 /// Images that are drawn within this time cost nothing, seconds: a page on this computer that is merely busy keeps all of them.
@@ -88,13 +90,6 @@ const CERTAIN: [(f64, usize); 2] = [(8.0, 3), (4.0, 2)];
 const SLOW_IN_A_ROW: u32 = 2;
 /// Fast ones before a larger image is tried: while none has been slow, after the first try that went wrong, and at most after more of them.
 const PATIENCE: (u32, u32, u32) = (1, 32, 512);
-
-impl Default for ImageSize {
-    /// The smallest, until it is known how long it takes.
-    fn default() -> Self {
-        Self { level: MAX_LEVEL, num_slow: 0, num_fast: 0, patience: PATIENCE.0 }
-    }
-}
 
 impl ImageSize {
     /// 0 as it was made, to [`MAX_LEVEL`], the smallest.

@@ -61,7 +61,6 @@ struct Asked {
 
 impl Wheel {
     /// A robot that stands.
-    #[must_use]
     pub fn new(limits: DriveLimits, clock: Clock) -> Self {
         Self { limits, clock, asked: Mutex::new(Asked::default()) }
     }
@@ -125,7 +124,6 @@ impl Wheel {
     }
 
     /// What the robot is to do now.
-    #[must_use]
     pub fn order(&self) -> DriveOrder {
         let asked = self.asked();
         let is_driven = asked.speeds != [0.0; 3] && self.clock.secs() < asked.until_secs;
@@ -134,7 +132,6 @@ impl Wheel {
     }
 
     /// What those who watch should know: `drive` of the state message.
-    #[must_use]
     pub fn fields(&self) -> Value {
         let DriveOrder { is_driven, head, .. } = self.order();
         let asked = self.asked();

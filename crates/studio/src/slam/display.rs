@@ -6,7 +6,8 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 use visloc_core::{
     CameraPose, CameraTrajectory, Timestamp,
-    eval::camera::{Alignment, Similarity, align, associate},
+    eval::camera::{Alignment, align, associate},
+    geom::Similarity,
 };
 use visloc_slam::Slam;
 
@@ -89,7 +90,7 @@ impl Display {
     }
 
     pub fn point(&self, point_in_map: &Point3<f64>) -> Point3<f64> {
-        self.shown_from_map.apply(&point_in_map.coords)
+        self.shown_from_map.point(point_in_map)
     }
 
     pub fn direction(&self, direction_in_map: &Vector3<f64>) -> Vector3<f64> {

@@ -28,7 +28,6 @@ pub struct MapViewer {
 impl MapViewer {
     /// Shows a camera in a map, in the frame of the map. The truth is shown where the map was aligned to it. `more` is a table that is laid
     /// over the scene message.
-    #[must_use]
     pub fn new(
         camera: &Camera,
         title: &str,
@@ -62,13 +61,11 @@ impl MapViewer {
     }
 
     /// Where the camera was, if that is known.
-    #[must_use]
     pub fn world_from_camera(&self, at: Timestamp) -> Option<&Rigid3<World, CameraFrame>> {
         self.viewer.world_from_camera(at)
     }
 
     /// Seconds from the first frame to this one.
-    #[must_use]
     pub fn secs(&self, at: Timestamp) -> f64 {
         self.viewer.secs(at)
     }

@@ -50,7 +50,6 @@ impl SlamSettings {
     }
 
     /// The parameters.
-    #[must_use]
     pub fn config(&self) -> &SlamConfig {
         &self.config
     }

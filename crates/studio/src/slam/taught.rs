@@ -37,7 +37,6 @@ pub struct TaughtMaps(Arc<Mutex<Vec<TaughtMap>>>);
 
 impl TaughtMaps {
     /// All so far.
-    #[must_use]
     pub fn all(&self) -> Vec<TaughtMap> {
         self.lock().clone()
     }

@@ -45,7 +45,6 @@ pub struct SlamViewer {
 
 impl SlamViewer {
     /// Shows a system for a camera. `more` is a table that is laid over the scene message.
-    #[must_use]
     pub fn new(camera: &Camera, title: &str, truth: Option<CameraTrajectory>, more: Value) -> Self {
         Self {
             camera: *camera,
@@ -114,13 +113,11 @@ impl SlamViewer {
     }
 
     /// Where the camera was, if that is known.
-    #[must_use]
     pub fn world_from_camera(&self, at: Timestamp) -> Option<&Rigid3<World, CameraFrame>> {
         self.display.truth_at(at).map(|pose| &pose.world_from_camera)
     }
 
     /// Seconds from the first frame to this one.
-    #[must_use]
     pub fn secs(&self, at: Timestamp) -> f64 {
         self.first_at.map_or(0.0, |first| at.secs_since(first))
     }

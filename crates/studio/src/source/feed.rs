@@ -67,7 +67,6 @@ impl<T: Send + 'static> Feed<T> {
     }
 
     /// What there is now.
-    #[must_use]
     pub fn poll(&self) -> Fed<T> {
         match self.items.try_recv() {
             Ok(Ok(item)) => Fed::Item(item),

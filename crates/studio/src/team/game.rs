@@ -76,7 +76,6 @@ impl Game {
     }
 
     /// Somebody carries a robot elsewhere; its feet feel it. Whether there is a place.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn kidnap(&mut self, robot: usize) -> bool {
         self.num_kidnaps += 1;
         let num_frames = (KIDNAP_SECS * IMAGES_PER_SEC).round() as usize;

@@ -123,7 +123,6 @@ impl Robot {
     }
 
     /// What it sends of late, without headers of the network.
-    #[allow(clippy::cast_precision_loss)]
     pub fn bytes_per_sec(&self) -> f64 {
         self.sent.iter().map(|(_, num_bytes)| num_bytes).sum::<usize>() as f64 / METER_SECS
     }

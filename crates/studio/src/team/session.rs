@@ -143,7 +143,6 @@ impl Session for TeamSession {
         Ok(())
     }
 
-    #[allow(clippy::cast_precision_loss)]
     fn update(&mut self, aside: Option<&Value>) -> Result<Update, StudioError> {
         let scene = self.scene_message()?;
         let robots = self.game.robots();

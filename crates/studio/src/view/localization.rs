@@ -47,7 +47,6 @@ pub struct ContenderView {
 
 impl ContenderView {
     /// Copies what is shown of an algorithm.
-    #[must_use]
     pub fn new(name: &str, pipeline: &Pipeline) -> Self {
         let StepTimes { analysis_ms, localizer_ms } = pipeline.times();
         let localizer = pipeline.localizer();
@@ -223,7 +222,6 @@ fn hypotheses(estimate: &Estimate) -> Vec<[f64; 4]> {
 }
 
 /// x, y, heading, likelihood and population of each individual.
-#[allow(clippy::cast_precision_loss)]
 fn flat(individuals: &[Individual]) -> impl Iterator<Item = f64> + '_ {
     let five = |individual: &Individual| {
         let [x, y, yaw] = triple(&individual.world_from_robot);
@@ -242,7 +240,6 @@ fn kept(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// x, y and the number of the reason among all reasons.
-#[allow(clippy::cast_precision_loss)]
 fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
     let every = percept.dropped.len().div_ceil(MAX_DROPPED).max(1);
     percept.dropped.iter().step_by(every).flat_map(|pixel| {
@@ -252,7 +249,6 @@ fn dropped(percept: &Percept) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// What pages are shown of each algorithm.
-#[must_use]
 pub fn views(lineup: &Lineup) -> Vec<ContenderView> {
     lineup.contenders().iter().map(|it| ContenderView::new(it.name(), it.pipeline())).collect()
 }

@@ -24,7 +24,6 @@ pub struct RunViewer {
 
 impl RunViewer {
     /// Shows a run.
-    #[must_use]
     pub fn new(title: &str) -> Self {
         let more = json!({
             "mode": "watch",
@@ -116,7 +115,6 @@ pub struct RunMoment {
 
 impl RunMoment {
     /// Since the first frame.
-    #[must_use]
     pub fn secs(&self) -> f64 {
         self.secs
     }

@@ -20,7 +20,6 @@ const SLACK_M: f64 = 0.03;
 const PIECE_M: f64 = 0.5;
 
 /// Borders of the map in the image of a robot at a pose: x and y in pixels, a pair of NaN after each line.
-#[must_use]
 pub fn theoretical_image(
     map: &Map,
     camera: &Camera,

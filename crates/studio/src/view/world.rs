@@ -9,7 +9,6 @@ use visloc_world::{
 };
 
 /// The map as JSON: `kind`, `bounds_m` and what is drawn, meters of the world frame.
-#[must_use]
 pub fn world_geometry(map: &Map) -> Value {
     match map {
         Map::Field(field) => field_geometry(field),

@@ -18,7 +18,6 @@ pub struct FieldJunction {
 impl FieldJunction {
     /// The direction that tells its heading, a unit vector. L: between the two lines. T: along the line that ends. X: along
     /// one of the lines; a quarter turn more is the same.
-    #[must_use]
     pub fn direction(&self) -> Vector2<f64> {
         let sum: Vector2<f64> = self.arms.iter().sum();
         sum.try_normalize(1e-6).or_else(|| self.arms.first().copied()).unwrap_or_else(Vector2::x)

@@ -16,14 +16,12 @@ pub struct Segment {
 
 impl Segment {
     /// From coordinates (x, y) of both ends, meters.
-    #[must_use]
     pub fn new(start: (f64, f64), end: (f64, f64)) -> Self {
         Self { start: Point2::new(start.0, start.1), end: Point2::new(end.0, end.1) }
     }
 
     /// The point of the segment that is nearest to `point`.
     #[inline]
-    #[must_use]
     pub fn nearest_point(&self, point: &Point2<f64>) -> Point2<f64> {
         let along = self.end - self.start;
         let t = (point - self.start).dot(&along) / along.norm_squared();
@@ -78,50 +76,42 @@ impl Field {
     }
 
     /// What the file says.
-    #[must_use]
     pub fn dimensions(&self) -> &FieldDimensions {
         &self.dimensions
     }
 
     /// Center lines of all long straight lines: border, halfway line, boxes.
-    #[must_use]
     pub fn lines(&self) -> &[Segment] {
         &self.lines
     }
 
     /// Center lines of the bars of penalty marks and center mark.
-    #[must_use]
     pub fn marks(&self) -> &[Segment] {
         &self.marks
     }
 
     /// Places where the long lines meet each other, or the halfway line meets the circle.
-    #[must_use]
     pub fn junctions(&self) -> Vec<FieldJunction> {
         junctions::junctions(self)
     }
 
     /// Radius of the center circle's center line, meters. Its center is the origin.
-    #[must_use]
     pub fn circle_radius_m(&self) -> f64 {
         self.dimensions.center_circle_diameter_m / 2.0
     }
 
     /// The goal at +x and the goal at -x.
-    #[must_use]
     pub fn goals(&self) -> &[Goal; 2] {
         &self.goals
     }
 
     /// Half the carpet's size along x and y, meters: no robot stands beyond it.
-    #[must_use]
     pub fn half_carpet_m(&self) -> (f64, f64) {
         let d = &self.dimensions;
         (d.length_m / 2.0 + d.border_m, d.width_m / 2.0 + d.border_m)
     }
 
     /// Whether the field looks the same turned by 180 degrees.
-    #[must_use]
     pub fn is_point_symmetric(&self) -> bool {
         self.goals[0].color == self.goals[1].color
     }

@@ -5,7 +5,10 @@ use super::{
     notes::Notes,
     walls::{Piece, is_near, overlap_m, place},
 };
-use crate::office::{SurfaceColor, check::TOUCH_M};
+use crate::office::{
+    SurfaceColor,
+    check::{MAX_DOORS, TOUCH_M},
+};
 
 /// A stroke that stands for a door, or for a part of one.
 #[derive(Debug)]
@@ -32,9 +35,6 @@ enum Fit {
     Gap,
     OnWall,
 }
-
-/// More doors are not compared with each other.
-const MAX_DOORS: usize = 5_000;
 
 /// The doors that fit into the walls. A swing's leaf stands in the wall when it is closed: a quarter of a circle has its
 /// hinge in the middle, and one of its ends is where the closed leaf reaches.

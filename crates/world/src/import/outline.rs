@@ -53,7 +53,6 @@ type Ring = Vec<([f64; 2], bool)>;
 pub(super) fn outlines(cells: &Cells, cell_m: f64, notes: &mut Notes) -> Result<Vec<CorridorPlan>, String> {
     let mut corridors = Vec::new();
     let mut effort = 0;
-    #[allow(clippy::cast_precision_loss)]
     let height = cells.height as f64;
     for ring in rings(cells)? {
         let corners = simplified(&with_long_sides(ring, cell_m), cell_m, &mut effort)?;
@@ -85,7 +84,6 @@ fn rings(cells: &Cells) -> Result<Vec<Ring>, String> {
 }
 
 /// Which steps begin at each corner of the grid, as bits.
-#[allow(clippy::cast_possible_wrap)]
 fn borders(cells: &Cells) -> Vec<u8> {
     let columns = cells.width + 1;
     let mut outgoing = vec![0; columns * (cells.height + 1)];
@@ -115,12 +113,6 @@ fn beyond(step: usize) -> (i64, i64) {
     (dy, -dx)
 }
 
-#[allow(
-    clippy::cast_possible_wrap,
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss
-)]
 fn trace(cells: &Cells, mut outgoing: Vec<u8>) -> Result<Vec<Ring>, String> {
     let columns = cells.width + 1;
     let mut num_corners = 0;

@@ -19,7 +19,7 @@ pub(crate) const MAX_COORDINATE_M: f64 = 10_000.0;
 const MAX_AREA_M2: f64 = 250_000.0;
 /// More walls or doors are not compared with each other.
 pub(crate) const MAX_WALLS: usize = 20_000;
-const MAX_DOORS: usize = 5_000;
+pub(crate) const MAX_DOORS: usize = 5_000;
 
 /// Checks what a plan says before anything is made of it: numbers, counts and sizes.
 pub(super) fn check_sizes(name: &str, plan: &OfficePlan) -> Result<(), MapError> {

@@ -3,6 +3,7 @@
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
+use visloc_core::hue_saturation_brightness;
 
 /// Names that a file may use, with the color that is meant.
 const NAMED: [(&str, [u8; 3]); 11] = [
@@ -35,39 +36,19 @@ impl SurfaceColor {
     /// A yellow floor.
     pub const YELLOW: Self = Self { rgb: NAMED[5].1 };
 
-    /// Hue in degrees [0, 360), and saturation, 0 (gray) to 1 (pure).
-    #[must_use]
-    pub fn hue_and_saturation(&self) -> (f64, f64) {
-        let [r, g, b] = self.rgb.map(f64::from);
-        let (max, min) = (r.max(g).max(b), r.min(g).min(b));
-        let chroma = max - min;
-        if chroma == 0.0 {
-            return (0.0, 0.0);
-        }
-        let sextant = if max == r {
-            ((g - b) / chroma).rem_euclid(6.0)
-        } else if max == g {
-            (b - r) / chroma + 2.0
-        } else {
-            (r - g) / chroma + 4.0
-        };
-        (sextant * 60.0, chroma / max)
-    }
-
     /// Whether the color is too gray to have a hue that a camera can see in any light.
-    #[must_use]
     pub fn is_gray(&self) -> bool {
-        self.hue_and_saturation().1 < 0.3
+        hue_saturation_brightness(self.rgb).1 < 0.3
     }
 
     /// Whether a camera can tell two surfaces apart in any light: one is gray and the other is not, or their hues are
     /// at least 25 degrees apart.
-    #[must_use]
     pub fn differs_from(&self, other: &Self) -> bool {
         if self.is_gray() || other.is_gray() {
             return self.is_gray() != other.is_gray();
         }
-        let apart = (self.hue_and_saturation().0 - other.hue_and_saturation().0).rem_euclid(360.0);
+        let [own, others] = [self, other].map(|color| hue_saturation_brightness(color.rgb).0);
+        let apart = (own - others).rem_euclid(360.0);
         apart.min(360.0 - apart) >= 25.0
     }
 }

@@ -26,7 +26,6 @@ pub struct FreeSpace {
     is_enclosed: bool,
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 impl FreeSpace {
     pub(super) fn new(plan: &OfficePlan, walls: &[Wall]) -> Self {
         let corners = || {
@@ -62,16 +61,23 @@ impl FreeSpace {
             let next = corridor.outline.iter().cycle().skip(1);
             corridor.outline.iter().zip(next).map(|(a, b)| [point(*a), point(*b)])
         });
-        let crossings = self.crossings(sides, |_| ());
+        let mut is_free = std::mem::take(&mut self.is_free);
+        self.walk_rows(self.crossings(sides, |_| ()), |cell, _, right| is_free[cell] = right.len() % 2 == 1);
+        self.is_free = is_free;
+    }
+
+    /// Goes through all cells, each with what crosses its row to the left and to the right of its middle, from left to right.
+    fn walk_rows<T>(
+        &self,
+        crossings: Vec<Vec<(f64, T)>>,
+        mut visit: impl FnMut(usize, &[(f64, T)], &[(f64, T)]),
+    ) {
         for (row, mut crossings) in crossings.into_iter().enumerate() {
             crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut passed = 0;
             for column in 0..self.columns {
                 let x = self.middle(column, row).x;
-                while crossings.get(passed).is_some_and(|crossing| crossing.0 <= x) {
-                    passed += 1;
-                }
-                self.is_free[row * self.columns + column] = (crossings.len() - passed) % 2 == 1;
+                let (left, right) = crossings.split_at(crossings.partition_point(|crossing| crossing.0 <= x));
+                visit(row * self.columns + column, left, right);
             }
         }
     }
@@ -126,27 +132,19 @@ impl FreeSpace {
         let lines = walls.iter().map(|wall| [wall.start, wall.end]);
         // A wall that goes up is seen from larger x.
         let crossings = self.crossings(lines, |i| walls[i].end.y > walls[i].start.y);
-        for (row, mut crossings) in crossings.into_iter().enumerate() {
-            crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let mut passed = 0;
-            for column in 0..self.columns {
-                let x = self.middle(column, row).x;
-                while crossings.get(passed).is_some_and(|crossing| crossing.0 <= x) {
-                    passed += 1;
-                }
-                let (left, right) = crossings.split_at(passed);
-                let is_front = |wanted: bool, nearest: Option<&(f64, bool)>, sides: &[(f64, bool)]| {
-                    let same = |side: &&(f64, bool)| nearest.is_some_and(|n| (side.0 - n.0).abs() < SAME_M);
-                    nearest.is_none() || sides.iter().filter(same).any(|side| side.1 == wanted)
-                };
-                // Only the nearest places are looked at: a wall has two sides.
-                let left_sides = &left[left.len().saturating_sub(4)..];
-                let right_sides = &right[..right.len().min(4)];
-                if !is_front(true, left.last(), left_sides) || !is_front(false, right.first(), right_sides) {
-                    self.is_free[row * self.columns + column] = false;
-                }
-            }
-        }
+        let is_front = |wanted: bool, nearest: Option<&(f64, bool)>, sides: &[(f64, bool)]| {
+            let same = |side: &&(f64, bool)| nearest.is_some_and(|n| (side.0 - n.0).abs() < SAME_M);
+            nearest.is_none() || sides.iter().filter(same).any(|side| side.1 == wanted)
+        };
+        let mut is_free = std::mem::take(&mut self.is_free);
+        self.walk_rows(crossings, |cell, left, right| {
+            // Only the nearest places are looked at: a wall has two sides.
+            let left_sides = &left[left.len().saturating_sub(4)..];
+            let right_sides = &right[..right.len().min(4)];
+            is_free[cell] &=
+                is_front(true, left.last(), left_sides) && is_front(false, right.first(), right_sides);
+        });
+        self.is_free = is_free;
     }
 
     /// Nothing is free where a robot does not fit: between the two faces of a wall, for example.
@@ -245,7 +243,6 @@ impl FreeSpace {
 
     /// Whether a robot can be at (x, y), meters.
     #[inline]
-    #[must_use]
     pub fn contains(&self, x_m: f64, y_m: f64) -> bool {
         self.cell(x_m, y_m).is_some_and(|cell| self.is_free[cell])
     }
@@ -260,20 +257,17 @@ impl FreeSpace {
     }
 
     /// Least and largest (x, y) of all walls, meters.
-    #[must_use]
     pub fn bounds_m(&self) -> [Point2<f64>; 2] {
         let size = nalgebra::Vector2::new(self.columns as f64, self.rows as f64) * self.cell_m;
         [self.min, self.min + size]
     }
 
     /// Area where a robot can be, square meters.
-    #[must_use]
     pub fn area_m2(&self) -> f64 {
         self.free.len() as f64 * self.cell_m * self.cell_m
     }
 
     /// Whether walls or outlines enclose the floor. If not, everything between the walls counts as floor.
-    #[must_use]
     pub fn is_enclosed(&self) -> bool {
         self.is_enclosed
     }
@@ -292,7 +286,6 @@ impl FreeSpace {
 
     /// Areas of the parts between which no robot comes, the largest first, square meters. A pair of places, at both sides
     /// of a door, joins the parts in which they lie.
-    #[must_use]
     pub fn parts_m2(&self, passages: &[[Point2<f64>; 2]]) -> Vec<f64> {
         let mut part_of = vec![u32::MAX; self.is_free.len()];
         let mut is_seen = vec![false; self.is_free.len()];
@@ -331,7 +324,6 @@ impl FreeSpace {
 
     /// The free place that belongs to three numbers of [0, 1): evenly spread numbers give evenly spread places. The
     /// first one chooses the cell, the others the place in it. `None` if nothing is free.
-    #[must_use]
     pub fn place(&self, choice: f64, in_cell: [f64; 2]) -> Option<Point2<f64>> {
         let last = self.free.len().checked_sub(1)?;
         let index = self.free[((choice * self.free.len() as f64) as usize).min(last)] as usize;
@@ -344,7 +336,6 @@ impl FreeSpace {
 }
 
 /// The cells between two distances from the first one's edge, in cells.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn between(from: f64, to: f64, count: usize) -> Range<usize> {
     let cell = |distance: f64| (distance.floor().max(0.0) as usize).min(count - 1);
     cell(from)..cell(to) + 1

@@ -92,37 +92,31 @@ impl Office {
     }
 
     /// What the file says.
-    #[must_use]
     pub fn plan(&self) -> &OfficePlan {
         &self.plan
     }
 
     /// All walls, one for each side that is seen.
-    #[must_use]
     pub fn walls(&self) -> &[Wall] {
         &self.walls
     }
 
     /// All doors, one for each side that is seen.
-    #[must_use]
     pub fn doors(&self) -> &[Door] {
         &self.doors
     }
 
     /// The different colors of the doors.
-    #[must_use]
     pub fn door_colors(&self) -> &[SurfaceColor] {
         &self.door_colors
     }
 
     /// Where a robot can be.
-    #[must_use]
     pub fn free_space(&self) -> &FreeSpace {
         &self.free_space
     }
 
     /// Length of all walls, meters.
-    #[must_use]
     pub fn wall_length_m(&self) -> f64 {
         self.walls.iter().map(|wall| (wall.end - wall.start).norm()).sum()
     }
@@ -130,20 +124,17 @@ impl Office {
 
 impl Wall {
     /// Unit vector from its left to its right end.
-    #[must_use]
     pub fn direction(&self) -> Vector2<f64> {
         (self.end - self.start).normalize()
     }
 
     /// Unit vector from the wall to those who see it.
-    #[must_use]
     pub fn normal(&self) -> Vector2<f64> {
         let along = self.direction();
         Vector2::new(along.y, -along.x)
     }
 
     /// From its nearest point to a place, meters.
-    #[must_use]
     pub fn distance_m(&self, at: &Point2<f64>) -> f64 {
         let along = self.end - self.start;
         let t = ((at - self.start).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
@@ -152,7 +143,6 @@ impl Wall {
 
     /// Whether it hides one point from the other: the straight way between them crosses it, more than `slack_m` from
     /// its ends.
-    #[must_use]
     pub fn hides(&self, from: &Point2<f64>, to: &Point2<f64>, slack_m: f64) -> bool {
         let (wall, way) = (self.end - self.start, to - from);
         let across = way.perp(&wall);

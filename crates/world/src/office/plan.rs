@@ -48,7 +48,6 @@ pub struct CorridorPlan {
 
 impl CorridorPlan {
     /// A floor with walls all around.
-    #[must_use]
     pub fn closed(outline: Vec<[f64; 2]>) -> Self {
         Self { outline, open_sides: Vec::new() }
     }
@@ -138,7 +137,6 @@ pub(super) fn default_door_color() -> SurfaceColor {
 
 impl OfficePlan {
     /// A building without walls, to be filled.
-    #[must_use]
     pub fn named(name: &str) -> Self {
         Self {
             kind: "office".to_owned(),

@@ -2,19 +2,14 @@
 
 use nalgebra::Matrix3;
 
-use super::{Alignment, PosePair, Similarity, Statistics, align, relative::angle_rad};
+use super::{Alignment, PosePair, Statistics, align, relative::angle_rad};
+use crate::geom::Similarity;
 
 /// Distances between aligned and true positions, meters, and the rotations that are left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteError {
-    /// Root of the mean square.
-    pub rmse: f64,
-    /// Mean.
-    pub mean: f64,
-    /// Median.
-    pub median: f64,
-    /// Largest.
-    pub max: f64,
+    /// Of the distances.
+    pub statistics: Statistics,
     /// Of each pair, in order.
     pub each: Vec<f64>,
     /// Angle between true and aligned orientation of each pair, radians in [0, pi].
@@ -24,11 +19,10 @@ pub struct AbsoluteError {
 }
 
 /// Aligns and measures. `None` without an alignment.
-#[must_use]
 pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<AbsoluteError> {
     let similarity = align(pairs, alignment)?;
     let distance = |pair: &PosePair| {
-        let moved = similarity.apply(pair.estimate.world_from_camera.translation());
+        let moved = similarity.place(pair.estimate.world_from_camera.translation());
         (moved.coords - pair.truth.world_from_camera.translation()).norm()
     };
     let each: Vec<f64> = pairs.iter().map(distance).collect();
@@ -36,9 +30,8 @@ pub fn absolute_error(pairs: &[PosePair], alignment: Alignment) -> Option<Absolu
         let moved: Matrix3<f64> = similarity.rotation * pair.estimate.world_from_camera.rotation();
         angle_rad(&(pair.truth.world_from_camera.rotation().transpose() * moved))
     };
-    let Statistics { rmse, mean, median, max, .. } = Statistics::of(&each)?;
     let each_rotation_rad = pairs.iter().map(rotation).collect();
-    Some(AbsoluteError { rmse, mean, median, max, each, each_rotation_rad, similarity })
+    Some(AbsoluteError { statistics: Statistics::of(&each)?, each, each_rotation_rad, similarity })
 }
 
 #[cfg(test)]
@@ -67,9 +60,13 @@ mod tests {
     #[test]
     fn a_moved_copy_has_no_error_after_alignment() {
         let error = absolute_error(&pairs(), Alignment::Similarity).unwrap();
-        assert!(error.rmse < 1e-9 && (error.similarity.scale - 4.0).abs() < 1e-9, "{}", error.rmse);
+        assert!(
+            error.statistics.rmse < 1e-9 && (error.similarity.scale - 4.0).abs() < 1e-9,
+            "{}",
+            error.statistics.rmse
+        );
         assert!(error.each_rotation_rad.iter().all(|angle| *angle < 1e-9));
-        assert!(absolute_error(&pairs(), Alignment::Rigid).unwrap().rmse > 0.1);
+        assert!(absolute_error(&pairs(), Alignment::Rigid).unwrap().statistics.rmse > 0.1);
         assert!(absolute_error(&pairs()[..2], Alignment::Rigid).is_none());
     }
 
@@ -77,7 +74,7 @@ mod tests {
     fn without_alignment_every_difference_counts() {
         let error = absolute_error(&pairs(), Alignment::None).unwrap();
         assert!(error.each_rotation_rad.iter().all(|angle| (angle - 1.06_f64.sqrt()).abs() < 1e-9));
-        assert!(error.mean > 1.0);
+        assert!(error.statistics.mean > 1.0);
         assert!(absolute_error(&[], Alignment::None).is_none());
     }
 }

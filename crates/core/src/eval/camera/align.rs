@@ -1,8 +1,9 @@
 //! Alignment of an estimate with the truth.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::PosePair;
+use crate::geom::Similarity;
 
 /// How freely an estimate may be moved before it is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,36 +16,10 @@ pub enum Alignment {
     Similarity,
 }
 
-/// Takes points of the estimate to the truth: `scale * rotation * p + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Similarity {
-    /// Scale.
-    pub scale: f64,
-    /// Rotation matrix.
-    pub rotation: Matrix3<f64>,
-    /// Translation, meters.
-    pub translation: Vector3<f64>,
-}
-
-impl Similarity {
-    /// Leaves everything where it is.
-    #[must_use]
-    pub fn identity() -> Self {
-        Self { scale: 1.0, rotation: Matrix3::identity(), translation: Vector3::zeros() }
-    }
-
-    /// Where a point of the estimate is in the truth.
-    #[must_use]
-    pub fn apply(&self, point: &Vector3<f64>) -> Point3<f64> {
-        Point3::from(self.rotation * point * self.scale + self.translation)
-    }
-}
-
-/// The transform that brings the estimated positions nearest to the true ones, in the least-squares sense. `None` with fewer
+/// The transform from the estimate to the truth that brings the estimated positions nearest to the true ones, in the least-squares sense. `None` with fewer
 /// than three pairs or with positions that do not determine it.
 ///
 /// Source: Umeyama, "Least-squares estimation of transformation parameters between two point patterns", 1991.
-#[must_use]
 pub fn align(pairs: &[PosePair], alignment: Alignment) -> Option<Similarity> {
     if alignment == Alignment::None {
         return Some(Similarity::identity());

@@ -7,7 +7,7 @@ mod relative;
 mod statistics;
 
 pub use absolute::{AbsoluteError, absolute_error};
-pub use align::{Alignment, Similarity, align};
+pub use align::{Alignment, align};
 pub use pairs::{PosePair, associate, coverage};
 pub use relative::{Motions, RelativeError, RelativeErrors, Step, relative_error, relative_errors};
 pub use statistics::Statistics;

@@ -14,7 +14,6 @@ pub struct PosePair {
 /// Pairs each pose of the trajectory that has fewer with the nearest pose of the other, if one lies within the tolerance,
 /// as `evo` does: a truth at a higher rate is thinned out, and so is an estimate. Of two that are as near the earlier is
 /// taken.
-#[must_use]
 pub fn associate(
     truth: &CameraTrajectory,
     estimate: &CameraTrajectory,
@@ -36,7 +35,6 @@ pub fn associate(
 
 /// Share of the truth's time for which there is an estimate, 0 to 1: the time between neighboring pairs counts unless it is
 /// longer than three times the median of all such times. `None` if the truth has no duration.
-#[must_use]
 pub fn coverage(truth: &CameraTrajectory, pairs: &[PosePair]) -> Option<f64> {
     let (first, last) = (truth.poses().first()?, truth.poses().last()?);
     let duration_secs = last.at.secs_since(first.at);

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PosePair, Similarity, Statistics};
+use super::{PosePair, Statistics};
+use crate::geom::Similarity;
 
 /// Errors of motions between pairs a fixed number of pairs apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,6 @@ pub struct RelativeErrors {
 /// pairs.
 ///
 /// Source: Sturm et al., "A benchmark for the evaluation of RGB-D SLAM systems", 2012.
-#[must_use]
 pub fn relative_error(pairs: &[PosePair], delta: usize, similarity: &Similarity) -> Option<RelativeError> {
     let errors = relative_errors(pairs, Step::Frames(delta), Motions::All, similarity);
     Some(RelativeError {
@@ -59,7 +59,6 @@ pub fn relative_error(pairs: &[PosePair], delta: usize, similarity: &Similarity)
 /// angle. Empty if no two pairs are far enough apart.
 ///
 /// Source: as [`relative_error`]; the choice of motions is that of `evo`.
-#[must_use]
 pub fn relative_errors(
     pairs: &[PosePair],
     step: Step,

@@ -23,8 +23,6 @@ pub struct Statistics {
 
 impl Statistics {
     /// Of some errors; `None` if there are none.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn of(errors: &[f64]) -> Option<Self> {
         let mut sorted = errors.to_vec();
         sorted.sort_by(f64::total_cmp);

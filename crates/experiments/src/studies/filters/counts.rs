@@ -44,14 +44,12 @@ impl Kept {
         if is_right { self.right += 1 } else { self.wrong += 1 }
     }
 
-    #[allow(clippy::cast_precision_loss)]
     pub fn precision(self) -> Option<f64> {
         let all = self.right + self.wrong;
         (all > 0).then(|| self.right as f64 / all as f64)
     }
 
     /// Share of the right pixels before the filters that are still there.
-    #[allow(clippy::cast_precision_loss)]
     pub fn recall(self, before: Self) -> Option<f64> {
         (before.right > 0).then(|| self.right as f64 / before.right as f64)
     }

@@ -48,7 +48,6 @@ impl Counts {
     }
 }
 
-#[allow(clippy::cast_precision_loss)]
 fn share(part: u64, whole: u64) -> Option<f64> {
     (whole > 0).then(|| part as f64 / whole as f64)
 }
@@ -72,7 +71,6 @@ fn index(kind: FeatureKind) -> Option<usize> {
 
 impl Borders {
     /// The borders in a label image, for a robot whose camera is really there.
-    #[allow(clippy::cast_precision_loss)]
     pub fn new(
         labels: &LabelImage,
         camera: &visloc_core::geom::Camera,
@@ -116,7 +114,6 @@ impl Borders {
     }
 
     /// Whether most of a line lies on borders of its kind.
-    #[allow(clippy::cast_precision_loss)]
     fn is_right(&self, line: &Labelled, kind: usize) -> bool {
         let num_places = (line.segment.length_px().ceil().max(1.0) as u32).min(400);
         let along = line.segment.end - line.segment.start;

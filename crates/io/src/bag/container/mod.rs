@@ -1,6 +1,7 @@
 //! The kinds of files that recordings stand in. Each has a module, which gives the topics of a file and its messages.
 
 mod mcap;
+mod mcap_records;
 mod ros1;
 mod ros1_records;
 #[cfg(feature = "sqlite")]
@@ -23,6 +24,8 @@ pub(in crate::bag) use self::ros1::UNREADABLE_ROS1;
 use self::{mcap::McapFile, ros1::Ros1File, sqlite::SqliteFile};
 use super::{BagError, TopicInfo};
 
+/// First bytes of a file of SQLite.
+const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
 /// Longest message that is believed, bytes: above any picture, below what a damaged length field asks for.
 pub(super) const MAX_MESSAGE_BYTES: usize = 256 << 20;
 
@@ -84,7 +87,6 @@ pub struct DamagedBag {
 
 impl DamagedBag {
     /// File and place.
-    #[must_use]
     pub fn origin(&self) -> String {
         format!("{}: {}", self.path.display(), self.place)
     }
@@ -119,7 +121,7 @@ impl Kind {
     fn of(path: &Path) -> io::Result<Self> {
         let mut start = Vec::new();
         files::open(path)?.take(16).read_to_end(&mut start)?;
-        if start.starts_with(sqlite::MAGIC) {
+        if start.starts_with(SQLITE_MAGIC) {
             return Ok(Self::Sqlite);
         }
         if start.starts_with(ros1::MAGIC) {
@@ -127,7 +129,7 @@ impl Kind {
         }
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         Ok(match extension.as_str() {
-            _ if start.starts_with(mcap::MAGIC) => Self::Mcap,
+            _ if start.starts_with(mcap_records::MAGIC) => Self::Mcap,
             "db3" => Self::Sqlite,
             "bag" => Self::Ros1,
             _ => Self::Mcap,

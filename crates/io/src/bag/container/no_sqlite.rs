@@ -5,9 +5,6 @@ use std::path::Path;
 use super::{BagMessage, DamagedBag, Wanted};
 use crate::bag::{BagError, TopicInfo};
 
-/// First bytes of a file.
-pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
-
 /// Cannot be made.
 pub(super) enum SqliteFile {}
 

@@ -17,8 +17,6 @@ use visloc_core::files;
 use super::{BagMessage, Channel, DamagedBag, MAX_MESSAGE_BYTES, Wanted};
 use crate::bag::{BagError, TopicInfo, schemas};
 
-/// First bytes of a file.
-pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
 /// How many places of messages are looked up at once.
 const NUM_KEYS: i64 = 4096;
 

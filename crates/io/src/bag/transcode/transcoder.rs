@@ -69,13 +69,11 @@ impl Transcoder {
     }
 
     /// The type as ROS 2 names it, such as `sensor_msgs/msg/Image`.
-    #[must_use]
     pub fn type_name(&self) -> &str {
         &self.type_name
     }
 
     /// The definition as ROS 2 writes it (`ros2msg`), with everything in it.
-    #[must_use]
     pub fn definition(&self) -> String {
         self.definition.clone()
     }

@@ -9,17 +9,10 @@
 use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use visloc_core::{CameraPose, CameraTrajectory, Timestamp, files, geom::Rigid3};
+use visloc_core::{CameraPose, CameraTrajectory, files, geom::Rigid3};
 
-use super::{
-    Contents, Layout, file_ending, first_file,
-    numbered::{image_files, number_in},
-};
-use crate::{
-    FileError,
-    camera_trajectory::read_camera_trajectory,
-    sequence::{Calibration, ImageFile},
-};
+use super::{Contents, Layout, file_ending, numbered::at_number};
+use crate::{FileError, camera_trajectory::read_camera_trajectory, sequence::Calibration};
 
 pub(super) const LAYOUT: Layout = Layout {
     key: "icl",
@@ -34,34 +27,14 @@ pub(super) const LAYOUT: Layout = Layout {
     read,
 };
 
-/// Images a second of the dataset, which has no times.
-const RATE_HZ: f64 = 30.0;
-
 fn read(folder: &Path) -> Result<Contents, FileError> {
-    let mut contents = Contents {
-        calibration: Some(Calibration {
-            size_px: Some((640, 480)),
-            ..Calibration::pinhole((481.2, 480.0), (319.5, 239.5))
-        }),
-        ..Contents::default()
-    };
-    if let Some(file) = first_file(folder, &["camera.yaml", "calibration.yaml"]) {
-        contents.set_calibration(file);
-    }
-    for path in image_files(&folder.join("rgb"))? {
-        if let Some(number) = number_in(&path) {
-            contents.images.push(ImageFile { at: at(number as f64), path });
-        }
-    }
-    contents.images.dedup_by_key(|image| image.at);
+    let calibration =
+        Calibration { size_px: Some((640, 480)), ..Calibration::pinhole((481.2, 480.0), (319.5, 239.5)) };
+    let mut contents = Contents::numbered(folder, "rgb", calibration)?;
     if let Some(file) = file_ending(folder, ".gt.freiburg") {
         contents.set_truth(read_truth(&file));
     }
     Ok(contents)
-}
-
-fn at(number: f64) -> Timestamp {
-    Timestamp::from_secs(number / RATE_HZ)
 }
 
 /// Lines `NUMBER tx ty tz qx qy qz qw`.
@@ -76,7 +49,7 @@ fn read_truth(path: &Path) -> Result<CameraTrajectory, FileError> {
             mirror * pose.world_from_camera.translation(),
         );
         // Numbers increase, so times do.
-        let _ = truth.push(CameraPose { at: at(pose.at.secs()), world_from_camera });
+        let _ = truth.push(CameraPose { at: at_number(pose.at.secs()), world_from_camera });
     }
     Ok(truth)
 }

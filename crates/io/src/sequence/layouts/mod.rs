@@ -37,6 +37,21 @@ pub(super) struct Contents {
 }
 
 impl Contents {
+    /// Of a dataset without times: its images by their numbers, and its camera unless a file says another one.
+    fn numbered(folder: &Path, images: &str, calibration: Calibration) -> Result<Self, FileError> {
+        let mut contents = Self { calibration: Some(calibration), ..Self::default() };
+        if let Some(file) = first_file(folder, &["camera.yaml", "calibration.yaml"]) {
+            contents.set_calibration(file);
+        }
+        for path in numbered::image_files(&folder.join(images))? {
+            if let Some(number) = numbered::number_in(&path) {
+                contents.images.push(ImageFile { at: numbered::at_number(number as f64), path });
+            }
+        }
+        contents.images.dedup_by_key(|image| image.at);
+        Ok(contents)
+    }
+
     /// Takes over a truth; one that cannot be read is a warning, since the images can be used without it.
     fn set_truth(&mut self, truth: Result<CameraTrajectory, FileError>) {
         match truth {

@@ -5,6 +5,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use visloc_core::Timestamp;
+
 use crate::FileError;
 
 /// All PNG and JPEG files of a folder, by the last number in their names and then by name.
@@ -20,13 +22,17 @@ pub(super) fn image_files(folder: &Path) -> Result<Vec<PathBuf>, FileError> {
     Ok(paths)
 }
 
+/// When an image was taken, by its number: datasets without times have 30 a second.
+pub(super) fn at_number(number: f64) -> Timestamp {
+    Timestamp::from_secs(number / 30.0)
+}
+
 /// Whether a folder has images.
 pub(super) fn has_images(folder: &Path) -> bool {
     fs::read_dir(folder).is_ok_and(|mut entries| entries.any(|e| e.is_ok_and(|e| is_image(&e.path()))))
 }
 
 /// Whether a file is a picture that can be read, by its name. Hidden files, notes of a system about others for instance, are none.
-#[must_use]
 pub fn is_image(path: &Path) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
     !is_hidden && matches!(ending(path).as_str(), "png" | "jpg" | "jpeg")
@@ -37,7 +43,6 @@ fn ending(path: &Path) -> String {
 }
 
 /// Where the images may be, and what to do, for a folder without any that can be read; empty if there is nothing to say.
-#[must_use]
 pub fn instead_of_images(folder: &Path) -> String {
     const OTHERS: [&str; 12] =
         ["heic", "heif", "avif", "tif", "tiff", "bmp", "webp", "gif", "pgm", "ppm", "dng", "raw"];

@@ -11,17 +11,14 @@ use std::path::Path;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use visloc_core::{
-    CameraPose, CameraTrajectory, Timestamp, files,
+    CameraPose, CameraTrajectory, files,
     geom::{Distortion, Rigid3},
 };
 
-use super::{
-    Contents, Layout, first_file,
-    numbered::{image_files, number_in},
-};
+use super::{Contents, Layout, first_file, numbered::at_number};
 use crate::{
     FileError,
-    sequence::{Calibration, ImageFile},
+    sequence::Calibration,
     text::{data_lines, parse_number},
 };
 
@@ -33,36 +30,18 @@ pub(super) const LAYOUT: Layout = Layout {
     read,
 };
 
-/// Images a second of the dataset, whose files have numbers of images.
-const RATE_HZ: f64 = 30.0;
-
 fn read(folder: &Path) -> Result<Contents, FileError> {
     let k = [-0.280_525_13, 0.115_806_413, -9.843_367_85e-4, 1.584_792_48e-4, -0.027_021_503_4];
-    let mut contents = Contents {
-        calibration: Some(Calibration {
-            size_px: Some((1920, 1080)),
-            distortion: Distortion::RadialTangential(k),
-            ..Calibration::pinhole((893.390_108, 898.326_486), (951.131_004, 555.133_501))
-        }),
-        ..Contents::default()
+    let calibration = Calibration {
+        size_px: Some((1920, 1080)),
+        distortion: Distortion::RadialTangential(k),
+        ..Calibration::pinhole((893.390_108, 898.326_486), (951.131_004, 555.133_501))
     };
-    if let Some(file) = first_file(folder, &["camera.yaml", "calibration.yaml"]) {
-        contents.set_calibration(file);
-    }
-    for path in image_files(&folder.join("MAV Images"))? {
-        if let Some(number) = number_in(&path) {
-            contents.images.push(ImageFile { at: at(number as f64), path });
-        }
-    }
-    contents.images.dedup_by_key(|image| image.at);
+    let mut contents = Contents::numbered(folder, "MAV Images", calibration)?;
     if let Some(file) = first_file(folder, &["Log Files/GroundTruthAGL.csv"]) {
         contents.set_truth(read_truth(&file));
     }
     Ok(contents)
-}
-
-fn at(number: f64) -> Timestamp {
-    Timestamp::from_secs(number / RATE_HZ)
 }
 
 /// Lines `imgid, x, y, z, omega, phi, kappa, ...` below a header.
@@ -83,8 +62,10 @@ fn read_truth(path: &Path) -> Result<CameraTrajectory, FileError> {
         };
         let position = Vector3::new(x, y, z);
         let origin = *origin.get_or_insert(position);
-        let pose =
-            CameraPose { at: at(image), world_from_camera: place(position - origin, [omega, phi, kappa]) };
+        let pose = CameraPose {
+            at: at_number(image),
+            world_from_camera: place(position - origin, [omega, phi, kappa]),
+        };
         truth.push(pose).map_err(|refused| {
             let reason = format!("expected images in order, found {} again or late", refused.at);
             FileError::line(path, number)(reason)

@@ -21,7 +21,6 @@ struct OneCamera {
 
 impl ManyCameras {
     /// From one source for each camera. All see the same robot; `in_common` are the origins, for instance topics, of what they read all.
-    #[must_use]
     pub fn new(sources: Vec<Box<dyn Source<SourceFrame>>>, in_common: Vec<String>) -> Self {
         let camera = |frames| OneCamera { frames, next: None, has_ended: false, num_skipped: 0 };
         Self {

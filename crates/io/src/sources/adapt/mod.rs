@@ -38,7 +38,6 @@ impl Shot for GrayFrame {
         self.at
     }
 
-    #[allow(clippy::cast_possible_truncation)]
     fn size_px(&self) -> (u32, u32) {
         (self.image.width() as u32, self.image.height() as u32)
     }

@@ -19,7 +19,6 @@ impl<S> UntilStopped<S> {
     }
 
     /// Around a source that is live, or not: a live one is at its end when it is stopped.
-    #[must_use]
     pub fn of_kind(inner: S, host: &Host, is_live: bool) -> Self {
         Self { inner, host: host.clone(), is_live }
     }

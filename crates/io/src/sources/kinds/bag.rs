@@ -13,10 +13,7 @@ use crate::{
     sequence::{Calibration, fit_calibration, is_image, read_calibration},
     sources::{
         OpenFrames, OpenImages, OpenPictures, SourceOption,
-        SourceOption::{
-            BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageTopic, Mount, OdometryTopic, Scale,
-            Start, Stride, Topics, TruthTopic, Urdf,
-        },
+        SourceOption::{Camera, CameraInfoTopic, End, ImageTopic, Mount, Scale, Start, Stride, Topics, Urdf},
         SourcesError,
         adapt::{CameraFrames, ManyCameras, gray_of_frames, images_of_gray, images_of_pictures},
         open::Request,
@@ -34,45 +31,14 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| true,
     problem: always_usable,
     claims,
-    frames: Way {
-        honors: |_| {
-            &[
-                Camera,
-                Mount,
-                Urdf,
-                Topics,
-                ImageTopic,
-                CameraInfoTopic,
-                OdometryTopic,
-                TruthTopic,
-                BaseFrame,
-                CameraFrame,
-            ]
-        },
-        open: frames,
-    },
+    frames: Way { honors: |_| [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS].concat(), open: frames },
     images: Way {
         honors: |_| {
-            &[
-                Camera,
-                Mount,
-                Urdf,
-                Topics,
-                ImageTopic,
-                CameraInfoTopic,
-                OdometryTopic,
-                TruthTopic,
-                BaseFrame,
-                CameraFrame,
-                Start,
-                End,
-                Stride,
-                Scale,
-            ]
+            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Start, End, Stride, Scale]].concat()
         },
         open: images,
     },
-    pictures: Way { honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
+    pictures: Way { honors: |_| vec![Camera, Topics, ImageTopic, CameraInfoTopic], open: pictures },
 };
 
 fn claims(path: &Path) -> bool {

@@ -28,9 +28,9 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |_| false,
     problem: always_usable,
     claims: Path::is_dir,
-    frames: Way { honors: |_| &[Camera, Mount, Start, End, Stride, Fps], open: frames },
-    images: Way { honors: |_| &[Camera, Start, End, Stride, Scale, Fps], open: images },
-    pictures: Way { honors: |_| &[Camera, Start, End, Stride, Fps], open: pictures },
+    frames: Way { honors: |_| vec![Camera, Mount, Start, End, Stride, Fps], open: frames },
+    images: Way { honors: |_| vec![Camera, Start, End, Stride, Scale, Fps], open: images },
+    pictures: Way { honors: |_| vec![Camera, Start, End, Stride, Fps], open: pictures },
 };
 
 fn sequence_options(request: &Request<'_>) -> SequenceOptions {

@@ -30,15 +30,15 @@ pub(super) const KIND: SourceKind = SourceKind {
     problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: claims_nothing,
     frames: Way {
-        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
+        honors: |_| vec![Camera, Mount, Start, End, Stride, Fps, Patience, Ffmpeg],
         open: |request| video::frames(request, input(request)?),
     },
     images: Way {
-        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
+        honors: |_| vec![Camera, Start, End, Stride, Scale, Fps, Patience, Ffmpeg],
         open: |request| video::images(request, input(request)?),
     },
     pictures: Way {
-        honors: |_| &[Camera, Fps, Patience, Ffmpeg],
+        honors: |_| vec![Camera, Fps, Patience, Ffmpeg],
         open: |request| video::pictures(request, input(request)?),
     },
 };

@@ -46,14 +46,13 @@ pub struct SourceKind {
 /// How a source is opened for a purpose.
 pub(crate) struct Way<T> {
     /// The options that make a difference, for what stands behind the colon. All others are refused.
-    pub honors: fn(&str) -> &'static [SourceOption],
+    pub honors: fn(&str) -> Vec<SourceOption>,
     pub open: fn(&Request<'_>) -> Result<T, SourcesError>,
 }
 
 impl SourceKind {
     /// The options that make a difference for a purpose, for what stands behind the colon.
-    #[must_use]
-    pub fn honors(&self, purpose: Purpose, rest: &str) -> &'static [SourceOption] {
+    pub fn honors(&self, purpose: Purpose, rest: &str) -> Vec<SourceOption> {
         match purpose {
             Purpose::Frames => (self.frames.honors)(rest),
             Purpose::Images => (self.images.honors)(rest),

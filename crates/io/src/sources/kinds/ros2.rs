@@ -2,10 +2,10 @@
 
 use super::{SourceKind, Way, claims_nothing};
 use crate::sources::{
-    OpenFrames, OpenImages, OpenPictures,
+    OpenFrames, OpenImages, OpenPictures, SourceOption,
     SourceOption::{
-        BaseFrame, Camera, CameraFrame, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, OdometryTopic,
-        Patience, RosDomain, Scale, Start, Stride, Topics, TruthTopic, Urdf,
+        Camera, CameraInfoTopic, End, ImageQos, ImageTopic, Mount, Patience, RosDomain, Scale, Start, Stride,
+        Topics, Urdf,
     },
     SourceOptions, SourcesError,
     open::Request,
@@ -23,44 +23,19 @@ pub(super) const KIND: SourceKind = SourceKind {
     claims: claims_nothing,
     frames: Way {
         honors: |_| {
-            &[
-                Camera,
-                Mount,
-                Urdf,
-                Topics,
-                ImageTopic,
-                CameraInfoTopic,
-                OdometryTopic,
-                TruthTopic,
-                BaseFrame,
-                CameraFrame,
-                Patience,
-                ImageQos,
-                RosDomain,
-            ]
+            [&[Camera, Mount, Urdf][..], &SourceOption::TOPICS, &[Patience, ImageQos, RosDomain]].concat()
         },
         open: frames,
     },
     images: Way {
         honors: |_| {
-            &[
-                Camera,
-                Topics,
-                ImageTopic,
-                CameraInfoTopic,
-                Start,
-                End,
-                Stride,
-                Scale,
-                Patience,
-                ImageQos,
-                RosDomain,
-            ]
+            let topics = [Camera, Topics, ImageTopic, CameraInfoTopic];
+            [&topics[..], &[Start, End, Stride, Scale], &[Patience, ImageQos, RosDomain]].concat()
         },
         open: images,
     },
     pictures: Way {
-        honors: |_| &[Camera, Topics, ImageTopic, CameraInfoTopic, Patience, ImageQos, RosDomain],
+        honors: |_| vec![Camera, Topics, ImageTopic, CameraInfoTopic, Patience, ImageQos, RosDomain],
         open: pictures,
     },
 };

@@ -28,11 +28,11 @@ pub(super) const KIND: SourceKind = SourceKind {
     is_robot: |name| !is_tour(name),
     problem: always_usable,
     claims: claims_nothing,
-    frames: Way { honors: |_| &[Seed, Threads], open: frames },
-    images: Way { honors: |_| &[Start, End, Stride, Scale, Seed, Threads], open: images },
+    frames: Way { honors: |_| vec![Seed, Threads], open: frames },
+    images: Way { honors: |_| vec![Start, End, Stride, Scale, Seed, Threads], open: images },
     pictures: Way {
         honors: |name| {
-            if is_tour(name) { &[Start, End, Stride, Scale, Seed, Threads] } else { &[Seed, Threads] }
+            if is_tour(name) { vec![Start, End, Stride, Scale, Seed, Threads] } else { vec![Seed, Threads] }
         },
         open: pictures,
     },
@@ -133,7 +133,6 @@ fn robot(request: &Request<'_>) -> Result<(CameraFrames, (Calibration, PathBuf))
     Ok((robot, (calibration, request.argument().into())))
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn tour(request: &Request<'_>) -> Result<OpenImages, SourcesError> {
     let options = request.options;
     if !(0.15..=4.0).contains(&options.scale()) {

@@ -21,15 +21,15 @@ pub(super) const KIND: SourceKind = SourceKind {
     problem: |options| ffmpeg_problem(options.ffmpeg()),
     claims: is_video,
     frames: Way {
-        honors: |_| &[Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
+        honors: |_| vec![Camera, Mount, Start, End, Stride, Fps, Ffmpeg],
         open: |request| video::frames(request, input(request)?),
     },
     images: Way {
-        honors: |_| &[Camera, Start, End, Stride, Scale, Fps, Ffmpeg],
+        honors: |_| vec![Camera, Start, End, Stride, Scale, Fps, Ffmpeg],
         open: |request| video::images(request, input(request)?),
     },
     pictures: Way {
-        honors: |_| &[Camera, Fps, Ffmpeg],
+        honors: |_| vec![Camera, Fps, Ffmpeg],
         open: |request| video::pictures(request, input(request)?),
     },
 };

@@ -48,7 +48,6 @@ pub fn read_pnm(input: &mut impl BufRead) -> io::Result<Option<PnmImage>> {
     }
     let mut data = vec![0; width * height * num_channels];
     input.read_exact(&mut data)?;
-    #[allow(clippy::cast_possible_truncation)]
     let image = match pixels {
         Pixels::Gray => GrayImage::from_raw(width, height, data).map(PnmImage::Gray),
         Pixels::Color => RgbImage::from_raw(width as u32, height as u32, data).map(PnmImage::Color),

@@ -70,7 +70,6 @@ pub struct FieldFeatureModel {
 
 impl FieldFeatureModel {
     /// A model of a field; builds its tables.
-    #[must_use]
     pub fn new(field: &Field) -> Self {
         let d = field.dimensions();
         Self {

@@ -25,19 +25,15 @@ use crate::{
     vision::{FeatureKind, Percept, px_tolerance},
 };
 
-/// Parameters of the observation model of a field.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FieldModelConfig {
-    /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 to 640 px wide; in smaller and larger ones
-    /// in proportion. Source: 2010 equation 4.1, 50.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
-    pub max_distance_px: f64,
-}
-
-impl Default for FieldModelConfig {
-    fn default() -> Self {
-        Self { max_distance_px: 50.0 }
+visloc_core::with_defaults! {
+    /// Parameters of the observation model of a field.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct FieldModelConfig {
+        /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 to 640 px wide; in smaller and larger ones
+        /// in proportion. Source: 2010 equation 4.1, 50.
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+        pub max_distance_px: f64 = 50.0,
     }
 }
 

@@ -36,7 +36,6 @@ impl DrawnFieldModel {
 
     /// The theoretical image at a pose: every outline point in view with its undistorted pixel. Points up to
     /// `max_distance_px` outside the image are included.
-    #[must_use]
     pub fn draw(&self, percept: &Percept, world_from_robot: &PlanarPose) -> Vec<(FeatureKind, Point2<f64>)> {
         let ideal_from_robot = projection(&percept.camera, &percept.robot_from_camera);
         let robot_from_world = world_from_robot.to_rigid3().inverse();
@@ -68,7 +67,6 @@ impl DrawnFieldModel {
     }
 
     /// Likelihood of the percept at a pose, 0 to 1, as [`crate::ObservationModel::likelihood`].
-    #[must_use]
     pub fn likelihood(&self, percept: &Percept, world_from_robot: &PlanarPose) -> f64 {
         let drawn = self.draw(percept, world_from_robot);
         let max_distance_px = self.max_distance_in(percept);

@@ -28,7 +28,6 @@ impl NearestTable {
     ///
     /// # Panics
     /// If there are no outlines or more than 256.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
     pub fn new(marks: &[Vec<Outline>], min: Point2<f64>, max: Point2<f64>) -> Self {
         let outlines: Vec<Outline> = marks.iter().flatten().copied().collect();
         assert!((1..=256).contains(&outlines.len()), "a table holds 1 to 256 outlines");
@@ -59,7 +58,6 @@ impl NearestTable {
 
     /// The nearest outline of each of the two nearest marks.
     #[inline]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn nearest_indices(&self, point: &Point2<f64>) -> [u8; 2] {
         // A cast of a float saturates, so points far outside land on the border cells.
         let column = (((point.x - self.min.x) * (1.0 / CELL_M)) as usize).min(self.columns - 1);
@@ -72,7 +70,6 @@ impl NearestTable {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 fn nearest_outlines(marks: &[Vec<Outline>], point: &Point2<f64>) -> [u8; 2] {
     let mut nearest = [(f64::INFINITY, 0), (f64::INFINITY, 0)];
     let mut index = 0;

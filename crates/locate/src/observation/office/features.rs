@@ -65,7 +65,6 @@ pub struct OfficeFeatureModel {
 
 impl OfficeFeatureModel {
     /// The borders of the building that `pixels` knows.
-    #[must_use]
     pub fn new(pixels: &OfficeObservationModel) -> Self {
         Self {
             sights: Arc::clone(pixels.sights()),

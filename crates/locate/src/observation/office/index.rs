@@ -53,7 +53,6 @@ pub(super) struct SightIndex {
     walls: Vec<u32>,
 }
 
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 impl SightIndex {
     /// The index of lines that are at most `range_m` from those who see them.
     pub fn new(office: &Office, lines: &[TheoreticalLine], range_m: f64) -> Self {
@@ -162,7 +161,6 @@ struct Reach {
 
 impl Reach {
     /// Those of the block that begins at a cell (column, row) of an index of this size.
-    #[allow(clippy::cast_precision_loss)]
     fn of_block(
         min: &Point2<f64>,
         [column, row]: [usize; 2],
@@ -191,7 +189,6 @@ impl Reach {
 
 /// How many pairs of a place and a point of the line see each other, and how many pairs there are. `hider` is the wall that is tried
 /// first: it hid the pair before.
-#[allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn sightings(
     places: &[Point2<f64>],
     line: &TheoreticalLine,
@@ -221,7 +218,6 @@ fn sightings(
 }
 
 /// Places all over a cell where a robot can be.
-#[allow(clippy::cast_precision_loss)]
 fn free_places(space: &FreeSpace, corner: &Point2<f64>) -> Vec<Point2<f64>> {
     let at = |i: usize| 0.02 + (CELL_M - 0.04) * i as f64 / (PLACES - 1) as f64;
     let all = (0..PLACES * PLACES).map(|i| corner + Vector2::new(at(i % PLACES), at(i / PLACES)));

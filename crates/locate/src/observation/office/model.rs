@@ -20,22 +20,18 @@ use crate::{
     vision::{FeatureKind, Percept},
 };
 
-/// Parameters of the observation model of a building.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct OfficeModelConfig {
-    /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
-    /// 50; places that look alike differ by a few pixels, and a smaller distance tells them apart sooner.
-    #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
-    pub max_distance_px: f64,
-    /// Lines that are farther away are not looked at, meters.
-    #[schemars(range(min = 0.5, max = 100.0))]
-    pub range_m: f64,
-}
-
-impl Default for OfficeModelConfig {
-    fn default() -> Self {
-        Self { max_distance_px: 15.0, range_m: 13.0 }
+visloc_core::with_defaults! {
+    /// Parameters of the observation model of a building.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct OfficeModelConfig {
+        /// Distance in the image at which a pixel agrees with nothing (`D`), pixels of an image 320 px wide. The documents have
+        /// 50; places that look alike differ by a few pixels, and a smaller distance tells them apart sooner.
+        #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+        pub max_distance_px: f64 = 15.0,
+        /// Lines that are farther away are not looked at, meters.
+        #[schemars(range(min = 0.5, max = 100.0))]
+        pub range_m: f64 = 13.0,
     }
 }
 
@@ -88,7 +84,6 @@ impl OfficeObservationModel {
     }
 
     /// The building.
-    #[must_use]
     pub fn office(&self) -> &Office {
         &self.sights.office
     }
@@ -151,7 +146,6 @@ impl OfficeObservationModel {
 
 /// Squared distances of pixels from a segment, where they are smaller than what is known.
 #[inline]
-#[allow(clippy::cast_possible_truncation)]
 fn nearer([start, end]: &[Point2<f64>; 2], u: &[f32], v: &[f32], smallest2: &mut [f32]) {
     let (x, y) = (start.x as f32, start.y as f32);
     let (dx, dy) = ((end.x - start.x) as f32, (end.y - start.y) as f32);

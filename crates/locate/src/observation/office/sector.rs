@@ -35,7 +35,6 @@ pub(super) struct Sector {
     borders: [[f32; 4]; 2],
 }
 
-#[allow(clippy::cast_possible_truncation)]
 impl Sector {
     /// The sector of a view of so many pixels, `margin_px` wider on both sides.
     #[inline]
@@ -50,7 +49,6 @@ impl Sector {
     }
 }
 
-#[allow(clippy::cast_possible_truncation)]
 impl LineColumns {
     pub fn push(&mut self, line: &TheoreticalLine) {
         self.start_x.push(line.start.x as f32);
@@ -101,7 +99,7 @@ impl LineColumns {
 impl Sector {
     /// Whether a line faces the eye and is not altogether beyond one of the borders.
     #[inline(always)]
-    #[allow(clippy::inline_always)] // a loop over this becomes vector instructions
+    // A loop over this becomes vector instructions.
     fn may_hold(&self, [start_x, start_y, end_x, end_y, end_height_m, normal_x, normal_y]: [f32; 7]) -> bool {
         let [start_x, start_y] = [start_x - self.eye[0], start_y - self.eye[1]];
         let [end_x, end_y] = [end_x - self.eye[0], end_y - self.eye[1]];

@@ -1,10 +1,9 @@
 //! Color classes from labelled pixels.
 
 use thiserror::Error;
+use visloc_core::hue_saturation_brightness;
 
-use super::{
-    ColorClass, ColorConfig, ColorSource, HueRange, classes::hue_saturation_brightness, table::luma,
-};
+use super::{ColorClass, ColorConfig, ColorSource, HueRange, table::luma};
 
 /// Too little to learn from.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -96,7 +95,6 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let index = (share * (sorted.len() - 1) as f64).round() as usize;
     sorted[index.min(sorted.len() - 1)]
@@ -109,7 +107,6 @@ mod tests {
     use super::*;
     use crate::vision::color::{ColorTable, GoalColors};
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     fn samples(rgb: [f64; 3], class: ColorClass, light: f64) -> Vec<([u8; 3], ColorClass)> {
         let mut rng = RngTree::new(3).stream("samples", class as u64);
         (0..200)

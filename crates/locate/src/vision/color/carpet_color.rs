@@ -1,9 +1,10 @@
 //! The carpet's own color, learned from images: where colors without their brightness lie, and how far they scatter.
 
 use nalgebra::{Matrix2, Vector2};
+use visloc_core::hue_saturation_brightness;
 
 use super::{
-    classes::{ANY_GREEN, hue_saturation_brightness},
+    classes::ANY_GREEN,
     table::{ColorClass, Shares, luma, shares},
 };
 
@@ -182,7 +183,6 @@ impl CarpetLearner {
     fn most_frequent(&mut self) -> CarpetColor {
         self.bins.clear();
         self.bins.resize(BINS * BINS, 0.0);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
         let bin = |share: f64| ((share * BINS as f64) as usize).clamp(1, BINS - 2);
         for sample in &self.samples {
             let (x, y) = (bin(sample.shares.x), bin(sample.shares.y));
@@ -192,7 +192,6 @@ impl CarpetLearner {
             }
         }
         let best = (0..self.bins.len()).max_by(|a, b| self.bins[*a].total_cmp(&self.bins[*b])).unwrap_or(0);
-        #[allow(clippy::cast_precision_loss)]
         let middle = |bin: usize| (bin as f64 + 0.5) / BINS as f64;
         CarpetColor {
             mean: Vector2::new(middle(best % BINS), middle(best / BINS)),
@@ -254,7 +253,6 @@ mod tests {
 
     fn seen(color: [f64; 3], light: f64, rng: &mut Rng) -> [u8; 3] {
         let light = light * (1.0 + gaussian(rng, 0.1));
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         color.map(|v| (v * light + gaussian(rng, 3.0)).round().clamp(0.0, 255.0) as u8)
     }
 
@@ -275,7 +273,6 @@ mod tests {
 
     /// How many of a hundred pixels have a class beside carpet in the same light.
     fn count(table: &ColorTable, color: [f64; 3], light: f64, class: ColorClass, rng: &mut Rng) -> usize {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let threshold = table.white_threshold((light * 84.0) as u32);
         let is = |rgb: [u8; 3]| table.class_beside_carpet(rgb, threshold) == class;
         (0..100).filter(|_| is(seen(color, light, rng))).count()

@@ -26,7 +26,6 @@ pub struct HueRange {
 
 impl HueRange {
     /// Whether a color belongs to the class.
-    #[must_use]
     pub fn contains(&self, hue_deg: f64, saturation: f64, brightness: f64) -> bool {
         let in_hue = if self.from_deg <= self.to_deg {
             (self.from_deg..=self.to_deg).contains(&hue_deg)
@@ -49,18 +48,14 @@ pub enum ColorSource {
     Learned,
 }
 
-/// Which colored goals there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct GoalColors {
-    /// A yellow one.
-    pub yellow: bool,
-    /// A blue one.
-    pub blue: bool,
-}
-
-impl Default for GoalColors {
-    fn default() -> Self {
-        Self { yellow: true, blue: true }
+visloc_core::with_defaults! {
+    /// Which colored goals there are.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub struct GoalColors {
+        /// A yellow one.
+        pub yellow: bool = true,
+        /// A blue one.
+        pub blue: bool = true,
     }
 }
 
@@ -118,13 +113,11 @@ impl Default for ColorConfig {
 
 impl ColorConfig {
     /// Fixed classes, as in the documents.
-    #[must_use]
     pub fn table() -> Self {
         Self { source: ColorSource::Table, ..Self::default() }
     }
 
     /// All colors that a carpet can have.
-    #[must_use]
     pub fn carpet(&self) -> HueRange {
         match self.source {
             ColorSource::Table => self.green,
@@ -152,24 +145,6 @@ impl ColorConfig {
     }
 }
 
-/// Hue in degrees [0, 360), saturation 0 to 1 and brightness 0 to 255 of a color (HSV).
-pub(crate) fn hue_saturation_brightness(rgb: [u8; 3]) -> (f64, f64, f64) {
-    let [r, g, b] = rgb.map(f64::from);
-    let (max, min) = (r.max(g).max(b), r.min(g).min(b));
-    let chroma = max - min;
-    if chroma == 0.0 {
-        return (0.0, 0.0, max);
-    }
-    let sextant = if max == r {
-        ((g - b) / chroma).rem_euclid(6.0)
-    } else if max == g {
-        (b - r) / chroma + 2.0
-    } else {
-        (r - g) / chroma + 4.0
-    };
-    (sextant * 60.0, chroma / max, max)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,20 +156,6 @@ mod tests {
         config.source = ColorSource::Learned;
         assert_eq!(config.check(), Err(ConfigError::NoTable { key: "white_over_green" }));
         assert_eq!(ColorConfig::default().check(), Ok(()));
-    }
-
-    #[test]
-    fn hue_of_pure_colors() {
-        for (rgb, hue) in [
-            ([255, 0, 0], 0.0),
-            ([255, 255, 0], 60.0),
-            ([0, 255, 0], 120.0),
-            ([0, 0, 200], 240.0),
-            ([255, 0, 255], 300.0),
-        ] {
-            let (h, s, _) = hue_saturation_brightness(rgb);
-            assert!((h - hue).abs() < 1e-9 && (s - 1.0).abs() < 1e-9, "{rgb:?}");
-        }
     }
 
     #[test]

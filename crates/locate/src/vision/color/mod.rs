@@ -7,7 +7,6 @@ mod table;
 
 pub use calibrate::{CalibrationError, calibrate_colors};
 pub(crate) use carpet_color::{CarpetColor, CarpetLearner};
-pub(crate) use classes::hue_saturation_brightness;
 pub use classes::{ColorConfig, ColorSource, GoalColors, HueRange};
 pub use table::{ColorClass, ColorTable, Shares};
 pub(crate) use table::{luma, shares};

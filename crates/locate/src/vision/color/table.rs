@@ -1,49 +1,36 @@
 //! The classes as a look-up table.
 
-use super::{
-    ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor, classes::hue_saturation_brightness,
-};
+use visloc_core::hue_saturation_brightness;
 
-/// What the color of a pixel says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum ColorClass {
-    /// None of the others.
-    Unknown,
-    /// Carpet.
-    Green,
-    /// Learned carpet's color mixed with a little gray: a line if it is bright beside the carpet, else carpet.
-    PaleGreen,
-    /// Another green than the carpet's.
-    OtherGreen,
-    /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
-    Neutral,
-    /// Colorless and bright beside the carpet.
-    White,
-    /// Yellow goal.
-    Yellow,
-    /// Blue goal.
-    Blue,
-    /// Ball.
-    Orange,
-}
+use super::{ColorConfig, ColorSource, GoalColors, carpet_color::CarpetColor};
 
-impl ColorClass {
-    /// The word for it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Green => "green",
-            Self::PaleGreen => "pale green",
-            Self::OtherGreen => "other green",
-            Self::Neutral => "gray",
-            Self::White => "white",
-            Self::Yellow => "yellow",
-            Self::Blue => "blue",
-            Self::Orange => "orange",
-        }
+visloc_core::worded_enum! {
+    /// What the color of a pixel says.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[repr(u8)]
+    pub enum ColorClass {
+        /// None of the others.
+        Unknown = "unknown",
+        /// Carpet.
+        Green = "green",
+        /// Learned carpet's color mixed with a little gray: a line if it is bright beside the carpet, else carpet.
+        PaleGreen = "pale green",
+        /// Another green than the carpet's.
+        OtherGreen = "other green",
+        /// Colorless: a line if it is bright beside the carpet, else wall, shadow or gray.
+        Neutral = "gray",
+        /// Colorless and bright beside the carpet.
+        White = "white",
+        /// Yellow goal.
+        Yellow = "yellow",
+        /// Blue goal.
+        Blue = "blue",
+        /// Ball.
+        Orange = "orange",
     }
+
+    /// The word for it.
+    name
 }
 
 /// Bits of each color channel that choose an entry: 32,768 entries fit in a small cache.
@@ -71,8 +58,6 @@ const LEARNED_MEAN_DEVIATIONS: u32 = 4;
 
 impl ColorTable {
     /// The table of a calibration that has been checked.
-    #[must_use]
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn new(config: &ColorConfig, goals: GoalColors) -> Self {
         let is_learned = config.source == ColorSource::Learned;
         let goals = if is_learned { goals } else { GoalColors::default() };
@@ -104,7 +89,6 @@ impl ColorTable {
         let levels = 1_usize << BITS;
         for sum in 0..=3 * (levels - 1) {
             // All entries of a brightness have the same noise.
-            #[allow(clippy::cast_precision_loss)]
             let Some(test) = carpet.at_brightness(((sum << SHIFT) + 3 * (1 << (SHIFT - 1))) as f64) else {
                 continue;
             };
@@ -116,7 +100,6 @@ impl ColorTable {
                     if matches!(class, ColorClass::Yellow | ColorClass::Blue | ColorClass::Orange) {
                         continue;
                     }
-                    #[allow(clippy::cast_possible_truncation)] // 15 bits
                     let rgb = rgb_of(entry as u16);
                     *class = test.class(rgb);
                 }
@@ -126,7 +109,6 @@ impl ColorTable {
 
     /// Class of a color; never [`ColorClass::White`] or [`ColorClass::PaleGreen`].
     #[inline]
-    #[must_use]
     pub fn class(&self, r: u8, g: u8, b: u8) -> ColorClass {
         match self.classes[entry_of([r, g, b])] {
             ColorClass::PaleGreen => ColorClass::Green,
@@ -148,7 +130,6 @@ impl ColorTable {
 
     /// Class of a color beside carpet of the given luma.
     #[inline]
-    #[must_use]
     pub fn class_beside_carpet(&self, rgb: [u8; 3], white_threshold: u32) -> ColorClass {
         match self.classes[entry_of(rgb)] {
             ColorClass::Neutral | ColorClass::PaleGreen if luma(rgb) >= white_threshold => ColorClass::White,
@@ -159,14 +140,12 @@ impl ColorTable {
 
     /// Luma from which a colorless pixel beside carpet of this luma is white.
     #[inline]
-    #[must_use]
     pub fn white_threshold(&self, green_luma: u32) -> u32 {
         ((green_luma * self.white_over_green_256) >> 8) + self.white_above_green
     }
 
     /// The same beside carpet whose luma has this mean deviation, in 1/16: what is learned counts it.
     #[inline]
-    #[must_use]
     pub(crate) fn white_threshold_beside(&self, green_luma: u32, deviation_16: u32) -> u32 {
         let least = self.white_threshold(green_luma);
         if !self.is_learned {
@@ -192,7 +171,6 @@ impl Shares {
     }
 
     /// A part of the way to another color.
-    #[allow(clippy::cast_possible_truncation)]
     pub(crate) fn toward(self, other: Self, part: f64) -> Self {
         let part = part as f32;
         let mix = |a: f32, b: f32| a + (b - a) * part;
@@ -201,7 +179,6 @@ impl Shares {
 }
 
 /// Shares of a color; of black those of gray.
-#[must_use]
 pub(crate) fn shares(rgb: [u8; 3]) -> Shares {
     let [r, g, b] = rgb.map(f32::from);
     let sum = r + g + b;
@@ -219,14 +196,12 @@ fn entry_of([r, g, b]: [u8; 3]) -> usize {
 
 /// The color in the middle of an entry.
 fn rgb_of(entry: u16) -> [u8; 3] {
-    #[allow(clippy::cast_possible_truncation)] // 5 bits
     let level = |shift: u32| ((((entry >> shift) & ((1 << BITS) - 1)) as u8) << SHIFT) + (1 << (SHIFT - 1));
     [level(2 * BITS), level(BITS), level(0)]
 }
 
 /// Brightness as people see it, 0 to 255.
 #[inline]
-#[must_use]
 pub(crate) fn luma(rgb: [u8; 3]) -> u32 {
     (2 * u32::from(rgb[0]) + 5 * u32::from(rgb[1]) + u32::from(rgb[2])) >> 3
 }

@@ -107,25 +107,21 @@ impl FieldAnalyzer {
     }
 
     /// The last percept.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         &self.percept
     }
 
     /// The end of the field in the last image.
-    #[must_use]
     pub fn field_end(&self) -> &FieldEnd {
         &self.field_end
     }
 
     /// Goal blobs of the last image, valid or not.
-    #[must_use]
     pub fn goal_blobs(&self) -> &[GoalBlob] {
         self.blobs.blobs()
     }
 
     /// Obstacles of the last image.
-    #[must_use]
     pub fn obstacles(&self) -> &[Obstacle] {
         self.obstacles.obstacles()
     }
@@ -360,7 +356,6 @@ fn thin_out(pixels: &[BorderPixel], max: usize, out: &mut Vec<BorderPixel>) {
 }
 
 /// Quality of an image, 0 to 1. Source: 2010 section 4.3.3.
-#[allow(clippy::cast_precision_loss)]
 fn quality(config: &FieldAnalysisConfig, num_lines: usize, num_goals: usize) -> f64 {
     let part = |base: f64, gain: f64, n: usize, max: usize| {
         if n == 0 { 0.0 } else { base + gain * (n as f64 / max as f64).min(1.0) }

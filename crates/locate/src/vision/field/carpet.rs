@@ -10,7 +10,7 @@ use crate::vision::{
 /// Brightness of a carpet in ordinary light, until some has been seen.
 const TYPICAL_LUMA: u32 = 90;
 /// Every so many pixels one is looked at, in an image 320 px wide.
-const STEP_PX: u32 = 12;
+pub(in crate::vision) const STEP_PX: u32 = 12;
 /// So many green pixels tell the carpet's brightness, and so many near ones its color.
 const MIN_LUMA_SAMPLES: u32 = 10;
 const MIN_COLOR_SAMPLES: usize = 20;
@@ -24,32 +24,20 @@ const NOTABLE_CHANGE: f64 = 0.004;
 /// The image's rows are divided into so many bands, each with its own brightness.
 const BANDS: usize = 8;
 
-/// The carpet of late.
-#[derive(Debug)]
-pub(super) struct Carpet {
-    luma: u32,
-    /// Brightness in each band of rows from top to bottom, if it is learned.
-    band_lumas: [u32; BANDS],
-    learner: CarpetLearner,
-    learned_in_table: Option<CarpetColor>,
-    color: Option<Shares>,
-    /// The color that the table was made with.
-    in_table: Option<Shares>,
-    /// Shares of red and of green of the near pixels.
-    samples: [Vec<f32>; 2],
-}
-
-impl Default for Carpet {
-    fn default() -> Self {
-        Self {
-            luma: TYPICAL_LUMA,
-            band_lumas: [TYPICAL_LUMA; BANDS],
-            learner: CarpetLearner::default(),
-            learned_in_table: None,
-            color: None,
-            in_table: None,
-            samples: [Vec::new(), Vec::new()],
-        }
+visloc_core::with_defaults! {
+    /// The carpet of late.
+    #[derive(Debug)]
+    pub(super) struct Carpet {
+        luma: u32 = TYPICAL_LUMA,
+        /// Brightness in each band of rows from top to bottom, if it is learned.
+        band_lumas: [u32; BANDS] = [TYPICAL_LUMA; BANDS],
+        learner: CarpetLearner = CarpetLearner::default(),
+        learned_in_table: Option<CarpetColor> = None,
+        color: Option<Shares> = None,
+        /// The color that the table was made with.
+        in_table: Option<Shares> = None,
+        /// Shares of red and of green of the near pixels.
+        samples: [Vec<f32>; 2] = [Vec::new(), Vec::new()],
     }
 }
 

@@ -10,167 +10,120 @@ use crate::{
     vision::color::{ColorConfig, GoalColors},
 };
 
-/// Which filters run. The documents switch each one on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-#[allow(clippy::struct_excessive_bools)] // independent switches
-pub struct FilterSwitches {
-    /// A line has carpet on both sides.
-    pub beside_carpet: bool,
-    /// A line is as thick as its distance demands.
-    pub too_thin: bool,
-    /// A goal's border runs upright or lies above the horizon.
-    pub post_or_bar: bool,
-    /// Enough neighbors of the same color.
-    pub isolated: bool,
-    /// Lines not too far away.
-    pub horizon: bool,
-    /// Not the robot's own body.
-    pub own_body: bool,
-    /// Lines below the end of the carpet.
-    pub field_end: bool,
-    /// Goals inside of valid blobs.
-    pub goal_blobs: bool,
-    /// Not inside of obstacles.
-    pub obstacles: bool,
-    /// A bounded number of pixels, taken at random.
-    pub random_discard: bool,
-}
-
-impl Default for FilterSwitches {
-    fn default() -> Self {
-        Self {
-            beside_carpet: true,
-            too_thin: true,
-            post_or_bar: true,
-            isolated: true,
-            horizon: true,
-            own_body: true,
-            field_end: true,
-            goal_blobs: true,
-            obstacles: true,
-            random_discard: true,
-        }
+visloc_core::with_defaults! {
+    /// Which filters run. The documents switch each one on.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    pub struct FilterSwitches {
+        /// A line has carpet on both sides.
+        pub beside_carpet: bool = true,
+        /// A line is as thick as its distance demands.
+        pub too_thin: bool = true,
+        /// A goal's border runs upright or lies above the horizon.
+        pub post_or_bar: bool = true,
+        /// Enough neighbors of the same color.
+        pub isolated: bool = true,
+        /// Lines not too far away.
+        pub horizon: bool = true,
+        /// Not the robot's own body.
+        pub own_body: bool = true,
+        /// Lines below the end of the carpet.
+        pub field_end: bool = true,
+        /// Goals inside of valid blobs.
+        pub goal_blobs: bool = true,
+        /// Not inside of obstacles.
+        pub obstacles: bool = true,
+        /// A bounded number of pixels, taken at random.
+        pub random_discard: bool = true,
     }
 }
 
-/// Parameters of the analysis of a field image. Pixel values are for images 320 px wide and scale with the width.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-#[schemars(extend("x-no-keys" = {
-    "line_width_m": "the map says how wide lines are",
-    "goal_height_m": "the map says how high goals are",
-    "goal_colors": "the map says which color goals have",
-    "ball_diameter_m": "the map says how large the ball is",
-}))]
-pub struct FieldAnalysisConfig {
-    /// Color classes.
-    pub colors: ColorConfig,
-    /// Which filters run.
-    pub filters: FilterSwitches,
-    /// Distance of the vertical scan lines, pixels; in the far part of the image there are twice as many.
-    #[schemars(range(min = 1, max = 100))]
-    pub column_step_px: u32,
-    /// Distance of the horizontal scan lines at the horizon, pixels; grows towards the bottom.
-    #[schemars(range(min = 1, max = 100))]
-    pub min_row_step_px: u32,
-    /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
-    #[schemars(range(min = 1, max = 100))]
-    pub max_row_step_px: u32,
-    /// Width of the field's lines, meters. No key: the map says it.
-    #[serde(skip)]
-    pub line_width_m: f64,
-    /// A run is too thin for a line below this share of the thickness that its distance demands.
-    #[schemars(extend("x-only-if" = "filters.too_thin = true"))]
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub min_thickness_share: f64,
-    /// A goal's border is upright if it moves sideways by at most this many pixels a row.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub max_post_slope: f64,
-    /// Of the eight pixels around one, this many must have its color; with learned colors, lines thinner than three pixels go on to both
-    /// sides instead. Source: 2010 section 4.2, 3.
-    #[schemars(extend("x-only-if" = "filters.isolated = true"))]
-    #[schemars(range(min = 0, max = 8))]
-    pub min_neighbors: u32,
-    /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
-    /// 4.2, 6 m.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub max_line_distance_m: f64,
-    /// Pixels nearer than this are dropped, meters. Source: 2010 section 4.2, 15 cm.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub own_body_distance_m: f64,
-    /// Columns in which the end of the field is looked for, pixels. Source: 2010 section 4.2, 10.
-    #[schemars(range(min = 1, max = 100))]
-    pub field_end_step_px: u32,
-    /// Least height of a goal blob, pixels.
-    pub min_blob_height_px: u32,
-    /// Height of the goals, to the middle of the crossbar, meters. No key: the map says it.
-    #[serde(skip)]
-    pub goal_height_m: f64,
-    /// Which colored goals there are, for learned colors. No key: the map says it.
-    #[serde(skip)]
-    pub goal_colors: GoalColors,
-    /// A filled blob that is more than this many times as wide as high is a board, not a goal.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub max_filled_blob_aspect: f64,
-    /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub min_obstacle_height_m: f64,
-    /// Least width of an obstacle, meters.
-    #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
-    pub min_obstacle_width_m: f64,
-    /// So many line pixels make an image informative without any goal; 0 for never. If it is not set, never on a field with colored
-    /// goals (source: 2010 section 5.2.1), and 10 on one without, which has nothing else.
-    pub min_informative_lines: Option<usize>,
-    /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
-    #[schemars(range(min = 1, max = 1_000_000))]
-    pub max_line_pixels: usize,
-    /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
-    #[schemars(range(min = 1, max = 1_000_000))]
-    pub max_goal_pixels: usize,
-    /// How many line pixels the refinement of the pose gets; 0 for none.
-    pub max_line_borders: usize,
-    /// How many goal pixels the refinement of the pose gets; 0 for none.
-    pub max_goal_borders: usize,
-    /// Composite features.
-    pub composite: FeatureDetectionConfig,
-    /// Whether robots and balls are detected, five times a second at most, for teams. It changes nothing else.
-    pub detect_objects: bool,
-    /// Diameter of the ball, meters. No key: the map says it.
-    #[serde(skip)]
-    pub ball_diameter_m: f64,
-}
-
-impl Default for FieldAnalysisConfig {
-    fn default() -> Self {
-        Self {
-            colors: ColorConfig::default(),
-            filters: FilterSwitches::default(),
-            column_step_px: 8,
-            min_row_step_px: 3,
-            max_row_step_px: 10,
-            line_width_m: 0.05,
-            min_thickness_share: 0.8,
-            max_post_slope: 0.35,
-            min_neighbors: 3,
-            max_line_distance_m: 6.0,
-            own_body_distance_m: 0.15,
-            field_end_step_px: 10,
-            min_blob_height_px: 12,
-            goal_height_m: 0.85,
-            goal_colors: GoalColors::default(),
-            max_filled_blob_aspect: 1.2,
-            min_obstacle_height_m: 0.15,
-            min_obstacle_width_m: 0.12,
-            min_informative_lines: None,
-            max_line_pixels: 12,
-            max_goal_pixels: 8,
-            max_line_borders: 120,
-            max_goal_borders: 60,
-            composite: FeatureDetectionConfig::default(),
-            detect_objects: false,
-            ball_diameter_m: 0.1,
-        }
+visloc_core::with_defaults! {
+    /// Parameters of the analysis of a field image. Pixel values are for images 320 px wide and scale with the width.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+    #[serde(deny_unknown_fields, default)]
+    #[schemars(extend("x-no-keys" = {
+        "line_width_m": "the map says how wide lines are",
+        "goal_height_m": "the map says how high goals are",
+        "goal_colors": "the map says which color goals have",
+        "ball_diameter_m": "the map says how large the ball is",
+    }))]
+    pub struct FieldAnalysisConfig {
+        /// Color classes.
+        pub colors: ColorConfig = ColorConfig::default(),
+        /// Which filters run.
+        pub filters: FilterSwitches = FilterSwitches::default(),
+        /// Distance of the vertical scan lines, pixels; in the far part of the image there are twice as many.
+        #[schemars(range(min = 1, max = 100))]
+        pub column_step_px: u32 = 8,
+        /// Distance of the horizontal scan lines at the horizon, pixels; grows towards the bottom.
+        #[schemars(range(min = 1, max = 100))]
+        pub min_row_step_px: u32 = 3,
+        /// Distance of the horizontal scan lines at the bottom and above the horizon, pixels.
+        #[schemars(range(min = 1, max = 100))]
+        pub max_row_step_px: u32 = 10,
+        /// Width of the field's lines, meters. No key: the map says it.
+        #[serde(skip)]
+        pub line_width_m: f64 = 0.05,
+        /// A run is too thin for a line below this share of the thickness that its distance demands.
+        #[schemars(extend("x-only-if" = "filters.too_thin = true"))]
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub min_thickness_share: f64 = 0.8,
+        /// A goal's border is upright if it moves sideways by at most this many pixels a row.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub max_post_slope: f64 = 0.35,
+        /// Of the eight pixels around one, this many must have its color; with learned colors, lines thinner than three pixels go on to both
+        /// sides instead. Source: 2010 section 4.2, 3.
+        #[schemars(extend("x-only-if" = "filters.isolated = true"))]
+        #[schemars(range(min = 0, max = 8))]
+        pub min_neighbors: u32 = 3,
+        /// Line pixels farther away than this are dropped, meters; on fields longer than 6 m in proportion farther. Source: 2010 section
+        /// 4.2, 6 m.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub max_line_distance_m: f64 = 6.0,
+        /// Pixels nearer than this are dropped, meters. Source: 2010 section 4.2, 15 cm.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub own_body_distance_m: f64 = 0.15,
+        /// Columns in which the end of the field is looked for, pixels. Source: 2010 section 4.2, 10.
+        #[schemars(range(min = 1, max = 100))]
+        pub field_end_step_px: u32 = 10,
+        /// Least height of a goal blob, pixels.
+        pub min_blob_height_px: u32 = 12,
+        /// Height of the goals, to the middle of the crossbar, meters. No key: the map says it.
+        #[serde(skip)]
+        pub goal_height_m: f64 = 0.85,
+        /// Which colored goals there are, for learned colors. No key: the map says it.
+        #[serde(skip)]
+        pub goal_colors: GoalColors = GoalColors::default(),
+        /// A filled blob that is more than this many times as wide as high is a board, not a goal.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub max_filled_blob_aspect: f64 = 1.2,
+        /// Least height of the white segments that obstacles are made of, meters, taken as standing upright.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub min_obstacle_height_m: f64 = 0.15,
+        /// Least width of an obstacle, meters.
+        #[schemars(range(max = 1000.0), extend("exclusiveMinimum" = 0.0))]
+        pub min_obstacle_width_m: f64 = 0.12,
+        /// So many line pixels make an image informative without any goal; 0 for never. If it is not set, never on a field with colored
+        /// goals (source: 2010 section 5.2.1), and 10 on one without, which has nothing else.
+        pub min_informative_lines: Option<usize> = None,
+        /// How many line pixels are kept. Source: 2010 section 4.3.2, 12.
+        #[schemars(range(min = 1, max = 1_000_000))]
+        pub max_line_pixels: usize = 12,
+        /// How many goal pixels are kept. Source: 2010 section 4.3.2, 8.
+        #[schemars(range(min = 1, max = 1_000_000))]
+        pub max_goal_pixels: usize = 8,
+        /// How many line pixels the refinement of the pose gets; 0 for none.
+        pub max_line_borders: usize = 120,
+        /// How many goal pixels the refinement of the pose gets; 0 for none.
+        pub max_goal_borders: usize = 60,
+        /// Composite features.
+        pub composite: FeatureDetectionConfig = FeatureDetectionConfig::default(),
+        /// Whether robots and balls are detected, five times a second at most, for teams. It changes nothing else.
+        pub detect_objects: bool = false,
+        /// Diameter of the ball, meters. No key: the map says it.
+        #[serde(skip)]
+        pub ball_diameter_m: f64 = 0.1,
     }
 }
 

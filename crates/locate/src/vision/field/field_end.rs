@@ -42,7 +42,6 @@ impl FieldEnd {
     }
 
     /// Row of the carpet's end in a column, pixels.
-    #[must_use]
     pub fn row_px(&self, column_px: f64) -> f64 {
         let after = self.hull.partition_point(|(x, _)| *x < column_px);
         match (after.checked_sub(1).map(|i| self.hull[i]), self.hull.get(after)) {
@@ -54,7 +53,6 @@ impl FieldEnd {
     }
 
     /// Corners of the hull (column, row), pixels, from left to right.
-    #[must_use]
     pub fn hull(&self) -> &[(f64, f64)] {
         &self.hull
     }

@@ -17,6 +17,7 @@ mod scan;
 
 pub use analyzer::FieldAnalyzer;
 pub use blobs::GoalBlob;
+pub(super) use carpet::STEP_PX;
 pub use config::{FieldAnalysisConfig, FilterSwitches};
 pub use features::FeatureDetectionConfig;
 pub use field_end::FieldEnd;

@@ -132,7 +132,6 @@ fn log_ratio((num_showing, num): (f64, f64), probability: f64, other: f64) -> f6
 }
 
 /// The nearest border between cells.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn cell(value: f64, end: usize) -> usize {
     // What is negative becomes 0.
     ((value + 0.5) as usize).min(end)

@@ -99,7 +99,6 @@ pub(super) fn layout(
 }
 
 /// Row of the horizon in the middle of the image, clamped to the image.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub(super) fn horizon_row(horizon: &Horizon, size_px: (u32, u32)) -> u32 {
     let row = horizon.row_px(f64::from(size_px.0) / 2.0).unwrap_or(0.0);
     row.clamp(0.0, f64::from(size_px.1)) as u32

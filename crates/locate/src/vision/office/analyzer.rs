@@ -81,25 +81,21 @@ impl OfficeAnalyzer {
     }
 
     /// The last percept.
-    #[must_use]
     pub fn percept(&self) -> &Percept {
         &self.percept
     }
 
     /// The lines of the last image that were kept: labelled, joined and long enough.
-    #[must_use]
     pub fn lines(&self) -> &[Labelled] {
         &self.lines
     }
 
     /// Red, green and blue of the light, as the images of late show it; green is 1.
-    #[must_use]
     pub fn light_color(&self) -> [f64; 3] {
         self.light.rgb()
     }
 
     /// All straight edges of the last image, as the detector found them.
-    #[must_use]
     pub fn segments(&self) -> &[EdgeSegment] {
         &self.segments
     }
@@ -201,7 +197,6 @@ impl OfficeAnalyzer {
         for (pixels, max) in [(&mut *doors, config.max_door_pixels), (&mut *floor, config.max_floor_pixels)] {
             percept.keep(pixels, config.filters.random_discard.then_some(max), rng);
         }
-        #[allow(clippy::cast_precision_loss)]
         let share = doors.len() as f64 / config.full_quality_pixels as f64;
         percept.quality = share.min(1.0);
         percept.is_informative = !doors.is_empty();

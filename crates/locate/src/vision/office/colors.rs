@@ -48,7 +48,6 @@ pub struct OfficeTable {
 
 impl OfficeTable {
     /// The table of a building.
-    #[must_use]
     pub fn new(colors: &OfficeColors) -> Self {
         let mut surfaces = vec![
             Surface::new(SurfaceClass::Wall, colors.wall),
@@ -71,7 +70,6 @@ impl OfficeTable {
 
     /// Class of a color.
     #[inline]
-    #[must_use]
     pub fn class(&self, rgb: [u8; 3]) -> SurfaceClass {
         let [r, g, b] = rgb.map(|value| usize::from(value) >> (8 - BITS));
         self.classes[(r << (2 * BITS)) | (g << BITS) | b]
@@ -86,7 +84,7 @@ struct Surface {
 
 impl Surface {
     fn new(class: SurfaceClass, rgb: [u8; 3]) -> Self {
-        let (hue_deg, saturation, _) = crate::vision::color::hue_saturation_brightness(rgb);
+        let (hue_deg, saturation, _) = visloc_core::hue_saturation_brightness(rgb);
         Self { class, hue_deg, saturation }
     }
 
@@ -96,7 +94,7 @@ impl Surface {
 }
 
 fn classify(surfaces: &[Surface], rgb: [u8; 3]) -> SurfaceClass {
-    let (hue_deg, saturation, brightness) = crate::vision::color::hue_saturation_brightness(rgb);
+    let (hue_deg, saturation, brightness) = visloc_core::hue_saturation_brightness(rgb);
     if brightness < MIN_BRIGHTNESS {
         return SurfaceClass::Unknown;
     }

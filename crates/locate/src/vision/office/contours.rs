@@ -9,8 +9,8 @@ use visloc_core::RgbImage;
 use super::{
     EdgeSegment,
     gray::{GrayImage, append_marked},
-    segment::Moments,
 };
+use crate::vision::line_fit::LineFit;
 
 /// A contour is cut where it lies farther from the straight way between its ends, pixels.
 const MAX_OFF_PX: f64 = 1.2;
@@ -255,9 +255,9 @@ fn cut(chain: &[Point2<f64>], min_length_px: f64, out: &mut Vec<EdgeSegment>) {
     if chord.norm() < min_length_px {
         return;
     }
-    let mut moments = Moments::default();
-    chain.iter().for_each(|point| moments.add(*point));
-    out.push(EdgeSegment::fitted(moments, [*first, *last]));
+    let mut fit = LineFit::default();
+    chain.iter().for_each(|point| fit.add(point));
+    out.push(EdgeSegment::fitted(fit, [*first, *last]));
 }
 
 #[cfg(test)]

@@ -48,16 +48,16 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vision::office::segment::Moments;
+    use crate::vision::line_fit::LineFit;
 
     #[test]
     fn far_parts_of_a_line_give_more_pixels() {
         let grid = Grid { first_row_px: 80.0, last_row_px: 240.0, cell_px: [4.0, 16.0] };
         let ends = [Point2::new(100.0, 80.0), Point2::new(100.0, 239.0)];
-        let mut moments = Moments::default();
-        ends.iter().for_each(|end| moments.add(*end));
+        let mut fit = LineFit::default();
+        ends.iter().for_each(|end| fit.add(end));
         let mut rows = Vec::new();
-        grid.crossings(&EdgeSegment::fitted(moments, ends), |px| rows.push(px.y));
+        grid.crossings(&EdgeSegment::fitted(fit, ends), |px| rows.push(px.y));
         let upper = rows.iter().filter(|row| **row < 160.0).count();
         assert!(upper * 10 > 6 * rows.len(), "{rows:?}");
         assert!(rows.windows(2).all(|pair| pair[1] - pair[0] >= 4.0 - 1e-9));

@@ -4,8 +4,6 @@
 //! the colors on both sides, as `light` shows them in white light -> `fusion` joins what belongs together -> [`OfficeAnalyzer`] cuts at the horizon and keeps the
 //! pixels where the lines cross a `grid`.
 
-#![allow(clippy::cast_precision_loss, clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-
 mod analyzer;
 mod colors;
 mod config;

@@ -10,8 +10,8 @@ use visloc_core::RgbImage;
 use super::{
     EdgeSegment,
     gray::{GrayImage, append_marked},
-    segment::Moments,
 };
+use crate::vision::line_fit::LineFit;
 
 /// Sobel's sum of weights: a step of 1 between two flat areas gives this.
 const SOBEL_GAIN: f64 = 4.0;
@@ -173,15 +173,15 @@ impl GradientDetector {
         if (points.len() as f64) < 0.7 * min_length_px {
             return;
         }
-        let mut moments = Moments::default();
-        points.iter().for_each(|point| moments.add(*point));
-        let (middle, along, residual2) = moments.line();
-        let place = |point: &Point2<f64>| (point - middle).dot(&along);
-        if residual2 <= MAX_RESIDUAL_PX * MAX_RESIDUAL_PX {
+        let mut fit = LineFit::default();
+        points.iter().for_each(|point| fit.add(point));
+        let line = fit.line();
+        let place = |point: &Point2<f64>| line.position(point);
+        if line.rms_px <= MAX_RESIDUAL_PX {
             let first = points.iter().copied().min_by(|a, b| place(a).total_cmp(&place(b)));
             let last = points.iter().copied().max_by(|a, b| place(a).total_cmp(&place(b)));
             let (Some(first), Some(last)) = (first, last) else { return };
-            let segment = EdgeSegment::fitted(moments, [first, last]);
+            let segment = EdgeSegment::fitted(fit, [first, last]);
             if segment.length_px() >= min_length_px {
                 out.push(segment);
             }
@@ -193,7 +193,7 @@ impl GradientDetector {
         // Cut where the region bends most.
         points.sort_by(|a, b| place(a).total_cmp(&place(b)));
         let (first, last) = (points[0], points[points.len() - 1]);
-        let chord = (last - first).try_normalize(1e-9).unwrap_or(along);
+        let chord = (last - first).try_normalize(1e-9).unwrap_or(line.along);
         let off = |point: &Point2<f64>| chord.perp(&(point - first)).abs();
         let bend = (0..points.len()).max_by(|a, b| off(&points[*a]).total_cmp(&off(&points[*b])));
         let cut = from + bend.unwrap_or(points.len() / 2).clamp(1, points.len() - 1);

@@ -54,7 +54,6 @@ impl Entity {
     }
 
     pub fn has_flag(&self, bit: u32) -> bool {
-        #[allow(clippy::cast_possible_truncation)]
         let flags = self.or(70, 0.0) as i64;
         flags >> bit & 1 == 1
     }
@@ -176,9 +175,7 @@ impl Lines {
         let radius_m = radius * a.hypot(b).max(c.hypot(d));
         let step_rad = 2.0 * (1.0 - FLAT_M / radius_m.max(FLAT_M)).clamp(-1.0, 1.0).acos();
         let steps = (sweep_rad.abs() / step_rad).ceil().clamp(2.0, MAX_STEPS);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = if steps.is_finite() { steps as usize } else { 2 };
-        #[allow(clippy::cast_precision_loss)]
         let at =
             |i: usize| to_map * on_circle(center, radius, from_rad + sweep_rad * i as f64 / count as f64);
         let mut arc = Lines::default();

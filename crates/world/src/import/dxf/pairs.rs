@@ -104,7 +104,6 @@ fn binary(bytes: &[u8]) -> Result<Vec<Pair<'_>>, Failure> {
 
 /// The value that belongs to a code; `None` if the file ends before.
 fn binary_value<'a>(code: i32, rest: &mut &'a [u8]) -> Option<Value<'a>> {
-    #[allow(clippy::cast_precision_loss)]
     let number = match code {
         10..=59 | 110..=149 | 210..=239 | 460..=469 | 1010..=1059 => f64::from_le_bytes(take(rest)?),
         60..=79 | 170..=179 | 270..=289 | 370..=389 | 400..=409 | 1060..=1070 => {

@@ -1,6 +1,7 @@
 //! Crossings of neighboring scan lines that continue each other: pieces of lines.
 
-use super::{crossings::Crossing, line_fit::LineFit, view::GroundView};
+use super::{crossings::Crossing, view::GroundView};
+use crate::vision::line_fit::LineFit;
 
 /// Farthest scan line on which a chain goes on, pixels of an image 320 px wide.
 const MAX_GAP_PX: f64 = 17.0;

@@ -94,7 +94,6 @@ impl CircleFinder {
     }
 
     /// The middle of the four cells with most votes together, which are then emptied.
-    #[allow(clippy::cast_precision_loss)]
     fn take_best(&mut self) -> Option<Point2<f64>> {
         let votes = &self.votes;
         let sum = |i: usize| votes[i] + votes[i + 1] + votes[i + CELLS] + votes[i + CELLS + 1];
@@ -112,7 +111,6 @@ impl CircleFinder {
     }
 }
 
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn cell(point: &Point2<f64>) -> Option<usize> {
     let (x, y) = ((point.x + REACH_M) / CELL_M, (point.y + REACH_M) / CELL_M);
     let is_inside = x >= 0.0 && y >= 0.0 && x < CELLS as f64 && y < CELLS as f64;

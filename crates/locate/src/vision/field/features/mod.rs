@@ -12,7 +12,6 @@ mod config;
 mod crossings;
 mod detector;
 mod junctions;
-mod line_fit;
 mod marks;
 mod posts;
 mod segments;

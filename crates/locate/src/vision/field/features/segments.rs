@@ -5,10 +5,12 @@ use nalgebra::Point2;
 use super::{
     chains::{Chain, Chains},
     crossings::Crossing,
-    line_fit::{ImageLine, LineFit},
     view::{GroundView, Seen},
 };
-use crate::vision::LineSegment;
+use crate::vision::{
+    LineSegment,
+    line_fit::{ImageLine, LineFit},
+};
 
 /// Fewest crossings of a line.
 const MIN_CROSSINGS: usize = 4;

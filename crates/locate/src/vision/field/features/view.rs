@@ -132,7 +132,6 @@ impl<'a> GroundView<'a> {
     }
 
     /// Class of a pixel of the image as it is; `None` outside of it.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn class_at_raw(&self, px: &Point2<f64>, white: u32) -> Option<ColorClass> {
         // Truncated: rounding is a call of a library.
         let nearest = |at: f64| (at > -0.5).then_some((at + 0.5) as u32);
@@ -149,7 +148,6 @@ impl<'a> GroundView<'a> {
     }
 
     /// Mean brightness of three pixels above each other; `None` outside of the image.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     pub fn luma_in_column(&self, column: i64, row: f64) -> Option<f64> {
         let x = u32::try_from(column).ok().filter(|x| *x < self.image.width())?;
         let y = (row > 0.5 && row < f64::from(self.image.height()) - 1.5).then_some((row + 0.5) as u32)?;

@@ -4,7 +4,10 @@
 use nalgebra::{Point2, Point3, Vector2};
 use visloc_world::field::GoalColor;
 
-use super::view::{GroundView, Seen};
+use super::{
+    posts::WIDTH_RANGE,
+    view::{GroundView, Seen},
+};
 use crate::vision::{
     BorderPixel, FeatureKind, GoalPost,
     color::ColorClass,
@@ -28,9 +31,6 @@ const MIN_SEEN: usize = 5;
 const MIN_CONTRAST: f64 = 0.05;
 /// The brightness of a post changes from height to height by at most this share.
 const MAX_STEP: f64 = 0.3;
-/// The width of a post, as a share of what the distance of its foot demands. That distance is uncertain: a tilt that is off by a degree
-/// makes 3.4 m of 4 m.
-const WIDTH_RANGE: std::ops::Range<f64> = 0.65..1.6;
 /// How far a border may lie from a straight line: as a share of the width, and in pixels.
 const MAX_BEND: f64 = 0.06;
 const MAX_BEND_PX: f64 = 0.8;
@@ -226,14 +226,12 @@ impl WhiteRun {
         let mut luma = None;
         let mut bar = Bar::default();
         for i in 0..HEIGHTS {
-            #[allow(clippy::cast_precision_loss)]
             let z_m = height_m * (i as f64 + 0.5) / HEIGHTS as f64;
             let at = view.raw_px_of(&Point3::new(front.x, front.y, z_m))?;
             let center = foot.x + at.x - bottom.x + off;
             if !profile.read(view, &Point2::new(center, at.y), 1.2 * width + 2.0) {
                 break;
             }
-            #[allow(clippy::cast_possible_truncation)]
             let inside = profile.mean((center - 0.2 * width).round() as i64, (0.4 * width).ceil() as i64);
             if luma.is_some_and(|before: f64| (inside - before).abs() > MAX_STEP * before) {
                 // The thing ends, and is lower than any post.
@@ -308,7 +306,6 @@ impl Bar {
             let is_there = |i: &usize| self.is_on(side, *i, line, most);
             *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
         }
-        #[allow(clippy::cast_precision_loss)]
         let share = |count: usize, of: usize| count as f64 / of as f64;
         let width_at = |row: f64| self.column_of(1, row) - self.column_of(0, row);
         let (low, high) = (width_at(foot_row), width_at(self.rows[self.num_both - 1]));
@@ -389,7 +386,6 @@ struct Profile {
 
 impl Profile {
     /// Reads the columns so far to both sides of a pixel, which must be in the image. Beyond the image it goes on as at its edge.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
     fn read(&mut self, view: &GroundView, middle: &Point2<f64>, reach: f64) -> bool {
         let (from, to) = ((middle.x - reach).floor() as i64, (middle.x + reach).ceil() as i64);
         self.first = from;
@@ -409,7 +405,6 @@ impl Profile {
     }
 
     /// Mean brightness of some columns.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, clippy::cast_precision_loss)]
     fn mean(&self, from: i64, num: i64) -> f64 {
         let last = self.sums.len() as i64 - 1;
         let at = |x: i64| self.sums[(x - self.first).clamp(0, last) as usize];
@@ -418,7 +413,6 @@ impl Profile {
 
     /// Where the brightness changes most near a column, rising or falling if only one counts, if it changes by so much. What is compared
     /// is a third of the post's width on both sides, so that no cord of a net is a border.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
     fn strongest_edge(&self, near: f64, width: f64, sign: Option<f64>, least: f64) -> Option<f64> {
         let num = ((width / 3.0).round() as i64).max(1);
         let change = |x: i64| {

@@ -1,11 +1,13 @@
-//! Similarity transforms between maps.
+//! Similarity transforms.
 
 use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
-use visloc_core::geom::{CameraFrame, Rigid3};
 
-use crate::lie::CameraFromWorld;
+use super::{CameraFrame, Rigid3, World, rotation_vector};
 
-/// Turns, enlarges and moves points: takes them from one map to another, or from a map to a camera with a unit of length of its own.
+type CameraFromWorld = Rigid3<CameraFrame, World>;
+
+/// Turns, enlarges and moves points, `scale * rotation * p + translation`: takes them from one map to another, from an estimate to the truth,
+/// or from a map to a camera with a unit of length of its own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Similarity {
     /// Factor on lengths; above 0.
@@ -17,34 +19,34 @@ pub struct Similarity {
 }
 
 impl Similarity {
+    /// Leaves everything where it is.
+    pub fn identity() -> Self {
+        Self { scale: 1.0, rotation: Matrix3::identity(), translation: Vector3::zeros() }
+    }
+
     /// Of a camera with the unit of length of its map.
-    #[must_use]
     pub fn of_pose<F>(pose: &Rigid3<CameraFrame, F>) -> Self {
         Self { scale: 1.0, rotation: *pose.rotation(), translation: *pose.translation() }
     }
 
     /// From the pose of one camera in two maps, and the factor on lengths from the first map to the second.
-    #[must_use]
     pub fn between(first: &CameraFromWorld, second: &CameraFromWorld, scale: f64) -> Self {
         let first = Self::of_pose(first).enlarged(scale);
         Self::of_pose(second).inverse().after(&first)
     }
 
     /// The same with all lengths that come out times a factor.
-    #[must_use]
     pub fn enlarged(&self, factor: f64) -> Self {
         Self { scale: self.scale * factor, rotation: self.rotation, translation: self.translation * factor }
     }
 
     /// The way back.
-    #[must_use]
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Self { scale: 1.0 / self.scale, rotation, translation: -(rotation * self.translation) / self.scale }
     }
 
     /// First the other one, then this one.
-    #[must_use]
     pub fn after(&self, first: &Self) -> Self {
         Self {
             scale: self.scale * first.scale,
@@ -54,19 +56,21 @@ impl Similarity {
     }
 
     /// A point after it.
-    #[must_use]
     pub fn point(&self, point: &Point3<f64>) -> Point3<f64> {
-        Point3::from(self.rotation * point.coords * self.scale + self.translation)
+        self.place(&point.coords)
+    }
+
+    /// The same for a point that is given by its coordinates.
+    pub fn place(&self, coordinates: &Vector3<f64>) -> Point3<f64> {
+        Point3::from(self.rotation * coordinates * self.scale + self.translation)
     }
 
     /// The pose in the other map of a camera of the first.
-    #[must_use]
     pub fn pose(&self, camera_from_world: &CameraFromWorld) -> CameraFromWorld {
         Self::of_pose(camera_from_world).after(&self.inverse()).to_pose()
     }
 
     /// The pose of a camera that this takes points of a map to, whatever its unit of length.
-    #[must_use]
     pub fn to_pose(&self) -> CameraFromWorld {
         let mut rotation = Rotation3::from_matrix_unchecked(self.rotation);
         rotation.renormalize();
@@ -74,9 +78,8 @@ impl Similarity {
     }
 
     /// Rotation vector, translation over a length, and logarithm of the scale: all zero for the identity.
-    #[must_use]
     pub fn coordinates(&self, length: f64) -> SVector<f64, 7> {
-        let turn = crate::lie::rotation_vector(&self.rotation);
+        let turn = rotation_vector(&self.rotation);
         let shift = self.translation / length;
         SVector::<f64, 7>::from_column_slice(&[
             turn.x,
@@ -90,7 +93,6 @@ impl Similarity {
     }
 
     /// The inverse of [`Similarity::coordinates`].
-    #[must_use]
     pub fn from_coordinates(coordinates: &SVector<f64, 7>, length: f64) -> Self {
         let c = coordinates;
         Self {
@@ -103,13 +105,10 @@ impl Similarity {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector6;
-
     use super::*;
-    use crate::lie::exp;
 
-    fn pose(twist: [f64; 6]) -> CameraFromWorld {
-        exp(&Vector6::from(twist)) * CameraFromWorld::identity()
+    fn pose([x, y, z, turn @ ..]: [f64; 6]) -> CameraFromWorld {
+        Rigid3::new(Rotation3::from_scaled_axis(Vector3::from(turn)), Vector3::new(x, y, z))
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A floor picture, as the map server of ROS reads it and others draw it.
+//! An occupancy grid, as the map server of ROS reads it and others draw it.
 
 use nalgebra::Point2;
 
@@ -7,9 +7,9 @@ const OCCUPIED: u8 = 0;
 const UNKNOWN: u8 = 205;
 const FREE: u8 = 254;
 
-/// What a cell of the floor is.
+/// What is known of a cell of the floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FloorCell {
+pub enum Occupancy {
     /// Something stands there.
     Occupied,
     /// Nobody knows.
@@ -18,9 +18,9 @@ pub enum FloorCell {
     Free,
 }
 
-/// A picture of the floor from above, x to the right and y up.
+/// The floor from above, x to the right and y up.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FloorPicture {
+pub struct OccupancyGrid {
     /// Width and height, cells.
     pub size: (usize, usize),
     /// Rows from top (largest y) to bottom: 0 occupied, 254 free, 205 unknown.
@@ -31,23 +31,20 @@ pub struct FloorPicture {
     pub origin_m: (f64, f64),
 }
 
-impl FloorPicture {
+impl OccupancyGrid {
     /// A floor of which nothing is known: the lower left corner in meters, and how many cells.
-    #[must_use]
     pub fn unknown(cell_m: f64, origin_m: (f64, f64), size: (usize, usize)) -> Self {
         Self { size, cells: vec![UNKNOWN; size.0 * size.1], cell_m, origin_m }
     }
 
-    /// The picture as PGM.
-    #[must_use]
+    /// The cells as PGM.
     pub fn to_pgm(&self) -> Vec<u8> {
         let mut bytes = format!("P5\n{} {}\n255\n", self.size.0, self.size.1).into_bytes();
         bytes.extend(&self.cells);
         bytes
     }
 
-    /// What the map server reads, for a picture of a name.
-    #[must_use]
+    /// What the map server reads, for a PGM of a name.
     pub fn to_yaml(&self, picture: &str) -> String {
         let (x, y) = self.origin_m;
         format!(
@@ -57,29 +54,28 @@ impl FloorPicture {
     }
 
     /// Rows from bottom to top, each from left to right.
-    pub fn rows_up(&self) -> impl Iterator<Item = FloorCell> {
+    pub fn rows_up(&self) -> impl Iterator<Item = Occupancy> {
         let cell = |gray: &u8| match *gray {
-            OCCUPIED => FloorCell::Occupied,
-            FREE => FloorCell::Free,
-            _ => FloorCell::Unknown,
+            OCCUPIED => Occupancy::Occupied,
+            FREE => Occupancy::Free,
+            _ => Occupancy::Unknown,
         };
         self.cells.chunks(self.size.0.max(1)).rev().flatten().map(cell)
     }
 
-    /// Says what is at a place, meters; beside the picture nothing happens.
-    pub fn set(&mut self, x_m: f64, y_m: f64, cell: FloorCell) {
+    /// Says what is at a place, meters; beside the grid nothing happens.
+    pub fn set(&mut self, x_m: f64, y_m: f64, cell: Occupancy) {
         if let Some(index) = self.index_of(x_m, y_m) {
             self.cells[index] = match cell {
-                FloorCell::Occupied => OCCUPIED,
-                FloorCell::Unknown => UNKNOWN,
-                FloorCell::Free => FREE,
+                Occupancy::Occupied => OCCUPIED,
+                Occupancy::Unknown => UNKNOWN,
+                Occupancy::Free => FREE,
             };
         }
     }
 
     /// The same for all cells between two places.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, clippy::cast_sign_loss)]
-    pub fn draw(&mut self, from: &Point2<f64>, to: &Point2<f64>, cell: FloorCell) {
+    pub fn draw(&mut self, from: &Point2<f64>, to: &Point2<f64>, cell: Occupancy) {
         let most = 2.0 * (self.size.0 + self.size.1) as f64;
         let num_steps = (2.0 * (to - from).norm() / self.cell_m).ceil().min(most) as usize;
         for i in 0..num_steps {
@@ -89,14 +85,11 @@ impl FloorPicture {
     }
 
     /// Middle of a cell, meters: columns from the left, rows from the bottom.
-    #[must_use]
-    #[allow(clippy::cast_precision_loss)]
     pub fn middle(&self, column: usize, row: usize) -> Point2<f64> {
         let along = |origin_m: f64, index: usize| origin_m + (index as f64 + 0.5) * self.cell_m;
         Point2::new(along(self.origin_m.0, column), along(self.origin_m.1, row))
     }
 
-    #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, clippy::cast_sign_loss)]
     fn index_of(&self, x_m: f64, y_m: f64) -> Option<usize> {
         let column = ((x_m - self.origin_m.0) / self.cell_m).floor();
         let row = ((y_m - self.origin_m.1) / self.cell_m).floor();

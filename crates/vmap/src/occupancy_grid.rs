@@ -1,7 +1,7 @@
-//! A floor picture of a map.
+//! A map of SLAM as an occupancy grid.
 
 use nalgebra::Point3;
-use visloc_core::{FloorCell, FloorPicture};
+use visloc_core::{Occupancy, OccupancyGrid};
 use visloc_slam::map::MapId;
 
 use crate::VisualMap;
@@ -22,8 +22,7 @@ const BESIDE: f64 = 0.01;
 impl VisualMap {
     /// The floor of one of the maps, which must have z up and be in meters: landmarks at heights at which a robot runs into things are occupied, what lies
     /// between them and the cameras that saw them is free. `None` without landmarks, or if it is longer than 400 m.
-    #[must_use]
-    pub fn floor_picture(&self, map: MapId) -> Option<FloorPicture> {
+    pub fn occupancy_grid(&self, map: MapId) -> Option<OccupancyGrid> {
         let of_map = self.map.with_active(map);
         let stands = |point: &Point3<f64>| point.z > HEIGHTS_M.0 && point.z < HEIGHTS_M.1;
         let obstacles: Vec<_> = of_map
@@ -47,17 +46,17 @@ impl VisualMap {
             return None;
         }
         let margin = MARGIN as f64 * CELL_M;
-        let mut picture = FloorPicture::unknown(CELL_M, (x.0 - margin, y.0 - margin), size);
+        let mut grid = OccupancyGrid::unknown(CELL_M, (x.0 - margin, y.0 - margin), size);
         for landmark in &obstacles {
             let to = landmark.point_in_world.xy();
             for keyframe in landmark.observations.keyframes() {
                 let center = of_map.keyframe(keyframe).center_in_world();
-                picture.draw(&center.xy(), &to, FloorCell::Free);
+                grid.draw(&center.xy(), &to, Occupancy::Free);
             }
         }
         for landmark in &obstacles {
-            picture.set(landmark.point_in_world.x, landmark.point_in_world.y, FloorCell::Occupied);
+            grid.set(landmark.point_in_world.x, landmark.point_in_world.y, Occupancy::Occupied);
         }
-        Some(picture)
+        Some(grid)
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point2, Vector2};
 
 /// Sums over pixels.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct LineFit {
     n: f64,
     x: f64,
@@ -24,6 +24,7 @@ pub(super) struct ImageLine {
 }
 
 impl LineFit {
+    #[inline]
     pub fn add(&mut self, p: &Point2<f64>) {
         self.n += 1.0;
         self.x += p.x;
