@@ -48,8 +48,8 @@ pub struct PoseGraph {
 const DOF: usize = 7;
 /// Step of the numeric derivatives.
 const STEP: f64 = 1e-6;
-/// Damping of a step, share of the diagonal.
-const DAMPING: f64 = 1e-6;
+/// Least damping of a step, share of the diagonal.
+const LEAST_DAMPING: f64 = 1e-6;
 /// Gain of a step, share of the cost, below which the solution is good enough.
 const LEAST_GAIN: f64 = 1e-4;
 
@@ -73,18 +73,13 @@ impl PoseGraph {
         edge.weight * there.after(&edge.at_first.after(first).inverse()).coordinates(self.length)
     }
 
-    /// Moves the nodes so that the edges agree, by Gauss-Newton. Returns how many steps helped.
+    /// Moves the nodes so that the edges agree, by Levenberg and Marquardt: where they disagree by much, a whole step of Gauss-Newton goes too
+    /// far. Returns how many steps helped.
     pub fn solve(&mut self, max_steps: usize) -> usize {
-        let mut cost = self.cost();
+        let (mut cost, mut damping) = (self.cost(), LEAST_DAMPING);
         for step in 0..max_steps {
-            let Some(moves) = self.step() else { return step };
-            let moved: Vec<Similarity> =
-                self.nodes.iter().enumerate().map(|(i, node)| self.moved(i, node, &moves)).collect();
-            let new_cost = self.cost_of(&moved);
-            if new_cost.is_nan() || new_cost >= cost {
-                return step;
-            }
-            self.nodes = moved;
+            let Some((nodes, new_cost)) = self.lower(cost, &mut damping) else { return step };
+            self.nodes = nodes;
             let gain = (cost - new_cost) / cost;
             cost = new_cost;
             if gain < LEAST_GAIN {
@@ -94,6 +89,29 @@ impl PoseGraph {
         max_steps
     }
 
+    /// Nodes with a lower cost, after a step with as much damping as that takes; `None` if there is none.
+    fn lower(&self, cost: f64, damping: &mut f64) -> Option<(Vec<Similarity>, f64)> {
+        let (matrix, right) = self.equations()?;
+        while *damping < 1.0 / LEAST_DAMPING {
+            let mut damped = matrix.clone();
+            for row in 0..right.len() {
+                *damped.diagonal_mut(row) *= 1.0 + *damping;
+                *damped.diagonal_mut(row) += 1e-12;
+            }
+            if let Some(moves) = damped.solve(&right) {
+                let moved = self.nodes.iter().enumerate().map(|(i, node)| self.moved(i, node, &moves));
+                let moved: Vec<Similarity> = moved.collect();
+                let new_cost = self.cost_of(&moved);
+                if new_cost < cost {
+                    *damping = (*damping * 0.5).max(LEAST_DAMPING);
+                    return Some((moved, new_cost));
+                }
+            }
+            *damping *= 2.0;
+        }
+        None
+    }
+
     /// The first nodes stay: unknowns begin with those behind them.
     fn moved(&self, node: usize, at: &Similarity, moves: &DVector<f64>) -> Similarity {
         let Some(free) = node.checked_sub(self.num_fixed) else { return *at };
@@ -101,7 +119,8 @@ impl PoseGraph {
         Similarity::from_coordinates(&by, self.length).after(at)
     }
 
-    fn step(&self) -> Option<DVector<f64>> {
+    /// The normal equations: the lower half of the matrix, and the right side.
+    fn equations(&self) -> Option<(Skyline, DVector<f64>)> {
         let fixed = self.num_fixed;
         let num = self.nodes.len().checked_sub(fixed).filter(|num| *num > 0)?;
         let mut first: Vec<usize> = (0..num).collect();
@@ -130,11 +149,7 @@ impl PoseGraph {
                 }
             }
         }
-        for row in 0..DOF * num {
-            *matrix.diagonal_mut(row) *= 1.0 + DAMPING;
-            *matrix.diagonal_mut(row) += 1e-12;
-        }
-        matrix.solve(&right).filter(|moves| moves.iter().all(|v| v.is_finite()))
+        Some((matrix, right))
     }
 
     /// The error of an edge and its derivatives by small moves of both nodes.
@@ -166,6 +181,8 @@ fn add_block(matrix: &mut Skyline, (row, column): (usize, usize), block: &Matrix
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     /// A camera that goes round in a circle and whose scale drifts by a percent with every step.
@@ -198,5 +215,26 @@ mod tests {
         assert!(graph.solve(20) > 0);
         assert!(graph.cost() < 0.1 * cost, "{} of {cost}", graph.cost());
         assert!(shift(&graph) < 0.5 * before, "{} of {before}", shift(&graph));
+    }
+
+    /// Three edges in a row that say little of the scale, and one between their ends that knows it to be another one.
+    #[test]
+    fn a_step_that_goes_too_far_is_shortened() {
+        let none = Similarity::from_coordinates(&Vector7::zeros(), 1.0);
+        let at = |z: f64| Similarity { translation: Vector3::new(0.0, 0.0, z), ..none };
+        let nodes: Vec<Similarity> = (0..4).map(|i| at(f64::from(i))).collect();
+        let between = |a: usize, b: usize| nodes[a].after(&nodes[b].inverse());
+        let mut edges: Vec<PoseGraphEdge> =
+            (1..4).map(|i| PoseGraphEdge::new(i - 1, i, between(i - 1, i))).collect();
+        edges.push(PoseGraphEdge::new(0, 3, between(0, 3).enlarged(2.6)));
+        let mut graph = PoseGraph { nodes: nodes.clone(), num_fixed: 1, edges, length: 0.1 };
+        let before = graph.cost();
+        let (matrix, right) = graph.equations().unwrap();
+        let whole = matrix.solve(&right).unwrap();
+        let moved: Vec<Similarity> =
+            graph.nodes.iter().enumerate().map(|(i, node)| graph.moved(i, node, &whole)).collect();
+        assert!(graph.cost_of(&moved) > before, "{} of {before}", graph.cost_of(&moved));
+        assert!(graph.solve(20) > 0);
+        assert!(graph.cost() < 0.5 * before, "{} of {before}", graph.cost());
     }
 }

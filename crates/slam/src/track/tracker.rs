@@ -166,7 +166,8 @@ impl Tracker {
         if report.quality == Quality::Bad {
             report = self.track_wide(map, incoming, &predicted, last, work).unwrap_or(report);
         }
-        self.hold_place(map, &mut report);
+        let going_on = self.expected_motion(last, incoming) * last.camera_from_world;
+        self.hold_place(map, &going_on, &mut report);
         work.timer.end("pose");
         Some(report)
     }
@@ -195,13 +196,14 @@ impl Tracker {
         None
     }
 
-    /// Keeps the camera where the newest keyframe is as long as it only turns.
-    fn hold_place(&self, map: &Map, report: &mut TrackReport) {
+    /// Keeps the camera where the newest keyframe is as long as it only turns. If it had gone on as before, it would be at the other pose.
+    fn hold_place(&self, map: &Map, going_on: &CameraFromWorld, report: &mut TrackReport) {
         let Some((newest, _)) = map.keyframes().next_back() else { return };
         if report.quality == Quality::Bad {
             return;
         }
-        if let Some(turned) = only_turned(map, &report.frame, newest, focal_px(&self.camera)) {
+        let focal = focal_px(&self.camera);
+        if let Some(turned) = only_turned(map, &report.frame, (newest, going_on), focal) {
             report.frame.camera_from_world = turned;
             report.frame.turned_from = Some(newest);
         }

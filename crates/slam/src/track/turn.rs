@@ -4,7 +4,7 @@
 //! noise then, and depths that are triangulated with it are wrong together with it. So a place that explains the image as well
 //! as any other is kept exactly.
 
-use nalgebra::Rotation3;
+use nalgebra::{Rotation3, Vector3};
 use visloc_core::median;
 
 use super::{Frame, whitening};
@@ -28,26 +28,31 @@ const MOST_MEDIAN_CHI2: f64 = 3.0;
 /// Squared residual at which a landmark counts as an outlier of the turn.
 const OUTLIER_CHI2: f64 = 25.0;
 
-/// Pose of a frame at the exact place of a keyframe, if that explains the frame as well as its own pose.
+/// Pose of a frame at the exact place of a keyframe, if that explains the frame as well as its own pose, and its known landmarks as well as
+/// the place where it would be if it had gone on as before: a handful of landmarks at the end of a quick turn fit any place by themselves.
 #[must_use]
 pub fn only_turned(
     map: &Map,
     frame: &Frame,
-    reference: KeyframeId,
+    (reference, going_on): (KeyframeId, &CameraFromWorld),
     focal_px: f64,
 ) -> Option<CameraFromWorld> {
     let keyframe = map.keyframe(reference);
     let turn = frame.camera_from_world * keyframe.camera_from_world().inverse();
-    let rotation = Rotation3::from_matrix_unchecked(*frame.camera_from_world.rotation());
-    let start = CameraFromWorld::new(rotation, -(rotation * keyframe.center_in_world().coords));
     let (known, candidates) = observations(map, frame, reference, focal_px);
     let is_needed = turn.rotation_angle_rad() >= LEAST_TURN_RAD || known.len() < FEW_KNOWN;
     if !is_needed || known.len() + candidates.len() < LEAST_LANDMARKS {
         return None;
     }
     let all: Vec<PoseObservation> = known.iter().chain(&candidates).copied().collect();
-    let wide = refine_turn(&start, &all, |_| true, 20.0, 5);
-    let turned = refine_turn(&wide, &all, |_| true, 6.0, 5);
+    let rotation = Rotation3::from_matrix_unchecked(*frame.camera_from_world.rotation());
+    let turned_at = |center: &Vector3<f64>, observations: &[PoseObservation]| {
+        let start = CameraFromWorld::new(rotation, -(rotation * center));
+        let wide = refine_turn(&start, observations, |_| true, 20.0, 5);
+        refine_turn(&wide, observations, |_| true, 6.0, 5)
+    };
+    let here = keyframe.center_in_world().coords;
+    let turned = turned_at(&here, &all);
     let sum = |pose: &CameraFromWorld| {
         let state = State::new(pose);
         known.iter().map(|observation| observation.chi2(&state).min(OUTLIER_CHI2)).sum::<f64>()
@@ -58,7 +63,12 @@ pub fn only_turned(
     let state = State::new(&turned);
     let usual = median(candidates.iter().map(|observation| observation.chi2(&state))).unwrap_or(0.0);
     let gain = (turned_chi2 - free_chi2) / variance.max(0.3);
-    (gain <= MOST_CHI2 && usual <= MOST_MEDIAN_CHI2).then_some(turned)
+    if gain > MOST_CHI2 || usual > MOST_MEDIAN_CHI2 {
+        return None;
+    }
+    // Depths of candidates are not known: nothing that they show speaks against going on.
+    let known_at = |center: &Vector3<f64>| sum(&turned_at(center, &known));
+    (known_at(&here) <= known_at(going_on.inverse().translation())).then_some(turned)
 }
 
 /// Landmarks whose place is known, and candidates that were made at the same place, of whose depth nothing needs to be known.
@@ -97,7 +107,7 @@ fn first_at(map: &Map, mut keyframe: KeyframeId) -> KeyframeId {
 mod tests {
     use std::sync::Arc;
 
-    use nalgebra::{Matrix2, Point2, Vector3, Vector6};
+    use nalgebra::{Matrix2, Point2, Vector6};
     use rand::RngExt;
     use visloc_core::{GrayImage, RngTree, Timestamp, gaussian};
 
@@ -113,9 +123,9 @@ mod tests {
     const FOCAL_PX: f64 = 500.0;
     const SIGMA_PX: f64 = 0.3;
 
-    /// A keyframe at the origin with landmarks, `num_known` of them converged, and a frame that has moved by a twist. The frame
-    /// believes that it has moved by 1 % of the depth besides.
-    fn scene(seed: u64, num_known: usize, twist: &Vector6<f64>) -> (Map, Frame, KeyframeId) {
+    /// A keyframe at the origin with landmarks, `num_known` of them converged and the others so many times as far away, and a frame that has
+    /// moved by a twist. The frame believes that it has moved by 1 % of the depth besides.
+    fn scene(seed: u64, (num_known, far): (usize, f64), twist: &Vector6<f64>) -> (Map, Frame, KeyframeId) {
         let mut rng = RngTree::new(seed).stream("turn", 0);
         let mut map = Map::new();
         let pyramid = Arc::new(Pyramid::new(GrayImage::new(40, 30), 1));
@@ -132,9 +142,9 @@ mod tests {
         let covariance_px = Matrix2::identity() * SIGMA_PX * SIGMA_PX;
         let mut features = Vec::new();
         for i in 0..80 {
-            let depth = rng.random_range(2.0..5.0);
-            let ray = Vector3::new(rng.random_range(-0.5..0.5), rng.random_range(-0.4..0.4), 1.0);
             let is_known = i < num_known;
+            let depth = rng.random_range(2.0..5.0) * if is_known { 1.0 } else { far };
+            let ray = Vector3::new(rng.random_range(-0.5..0.5), rng.random_range(-0.4..0.4), 1.0);
             // Nothing is known of the depth of a candidate.
             let (believed, state) =
                 if is_known { (depth, LandmarkState::Converged) } else { (3.0, LandmarkState::Candidate) };
@@ -165,8 +175,9 @@ mod tests {
         for seed in 0..10 {
             for num_known in [0, 5, 80] {
                 let (map, frame, keyframe) =
-                    scene(seed, num_known, &Vector6::new(0.0, 0.0, 0.0, 0.01, 0.08, 0.0));
-                let pose = only_turned(&map, &frame, keyframe, FOCAL_PX).unwrap();
+                    scene(seed, (num_known, 1.0), &Vector6::new(0.0, 0.0, 0.0, 0.01, 0.08, 0.0));
+                let pose =
+                    only_turned(&map, &frame, (keyframe, &CameraFromWorld::identity()), FOCAL_PX).unwrap();
                 assert!(pose.inverse().translation().norm() < 1e-9, "seed {seed}, {num_known} known");
             }
         }
@@ -178,12 +189,24 @@ mod tests {
             for num_known in [0, 20, 80] {
                 // 1 % of the depth sideways.
                 let (map, frame, keyframe) =
-                    scene(seed, num_known, &Vector6::new(0.035, 0.0, 0.0, 0.01, 0.08, 0.0));
+                    scene(seed, (num_known, 1.0), &Vector6::new(0.035, 0.0, 0.0, 0.01, 0.08, 0.0));
                 assert!(
-                    only_turned(&map, &frame, keyframe, FOCAL_PX).is_none(),
+                    only_turned(&map, &frame, (keyframe, &CameraFromWorld::identity()), FOCAL_PX).is_none(),
                     "seed {seed}, {num_known} known"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn whoever_goes_on_is_not_taken_to_stand_for_want_of_landmarks() {
+        for seed in 0..10 {
+            let (map, frame, keyframe) =
+                scene(seed, (2, 30.0), &Vector6::new(0.1, 0.0, 0.0, 0.01, 0.08, 0.0));
+            let turned = |before| only_turned(&map, &frame, (keyframe, before), FOCAL_PX);
+            assert!(turned(&frame.camera_from_world).is_none(), "seed {seed}");
+            // By themselves, two landmarks say nothing: whoever stood before goes on standing.
+            assert!(turned(&CameraFromWorld::identity()).is_some(), "seed {seed}");
         }
     }
 }
