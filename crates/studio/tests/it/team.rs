@@ -1,5 +1,7 @@
 //! A simulated team: cut links, liars, kidnaps.
 
+use std::thread;
+
 use serde_json::{Map, Value, json};
 use visloc_core::Clock;
 use visloc_studio::{Message, Scenes, Session, recording::Recorder, replay::Replay};
@@ -109,7 +111,11 @@ fn nobody_hears_a_robot_whose_link_is_cut_until_it_is_restored() {
 fn a_liar_drags_nobody_and_one_that_is_seen_elsewhere_loses_trust() {
     for how in ["elsewhere", "wrong_half", "inventing"] {
         // How soon somebody sees the liar is chance.
-        let shares = [2, 3].map(|seed| share_beside_liar(how, seed));
+        let shares: Vec<f64> = thread::scope(|scope| {
+            let games: Vec<_> =
+                (2..8).map(|seed| scope.spawn(move || share_beside_liar(how, seed))).collect();
+            games.into_iter().map(|game| game.join().unwrap()).collect()
+        });
         let share = shares.iter().sum::<f64>() / shares.len() as f64;
         // One word against another: nobody else is helped. Whom sightings contradict has no say.
         assert!(if how == "wrong_half" { share < 0.4 } else { share > 0.6 }, "{how}: {shares:?}");
