@@ -110,7 +110,7 @@ impl Receiver {
         let mut subscriptions = Vec::new();
         for role in roles.iter().filter(|role| !settings.topics.name(**role).is_empty()) {
             let image = (image_type, settings.image_qos);
-            subscriptions.push(Feed::subscribe(&mut node, settings.topics.name(*role), *role, image)?);
+            subscriptions.push(subscribe(&mut node, settings.topics.name(*role), *role, image)?);
         }
         let (stop, stopped) = oneshot::channel();
         let (to, host) = (Arc::clone(&inbox), host.clone());
@@ -172,95 +172,74 @@ fn image_type(node: &Node, topic: &str) -> &'static str {
     if topic.ends_with("compressed") { types[0] } else { types[1] }
 }
 
-/// One subscription.
-enum Feed {
-    Image(Subscription<crate::bag::messages::Image>),
-    CompressedImage(Subscription<crate::bag::messages::CompressedImage>),
-    CameraInfo(Subscription<crate::bag::messages::CameraInfo>),
-    Odometry(Subscription<crate::bag::messages::Odometry>),
-    Tf(Subscription<crate::bag::messages::TfMessage>),
-    TfStatic(Subscription<crate::bag::messages::TfMessage>),
-    JointStates(Subscription<crate::bag::messages::JointState>),
-    RobotDescription(Subscription<crate::bag::messages::StringMessage>),
-    Imu(Subscription<crate::bag::messages::Imu>),
-    FootContact(Subscription<crate::bag::messages::Bool>),
-    FootPressure(Subscription<crate::bag::messages::Float64MultiArray>),
-    GroundTruth(Subscription<crate::bag::messages::PoseStamped>),
+/// A subscription to messages of some type.
+trait Feed: Send {
+    /// The messages as they come, with those that were lost between.
+    fn stream<'a>(&'a self, host: &'a Host) -> LocalBoxStream<'a, Vec<Received>>;
 }
 
-impl Feed {
-    fn subscribe(
-        node: &mut Node,
-        topic: &str,
-        role: TopicRole,
-        (image_type, image_qos): (&'static str, ImageQos),
-    ) -> Result<Self, Ros2Error> {
-        let name = role.type_names()[0];
-        let newest = Delivery::Newest;
-        let images = match image_qos {
-            ImageQos::BestEffort => newest,
-            ImageQos::Reliable => Delivery::Reliable,
-        };
-        Ok(match role {
-            TopicRole::Image if image_type == name => {
-                Self::CompressedImage(node.subscribe(topic, name, images)?)
-            }
-            TopicRole::Image => Self::Image(node.subscribe(topic, image_type, images)?),
-            TopicRole::CameraInfo => Self::CameraInfo(node.subscribe(topic, name, newest)?),
-            TopicRole::Odometry => Self::Odometry(node.subscribe(topic, name, newest)?),
-            // As tf2 does. Besides, this program also publishes on the topic: as long as a reader confirms nothing, the writer of
-            // `rustdds` keeps thousands of messages for it.
-            TopicRole::Tf => Self::Tf(node.subscribe(topic, name, Delivery::Reliable)?),
-            TopicRole::TfStatic => Self::TfStatic(node.subscribe(topic, name, Delivery::Latched)?),
-            TopicRole::JointStates => Self::JointStates(node.subscribe(topic, name, newest)?),
-            TopicRole::RobotDescription => {
-                Self::RobotDescription(node.subscribe(topic, name, Delivery::Kept)?)
-            }
-            TopicRole::Imu => Self::Imu(node.subscribe(topic, name, newest)?),
-            TopicRole::FootContact => Self::FootContact(node.subscribe(topic, name, newest)?),
-            TopicRole::FootPressure => Self::FootPressure(node.subscribe(topic, name, newest)?),
-            TopicRole::GroundTruth => Self::GroundTruth(node.subscribe(topic, name, newest)?),
-        })
-    }
-
-    fn stream<'a>(&'a self, host: &'a Host) -> LocalBoxStream<'a, Vec<Received>> {
-        match self {
-            Self::Image(feed) => messages(feed, RosMessage::Image, host),
-            Self::CompressedImage(feed) => messages(feed, RosMessage::CompressedImage, host),
-            Self::CameraInfo(feed) => messages(feed, RosMessage::CameraInfo, host),
-            Self::Odometry(feed) => messages(feed, RosMessage::Odometry, host),
-            Self::Tf(feed) => messages(feed, RosMessage::Tf, host),
-            Self::TfStatic(feed) => messages(feed, RosMessage::TfStatic, host),
-            Self::JointStates(feed) => messages(feed, RosMessage::JointStates, host),
-            Self::RobotDescription(feed) => messages(feed, RosMessage::RobotDescription, host),
-            Self::Imu(feed) => messages(feed, RosMessage::Imu, host),
-            Self::FootContact(feed) => messages(feed, RosMessage::FootContact, host),
-            Self::FootPressure(feed) => messages(feed, RosMessage::FootPressure, host),
-            Self::GroundTruth(feed) => messages(feed, RosMessage::GroundTruth, host),
-        }
-    }
-}
-
-/// The messages of a subscription as they come, with those that were lost between.
-fn messages<'a, M: DeserializeOwned + Send + 'static>(
-    feed: &'a Subscription<M>,
+struct FeedOf<M> {
+    subscription: Subscription<M>,
     wrap: fn(M) -> RosMessage,
-    host: &'a Host,
-) -> LocalBoxStream<'a, Vec<Received>> {
-    let mut numbers = Numbers::default();
-    let receive = move |result: Result<(M, MessageInfo), ReadError>| match result {
-        Ok((message, info)) => {
-            let message = wrap(message);
-            let num_lost = match &message {
-                RosMessage::Image(_) | RosMessage::CompressedImage(_) => numbers.gap_before(&info),
-                _ => 0,
-            };
-            let lost = (num_lost > 0).then_some(Received::Lost(num_lost));
-            lost.into_iter().chain([Received::Message(host.now(), message)]).collect()
-        }
-        Err(error) => vec![Received::Unreadable(error.to_string())],
+}
+
+impl<M: DeserializeOwned + Send + 'static> Feed for FeedOf<M> {
+    fn stream<'a>(&'a self, host: &'a Host) -> LocalBoxStream<'a, Vec<Received>> {
+        let mut numbers = Numbers::default();
+        let receive = move |result: Result<(M, MessageInfo), ReadError>| match result {
+            Ok((message, info)) => {
+                let message = (self.wrap)(message);
+                let num_lost = match &message {
+                    RosMessage::Image(_) | RosMessage::CompressedImage(_) => numbers.gap_before(&info),
+                    _ => 0,
+                };
+                let lost = (num_lost > 0).then_some(Received::Lost(num_lost));
+                lost.into_iter().chain([Received::Message(host.now(), message)]).collect()
+            }
+            Err(error) => vec![Received::Unreadable(error.to_string())],
+        };
+        self.subscription.async_stream().map(receive).boxed_local()
+    }
+}
+
+fn feed<M: DeserializeOwned + Send + 'static>(
+    node: &mut Node,
+    (topic, type_name): (&str, &str),
+    delivery: Delivery,
+    wrap: fn(M) -> RosMessage,
+) -> Result<Box<dyn Feed>, Ros2Error> {
+    let subscription = node.subscribe(topic, type_name, delivery)?;
+    Ok(Box::new(FeedOf { subscription, wrap }))
+}
+
+fn subscribe(
+    node: &mut Node,
+    topic: &str,
+    role: TopicRole,
+    (image_type, image_qos): (&'static str, ImageQos),
+) -> Result<Box<dyn Feed>, Ros2Error> {
+    let newest = Delivery::Newest;
+    let images = match image_qos {
+        ImageQos::BestEffort => newest,
+        ImageQos::Reliable => Delivery::Reliable,
     };
-    feed.async_stream().map(receive).boxed_local()
+    let at = (topic, role.type_names()[0]);
+    match role {
+        TopicRole::Image if image_type == at.1 => feed(node, at, images, RosMessage::CompressedImage),
+        TopicRole::Image => feed(node, (topic, image_type), images, RosMessage::Image),
+        TopicRole::CameraInfo => feed(node, at, newest, RosMessage::CameraInfo),
+        TopicRole::Odometry => feed(node, at, newest, RosMessage::Odometry),
+        // As tf2 does. Besides, this program also publishes on the topic: as long as a reader confirms nothing, the writer of
+        // `rustdds` keeps thousands of messages for it.
+        TopicRole::Tf => feed(node, at, Delivery::Reliable, RosMessage::Tf),
+        TopicRole::TfStatic => feed(node, at, Delivery::Latched, RosMessage::TfStatic),
+        TopicRole::JointStates => feed(node, at, newest, RosMessage::JointStates),
+        TopicRole::RobotDescription => feed(node, at, Delivery::Kept, RosMessage::RobotDescription),
+        TopicRole::Imu => feed(node, at, newest, RosMessage::Imu),
+        TopicRole::FootContact => feed(node, at, newest, RosMessage::FootContact),
+        TopicRole::FootPressure => feed(node, at, newest, RosMessage::FootPressure),
+        TopicRole::GroundTruth => feed(node, at, newest, RosMessage::GroundTruth),
+    }
 }
 
 /// The numbers that publishers give to their messages.

@@ -35,7 +35,7 @@ visloc_core::with_defaults! {
         /// How fast robots move where their motion is not known, meters per second.
         #[schemars(range(min = 0.0, max = 20.0))]
         pub robot_m_per_s: f64 = 0.3,
-        /// How fast the ball moves, meters per second.
+        /// How fast the ball moves, or the person whom all know, meters per second.
         #[schemars(range(min = 0.0, max = 50.0))]
         pub ball_m_per_s: f64 = 0.5,
         /// By how much the time between two robots' clocks may be wrong, seconds.

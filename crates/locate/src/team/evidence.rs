@@ -13,11 +13,11 @@ use super::{
     symmetry::Symmetry,
 };
 
-/// A ball that was seen so long ago says nothing of where it is, seconds.
-const BALL_SECS: f64 = 1.5;
+/// A ball or person that was seen so long ago says nothing of where it is, seconds.
+const SINGLE_SECS: f64 = 1.5;
 
-/// Probability that the ball that another robot tells of is the ball, and not something that looks like it.
-const SAME_BALL: f64 = 0.8;
+/// Probability that the ball that another robot tells of is the ball, and not something that looks like it; of a person the same.
+const SAME_SINGLE: f64 = 0.8;
 
 /// What decides densities besides places.
 #[derive(Debug, Clone, Copy)]
@@ -65,9 +65,10 @@ impl Scene {
         self.detection * gaussian(&(sighting.in_robot - in_robot), &covariance)
     }
 
-    /// Densities of a sighting of the ball beside another one's, seen from another place: of one ball, and of two that have nothing to do
-    /// with each other. `moved_m` is how far it may have rolled between them, and `doubt` the probability that the other one made it up.
-    pub fn of_ball(
+    /// Densities of a sighting of the ball (or the person whom all know) beside another one's, seen from another place: of one ball, and of
+    /// two that have nothing to do with each other. `moved_m` is how far it may have moved between them, and `doubt` the probability that
+    /// the other one made it up.
+    pub fn of_single(
         &self,
         (sighting, observer): (&Sighting, &Place),
         (other, witness): (&Sighting, &Place),
@@ -76,12 +77,12 @@ impl Scene {
     ) -> f64 {
         let there = in_world(other, witness);
         let in_robot = observer.pose.inverse().transform(&there.0);
-        let rolled = Matrix2::identity() * moved_m * moved_m;
+        let moved = Matrix2::identity() * moved_m * moved_m;
         let covariance = sighting.covariance
             + of_observer(observer, &in_robot)
-            + turned(&(there.1 + rolled), -observer.pose.yaw_rad);
+            + turned(&(there.1 + moved), -observer.pose.yaw_rad);
         let same = gaussian(&(sighting.in_robot - in_robot), &covariance);
-        let is_same = SAME_BALL * (1.0 - doubt);
+        let is_same = SAME_SINGLE * (1.0 - doubt);
         self.detection * (is_same * same + (1.0 - is_same) / self.area_m2)
     }
 }
@@ -108,7 +109,7 @@ impl SightingModel<'_> {
                 self.of_robot(sighting, factor);
                 true
             }
-            SightingKind::Ball => self.of_ball(sighting, factor),
+            SightingKind::Ball | SightingKind::Person => self.of_single(sighting, factor),
             SightingKind::Opponent => false,
         }
     }
@@ -170,22 +171,22 @@ impl SightingModel<'_> {
         }
     }
 
-    /// Of the ball, beside those of others; `false` if nobody else has seen it of late.
-    fn of_ball(&self, sighting: &Sighting, factor: &mut Factor) -> bool {
+    /// Of the ball or the person whom all know, beside those of others; `false` if nobody else has seen it of late.
+    fn of_single(&self, sighting: &Sighting, factor: &mut Factor) -> bool {
         let seen_at = self.robots[self.observer].clock.to_own(sighting.at);
         let recent = |index: usize| {
             let robot = self.robots[index];
-            let (ball, frame_at) = robot.ball.filter(|_| index != self.observer)?;
-            let secs = robot.clock.to_own(ball.at).secs_since(seen_at).abs();
-            (secs <= BALL_SECS).then_some((ball, frame_at, self.ball_m_per_s * secs))
+            let (single, frame_at) = *robot.single(sighting.kind).filter(|_| index != self.observer)?;
+            let secs = robot.clock.to_own(single.at).secs_since(seen_at).abs();
+            (secs <= SINGLE_SECS).then_some((single, frame_at, self.ball_m_per_s * secs))
         };
         self.set_base(sighting, 0.0, factor);
         let has_any = (0..self.robots.len()).any(|index| recent(index).is_some());
         for (index, (table, robot)) in factor.tables.iter_mut().zip(self.robots).enumerate() {
-            let Some((ball, frame_at, rolled_m)) = recent(index) else { continue };
+            let Some((single, frame_at, moved_m)) = recent(index) else { continue };
             let doubt = self.doubt(robot);
             self.fill(robot, frame_at, table, |from, witness| {
-                self.scene.of_ball((sighting, from), (&ball, witness), rolled_m, doubt)
+                self.scene.of_single((sighting, from), (&single, witness), moved_m, doubt)
             });
         }
         has_any
@@ -289,9 +290,9 @@ mod tests {
         let (a, b) = (place(-2.0, 0.5, 0.3), place(1.5, 1.0, 3.0));
         let ball = (0.5, -0.4);
         let (of_a, of_b) = (seen(SightingKind::Ball, &a, ball), seen(SightingKind::Ball, &b, ball));
-        let same = SCENE.of_ball((&of_a, &a), (&of_b, &b), 0.05, 0.0);
+        let same = SCENE.of_single((&of_a, &a), (&of_b, &b), 0.05, 0.0);
         let mirrored =
-            SCENE.of_ball((&of_a, &a), (&of_b, &place(-1.5, -1.0, 3.0 - std::f64::consts::PI)), 0.05, 0.0);
+            SCENE.of_single((&of_a, &a), (&of_b, &place(-1.5, -1.0, 3.0 - std::f64::consts::PI)), 0.05, 0.0);
         assert!(same > 10.0 * mirrored, "{same} {mirrored}");
         assert!(mirrored > 0.0, "there may be two");
         let (at, covariance) = in_world(&of_a, &a);

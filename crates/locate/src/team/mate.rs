@@ -54,8 +54,8 @@ pub(super) struct Mate {
     /// What it told last of what it sees, in its frame at `seen_from`.
     pub sightings: Vec<Sighting>,
     pub seen_from: Timestamp,
-    /// Its last sighting of the ball, and the time of the frame that this is in.
-    pub ball: Option<(Sighting, Timestamp)>,
+    /// Its last sighting of each thing that there is one of, and the time of the frame that this is in.
+    singles: Vec<(Sighting, Timestamp)>,
     /// What it has seen of late, in its frame at a time.
     pub weighed: Vec<Seen>,
     pub weighed_from: Timestamp,
@@ -138,7 +138,7 @@ impl Mate {
         self.seen_from = message.at;
     }
 
-    /// Takes in what it sees now, and keeps what it has seen for so long, seconds. A ball that was seen once is none yet.
+    /// Takes in what it sees now, and keeps what it has seen for so long, seconds. What was seen once, ball or person, is none yet.
     pub fn remember(&mut self, seen: &[Seen], secs: f64) {
         let (step, _) = self.belief.motion.between(self.weighed_from, self.seen_from);
         let back = step.inverse();
@@ -149,10 +149,18 @@ impl Mate {
         self.weighed.retain(|old| !seen.iter().any(|new| is_over(old, new)));
         self.weighed.extend_from_slice(seen);
         self.weighed_from = self.seen_from;
-        let is_ball = |seen: &&Seen| seen.sighting.kind == SightingKind::Ball && seen.again >= 0.5;
-        if let Some(ball) = seen.iter().rfind(is_ball) {
-            self.ball = Some((ball.sighting, self.seen_from));
+        for kind in SightingKind::SINGLE {
+            let is_it = |seen: &&Seen| seen.sighting.kind == kind && seen.again >= 0.5;
+            if let Some(new) = seen.iter().rfind(is_it) {
+                self.singles.retain(|(old, _)| old.kind != kind);
+                self.singles.push((new.sighting, self.seen_from));
+            }
         }
+    }
+
+    /// Its last sighting of a thing that there is one of, and the time of the frame that this is in.
+    pub fn single(&self, kind: SightingKind) -> Option<&(Sighting, Timestamp)> {
+        self.singles.iter().find(|(sighting, _)| sighting.kind == kind)
     }
 
     /// Brings the probabilities of its options up to date. A robot that is sure may be wrong about its half or lie: that is `1 - honesty`.

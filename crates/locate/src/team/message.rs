@@ -42,6 +42,13 @@ pub enum SightingKind {
     Robot,
     /// The ball.
     Ball,
+    /// The person whom the whole team knows, for instance the referee.
+    Person,
+}
+
+impl SightingKind {
+    /// What there is one of, so that two robots that see it see the same.
+    pub const SINGLE: [Self; 2] = [Self::Ball, Self::Person];
 }
 
 /// Something that a robot sees, without its identity.

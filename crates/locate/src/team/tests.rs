@@ -374,15 +374,24 @@ fn nothing_grows_by_being_repeated() {
 
 #[test]
 fn the_ball_ties_robots_that_do_not_see_each_other() {
+    assert_single_ties(SightingKind::Ball);
+}
+
+#[test]
+fn a_person_whom_all_know_ties_robots_that_do_not_see_each_other() {
+    assert_single_ties(SightingKind::Person);
+}
+
+fn assert_single_ties(kind: SightingKind) {
     let (a, b) = (PlanarPose::new(-2.5, 0.5, 0.0), PlanarPose::new(2.5, 1.0, PI));
     let mut players = [Player::new(1, a, 0.99), Player::new(2, b, 0.5 - 1e-6)];
-    let ball = Point2::new(-0.5, 1.4);
+    let single = Point2::new(-0.5, 1.4);
     for step in 0..40 {
         let at = Timestamp::from_secs(f64::from(step) * STEP_SECS);
         for me in 0..2 {
-            let point = players[me].truth.inverse().transform(&ball);
+            let point = players[me].truth.inverse().transform(&single);
             let (range_m, bearing_rad) = (point.coords.norm(), point.y.atan2(point.x));
-            let seen = Sighting::polar(at, SightingKind::Ball, (bearing_rad, 0.03), (range_m, 0.1 * range_m));
+            let seen = Sighting::polar(at, kind, (bearing_rad, 0.03), (range_m, 0.1 * range_m));
             let estimate = players[me].estimate.clone();
             players[me].filter.step(at, &estimate, None, &[seen]);
             if let Some(message) = players[me].filter.message() {

@@ -35,7 +35,7 @@ pub struct WireHypothesis {
 /// `visloc_msgs/msg/Sighting`.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct WireSighting {
-    /// 0 teammate, 1 opponent, 2 robot of an unknown team, 3 ball.
+    /// 0 teammate, 1 opponent, 2 robot of an unknown team, 3 ball, 4 the person whom all know.
     pub kind: u8,
     /// From the image to the stamp of the message, milliseconds.
     pub age_ms: u16,
@@ -109,6 +109,7 @@ fn kind_of(number: u8) -> Option<SightingKind> {
         1 => Some(SightingKind::Opponent),
         2 => Some(SightingKind::Robot),
         3 => Some(SightingKind::Ball),
+        4 => Some(SightingKind::Person),
         _ => None,
     }
 }
@@ -128,6 +129,7 @@ impl WireSighting {
                 SightingKind::Opponent => 1,
                 SightingKind::Robot => 2,
                 SightingKind::Ball => 3,
+                SightingKind::Person => 4,
             },
             age_ms,
             position: [short(sighting.in_robot.x), short(sighting.in_robot.y)],
