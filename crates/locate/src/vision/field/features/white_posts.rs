@@ -25,6 +25,8 @@ const MIN_SHARE_OF_BOTH: f64 = 0.75;
 const MIN_SHARE_OF_EACH: f64 = 0.5;
 /// Of the better one up to the greater height this share.
 const MIN_SHARE_ABOVE: f64 = 0.7;
+/// A wall goes on as bright as the post for so many widths to its side; a robot's body in front of it does not.
+const WALL_WIDTHS: f64 = 3.0;
 /// Fewer heights than this tell nothing.
 const MIN_SEEN: usize = 5;
 /// A border changes the brightness by this share of the post's own.
@@ -229,7 +231,9 @@ impl WhiteRun {
             let z_m = height_m * (i as f64 + 0.5) / HEIGHTS as f64;
             let at = view.raw_px_of(&Point3::new(front.x, front.y, z_m))?;
             let center = foot.x + at.x - bottom.x + off;
-            if !profile.read(view, &Point2::new(center, at.y), 1.2 * width + 2.0) {
+            let may_hide = (BOTH_BELOW_M..=ONE_BELOW_M).contains(&z_m);
+            let reach = if may_hide { WALL_WIDTHS + 1.0 } else { 1.2 };
+            if !profile.read(view, &Point2::new(center, at.y), reach * width + 2.0) {
                 break;
             }
             let inside = profile.mean((center - 0.2 * width).round() as i64, (0.4 * width).ceil() as i64);
@@ -251,6 +255,16 @@ impl WhiteRun {
                 off += 0.3 * (f64::midpoint(left, right) - center);
             }
             bar.borders.iter_mut().zip(edges).for_each(|(border, edge)| border[i] = edge);
+            if may_hide {
+                bar.is_hidden.iter_mut().zip([-1.0, 1.0]).for_each(|(hidden, side)| {
+                    hidden[i] = profile.is_even(
+                        center,
+                        center + side * WALL_WIDTHS * width,
+                        third_of(width),
+                        MIN_CONTRAST * inside,
+                    );
+                });
+            }
             (bar.rows[i], bar.num) = (at.y, i + 1);
             if z_m <= BOTH_BELOW_M {
                 bar.num_both = bar.num;
@@ -280,6 +294,8 @@ struct Bar {
     rows: [f64; HEIGHTS],
     /// Columns of the left and the right border there.
     borders: [[Option<f64>; HEIGHTS]; 2],
+    /// Where the wall behind is as bright as the post, so that the border cannot be seen.
+    is_hidden: [[bool; HEIGHTS]; 2],
     num: usize,
     /// Heights at which both borders, or one, have to be there.
     num_both: usize,
@@ -299,12 +315,13 @@ impl Bar {
         }
         let most = MAX_BEND * width + MAX_BEND_PX * blur;
         self.most_px = most;
-        let mut counts = [[0; 2]; 2];
+        let (mut counts, mut visible) = ([[0; 2]; 2], [0; 2]);
         for (side, count) in counts.iter_mut().enumerate() {
             let Some(line) = self.straight(side, most) else { return false };
             self.lines[side] = line;
             let is_there = |i: &usize| self.is_on(side, *i, line, most);
             *count = [self.num_both, self.num_one].map(|num| (0..num).filter(is_there).count());
+            visible[side] = (0..self.num_one).filter(|i| is_there(i) || !self.is_hidden[side][*i]).count();
         }
         let share = |count: usize, of: usize| count as f64 / of as f64;
         let width_at = |row: f64| self.column_of(1, row) - self.column_of(0, row);
@@ -313,7 +330,7 @@ impl Bar {
         let [[left, left_above], [right, right_above]] = counts;
         share(left + right, 2 * self.num_both) >= MIN_SHARE_OF_BOTH
             && share(left.min(right), self.num_both) >= MIN_SHARE_OF_EACH
-            && share(left_above.max(right_above), self.num_one) >= MIN_SHARE_ABOVE
+            && share(left_above, visible[0]).max(share(right_above, visible[1])) >= MIN_SHARE_ABOVE
             && (high - low).abs() <= MAX_TAPER * self.width_px + 1.0
     }
 
@@ -376,6 +393,11 @@ impl Bar {
     }
 }
 
+/// Columns of a third of a post's width, pixels.
+fn third_of(width_px: f64) -> i64 {
+    ((width_px / 3.0).round() as i64).max(1)
+}
+
 /// Sums of the brightness along a part of a row.
 #[derive(Debug, Default)]
 struct Profile {
@@ -411,14 +433,22 @@ impl Profile {
         (at(from + num) - at(from)) / num as f64
     }
 
+    /// By how much it is brighter from a column on than before it, so many columns each.
+    fn change(&self, x: i64, num: i64) -> f64 {
+        self.mean(x, num) - self.mean(x - num, num)
+    }
+
+    /// Whether the brightness nowhere changes by so much from one column to another.
+    fn is_even(&self, from: f64, to: f64, num: i64, most: f64) -> bool {
+        let (from, to) = (from.min(to).round() as i64, from.max(to).round() as i64);
+        (from..=to).all(|x| self.change(x, num).abs() < most)
+    }
+
     /// Where the brightness changes most near a column, rising or falling if only one counts, if it changes by so much. What is compared
     /// is a third of the post's width on both sides, so that no cord of a net is a border.
     fn strongest_edge(&self, near: f64, width: f64, sign: Option<f64>, least: f64) -> Option<f64> {
-        let num = ((width / 3.0).round() as i64).max(1);
-        let change = |x: i64| {
-            let rise = self.mean(x, num) - self.mean(x - num, num);
-            sign.map_or(rise.abs(), |sign| sign * rise)
-        };
+        let num = third_of(width);
+        let change = |x: i64| sign.map_or(self.change(x, num).abs(), |sign| sign * self.change(x, num));
         let reach = width / 3.0 + 1.0;
         let (from, to) = ((near - reach).round() as i64, (near + reach).round() as i64);
         let (most, x) = (from..=to).map(|x| (change(x), x)).max_by(|a, b| a.0.total_cmp(&b.0))?;
