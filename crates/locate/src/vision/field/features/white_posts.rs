@@ -65,6 +65,14 @@ struct Found {
     bounds_px: [f64; 4],
 }
 
+impl Found {
+    /// Whether both stand on one foot: seen from one robot no post stands in front of another one's foot.
+    fn is_same(&self, other: &Self) -> bool {
+        let width_px = other.bounds_px[2] - other.bounds_px[0];
+        (self.post.foot_px - other.post.foot_px).norm() < 0.5 * width_px
+    }
+}
+
 /// Collects white runs from the horizontal scan lines.
 #[derive(Debug, Default)]
 pub(super) struct WhitePostFinder {
@@ -119,6 +127,9 @@ impl WhitePostFinder {
                 continue;
             }
             let Some((found, bar)) = run.post(view, size, &mut self.profile) else { continue };
+            if self.found.iter().any(|before| before.is_same(&found)) {
+                continue;
+            }
             self.found.push(found);
             out.push(found.post);
             bar.add_borders(view, &mut self.borders);
