@@ -57,12 +57,12 @@ fn run(map: &Map, frames: &[SourceFrame], seed: u64) -> (Run, Pipeline) {
     (Run { localized_after_secs, mean_error_m }, pipeline)
 }
 
-/// Two fields, three seeds: with both cameras the robot is on average found at least as soon and followed at least as exactly as with the upper one.
+/// Two fields, twelve seeds, since a single claim comes seconds sooner or later by chance: with both cameras the robot is on average found at least as soon and followed at least as exactly as with the upper one.
 #[test]
 fn both_cameras_together_are_at_least_as_good_as_one() {
     let (mut sum_of_one, mut sum_of_both) = ((0.0, 0.0), (0.0, 0.0));
     for (name, seed) in
-        ["tour", "tour-2024"].into_iter().flat_map(|name| (1..=3).map(move |seed| (name, seed)))
+        ["tour", "tour-2024"].into_iter().flat_map(|name| (1..=12).map(move |seed| (name, seed)))
     {
         let (map, frames) = tour(name, seed, 0.0);
         let upper: Vec<_> = frames.iter().filter(|frame| frame.frame.camera_index == 0).cloned().collect();
