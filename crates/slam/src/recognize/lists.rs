@@ -54,7 +54,7 @@ impl Listed<'_> {
     pub fn find(&self, wanted: u32, near: &mut Vec<(Entry, u32)>) {
         let blocks = self.signatures.chunks(BLOCK).zip(self.entries.chunks(BLOCK));
         for (signatures, entries) in blocks {
-            let mut different = [0; BLOCK];
+            let mut different = [u32::MAX; BLOCK];
             match signatures.as_array() {
                 // Of whole blocks the compiler makes vector instructions.
                 Some(whole) => different = whole.map(|signature: u32| (signature ^ wanted).count_ones()),
@@ -63,6 +63,11 @@ impl Listed<'_> {
                         *different = (signature ^ wanted).count_ones();
                     }
                 }
+            }
+            // Most blocks have none, and their entries need not be fetched.
+            let is_alike = different.map(|different| u8::from(different <= MOST_DIFFERENT));
+            if is_alike.iter().fold(0, |any, is_alike| any | is_alike) == 0 {
+                continue;
             }
             // Written without branches, which nobody can predict here.
             let (mut alike, mut num) = ([(Entry(0), 0); BLOCK], 0);
