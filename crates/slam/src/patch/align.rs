@@ -90,21 +90,23 @@ pub fn align(
     None
 }
 
-/// What a pixel differs from the template under a gain and an offset. Of a saturated pixel only a lower bound is known.
+/// The smaller one; unlike `f32::min` a single instruction.
 #[inline]
-fn difference(sampled: f32, template: f32, gain: f32, offset: f32) -> f32 {
-    let error = sampled - (gain * template + offset).min(255.0);
-    if template >= SATURATED { error.min(0.0) } else { error }
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// The template with what does not change over the iterations.
 struct Problem {
     values: [f32; NUM],
+    /// Most that an image may differ: of a saturated pixel only a lower bound is known, so a brighter one does not differ.
+    most: [f32; NUM],
     dx: [f32; NUM],
     dy: [f32; NUM],
     inverse_hessian: Matrix4<f32>,
     /// Structure tensor of the shift once gain and offset are eliminated, and noise is taken off.
     tensor: Matrix2<f64>,
+    center: f32,
     variance: f32,
 }
 
@@ -120,6 +122,7 @@ impl Problem {
                 dy[row * PATCH_PX + column] = 0.5 * (t[at + BORDERED_PX] - t[at - BORDERED_PX]);
             }
         }
+        let most = values.map(|value| if value >= SATURATED { 0.0 } else { f32::INFINITY });
         let center = mean(&values);
         let variance = values.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
         let one = [1.0; NUM];
@@ -129,7 +132,7 @@ impl Problem {
             hessian[(i, j)] = dot(columns[i], columns[j]);
         }
         let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
-        Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
+        Some(Self { values, most, dx, dy, inverse_hessian, tensor, center, variance })
     }
 
     /// Gain and offset that make the contrast and the mean of the patch those of the image, before it is aligned.
@@ -137,25 +140,26 @@ impl Problem {
         let center = mean(sampled);
         let variance = sampled.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
         let gain = (variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
-        (gain, center - gain * mean(&self.values))
+        (gain, center - gain * self.center)
+    }
+
+    /// What the pixels of the image differ from the template under a gain and an offset.
+    #[inline]
+    fn differences(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> [f32; NUM] {
+        let mut differences = [0.0; NUM];
+        for i in 0..NUM {
+            let expected = smaller(gain * self.values[i] + offset, 255.0);
+            differences[i] = smaller(sampled[i] - expected, self.most[i]);
+        }
+        differences
     }
 
     /// Gauss-Newton step in shift, gain and offset.
     #[inline]
     fn step(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> Vector4<f32> {
-        let (mut ex, mut ey, mut et, mut e1) = ([0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8]);
-        for row in 0..PATCH_PX {
-            for lane in 0..8 {
-                let i = row * PATCH_PX + lane;
-                let error = difference(sampled[i], self.values[i], gain, offset);
-                ex[lane] += error * self.dx[i];
-                ey[lane] += error * self.dy[i];
-                et[lane] += error * self.values[i];
-                e1[lane] += error;
-            }
-        }
-        let sum = |lanes: &[f32; 8]| lanes.iter().sum::<f32>();
-        self.inverse_hessian * Vector4::new(sum(&ex), sum(&ey), sum(&et), sum(&e1))
+        let errors = self.differences(sampled, gain, offset);
+        let by = [&self.dx, &self.dy, &self.values, &[1.0; NUM]];
+        self.inverse_hessian * Vector4::from(by.map(|column| dot(&errors, column)))
     }
 
     /// Covariance of the shift for a mean squared residual, squared pixels.
@@ -170,8 +174,8 @@ impl Problem {
     }
 
     fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
-        let squares = sampled.iter().zip(&self.values).map(|(s, t)| difference(*s, *t, gain, offset).powi(2));
-        squares.sum::<f32>() / NUM as f32
+        let squares = self.differences(sampled, gain, offset).map(|difference| difference.powi(2));
+        squares.iter().sum::<f32>() / NUM as f32
     }
 }
 
