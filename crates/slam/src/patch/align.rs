@@ -57,14 +57,16 @@ pub fn align(
     start: &Point2<f64>,
     limits: &AlignLimits,
 ) -> Option<Aligned> {
-    let problem = Problem::new(template)?;
     let (mut x, mut y) = (start.x as f32, start.y as f32);
-    let (mut gain, mut offset) = (1.0_f32, 0.0_f32);
     let mut sampled = [0.0; NUM];
+    sample(image, x, y, &mut sampled)?;
+    let values = template.inner();
+    let [light, image_light] = lights([&values, &sampled]);
+    let problem = Problem::new(template, values, light)?;
+    let (mut gain, mut offset) = light.to(image_light);
     for iteration in 0..limits.max_iterations {
-        sample(image, x, y, &mut sampled)?;
-        if iteration == 0 {
-            (gain, offset) = problem.light(&sampled);
+        if iteration > 0 {
+            sample(image, x, y, &mut sampled)?;
         }
         let step = problem.step(&sampled, gain, offset);
         // The image's gradients are those of the template times the gain.
@@ -106,13 +108,11 @@ struct Problem {
     inverse_hessian: Matrix4<f32>,
     /// Structure tensor of the shift once gain and offset are eliminated, and noise is taken off.
     tensor: Matrix2<f64>,
-    center: f32,
     variance: f32,
 }
 
 impl Problem {
-    fn new(template: &Template) -> Option<Self> {
-        let values = template.inner();
+    fn new(template: &Template, values: [f32; NUM], light: Light) -> Option<Self> {
         let (mut dx, mut dy) = ([0.0; NUM], [0.0; NUM]);
         for row in 0..PATCH_PX {
             for column in 0..PATCH_PX {
@@ -123,8 +123,6 @@ impl Problem {
             }
         }
         let most = values.map(|value| if value >= SATURATED { 0.0 } else { f32::INFINITY });
-        let center = mean(&values);
-        let variance = values.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
         let one = [1.0; NUM];
         let columns = [&dx, &dy, &values, &one];
         let mut hessian = Matrix4::zeros();
@@ -132,15 +130,7 @@ impl Problem {
             hessian[(i, j)] = dot(columns[i], columns[j]);
         }
         let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
-        Some(Self { values, most, dx, dy, inverse_hessian, tensor, center, variance })
-    }
-
-    /// Gain and offset that make the contrast and the mean of the patch those of the image, before it is aligned.
-    fn light(&self, sampled: &[f32; NUM]) -> (f32, f32) {
-        let center = mean(sampled);
-        let variance = sampled.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
-        let gain = (variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
-        (gain, center - gain * self.center)
+        Some(Self { values, most, dx, dy, inverse_hessian, tensor, variance: light.variance })
     }
 
     /// What the pixels of the image differ from the template under a gain and an offset.
@@ -209,9 +199,37 @@ fn dot(a: &[f32; NUM], b: &[f32; NUM]) -> f32 {
     lanes.iter().sum()
 }
 
-#[inline]
-fn mean(values: &[f32; NUM]) -> f32 {
-    values.iter().sum::<f32>() / NUM as f32
+/// Mean and variance of a patch.
+#[derive(Clone, Copy)]
+struct Light {
+    mean: f32,
+    variance: f32,
+}
+
+impl Light {
+    /// Gain and offset that make contrast and mean of a patch those of the image, before it is aligned.
+    fn to(self, image: Self) -> (f32, f32) {
+        let gain = (image.variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
+        (gain, image.mean - gain * self.mean)
+    }
+}
+
+/// Of two patches side by side: sums in order take as long for two as for one.
+fn lights(patches: [&[f32; NUM]; 2]) -> [Light; 2] {
+    let mut sums = [0.0_f32; 2];
+    for i in 0..NUM {
+        for (sum, patch) in sums.iter_mut().zip(patches) {
+            *sum += patch[i];
+        }
+    }
+    let means = sums.map(|sum| sum / NUM as f32);
+    let mut squares = [0.0_f32; 2];
+    for i in 0..NUM {
+        for ((sum, patch), mean) in squares.iter_mut().zip(patches).zip(means) {
+            *sum += (patch[i] - mean) * (patch[i] - mean);
+        }
+    }
+    [0, 1].map(|patch| Light { mean: means[patch], variance: squares[patch] / NUM as f32 })
 }
 
 /// Samples the 8 x 8 px around a position; `None` if they are not all inside.
