@@ -238,7 +238,7 @@ impl Map {
         let keyframe = observation.keyframe.index();
         let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
         if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
-            self.landmarks[id.index()].observations.change().push(observation);
+            self.landmarks[id.index()].observations.push(observation);
             self.keyframes[keyframe].landmarks.push(id);
         }
     }

@@ -137,9 +137,17 @@ impl Lists {
 
     /// Adds a place of a keyframe to one of so many lists.
     pub fn add(&mut self, num_lists: usize, list: usize, (signature, entry): (u32, Entry)) {
-        self.added.resize_with(num_lists, List::default);
-        self.added[list].signatures.push(signature);
-        self.added[list].entries.push(entry);
+        if self.added.is_empty() {
+            self.added = vec![List::default(); num_lists];
+        }
+        let List { signatures, entries } = &mut self.added[list];
+        if entries.len() == entries.capacity() {
+            // There are many lists, most of which grow slowly.
+            signatures.reserve_exact(2 + entries.len() / 8);
+            entries.reserve_exact(2 + entries.len() / 8);
+        }
+        signatures.push(signature);
+        entries.push(entry);
     }
 
     /// Takes a keyframe out of a list.

@@ -59,7 +59,9 @@ const MANY_CAMERAS: usize = 40;
 /// Solves the equations of the cameras, of which the lower triangle is given.
 fn solve_reduced(matrix: DMatrix<f64>, vector: &DVector<f64>) -> Option<DVector<f64>> {
     if vector.len() > 6 * MANY_CAMERAS {
-        return Skyline::of(&matrix).solve(vector);
+        let skyline = Skyline::of(&matrix);
+        drop(matrix);
+        return skyline.solve(vector);
     }
     Some(matrix.cholesky()?.solve(vector))
 }
@@ -218,13 +220,15 @@ impl NormalEquations {
         damping: f64,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let num_free = self.cameras.len();
-        let mut blocks = vec![Matrix6::zeros(); num_free * num_free];
+        // Those above the diagonal, row by row.
+        let at = |row: usize, column: usize| row * num_free - row * (row + 1) / 2 + column;
+        let mut blocks = vec![Matrix6::zeros(); num_free * (num_free + 1) / 2];
         let mut gradient = self.camera_gradient.clone();
         for (slot, own) in self.cameras.iter().enumerate() {
-            blocks[slot * num_free + slot] = damped(own, damping);
+            blocks[at(slot, slot)] = damped(own, damping);
         }
         for (row, column, block) in &self.between {
-            blocks[row * num_free + column] += block;
+            blocks[at(*row, *column)] += block;
         }
         let mut start = 0;
         for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
@@ -239,7 +243,7 @@ impl NormalEquations {
                     let Some(other) = self.slots[second.camera].filter(|other| *other >= slot) else {
                         continue;
                     };
-                    subtract_product(&mut blocks[slot * num_free + other], &product, second_by_point);
+                    subtract_product(&mut blocks[at(slot, other)], &product, second_by_point);
                 }
             }
         }
@@ -248,7 +252,7 @@ impl NormalEquations {
         for i in 0..num_free {
             vector.fixed_rows_mut::<6>(6 * i).copy_from(&gradient[i]);
             for j in i..num_free {
-                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[i * num_free + j].transpose());
+                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[at(i, j)].transpose());
             }
         }
         if let Some(lens) = &self.lens {
