@@ -11,9 +11,7 @@ use super::{
 };
 use crate::{
     config::SlamConfig,
-    map::{
-        KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera, most_shared,
-    },
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera, most_shared},
     timing::StageTimer,
     track::{Frame, Matcher, focal_px, scene_depth},
 };
@@ -265,7 +263,10 @@ impl Mapper {
             self.converge(map, *id);
             let host = map.landmark(*id).host().keyframe;
             if counted == Some(host) {
-                map.landmark(*id).observations.keyframes().for_each(|seen_by| num_shared[seen_by.index()] += 1);
+                map.landmark(*id)
+                    .observations
+                    .keyframes()
+                    .for_each(|seen_by| num_shared[seen_by.index()] += 1);
             } else {
                 num_shared = map.num_shared(&map.keyframe(host).landmarks);
                 counted = Some(host);
