@@ -2,6 +2,9 @@
 
 use crate::outcome::FramePose;
 
+/// Frames for which room is made at least.
+const FEW: usize = 64;
+
 /// Frames in order, by number. Memory is bounded if only the newest are to be remembered.
 #[derive(Debug, Default)]
 pub(crate) struct FrameLog {
@@ -18,6 +21,9 @@ impl FrameLog {
     }
 
     pub fn push(&mut self, pose: FramePose) {
+        if self.poses.len() == self.poses.capacity() {
+            self.poses.reserve_exact(FEW + self.poses.len() / 8);
+        }
         self.poses.push(pose);
         // The older half goes at once, so that a frame costs the same as without.
         if let Some(least) = self.least.filter(|least| self.poses.len() >= 2 * least) {

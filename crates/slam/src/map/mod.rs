@@ -17,5 +17,6 @@ pub use landmark::{Landmark, LandmarkId, LandmarkState};
 pub use observations::{Observation, Observations};
 pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};
 pub use several::{Correction, Offsets};
+pub(crate) use store::most_shared;
 pub use store::{Map, NewKeyframe, scaled};
 pub use stored::{RestoreError, StoredKeyframe, StoredLandmark, StoredMap, StoredObservation};

@@ -171,6 +171,15 @@ impl Observations {
         renumbered
     }
 
+    /// Adds one. A map consists of little else, so no room is made for many more.
+    pub(super) fn push(&mut self, observation: Observation) {
+        let observations = self.change();
+        if observations.len() == observations.capacity() {
+            observations.reserve_exact(2);
+        }
+        observations.push(observation);
+    }
+
     /// To be changed.
     pub(super) fn change(&mut self) -> &mut Vec<Observation> {
         if let Kept::Short(..) = &self.0 {

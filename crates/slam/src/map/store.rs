@@ -238,7 +238,7 @@ impl Map {
         let keyframe = observation.keyframe.index();
         let is_linked = self.landmark(id).observation_in(observation.keyframe).is_some();
         if self.landmark(id).is_alive() && self.keyframes[keyframe].is_alive() && !is_linked {
-            self.landmarks[id.index()].observations.change().push(observation);
+            self.landmarks[id.index()].observations.push(observation);
             self.keyframes[keyframe].landmarks.push(id);
         }
     }
@@ -343,17 +343,18 @@ impl Map {
     /// Keyframes that share at least `min_shared` converged landmarks with the given ones, most shared first.
     #[must_use]
     pub fn sharing(&self, landmarks: &[LandmarkId], min_shared: u32) -> Vec<(KeyframeId, u32)> {
+        most_shared(&self.num_shared(landmarks), min_shared)
+    }
+
+    /// How many of the landmarks are converged and seen by each keyframe.
+    pub(crate) fn num_shared(&self, landmarks: &[LandmarkId]) -> Vec<u32> {
         let mut counts = vec![0_u32; self.keyframes.len()];
         for landmark in landmarks.iter().map(|id| self.landmark(*id)).filter(|l| l.is_converged()) {
             for keyframe in landmark.observations.keyframes() {
                 counts[keyframe.index()] += 1;
             }
         }
-        let mut sharing: Vec<(KeyframeId, u32)> =
-            (0..).map(KeyframeId).zip(counts).filter(|(_, count)| *count >= min_shared).collect();
-        // Newer keyframes first among equals.
-        sharing.sort_by_key(|(id, count)| std::cmp::Reverse((*count, *id)));
-        sharing
+        counts
     }
 
     /// Keyframes connected to one, most shared landmarks first, without itself.
@@ -397,6 +398,15 @@ impl Map {
         }
         Ok(())
     }
+}
+
+/// Keyframes with at least so many shared landmarks, most shared first.
+pub(crate) fn most_shared(num_shared: &[u32], min_shared: u32) -> Vec<(KeyframeId, u32)> {
+    let all = (0..).map(KeyframeId).zip(num_shared.iter().copied());
+    let mut sharing: Vec<(KeyframeId, u32)> = all.filter(|(_, count)| *count >= min_shared).collect();
+    // Newer keyframes first among equals.
+    sharing.sort_by_key(|(id, count)| std::cmp::Reverse((*count, *id)));
+    sharing
 }
 
 /// A motion in another unit of length.

@@ -73,11 +73,10 @@ impl WholeAdjustment {
     /// Does some iterations; says whether more may help. Outliers are left out from the second time on.
     pub fn step(&mut self) -> bool {
         if self.last_cost.is_some() {
-            let bundle = &self.bundle;
-            let fits = |o: &BundleObservation| {
-                bundle.residual(o).is_some_and(|error| error.norm_squared() <= 4.0 * CHI2)
-            };
-            self.bundle.observations = bundle.observations.iter().filter(|o| fits(o)).copied().collect();
+            let mut observations = std::mem::take(&mut self.bundle.observations);
+            let squared_error = |o: &BundleObservation| Some(self.bundle.residual(o)?.norm_squared());
+            observations.retain(|o| squared_error(o).is_some_and(|error| error <= 4.0 * CHI2));
+            self.bundle.observations = observations;
         }
         let settings = BundleSettings { max_iterations: 1, huber: CHI2.sqrt() };
         let report = self.bundle.solve(&settings);

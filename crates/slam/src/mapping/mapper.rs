@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     config::SlamConfig,
-    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera},
+    map::{KeyframeId, LandmarkId, LandmarkState, Map, NewKeyframe, Observation, SessionCamera, most_shared},
     timing::StageTimer,
     track::{Frame, Matcher, focal_px, scene_depth},
 };
@@ -120,9 +120,7 @@ impl Mapper {
             }
         });
         self.candidates = candidates;
-        for id in &promoted {
-            self.promote(map, *id);
-        }
+        self.promote(map, &promoted);
         MappingReport { num_promoted: promoted.len(), ..MappingReport::default() }
     }
 
@@ -253,18 +251,53 @@ impl Mapper {
                 self.candidates.push(candidate);
             }
         }
-        for candidate in &promoted {
-            self.promote(map, *candidate);
-        }
+        self.promote(map, &promoted);
         promoted.len()
     }
 
-    /// Makes a landmark of a candidate and looks for it in the keyframes around its host.
-    fn promote(&self, map: &mut Map, id: LandmarkId) {
+    /// Makes landmarks of candidates and looks for each in the keyframes around its host.
+    fn promote(&self, map: &mut Map, candidates: &[LandmarkId]) {
+        // What each keyframe shares with a host: the candidates of one follow each other.
+        let (mut counted, mut num_shared) = (None, Vec::new());
+        for id in candidates {
+            self.converge(map, *id);
+            let host = map.landmark(*id).host().keyframe;
+            if counted == Some(host) {
+                map.landmark(*id)
+                    .observations
+                    .keyframes()
+                    .for_each(|seen_by| num_shared[seen_by.index()] += 1);
+            } else {
+                num_shared = map.num_shared(&map.keyframe(host).landmarks);
+                counted = Some(host);
+            }
+            let connected = most_shared(&num_shared, 10).into_iter().map(|(other, _)| other);
+            let mut around: Vec<KeyframeId> =
+                connected.filter(|other| *other != host).take(self.config.mapping.search_keyframes).collect();
+            around.sort();
+            for keyframe in around {
+                if map.landmark(*id).observation_in(keyframe).is_some() {
+                    continue;
+                }
+                let frame = map.keyframe(keyframe);
+                let Some(pyramid) = frame.pyramid() else { continue };
+                let matcher = Matcher {
+                    camera: frame.camera(&self.camera),
+                    ..self.matcher(&pyramid, *frame.camera_from_world())
+                };
+                if let Some(observation) = self.observe(map, *id, keyframe, &matcher) {
+                    map.add_observation(*id, observation);
+                    num_shared[keyframe.index()] += 1;
+                }
+            }
+        }
+    }
+
+    /// Makes a landmark of a candidate, without what was taken for it elsewhere.
+    fn converge(&self, map: &mut Map, id: LandmarkId) {
         map.landmark_mut(id).state = LandmarkState::Converged;
         map.landmark_mut(id).num_missed = 0;
         let point = map.landmark(id).point_in_world;
-        let host = map.landmark(id).host().keyframe;
         let observers: Vec<Observation> = map.landmark(id).observations.iter().skip(1).collect();
         for observation in observers {
             let keyframe = map.keyframe(observation.keyframe);
@@ -273,27 +306,6 @@ impl Mapper {
             let error = (seen.coords / seen.z - observation.ray).xy().norm() * focal;
             if error.is_nan() || error >= 2.0 * f64::from(1_u32 << observation.level) {
                 map.remove_candidate_observation(id, observation.keyframe);
-            }
-        }
-        let mut around: Vec<KeyframeId> = map
-            .connected(host, 10)
-            .into_iter()
-            .map(|(other, _)| other)
-            .take(self.config.mapping.search_keyframes)
-            .collect();
-        around.sort();
-        for keyframe in around {
-            if map.landmark(id).observation_in(keyframe).is_some() {
-                continue;
-            }
-            let frame = map.keyframe(keyframe);
-            let Some(pyramid) = frame.pyramid() else { continue };
-            let matcher = Matcher {
-                camera: frame.camera(&self.camera),
-                ..self.matcher(&pyramid, *frame.camera_from_world())
-            };
-            if let Some(observation) = self.observe(map, id, keyframe, &matcher) {
-                map.add_observation(id, observation);
             }
         }
     }

@@ -57,14 +57,16 @@ pub fn align(
     start: &Point2<f64>,
     limits: &AlignLimits,
 ) -> Option<Aligned> {
-    let problem = Problem::new(template)?;
     let (mut x, mut y) = (start.x as f32, start.y as f32);
-    let (mut gain, mut offset) = (1.0_f32, 0.0_f32);
     let mut sampled = [0.0; NUM];
+    sample(image, x, y, &mut sampled)?;
+    let values = template.inner();
+    let [light, image_light] = lights([&values, &sampled]);
+    let problem = Problem::new(template, values, light)?;
+    let (mut gain, mut offset) = light.to(image_light);
     for iteration in 0..limits.max_iterations {
-        sample(image, x, y, &mut sampled)?;
-        if iteration == 0 {
-            (gain, offset) = problem.light(&sampled);
+        if iteration > 0 {
+            sample(image, x, y, &mut sampled)?;
         }
         let step = problem.step(&sampled, gain, offset);
         // The image's gradients are those of the template times the gain.
@@ -90,16 +92,17 @@ pub fn align(
     None
 }
 
-/// What a pixel differs from the template under a gain and an offset. Of a saturated pixel only a lower bound is known.
+/// The smaller one; unlike `f32::min` a single instruction.
 #[inline]
-fn difference(sampled: f32, template: f32, gain: f32, offset: f32) -> f32 {
-    let error = sampled - (gain * template + offset).min(255.0);
-    if template >= SATURATED { error.min(0.0) } else { error }
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// The template with what does not change over the iterations.
 struct Problem {
     values: [f32; NUM],
+    /// Most that an image may differ: of a saturated pixel only a lower bound is known, so a brighter one does not differ.
+    most: [f32; NUM],
     dx: [f32; NUM],
     dy: [f32; NUM],
     inverse_hessian: Matrix4<f32>,
@@ -109,8 +112,7 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(template: &Template) -> Option<Self> {
-        let values = template.inner();
+    fn new(template: &Template, values: [f32; NUM], light: Light) -> Option<Self> {
         let (mut dx, mut dy) = ([0.0; NUM], [0.0; NUM]);
         for row in 0..PATCH_PX {
             for column in 0..PATCH_PX {
@@ -120,8 +122,7 @@ impl Problem {
                 dy[row * PATCH_PX + column] = 0.5 * (t[at + BORDERED_PX] - t[at - BORDERED_PX]);
             }
         }
-        let center = mean(&values);
-        let variance = values.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
+        let most = values.map(|value| if value >= SATURATED { 0.0 } else { f32::INFINITY });
         let one = [1.0; NUM];
         let columns = [&dx, &dy, &values, &one];
         let mut hessian = Matrix4::zeros();
@@ -129,33 +130,26 @@ impl Problem {
             hessian[(i, j)] = dot(columns[i], columns[j]);
         }
         let (inverse_hessian, tensor) = invert(&hessian, template.gradient_noise)?;
-        Some(Self { values, dx, dy, inverse_hessian, tensor, variance })
+        Some(Self { values, most, dx, dy, inverse_hessian, tensor, variance: light.variance })
     }
 
-    /// Gain and offset that make the contrast and the mean of the patch those of the image, before it is aligned.
-    fn light(&self, sampled: &[f32; NUM]) -> (f32, f32) {
-        let center = mean(sampled);
-        let variance = sampled.iter().map(|v| (v - center) * (v - center)).sum::<f32>() / NUM as f32;
-        let gain = (variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
-        (gain, center - gain * mean(&self.values))
+    /// What the pixels of the image differ from the template under a gain and an offset.
+    #[inline]
+    fn differences(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> [f32; NUM] {
+        let mut differences = [0.0; NUM];
+        for i in 0..NUM {
+            let expected = smaller(gain * self.values[i] + offset, 255.0);
+            differences[i] = smaller(sampled[i] - expected, self.most[i]);
+        }
+        differences
     }
 
     /// Gauss-Newton step in shift, gain and offset.
     #[inline]
     fn step(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> Vector4<f32> {
-        let (mut ex, mut ey, mut et, mut e1) = ([0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8], [0.0_f32; 8]);
-        for row in 0..PATCH_PX {
-            for lane in 0..8 {
-                let i = row * PATCH_PX + lane;
-                let error = difference(sampled[i], self.values[i], gain, offset);
-                ex[lane] += error * self.dx[i];
-                ey[lane] += error * self.dy[i];
-                et[lane] += error * self.values[i];
-                e1[lane] += error;
-            }
-        }
-        let sum = |lanes: &[f32; 8]| lanes.iter().sum::<f32>();
-        self.inverse_hessian * Vector4::new(sum(&ex), sum(&ey), sum(&et), sum(&e1))
+        let errors = self.differences(sampled, gain, offset);
+        let by = [&self.dx, &self.dy, &self.values, &[1.0; NUM]];
+        self.inverse_hessian * Vector4::from(by.map(|column| dot(&errors, column)))
     }
 
     /// Covariance of the shift for a mean squared residual, squared pixels.
@@ -170,8 +164,8 @@ impl Problem {
     }
 
     fn residual(&self, sampled: &[f32; NUM], gain: f32, offset: f32) -> f32 {
-        let squares = sampled.iter().zip(&self.values).map(|(s, t)| difference(*s, *t, gain, offset).powi(2));
-        squares.sum::<f32>() / NUM as f32
+        let squares = self.differences(sampled, gain, offset).map(|difference| difference.powi(2));
+        squares.iter().sum::<f32>() / NUM as f32
     }
 }
 
@@ -205,9 +199,37 @@ fn dot(a: &[f32; NUM], b: &[f32; NUM]) -> f32 {
     lanes.iter().sum()
 }
 
-#[inline]
-fn mean(values: &[f32; NUM]) -> f32 {
-    values.iter().sum::<f32>() / NUM as f32
+/// Mean and variance of a patch.
+#[derive(Clone, Copy)]
+struct Light {
+    mean: f32,
+    variance: f32,
+}
+
+impl Light {
+    /// Gain and offset that make contrast and mean of a patch those of the image, before it is aligned.
+    fn to(self, image: Self) -> (f32, f32) {
+        let gain = (image.variance / self.variance.max(1.0)).sqrt().clamp(FIRST_GAINS.0, FIRST_GAINS.1);
+        (gain, image.mean - gain * self.mean)
+    }
+}
+
+/// Of two patches side by side: sums in order take as long for two as for one.
+fn lights(patches: [&[f32; NUM]; 2]) -> [Light; 2] {
+    let mut sums = [0.0_f32; 2];
+    for i in 0..NUM {
+        for (sum, patch) in sums.iter_mut().zip(patches) {
+            *sum += patch[i];
+        }
+    }
+    let means = sums.map(|sum| sum / NUM as f32);
+    let mut squares = [0.0_f32; 2];
+    for i in 0..NUM {
+        for ((sum, patch), mean) in squares.iter_mut().zip(patches).zip(means) {
+            *sum += (patch[i] - mean) * (patch[i] - mean);
+        }
+    }
+    [0, 1].map(|patch| Light { mean: means[patch], variance: squares[patch] / NUM as f32 })
 }
 
 /// Samples the 8 x 8 px around a position; `None` if they are not all inside.

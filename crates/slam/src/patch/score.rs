@@ -42,20 +42,19 @@ impl SearchPatch {
         if x < HALF_PX || y < HALF_PX || x >= right || y >= bottom {
             return None;
         }
-        // All pixels at first: loops over them become the instruction that multiplies pairs and adds them.
-        let mut pixels = [0_i16; PATCH_PX * PATCH_PX];
+        // All differences at first: loops over them become the instruction that multiplies pairs and adds them.
+        let mut differences = [0_i16; PATCH_PX * PATCH_PX];
         let start = (y - HALF_PX) * image.width() + x - HALF_PX;
-        for (line, row) in pixels.chunks_exact_mut(PATCH_PX).zip(image.data()[start..].chunks(image.width()))
-        {
-            for (pixel, value) in line.iter_mut().zip(&row[..PATCH_PX]) {
-                *pixel = i16::from(*value);
+        let rows = image.data()[start..].chunks(image.width());
+        let lines = differences.chunks_exact_mut(PATCH_PX).zip(self.values.chunks_exact(PATCH_PX));
+        for ((line, values), row) in lines.zip(rows) {
+            for ((difference, value), pixel) in line.iter_mut().zip(values).zip(&row[..PATCH_PX]) {
+                *difference = value - i16::from(*pixel);
             }
         }
-        let difference = self.sum - pixels.iter().map(|pixel| i32::from(*pixel)).sum::<i32>();
+        let sum = sum_of_products(&differences, &[1; PATCH_PX * PATCH_PX]);
         let n = (PATCH_PX * PATCH_PX) as i32;
-        let ssd = self.sum_of_squares - 2 * sum_of_products(&pixels, &self.values)
-            + sum_of_products(&pixels, &pixels)
-            - difference * difference / n;
+        let ssd = sum_of_products(&differences, &differences) - sum * sum / n;
         Some(ssd.max(0) as f32 / n as f32)
     }
 }

@@ -179,17 +179,18 @@ impl Places {
             *start = row * width as u32 + column;
         }
         let (upper, lower) = (image.data(), &image.data()[width..]);
-        let mut pixels = [[0_u8; NUM]; 4];
+        let pair_at = |pixels: &[u8], start: usize| -> u16 {
+            let pair = &pixels[start..start + 2];
+            u16::from_le_bytes([pair[0], pair[1]])
+        };
+        let (mut above, mut below) = ([0_u16; NUM], [0_u16; NUM]);
         for (i, start) in starts.iter().enumerate() {
-            let pair = *start as usize..*start as usize + 2;
-            let (above, below) = (&upper[pair.clone()], &lower[pair]);
-            [pixels[0][i], pixels[1][i], pixels[2][i], pixels[3][i]] =
-                [above[0], above[1], below[0], below[1]];
+            (above[i], below[i]) = (pair_at(upper, *start as usize), pair_at(lower, *start as usize));
         }
+        let both = |pair: u16| (f32::from(pair & 0xff), f32::from(pair >> 8));
         let mut values = [0.0; NUM];
         for (i, value) in values.iter_mut().enumerate() {
-            let (a, b) = (f32::from(pixels[0][i]), f32::from(pixels[1][i]));
-            let (c, d) = (f32::from(pixels[2][i]), f32::from(pixels[3][i]));
+            let ((a, b), (c, d)) = (both(above[i]), both(below[i]));
             let (above, below) = (a + self.x[i] * (b - a), c + self.x[i] * (d - c));
             *value = above + self.y[i] * (below - above);
         }

@@ -54,7 +54,7 @@ impl Listed<'_> {
     pub fn find(&self, wanted: u32, near: &mut Vec<(Entry, u32)>) {
         let blocks = self.signatures.chunks(BLOCK).zip(self.entries.chunks(BLOCK));
         for (signatures, entries) in blocks {
-            let mut different = [0; BLOCK];
+            let mut different = [u32::MAX; BLOCK];
             match signatures.as_array() {
                 // Of whole blocks the compiler makes vector instructions.
                 Some(whole) => different = whole.map(|signature: u32| (signature ^ wanted).count_ones()),
@@ -63,6 +63,11 @@ impl Listed<'_> {
                         *different = (signature ^ wanted).count_ones();
                     }
                 }
+            }
+            // Most blocks have none, and their entries need not be fetched.
+            let is_alike = different.map(|different| u8::from(different <= MOST_DIFFERENT));
+            if is_alike.iter().fold(0, |any, is_alike| any | is_alike) == 0 {
+                continue;
             }
             // Written without branches, which nobody can predict here.
             let (mut alike, mut num) = ([(Entry(0), 0); BLOCK], 0);
@@ -132,9 +137,17 @@ impl Lists {
 
     /// Adds a place of a keyframe to one of so many lists.
     pub fn add(&mut self, num_lists: usize, list: usize, (signature, entry): (u32, Entry)) {
-        self.added.resize_with(num_lists, List::default);
-        self.added[list].signatures.push(signature);
-        self.added[list].entries.push(entry);
+        if self.added.is_empty() {
+            self.added = vec![List::default(); num_lists];
+        }
+        let List { signatures, entries } = &mut self.added[list];
+        if entries.len() == entries.capacity() {
+            // There are many lists, most of which grow slowly.
+            signatures.reserve_exact(2 + entries.len() / 8);
+            entries.reserve_exact(2 + entries.len() / 8);
+        }
+        signatures.push(signature);
+        entries.push(entry);
     }
 
     /// Takes a keyframe out of a list.

@@ -127,6 +127,9 @@ const NUM_PIECES: usize = 256 / PIECE_BITS;
 /// of those of different places one in thirty.
 const LEAST_COMMON: u8 = 2;
 
+/// Most places of an image that are listed: more than there are.
+const MOST_PLACES: usize = 1 << 12;
+
 /// The places of an image listed under each piece of their descriptors.
 ///
 /// Source: Norouzi, Punjani and Fleet, "Fast search in Hamming space with multi-index hashing", 2012.
@@ -134,7 +137,8 @@ pub(super) struct ByPieces {
     descriptors: Vec<OrbDescriptor>,
     /// For each piece of a descriptor and each of its values where the list of those that have it begins; at the end of the values the
     /// end of the last list.
-    starts: Vec<u32>,
+    starts: Vec<u16>,
+    /// The lists of each piece, which have every place once.
     listed: Vec<u16>,
 }
 
@@ -143,17 +147,17 @@ impl ByPieces {
     const STARTS: usize = (1 << PIECE_BITS) + 1;
 
     pub fn new(view: &View) -> Self {
-        // More than an image has.
-        let num = view.len().min(usize::from(u16::MAX));
-        let descriptors: Vec<OrbDescriptor> = view.descriptors().take(num).copied().collect();
+        let descriptors: Vec<OrbDescriptor> = view.descriptors().take(MOST_PLACES).copied().collect();
+        let num = descriptors.len();
         let mut starts = vec![0; NUM_PIECES * Self::STARTS];
         let mut listed = vec![0; NUM_PIECES * num];
-        for (piece, starts) in starts.chunks_exact_mut(Self::STARTS).enumerate() {
+        let pieces = starts.chunks_exact_mut(Self::STARTS).zip(listed.chunks_exact_mut(num.max(1)));
+        for (piece, (starts, listed)) in pieces.enumerate() {
             let value = |descriptor: &OrbDescriptor| descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
             for place in &descriptors {
                 starts[value(place) + 1] += 1;
             }
-            let mut total = (num * piece) as u32;
+            let mut total = 0;
             for start in &mut *starts {
                 total += *start;
                 *start = total;
@@ -162,29 +166,31 @@ impl ByPieces {
             for (index, place) in (0..num as u16).zip(&descriptors).rev() {
                 let end = &mut starts[value(place) + 1];
                 *end -= 1;
-                listed[*end as usize] = index;
+                listed[usize::from(*end)] = index;
             }
             starts.rotate_left(1);
-            starts[Self::STARTS - 1] = (num * (piece + 1)) as u32;
+            starts[Self::STARTS - 1] = num as u16;
         }
         Self { descriptors, starts, listed }
     }
 
     /// For each place the landmarks that are most like it, of those that have some pieces in common with it.
     pub fn nearest(&self, known: &Known) -> Vec<Nearest> {
-        let mut nearest = vec![Nearest::default(); self.descriptors.len()];
-        let mut num_common = vec![0_u8; self.descriptors.len()];
-        // Places that are compared, and room for one that is not. Written without branches, which nobody can predict here.
-        let mut compared = vec![0_u16; self.descriptors.len() + 1];
+        let num = self.descriptors.len();
+        let mut nearest = vec![Nearest::default(); num];
+        let mut num_common = [0_u8; MOST_PLACES];
+        // Places that are compared. Written without branches, which nobody can predict here.
+        let mut compared = [0_u16; MOST_PLACES];
         for (index, descriptor) in known.descriptors.iter().enumerate() {
-            num_common.fill(0);
+            num_common[..num].fill(0);
             let mut num_compared = 0;
-            for (piece, starts) in self.starts.chunks_exact(Self::STARTS).enumerate() {
+            let lists = self.starts.chunks_exact(Self::STARTS).zip(self.listed.chunks_exact(num.max(1)));
+            for (piece, (starts, listed)) in lists.enumerate() {
                 let value = descriptor.bits(PIECE_BITS * piece, PIECE_BITS) as usize;
-                for place in &self.listed[starts[value] as usize..starts[value + 1] as usize] {
-                    let common = &mut num_common[usize::from(*place)];
+                for place in &listed[usize::from(starts[value])..usize::from(starts[value + 1])] {
+                    let common = &mut num_common[usize::from(*place) % MOST_PLACES];
                     *common += 1;
-                    compared[num_compared] = *place;
+                    compared[num_compared % MOST_PLACES] = *place;
                     num_compared += usize::from(*common == LEAST_COMMON);
                 }
             }

@@ -129,21 +129,44 @@ fn larger(level_here: usize, level_there: usize) -> f64 {
     f64::from(1_u32 << level_here) / f64::from(1_u32 << level_there)
 }
 
+/// Pairs that are looked at at once.
+const BLOCK: usize = 8;
+
 /// Counts for each pair how many others lie to it as they should.
 fn count_support(proposals: &mut [Proposal], reach: f64) {
     proposals.sort_by(|a, b| a.scale.total_cmp(&b.scale).then(a.there.x.total_cmp(&b.there.x)));
-    for i in 0..proposals.len() {
-        for j in i + 1..proposals.len() {
-            let (first, second) = (&proposals[i], &proposals[j]);
-            if first.scale != second.scale || second.there.x - first.there.x > reach {
-                break;
+    let place = |it: &Proposal| [it.there.x, it.there.y, it.here.x, it.here.y];
+    let places: Vec<[f64; 4]> = proposals.iter().map(place).collect();
+    let mut end = 0;
+    for first in 0..proposals.len() {
+        let (scale, left) = (proposals[first].scale, places[first][0]);
+        let is_near = |other: usize| proposals[other].scale == scale && places[other][0] - left <= reach;
+        end = end.max(first);
+        end += (end..places.len()).take_while(|other| is_near(*other)).count();
+        for start in (first + 1..end).step_by(BLOCK) {
+            let others = start..end.min(start + BLOCK);
+            if !may_support(&places[first], &places[others.clone()], scale, reach) {
+                continue;
             }
-            if is_supporting(first, second, reach) {
-                proposals[i].support += 1;
-                proposals[j].support += 1;
+            for second in others {
+                if is_supporting(&proposals[first], &proposals[second], reach) {
+                    proposals[first].support += 1;
+                    proposals[second].support += 1;
+                }
             }
         }
     }
+}
+
+/// Whether any of some places may support one, each as on the planes z = 1 there and here. Most are off by far on one axis alone, and roots take time.
+#[inline]
+fn may_support(first: &[f64; 4], others: &[[f64; 4]], scale: f64, reach: f64) -> bool {
+    let may = |other: &[f64; 4]| {
+        let [x, y, here_x, here_y]: [f64; 4] = std::array::from_fn(|i| other[i] - first[i]);
+        let most = LIKE * scale * (x.abs() + y.abs()) + 2.0 * NEAR;
+        (y.abs() <= reach) & ((here_x - x * scale).abs() < most) & ((here_y - y * scale).abs() < most)
+    };
+    others.iter().fold(false, |any, other| any | may(other))
 }
 
 fn is_supporting(first: &Proposal, second: &Proposal, reach: f64) -> bool {
@@ -152,10 +175,7 @@ fn is_supporting(first: &Proposal, second: &Proposal, reach: f64) -> bool {
         return false;
     }
     let expected = there * first.scale;
-    let difference = second.here - first.here - expected;
-    // Most are off by far on one axis alone: roots take time.
-    let most = LIKE * (expected.x.abs() + expected.y.abs()) + 2.0 * NEAR;
-    difference.x.abs() < most && difference.norm() < LIKE * expected.norm() + NEAR
+    (second.here - first.here - expected).norm() < LIKE * expected.norm() + NEAR
 }
 
 #[cfg(test)]

@@ -126,7 +126,9 @@ impl View {
             let place = |x, y| OrbDescriptor::new(pyramid.level(level), x, y);
             describe(&observation.px, level, Some(*landmark), place)
         };
-        keyframe.landmarks.iter().filter_map(described).collect::<Vec<_>>().into()
+        let mut all: Vec<Described> = keyframe.landmarks.iter().filter_map(described).collect();
+        all.shrink_to_fit();
+        all.into()
     }
 
     /// Of the corners of an image, each as it looks from here, from half and from twice the distance.

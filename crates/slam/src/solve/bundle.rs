@@ -147,9 +147,10 @@ impl Bundle {
         let first_cost = self.cost(&State::of(self), huber);
         let mut report = BundleReport { iterations: 0, first_cost, last_cost: first_cost };
         let mut damping = FIRST_DAMPING;
+        let mut equations = NormalEquations::empty(self);
         while report.iterations < settings.max_iterations {
             report.iterations += 1;
-            let equations = NormalEquations::of(self, huber);
+            equations.set(self, huber);
             let Some((state, cost)) = self.lower(&equations, &mut damping, report.last_cost, huber) else {
                 break;
             };

@@ -120,7 +120,7 @@ impl RotationAligner {
                 let i = y * width + x;
                 let Some(value) = self.sample(current, &(rotation * self.rays[i])) else { continue };
                 let t = f64::from(reference.get(x, y));
-                samples.push((i, value));
+                samples.push((x, y, value));
                 sum_t += t;
                 sum_s += value;
                 sum_tt += t * t;
@@ -139,8 +139,8 @@ impl RotationAligner {
         };
         let offset = sum_s / n - gain * sum_t / n;
         let (mut hessian, mut gradient, mut cost) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
-        for (i, value) in samples {
-            let (x, y) = (i % width, i / width);
+        for (x, y, value) in samples {
+            let i = y * width + x;
             let pixel = |x: usize, y: usize| f64::from(reference.get(x, y));
             let slope =
                 Vector2::new(pixel(x + 1, y) - pixel(x - 1, y), pixel(x, y + 1) - pixel(x, y - 1)) * 0.5;

@@ -59,18 +59,40 @@ const MANY_CAMERAS: usize = 40;
 /// Solves the equations of the cameras, of which the lower triangle is given.
 fn solve_reduced(matrix: DMatrix<f64>, vector: &DVector<f64>) -> Option<DVector<f64>> {
     if vector.len() > 6 * MANY_CAMERAS {
-        return Skyline::of(&matrix).solve(vector);
+        let skyline = Skyline::of(&matrix);
+        drop(matrix);
+        return skyline.solve(vector);
     }
     Some(matrix.cholesky()?.solve(vector))
 }
 
 impl NormalEquations {
+    /// Of a bundle that is linearized later, see [`NormalEquations::set`].
+    pub fn empty(bundle: &Bundle) -> Self {
+        Self {
+            slots: slots(&bundle.is_free),
+            cameras: Vec::new(),
+            camera_gradient: Vec::new(),
+            between: Vec::new(),
+            points: Vec::new(),
+            point_gradient: Vec::new(),
+            camera_by_point: Vec::new(),
+            lens: None,
+        }
+    }
+
     /// Linearizes all residuals.
     pub fn of(bundle: &Bundle, huber: f64) -> Self {
-        let slots = slots(&bundle.is_free);
-        let num_free = slots.iter().flatten().count();
+        let mut equations = Self::empty(bundle);
+        equations.set(bundle, huber);
+        equations
+    }
+
+    /// Linearizes all residuals of the bundle that this one was made for, each time in the same memory.
+    pub fn set(&mut self, bundle: &Bundle, huber: f64) {
+        let num_free = self.slots.iter().flatten().count();
         let num_points = bundle.points.len();
-        let lens = bundle.lens.as_ref().map(|lens| {
+        self.lens = bundle.lens.as_ref().map(|lens| {
             let information = 1.0 / (lens.sigma * lens.sigma);
             LensEquations {
                 own: information,
@@ -79,36 +101,32 @@ impl NormalEquations {
                 by_point: vec![Vector3::zeros(); num_points],
             }
         });
-        let mut equations = Self {
-            slots,
-            cameras: vec![Matrix6::zeros(); num_free],
-            camera_gradient: vec![Vector6::zeros(); num_free],
-            between: Vec::new(),
-            points: vec![Matrix3::zeros(); num_points],
-            point_gradient: vec![Vector3::zeros(); num_points],
-            camera_by_point: vec![Matrix6x3::zeros(); bundle.observations.len()],
-            lens,
-        };
+        self.between.clear();
+        set_zeros(&mut self.cameras, num_free);
+        set_zeros(&mut self.camera_gradient, num_free);
+        set_zeros(&mut self.points, num_points);
+        set_zeros(&mut self.point_gradient, num_points);
+        set_zeros(&mut self.camera_by_point, bundle.observations.len());
         for (i, observation) in bundle.observations.iter().enumerate() {
             if let Some(linearized) = linearize(bundle, i, observation, huber) {
-                equations.add(i, observation, &linearized);
+                self.add(i, observation, &linearized);
             }
         }
-        equations.add_ties(bundle);
-        equations.add_motions(bundle);
-        equations
+        self.add_ties(bundle);
+        self.add_motions(bundle);
     }
 
     #[inline]
     fn add(&mut self, i: usize, observation: &BundleObservation, l: &Linearized) {
         let point = observation.point;
-        self.points[point] += l.by_point.transpose() * l.by_point * l.weight;
+        let (by_point, by_camera) = (rows_of(&l.by_point), rows_of(&l.by_camera));
+        add_product(&mut self.points[point], &by_point, &by_point, l.weight);
         self.point_gradient[point] -= l.by_point.transpose() * l.error * l.weight;
         let slot = self.slots[observation.camera];
         if let Some(slot) = slot {
-            self.cameras[slot] += l.by_camera.transpose() * l.by_camera * l.weight;
+            add_product(&mut self.cameras[slot], &by_camera, &by_camera, l.weight);
             self.camera_gradient[slot] -= l.by_camera.transpose() * l.error * l.weight;
-            self.camera_by_point[i] = l.by_camera.transpose() * l.by_point * l.weight;
+            add_product(&mut self.camera_by_point[i], &by_camera, &by_point, l.weight);
         }
         if let Some(lens) = &mut self.lens {
             lens.own += l.by_lens.norm_squared() * l.weight;
@@ -202,13 +220,15 @@ impl NormalEquations {
         damping: f64,
     ) -> (DMatrix<f64>, DVector<f64>) {
         let num_free = self.cameras.len();
-        let mut blocks = vec![Matrix6::zeros(); num_free * num_free];
+        // Those above the diagonal, row by row.
+        let at = |row: usize, column: usize| row * num_free - row * (row + 1) / 2 + column;
+        let mut blocks = vec![Matrix6::zeros(); num_free * (num_free + 1) / 2];
         let mut gradient = self.camera_gradient.clone();
         for (slot, own) in self.cameras.iter().enumerate() {
-            blocks[slot * num_free + slot] = damped(own, damping);
+            blocks[at(slot, slot)] = damped(own, damping);
         }
         for (row, column, block) in &self.between {
-            blocks[row * num_free + column] += block;
+            blocks[at(*row, *column)] += block;
         }
         let mut start = 0;
         for group in bundle.observations.chunk_by(|a, b| a.point == b.point) {
@@ -223,7 +243,7 @@ impl NormalEquations {
                     let Some(other) = self.slots[second.camera].filter(|other| *other >= slot) else {
                         continue;
                     };
-                    subtract_product(&mut blocks[slot * num_free + other], &product, second_by_point);
+                    subtract_product(&mut blocks[at(slot, other)], &product, second_by_point);
                 }
             }
         }
@@ -232,7 +252,7 @@ impl NormalEquations {
         for i in 0..num_free {
             vector.fixed_rows_mut::<6>(6 * i).copy_from(&gradient[i]);
             for j in i..num_free {
-                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[i * num_free + j].transpose());
+                matrix.fixed_view_mut::<6, 6>(6 * j, 6 * i).copy_from(&blocks[at(i, j)].transpose());
             }
         }
         if let Some(lens) = &self.lens {
@@ -279,6 +299,31 @@ fn slots(is_free: &[bool]) -> Vec<Option<usize>> {
         })
     };
     is_free.iter().map(&mut slot).collect()
+}
+
+fn set_zeros<const R: usize, const C: usize>(blocks: &mut Vec<SMatrix<f64, R, C>>, num: usize) {
+    blocks.clear();
+    blocks.resize(num, SMatrix::zeros());
+}
+
+fn rows_of<const N: usize>(matrix: &SMatrix<f64, 2, N>) -> [[f64; N]; 2] {
+    [0, 1].map(|row| std::array::from_fn(|column| matrix[(row, column)]))
+}
+
+/// Adds `left' * right * weight` to a block, both given by their rows: written for vector instructions, as the next one.
+#[inline]
+fn add_product<const R: usize, const C: usize>(
+    block: &mut SMatrix<f64, R, C>,
+    left: &[[f64; R]; 2],
+    right: &[[f64; C]; 2],
+    weight: f64,
+) {
+    for column in 0..C {
+        let (a, b) = (right[0][column], right[1][column]);
+        for row in 0..R {
+            block[(row, column)] += (left[0][row] * a + left[1][row] * b) * weight;
+        }
+    }
 }
 
 /// Subtracts `left * right'` from a block. Most of a solution's time goes into this product, for which nalgebra calls its loop over
