@@ -7,6 +7,8 @@ use crate::{MotionConfig, PlanarMotion};
 
 /// From this reliability on a robot counts as localized. Source: 2010 section 5.1.4.
 pub const LOCALIZED_RELIABILITY: f64 = 0.6;
+/// Below this reliability a robot does not know where it is.
+pub(crate) const LOST_RELIABILITY: f64 = 0.3;
 
 /// One place where the robot may be.
 #[derive(Debug, Clone, Copy, PartialEq)]

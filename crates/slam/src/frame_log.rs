@@ -2,9 +2,6 @@
 
 use crate::outcome::FramePose;
 
-/// Frames for which room is made at least.
-const FEW: usize = 64;
-
 /// Frames in order, by number. Memory is bounded if only the newest are to be remembered.
 #[derive(Debug, Default)]
 pub(crate) struct FrameLog {
@@ -15,16 +12,21 @@ pub(crate) struct FrameLog {
     least: Option<usize>,
 }
 
+/// Adds to a list that grows for hours: room is made for an eighth more, and not for as much again.
+pub(crate) fn push_tightly<T>(list: &mut Vec<T>, item: T) {
+    if list.len() == list.capacity() {
+        list.reserve_exact(2 + list.len() / 8);
+    }
+    list.push(item);
+}
+
 impl FrameLog {
     pub fn remember(&mut self, least: usize) {
         self.least = Some(least.max(1));
     }
 
     pub fn push(&mut self, pose: FramePose) {
-        if self.poses.len() == self.poses.capacity() {
-            self.poses.reserve_exact(FEW + self.poses.len() / 8);
-        }
-        self.poses.push(pose);
+        push_tightly(&mut self.poses, pose);
         // The older half goes at once, so that a frame costs the same as without.
         if let Some(least) = self.least.filter(|least| self.poses.len() >= 2 * least) {
             let num_old = self.poses.len() - least;

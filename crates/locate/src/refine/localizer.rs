@@ -14,8 +14,9 @@ use super::{
 };
 use crate::{
     CameraMisalignment, ConfigError, Estimate, Hypothesis, Individual, LOCALIZED_RELIABILITY, Localizer,
-    ObservationModel, Reliability, StartPrior, StepInput, observation::features::FeatureModel,
-    odometer::Odometer, per_camera::OtherCameras, reliability::blind_share, vision::Percept,
+    ObservationModel, Reliability, StartPrior, StepInput, estimate::LOST_RELIABILITY,
+    observation::features::FeatureModel, odometer::Odometer, per_camera::OtherCameras,
+    reliability::blind_share, vision::Percept,
 };
 
 /// Longest time between two images that is taken for one step, seconds.
@@ -31,8 +32,7 @@ const FIRST_SEARCH: usize = 10;
 const BIRTHS: usize = 1;
 /// A track confirmed this far needs no prior any more.
 const ESTABLISHED: f64 = 0.9;
-/// Below this reliability for this long, the robot is lost.
-const LOST_RELIABILITY: f64 = 0.3;
+/// Below [`LOST_RELIABILITY`] for this long, the robot is lost.
 const LOST_SECS: f64 = 0.2;
 
 /// What is followed from image to image of one camera.

@@ -19,10 +19,8 @@ use super::{
     placement::{Placement, Search},
     symmetry::Symmetry,
 };
-use crate::{ConfigError, Estimate, PosePrior, StartPrior};
+use crate::{ConfigError, Estimate, PosePrior, StartPrior, estimate::LOST_RELIABILITY};
 
-/// Below this reliability the robot does not know where it is.
-const LOST_RELIABILITY: f64 = 0.3;
 /// It is told where to look when it has been lost for so long, and not again for some time, seconds: a localizer that finds by itself where it
 /// was put down is not to be disturbed, and what others saw before that is forgotten.
 const LOST_SECS: f64 = 3.0;

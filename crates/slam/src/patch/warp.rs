@@ -187,10 +187,10 @@ impl Places {
         for (i, start) in starts.iter().enumerate() {
             (above[i], below[i]) = (pair_at(upper, *start as usize), pair_at(lower, *start as usize));
         }
-        let both = |pair: u16| (f32::from(pair & 0xff), f32::from(pair >> 8));
+        let both = |pair: u16| pair.to_le_bytes().map(f32::from);
         let mut values = [0.0; NUM];
         for (i, value) in values.iter_mut().enumerate() {
-            let ((a, b), (c, d)) = (both(above[i]), both(below[i]));
+            let ([a, b], [c, d]) = (both(above[i]), both(below[i]));
             let (above, below) = (a + self.x[i] * (b - a), c + self.x[i] * (d - c));
             *value = above + self.y[i] * (below - above);
         }

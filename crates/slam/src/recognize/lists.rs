@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::map::KeyframeId;
+use crate::{frame_log::push_tightly, map::KeyframeId};
 
 /// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
 pub(super) const MOST_DIFFERENT: u32 = 6;
@@ -39,8 +39,8 @@ struct List {
     entries: Vec<Entry>,
 }
 
-/// Signatures that are compared at once.
-const BLOCK: usize = 16;
+/// Signatures, or pairs, that are compared at once.
+pub(super) const BLOCK: usize = 16;
 
 /// A part of a list.
 #[derive(Debug, Clone, Copy)]
@@ -141,13 +141,8 @@ impl Lists {
             self.added = vec![List::default(); num_lists];
         }
         let List { signatures, entries } = &mut self.added[list];
-        if entries.len() == entries.capacity() {
-            // There are many lists, most of which grow slowly.
-            signatures.reserve_exact(2 + entries.len() / 8);
-            entries.reserve_exact(2 + entries.len() / 8);
-        }
-        signatures.push(signature);
-        entries.push(entry);
+        push_tightly(signatures, signature);
+        push_tightly(entries, entry);
     }
 
     /// Takes a keyframe out of a list.

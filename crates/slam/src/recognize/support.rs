@@ -7,6 +7,7 @@ use visloc_core::geom::Camera;
 
 use super::{
     Alike, Pair, View,
+    lists::BLOCK,
     pairs::{ByPieces, Known},
 };
 use crate::{
@@ -128,9 +129,6 @@ fn proposals(
 fn larger(level_here: usize, level_there: usize) -> f64 {
     f64::from(1_u32 << level_here) / f64::from(1_u32 << level_there)
 }
-
-/// Pairs that are looked at at once.
-const BLOCK: usize = 8;
 
 /// Counts for each pair how many others lie to it as they should.
 fn count_support(proposals: &mut [Proposal], reach: f64) {

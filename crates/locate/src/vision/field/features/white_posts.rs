@@ -25,8 +25,6 @@ const MIN_SHARE_OF_BOTH: f64 = 0.75;
 const MIN_SHARE_OF_EACH: f64 = 0.5;
 /// Of the better one up to the greater height this share.
 const MIN_SHARE_ABOVE: f64 = 0.7;
-/// A wall goes on as bright as the post for so many widths to its side; a robot's body in front of it does not.
-const WALL_WIDTHS: f64 = 3.0;
 /// Fewer heights than this tell nothing.
 const MIN_SEEN: usize = 5;
 /// A border changes the brightness by this share of the post's own.
@@ -172,7 +170,7 @@ impl WhiteRun {
             return None;
         }
         let width = self.width().clamp(0.8 * expected_px, 1.4 * expected_px);
-        let bar = self.follow_up(view, (&foot, &front), width, size.height_m, profile)?;
+        let bar = self.follow_up(view, (&foot, &front), width, size, profile)?;
         if !fits(bar.width_px, expected_px) {
             return None;
         }
@@ -231,19 +229,21 @@ impl WhiteRun {
         view: &GroundView,
         (foot, front): (&Point2<f64>, &Point2<f64>),
         width: f64,
-        height_m: f64,
+        size: &PostSize,
         profile: &mut Profile,
     ) -> Option<Bar> {
         let bottom = view.raw_px_of(&Point3::new(front.x, front.y, 0.0))?;
+        // As far as a wall goes on to the side, and a robot's body does not, in widths of the post.
+        let wall = BESIDE_M[2] / size.diameter_m;
         let mut off = self.center() - foot.x;
         let mut luma = None;
         let mut bar = Bar::default();
         for i in 0..HEIGHTS {
-            let z_m = height_m * (i as f64 + 0.5) / HEIGHTS as f64;
+            let z_m = size.height_m * (i as f64 + 0.5) / HEIGHTS as f64;
             let at = view.raw_px_of(&Point3::new(front.x, front.y, z_m))?;
             let center = foot.x + at.x - bottom.x + off;
             let may_hide = (BOTH_BELOW_M..=ONE_BELOW_M).contains(&z_m);
-            let reach = if may_hide { WALL_WIDTHS + 1.0 } else { 1.2 };
+            let reach = if may_hide { wall + 1.0 } else { 1.2 };
             if !profile.read(view, &Point2::new(center, at.y), reach * width + 2.0) {
                 break;
             }
@@ -270,7 +270,7 @@ impl WhiteRun {
                 bar.is_hidden.iter_mut().zip([-1.0, 1.0]).for_each(|(hidden, side)| {
                     hidden[i] = profile.is_even(
                         center,
-                        center + side * WALL_WIDTHS * width,
+                        center + side * wall * width,
                         third_of(width),
                         MIN_CONTRAST * inside,
                     );
