@@ -1,6 +1,6 @@
 //! The places of the frames so far, or of the newest ones.
 
-use crate::outcome::FramePose;
+use crate::{map::push_tightly, outcome::FramePose};
 
 /// Frames in order, by number. Memory is bounded if only the newest are to be remembered.
 #[derive(Debug, Default)]
@@ -10,14 +10,6 @@ pub(crate) struct FrameLog {
     first: usize,
     /// At least so many of the newest frames are remembered; `None` remembers all.
     least: Option<usize>,
-}
-
-/// Adds to a list that grows for hours: room is made for an eighth more, and not for as much again.
-pub(crate) fn push_tightly<T>(list: &mut Vec<T>, item: T) {
-    if list.len() == list.capacity() {
-        list.reserve_exact(2 + list.len() / 8);
-    }
-    list.push(item);
 }
 
 impl FrameLog {

@@ -233,6 +233,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_kind_survives_the_wire() {
+        use SightingKind::{Ball, Opponent, Person, Robot, Teammate};
+        let at = Timestamp::from_secs(1.0);
+        for kind in [Teammate, Opponent, Robot, Ball, Person] {
+            let sighting = Sighting::polar(at, kind, (0.3, 0.05), (2.0, 0.2));
+            assert_eq!(WireSighting::new(&sighting, at).read(at).map(|read| read.kind), Some(kind));
+        }
+    }
+
+    #[test]
     fn messages_survive_the_wire() {
         let at = Timestamp::from_nanos(1_700_000_000_250_000_000);
         let sighting = Sighting::polar(at + -0.05, SightingKind::Ball, (0.3, 0.05), (2.0, 0.2));

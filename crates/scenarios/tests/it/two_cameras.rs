@@ -57,7 +57,8 @@ fn run(map: &Map, frames: &[SourceFrame], seed: u64) -> (Run, Pipeline) {
     (Run { localized_after_secs, mean_error_m }, pipeline)
 }
 
-/// Two fields, twelve seeds, since a single claim comes seconds sooner or later by chance: with both cameras the robot is on average found at least as soon and followed at least as exactly as with the upper one.
+/// Two fields, twelve seeds, since a single claim comes seconds sooner or later by chance: with both cameras the robot is on average
+/// found at least as soon and followed at least as exactly as with the upper one.
 #[test]
 fn both_cameras_together_are_at_least_as_good_as_one() {
     let (mut sum_of_one, mut sum_of_both) = ((0.0, 0.0), (0.0, 0.0));

@@ -14,6 +14,7 @@ mod stored;
 pub use crossing::{Crossing, Standing};
 pub use keyframe::{Keyframe, KeyframeId, MapId, SessionCamera};
 pub use landmark::{Landmark, LandmarkId, LandmarkState};
+pub(crate) use observations::push_tightly;
 pub use observations::{Observation, Observations};
 pub use picture::{KeyframePicture, PackedPicture, PictureShelf, Unpack};
 pub use several::{Correction, Offsets};

@@ -173,11 +173,7 @@ impl Observations {
 
     /// Adds one. A map consists of little else, so no room is made for many more.
     pub(super) fn push(&mut self, observation: Observation) {
-        let observations = self.change();
-        if observations.len() == observations.capacity() {
-            observations.reserve_exact(2);
-        }
-        observations.push(observation);
+        push_tightly(self.change(), observation);
     }
 
     /// To be changed.
@@ -190,6 +186,14 @@ impl Observations {
             Kept::Short(..) => unreachable!("it was measured just now"),
         }
     }
+}
+
+/// Adds to a list that grows for hours: room is made for an eighth more, and not for as much again.
+pub(crate) fn push_tightly<T>(list: &mut Vec<T>, item: T) {
+    if list.len() == list.capacity() {
+        list.reserve_exact(2 + list.len() / 8);
+    }
+    list.push(item);
 }
 
 #[cfg(test)]

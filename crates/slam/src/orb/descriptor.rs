@@ -142,15 +142,14 @@ fn turn(image: &GrayImage, x: usize, y: usize) -> usize {
     let (mut by_x, mut by_y) = (0_i32, 0_i32);
     for (row, inside) in DISC.iter().enumerate() {
         let pixels = &image.row(y + row - reach)[x - reach..][..DISC_COLUMNS];
-        // Both fit: at most 255 times 31, and on either side 255 times 1 + 2 + .. + 15.
-        let (mut sum, mut moment) = (0_i16, 0_i16);
+        let (mut sum, mut moment) = (0_i32, 0_i32);
         for (column, (pixel, inside)) in pixels.iter().zip(inside).enumerate() {
             let value = i16::from(*pixel) * inside;
-            sum += value;
-            moment += value * (column as i16 - DISC_RADIUS_PX as i16);
+            sum += i32::from(value);
+            moment += i32::from(value) * (column as i32 - DISC_RADIUS_PX);
         }
-        by_x += i32::from(moment);
-        by_y += (row as i32 - DISC_RADIUS_PX) * i32::from(sum);
+        by_x += moment;
+        by_y += (row as i32 - DISC_RADIUS_PX) * sum;
     }
     let turns = f64::from(by_y).atan2(f64::from(by_x)) / std::f64::consts::TAU;
     (turns * NUM_TURNS as f64).round().rem_euclid(NUM_TURNS as f64) as usize % NUM_TURNS

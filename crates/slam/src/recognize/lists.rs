@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{frame_log::push_tightly, map::KeyframeId};
+use crate::map::{KeyframeId, push_tightly};
 
 /// Most different bits of two signatures of the same place: one in five. Of unrelated ones, one pair in a thousand is as near.
 pub(super) const MOST_DIFFERENT: u32 = 6;

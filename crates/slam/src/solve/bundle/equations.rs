@@ -119,14 +119,13 @@ impl NormalEquations {
     #[inline]
     fn add(&mut self, i: usize, observation: &BundleObservation, l: &Linearized) {
         let point = observation.point;
-        let (by_point, by_camera) = (rows_of(&l.by_point), rows_of(&l.by_camera));
-        add_product(&mut self.points[point], &by_point, &by_point, l.weight);
+        self.points[point] += l.by_point.transpose() * l.by_point * l.weight;
         self.point_gradient[point] -= l.by_point.transpose() * l.error * l.weight;
         let slot = self.slots[observation.camera];
         if let Some(slot) = slot {
-            add_product(&mut self.cameras[slot], &by_camera, &by_camera, l.weight);
+            self.cameras[slot] += l.by_camera.transpose() * l.by_camera * l.weight;
             self.camera_gradient[slot] -= l.by_camera.transpose() * l.error * l.weight;
-            add_product(&mut self.camera_by_point[i], &by_camera, &by_point, l.weight);
+            self.camera_by_point[i] = l.by_camera.transpose() * l.by_point * l.weight;
         }
         if let Some(lens) = &mut self.lens {
             lens.own += l.by_lens.norm_squared() * l.weight;
@@ -304,26 +303,6 @@ fn slots(is_free: &[bool]) -> Vec<Option<usize>> {
 fn set_zeros<const R: usize, const C: usize>(blocks: &mut Vec<SMatrix<f64, R, C>>, num: usize) {
     blocks.clear();
     blocks.resize(num, SMatrix::zeros());
-}
-
-fn rows_of<const N: usize>(matrix: &SMatrix<f64, 2, N>) -> [[f64; N]; 2] {
-    [0, 1].map(|row| std::array::from_fn(|column| matrix[(row, column)]))
-}
-
-/// Adds `left' * right * weight` to a block, both given by their rows: written for vector instructions, as the next one.
-#[inline]
-fn add_product<const R: usize, const C: usize>(
-    block: &mut SMatrix<f64, R, C>,
-    left: &[[f64; R]; 2],
-    right: &[[f64; C]; 2],
-    weight: f64,
-) {
-    for column in 0..C {
-        let (a, b) = (right[0][column], right[1][column]);
-        for row in 0..R {
-            block[(row, column)] += (left[0][row] * a + left[1][row] * b) * weight;
-        }
-    }
 }
 
 /// Subtracts `left * right'` from a block. Most of a solution's time goes into this product, for which nalgebra calls its loop over
